@@ -1,0 +1,35 @@
+"""Collapse load factor of masonry: rigid blocks, dry Coulomb joints, linear programming.
+
+>>> import masonry_opt as mo
+>>> result = mo.solve("cases/ferris_tinloi/wall_1.toml")
+
+after Gilbert, Casapulla & Ahmed (2006), Computers and Structures 84, 873-887.
+"""
+
+from masonry_opt.analysis.check import DualityReport, check
+from masonry_opt.analysis.result import Result
+from masonry_opt.analysis.solve import solve
+from masonry_opt.analysis.status import Status
+from masonry_opt.errors import CaseError, MasonryError, OptionError
+from masonry_opt.problem.certificate import Certificate
+from masonry_opt.scene import Block, Joint, JointDefaults, Reference, Scene, Wall, load, save
+
+__all__ = [
+    "Block",
+    "CaseError",
+    "Certificate",
+    "DualityReport",
+    "Joint",
+    "JointDefaults",
+    "MasonryError",
+    "OptionError",
+    "Reference",
+    "Result",
+    "Scene",
+    "Status",
+    "Wall",
+    "check",
+    "load",
+    "save",
+    "solve",
+]

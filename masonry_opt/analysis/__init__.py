@@ -1,0 +1,1 @@
+"""The analyses: a scene and a method to a result."""

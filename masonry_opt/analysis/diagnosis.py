@@ -1,0 +1,62 @@
+"""Why there is no load factor: blocks that fall, or nothing that can move."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from masonry_opt.analysis.status import Status
+from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.solvers.answer import Answer, Outcome
+from masonry_opt.solvers.cvxpy_driver import driven_mechanism
+from masonry_opt.solvers.driver import declare
+from masonry_opt.solvers.registry import find_solver
+from masonry_opt.timing import Stopwatch
+
+#: Power of a bounded mechanism, in mean block weights a block, below which nothing moves.
+_NOTHING = 1e-7
+
+
+def falling_mechanism(problem: Problem) -> np.ndarray | None:
+    """Block velocities with which blocks fall under dead load alone, shape (3b,); None if all stand.
+
+    The scene stands if eq. (9) without live load has a state. Else the mechanism is the dual ray,
+    bounded. Checked before every analysis: a maximal λ may exist where λ = 0 is no equilibrium.
+    """
+    solver, watch = find_solver("cvxpy", "clarabel"), Stopwatch()
+    dead_only = problem.without_live_load()
+    if declare(dead_only, "static", solver, watch).solve().outcome is Outcome.OPTIMAL:
+        return None
+    limits = ShearLimits.associative(problem)
+    driven = driven_mechanism(problem, problem.dead, limits, solver, watch)
+    if driven is None or driven[0] <= _NOTHING * problem.blocks:
+        return None
+    return driven[1]
+
+
+def explain_no_answer(problem: Problem, answer: Answer) -> tuple[Status, str]:
+    """Status and message for a linear program without an optimum, of a scene that stands."""
+    if answer.outcome in (Outcome.NO_MECHANISM, Outcome.NEITHER_KNOWN):
+        if _moves_without_dilatancy(problem):
+            return Status.LOCKED, (
+                "sliding joints that dilate jam the blocks, so no load factor is too high; with the "
+                "joints' own flow rule a mechanism exists: use method 'nonassociative'"
+            )
+        return Status.UNLIMITED, (
+            "no mechanism lets the live load do work, so the scene carries any multiple of it: "
+            "check the direction of 'live' and which blocks carry it"
+        )
+    return Status.SOLVER_FAILED, f"the solver stopped with '{answer.word}': try another solver"
+
+
+def _moves_without_dilatancy(problem: Problem) -> bool:
+    own_flow = ShearLimits(np.minimum(problem.dilatancy[problem.sliding], 0.0))
+    solver, force = find_solver("cvxpy", "clarabel"), problem.live / problem.live_norm
+    driven = driven_mechanism(problem, force, own_flow, solver, Stopwatch())
+    return driven is not None and driven[0] > _NOTHING
+
+
+def moving_blocks(d: np.ndarray) -> np.ndarray:
+    """Indices of the blocks that take part in a mechanism, fastest first."""
+    speed = np.abs(d.reshape(-1, 3)).max(axis=1)
+    order = np.argsort(-speed, kind="stable")
+    return order[speed[order] > 1e-3 * speed.max()]

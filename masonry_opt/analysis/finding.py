@@ -1,0 +1,73 @@
+"""What an analysis finds, before names and units are put to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from masonry_opt.analysis.status import Status
+from masonry_opt.models.interface import State
+from masonry_opt.solvers.answer import LpSize
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """One sub-problem of the loop.
+
+    Attributes
+    ----------
+    iteration: counted from 1.
+    load_factor: λ of the sub-problem, uncorrected.
+    alpha: slope of its shear limit over μ (NaN for the first).
+    change: largest change of a normal force since the last one, in mean block weights.
+    violation: largest violation of the true Coulomb law, in mean block weights.
+    raising: work against the dead load, in units of λ (paper, Fig. 12).
+    sliding: energy dissipated in the sub-problem's sliding, in units of λ.
+    coulomb_sliding: the same slips against the true law's shear limit (the paper's corrected
+        energy), in units of λ.
+    seconds: the solver's time.
+    """
+
+    iteration: int
+    load_factor: float
+    alpha: float
+    change: float
+    violation: float
+    raising: float
+    sliding: float
+    coulomb_sliding: float
+    seconds: float
+
+
+@dataclass
+class Finding:
+    """How an analysis ended, in the problem's dimensionless units.
+
+    Attributes
+    ----------
+    status, message: how, and in words (for a failure: what a user can do).
+    load_factor: λ, None unless the status is usable.
+    q, d: joint forces (3c,) and block velocities (3b,), where there are any.
+    slope: opening per unit slip under the flow rule the answer claims, shape (c,).
+    flow_rule_matters: False if nothing slides, so that any flow rule gives this answer.
+    history: the loop's sub-problems.
+    iterations, lp_solves: of the solver, and linear programs solved.
+    size: of the linear program.
+    """
+
+    status: Status
+    message: str = ""
+    load_factor: float | None = None
+    q: np.ndarray | None = None
+    d: np.ndarray | None = None
+    slope: np.ndarray | None = None
+    flow_rule_matters: bool = True
+    history: list[Iteration] = field(default_factory=list)
+    iterations: int = 0
+    lp_solves: int = 0
+    size: LpSize | None = None
+
+    def take(self, state: State) -> None:
+        """Keep a state's forces and velocities."""
+        self.q, self.d = state.q, state.d

@@ -1,0 +1,247 @@
+"""The loop of Gilbert, Casapulla & Ahmed (2006), section 4.2: linear programs whose shear limits
+turn about the last normal forces until sliding neither dilates nor contracts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from masonry_opt.analysis.diagnosis import explain_no_answer
+from masonry_opt.analysis.finding import Finding, Iteration
+from masonry_opt.analysis.status import Status
+from masonry_opt.models.interface import State
+from masonry_opt.problem.problem import Problem, ShearLimits, yield_slacks
+from masonry_opt.solvers.answer import Answer, Outcome
+from masonry_opt.solvers.driver import Driver, declare
+from masonry_opt.solvers.registry import Solver
+from masonry_opt.timing import Stopwatch
+
+Progress = Callable[[Iteration], None]
+
+#: Below this share of λ the energy of sliding cannot matter: the flow rule has no influence.
+NO_INFLUENCE = 1e-6
+
+#: Longest cycle looked for.
+_LONGEST_PERIOD = 6
+
+
+@dataclass(frozen=True)
+class LoopOptions:
+    """Parameters of the loop, with the paper's defaults (section 5).
+
+    Attributes
+    ----------
+    alpha: slope of the contracting shear limit over μ, at first; halved every iteration.
+    alpha_min: where halving stops.
+    beta: weight of the newest normal forces against those before, 0 < beta ≤ 1.
+    tol: relative change of λ at which the loop stops.
+    c0: small cohesion, as a fraction of the largest normal force of the first sub-problem.
+    start: first sub-problem: "associative", or "cohesive" (|s| ≤ trial_cohesion).
+    trial_cohesion: of the cohesive start, in mean block weights.
+    max_iterations: sub-problems before the loop gives up.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is out of range; the message names it.
+    """
+
+    alpha: float = 0.3
+    alpha_min: float = 0.001
+    beta: float = 0.6
+    tol: float = 1e-5
+    c0: float = 1e-5
+    start: Literal["associative", "cohesive"] = "associative"
+    trial_cohesion: float = 1.0
+    max_iterations: int = 200
+
+    def __post_init__(self) -> None:
+        ranges = {
+            "alpha": self.alpha >= 0,
+            "alpha_min": self.alpha_min >= 0,
+            "beta": 0 < self.beta <= 1,
+            "tol": self.tol > 0,
+            "c0": self.c0 >= 0,
+            "start": self.start in ("associative", "cohesive"),
+            "trial_cohesion": self.trial_cohesion > 0,
+            "max_iterations": self.max_iterations >= 1,
+        }
+        for name, valid in ranges.items():
+            if not valid:
+                raise ValueError(f"option '{name}' is out of range: {getattr(self, name)!r}")
+
+
+def nonassociative(
+    problem: Problem,
+    solver: Solver,
+    watch: Stopwatch,
+    options: LoopOptions,
+    progress: Progress = lambda _: None,
+) -> Finding:
+    """Load factor with the joints' own flow rule (Coulomb: no dilatancy), of a scene that stands.
+
+    Steps 1 to 6 of section 4.2. Where dilatancy locks the associative start, the loop starts
+    cohesive instead (section 6.3). ``progress`` is called after every sub-problem.
+    """
+    # Cohesion terms are declared even where the joints have none: steps 4 and 5 need them.
+    driver = declare(problem, "static", solver, watch, _first_limits(problem, options))
+    finding, answer = run_loop(problem, driver, options, progress)
+    if not finding.history and answer is not None:
+        finding.status, finding.message = explain_no_answer(problem, answer)
+        if finding.status is Status.LOCKED and options.start == "associative":
+            finding, _ = run_loop(problem, driver, replace(options, start="cohesive"), progress)
+            finding.message = (
+                f"dilatancy locks the associative start, so the loop started cohesive; {finding.message}"
+            )
+    finding.lp_solves, finding.size = driver.solves, driver.size()
+    return finding
+
+
+def run_loop(
+    problem: Problem, driver: Driver, options: LoopOptions, progress: Progress = lambda _: None
+) -> tuple[Finding, Answer | None]:
+    """The loop on a static model declared with cohesion terms; only its shear limits are changed.
+
+    The answer beside the finding is the one without an optimum that ended the loop, if one did.
+    """
+    k = problem.sliding
+    mu, dilatancy = problem.friction[k], problem.dilatancy[k]
+    # Joints that dilate at their friction angle are associative: their limits stay as they are.
+    revised = dilatancy < mu
+    limits, small_cohesion = _first_limits(problem, options), 0.0
+    finding = Finding(Status.ITERATION_LIMIT, slope=problem.dilatancy)
+    normal: list[np.ndarray] = []
+    alpha, next_alpha = float("nan"), options.alpha
+
+    for iteration in range(1, options.max_iterations + 1):
+        driver.set_shear_limits(limits)
+        answer = driver.solve()
+        finding.iterations += answer.iterations
+        state = answer.state
+        if state is None:
+            return _without_optimum(finding, answer, iteration), answer
+        finding.take(state)
+        normal.append(state.q[0::3])
+        finding.history.append(_record(problem, state, limits, alpha, normal, answer.seconds))
+        progress(finding.history[-1])
+
+        load_factors = [entry.load_factor for entry in finding.history]
+        if iteration == 1:
+            small_cohesion = options.c0 * float(normal[0].max())
+            if options.start == "associative" and _no_influence(problem, state):
+                message = "nothing slides in the associative mechanism: the flow rule has no influence"
+                finding.flow_rule_matters = False
+                return _converged(finding, state.load_factor, message), None
+        elif abs(load_factors[-1] - load_factors[-2]) < options.tol * abs(load_factors[-1]):
+            # Step 6: take off what the small cohesion dissipates.
+            slip = (state.p[0] + state.p[1])[k][revised]
+            correction = small_cohesion * float(slip.sum()) / problem.live_norm
+            message = f"in {iteration} sub-problems"
+            return _converged(finding, state.load_factor - correction, message), None
+        elif period := _period(load_factors, normal, options.tol):
+            cycle = load_factors[-period:]
+            finding.status = Status.CYCLING
+            finding.message = (
+                f"the loop repeats itself every {period} iterations, between load factors "
+                f"{min(cycle):.6g} and {max(cycle):.6g}: lower 'beta'"
+            )
+            return finding, None
+
+        # Steps 4 and 5: turn the shear limits about the (blended) normal forces.
+        alpha = next_alpha
+        next_alpha = alpha / 2 if alpha > options.alpha_min else options.alpha_min
+        before = normal[-2] if iteration > 1 else normal[-1]
+        blend = options.beta * normal[-1] + (1 - options.beta) * before
+        slope = np.where(revised, dilatancy - alpha * mu, mu)
+        turned = small_cohesion + (mu - slope) * blend[k]
+        limits = ShearLimits(slope, problem.cohesion[k] + np.where(revised, turned, 0.0))
+    finding.message = (
+        f"λ still changes after {options.max_iterations} sub-problems: raise 'max_iterations', or "
+        "lower 'beta'"
+    )
+    return finding, None
+
+
+def _first_limits(problem: Problem, options: LoopOptions) -> ShearLimits:
+    """Step 1."""
+    k = problem.sliding
+    if options.start == "cohesive":
+        return ShearLimits(np.zeros(len(k)), np.full(len(k), options.trial_cohesion))
+    return ShearLimits(problem.friction[k], problem.cohesion[k])
+
+
+def _without_optimum(finding: Finding, answer: Answer, iteration: int) -> Finding:
+    finding.q = finding.d = None
+    if answer.outcome is Outcome.FAILED or iteration == 1:
+        finding.status = Status.SOLVER_FAILED
+        finding.message = f"sub-problem {iteration} ended with '{answer.word}': try another solver"
+    else:
+        finding.status = Status.NO_STATE
+        finding.message = (
+            f"sub-problem {iteration} has no equilibrium state: joints that lost their normal force "
+            "have locked; use an interior-point solver, or lower 'alpha'"
+        )
+    return finding
+
+
+def _converged(finding: Finding, load_factor: float, message: str) -> Finding:
+    finding.status, finding.load_factor, finding.message = Status.CONVERGED, load_factor, message
+    return finding
+
+
+def _no_influence(problem: Problem, state: State) -> bool:
+    """Whether sliding takes no part in the energy of the associative mechanism."""
+    k = problem.sliding
+    slip = (state.p[0] + state.p[1])[k]
+    spared = (problem.friction - problem.dilatancy)[k] * state.q[0::3][k] + problem.cohesion[k]
+    return bool((spared * slip).sum() <= NO_INFLUENCE * abs(state.load_factor) * problem.live_norm)
+
+
+def _record(
+    problem: Problem,
+    state: State,
+    limits: ShearLimits,
+    alpha: float,
+    normal: list[np.ndarray],
+    seconds: float,
+) -> Iteration:
+    k = problem.sliding
+    cohesion = np.zeros(len(k)) if limits.cohesion is None else limits.cohesion
+    slip = (state.p[0] + state.p[1])[k]
+    n = state.q[0::3]
+    coulomb = problem.cohesion[k] + problem.friction[k] * n[k]
+    change = np.abs(normal[-1] - normal[-2]).max() if len(normal) > 1 else float("nan")
+    return Iteration(
+        iteration=len(normal),
+        load_factor=state.load_factor,
+        alpha=alpha,
+        change=float(change),
+        violation=float(max(-yield_slacks(problem, state.q).min(), 0.0)),
+        raising=float(-problem.dead @ state.d) / problem.live_norm,
+        sliding=float(cohesion @ slip) / problem.live_norm,
+        coulomb_sliding=float(coulomb @ slip) / problem.live_norm,
+        seconds=seconds,
+    )
+
+
+def _period(load_factors: list[float], normal: list[np.ndarray], tol: float) -> int:
+    """Length of the cycle the loop is in, or 0: λ and normal forces came back three times over."""
+    values = np.array(load_factors)
+    largest = float(np.abs(normal[-1]).max())
+    for period in range(2, _LONGEST_PERIOD + 1):
+        if len(values) < 3 * period + 1:
+            break
+        now, before, earlier = (
+            values[-period:],
+            values[-2 * period : -period],
+            values[-3 * period : -2 * period],
+        )
+        close = tol * abs(values[-1])
+        same = max(np.abs(now - before).max(), np.abs(before - earlier).max()) < close
+        back = np.abs(normal[-1] - normal[-1 - period]).max() < 1e-3 * largest
+        if same and back:
+            return period
+    return 0

@@ -1,0 +1,151 @@
+"""``solve``: a scene, a method and a solver to a result."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from masonry_opt.analysis.associative import associative
+from masonry_opt.analysis.diagnosis import falling_mechanism, moving_blocks
+from masonry_opt.analysis.finding import Finding, Iteration
+from masonry_opt.analysis.nonassociative import LoopOptions, nonassociative
+from masonry_opt.analysis.result import Result, make_result
+from masonry_opt.analysis.status import Status
+from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.problem.assembly import Assembly, assemble
+from masonry_opt.scene.case_file import load
+from masonry_opt.scene.scene import Scene
+from masonry_opt.solvers.registry import TOLERANCE, Solver, find_solver
+from masonry_opt.timing import Stopwatch
+
+Progress = Callable[[Iteration], None]
+
+
+@dataclasses.dataclass(frozen=True)
+class _Method:
+    """How a method is run, and the class of its own options (None: it has none)."""
+
+    run: Callable[..., Finding]
+    options: type | None = None
+
+
+def _static(assembly: Assembly, solver: Solver, watch: Stopwatch, *_: Any) -> Finding:
+    return associative(assembly.problem, "static", solver, watch)
+
+
+def _kinematic(assembly: Assembly, solver: Solver, watch: Stopwatch, *_: Any) -> Finding:
+    return associative(assembly.problem, "kinematic", solver, watch)
+
+
+def _nonassociative(
+    assembly: Assembly, solver: Solver, watch: Stopwatch, options: LoopOptions, progress: Progress
+) -> Finding:
+    return nonassociative(assembly.problem, solver, watch, options, progress)
+
+
+METHODS: dict[str, _Method] = {
+    "static": _Method(_static),
+    "kinematic": _Method(_kinematic),
+    "nonassociative": _Method(_nonassociative, LoopOptions),
+}
+
+
+def solve(
+    scene: Scene | str | Path,
+    method: str = "nonassociative",
+    *,
+    model: str = "cvxpy",
+    solver: str | None = None,
+    tolerance: float = TOLERANCE,
+    progress: Progress = lambda _: None,
+    **options: Any,
+) -> Result:
+    """Find the load factor at which a scene collapses.
+
+    Parameters
+    ----------
+    scene:
+        A scene, or the path of a case file.
+    method:
+        "static" or "kinematic" (associative: one linear program), or "nonassociative" (Coulomb: the
+        loop).
+    model:
+        Modelling language: "cvxpy" or "pyomo".
+    solver:
+        "clarabel" (CVXPY's default), "highs" (simplex; Pyomo's default), "highs-ipm", or any solver
+        that CVXPY finds.
+    tolerance:
+        Feasibility and gap tolerance asked of the solver.
+    progress:
+        Called with every :class:`~.finding.Iteration` of the loop.
+    **options:
+        The method's own (:class:`~.nonassociative.LoopOptions`).
+
+    Returns
+    -------
+    Result
+        Whose ``status`` says whether there is a load factor.
+
+    Raises
+    ------
+    CaseError
+        If the case file or scene is wrong, or nothing carries a live load.
+    OptionError
+        If a method, model, solver or option is unknown or not available.
+    """
+    chosen, own_options = _choose(method, options)
+    asked = find_solver(model, solver, tolerance)
+    watch = Stopwatch()
+    with watch.measure("scene"):
+        scene = scene if isinstance(scene, Scene) else load(scene)
+        assembly = assemble(scene)
+    problem = assembly.problem
+    if not problem.live_norm:
+        raise CaseError(
+            f"{scene.origin}: no block carries a live load: give one 'live = [fx, fy]' "
+            "(a [wall]: 'live', as a multiple of its weight)"
+        )
+    with watch.measure("dead_load"):
+        falling = falling_mechanism(problem)
+    if falling is None:
+        finding = chosen.run(assembly, asked, watch, own_options, progress)
+    else:
+        finding = Finding(Status.UNSTABLE, _falls(assembly, falling), d=falling)
+    return make_result(
+        assembly,
+        finding,
+        case=scene.origin if scene.origin != "scene" else scene.title or "scene",
+        method=method,
+        model=model,
+        solver=asked.name,
+        seconds=watch.seconds,
+    )
+
+
+def _choose(method: str, options: dict[str, Any]) -> tuple[_Method, Any]:
+    if method not in METHODS:
+        raise OptionError(f"method '{method}' is unknown; choose from: {', '.join(METHODS)}")
+    chosen = METHODS[method]
+    known = [field.name for field in dataclasses.fields(chosen.options)] if chosen.options else []
+    for name in options:
+        if name not in known:
+            raise OptionError(
+                f"method '{method}' has no option '{name}'; it has: {', '.join(known) or 'none'}"
+            )
+    try:
+        return chosen, chosen.options(**options) if chosen.options else None
+    except (TypeError, ValueError) as error:
+        raise OptionError(f"method '{method}': {error}") from None
+
+
+def _falls(assembly: Assembly, velocities: Any) -> str:
+    moving = moving_blocks(velocities)
+    names = [repr(assembly.scene.blocks[assembly.movable[index]].name) for index in moving[:5]]
+    more = f" and {len(moving) - 5} more" if len(moving) > 5 else ""
+    blocks = "block" if len(moving) == 1 else "blocks"
+    return (
+        f"the dead load alone moves {blocks} {', '.join(names)}{more}: support them, or raise the "
+        "friction of their joints"
+    )

@@ -1,0 +1,24 @@
+"""How an analysis can end."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class Status(StrEnum):
+    """How an analysis ended; only the first two come with a load factor."""
+
+    OPTIMAL = "optimal"
+    CONVERGED = "converged"
+    ITERATION_LIMIT = "not converged: iteration limit"
+    CYCLING = "not converged: cycling"
+    NO_STATE = "not converged: a sub-problem has no equilibrium state"
+    UNSTABLE = "unstable under dead load"
+    UNLIMITED = "unlimited: the live load cannot cause collapse"
+    LOCKED = "unlimited: dilatancy locks the blocks"
+    SOLVER_FAILED = "solver failed"
+
+    @property
+    def usable(self) -> bool:
+        """Whether there is a load factor to use."""
+        return self in (Status.OPTIMAL, Status.CONVERGED)

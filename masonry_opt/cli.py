@@ -1,0 +1,113 @@
+"""The command line: results on standard output, everything else on standard error."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from masonry_opt.analysis.check import check as check_duality
+from masonry_opt.analysis.finding import Iteration
+from masonry_opt.analysis.result import Result
+from masonry_opt.analysis.solve import METHODS
+from masonry_opt.analysis.solve import solve as solve_scene
+from masonry_opt.errors import MasonryError, OptionError
+from masonry_opt.report.mechanism_plot import plot_mechanism
+from masonry_opt.report.table1 import table1, write_table1
+from masonry_opt.report.terminal import duality_text, result_text, table1_text
+from masonry_opt.solvers.registry import LANGUAGES
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    help="At what load does this masonry collapse? Limit analysis of rigid blocks with Coulomb joints.",
+)
+
+#: What ``reproduce`` can rebuild.
+EXAMPLES = ("table1",)
+
+Case = Annotated[Path, typer.Argument(help="Case file (.toml or .json).", show_default=False)]
+
+
+@app.command()
+def solve(
+    case: Case,
+    method: Annotated[str, typer.Option(help=f"One of: {', '.join(METHODS)}.")] = "nonassociative",
+    model: Annotated[str, typer.Option(help=f"Modelling language: {', '.join(LANGUAGES)}.")] = "cvxpy",
+    solver: Annotated[
+        str | None, typer.Option(help="clarabel, highs, highs-ipm, ... Default: the language's first.")
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    plot: Annotated[Path | None, typer.Option(help="Draw the mechanism (.png, .svg, .pdf).")] = None,
+) -> None:
+    """Find the load factor at which CASE collapses.
+
+    Exit code 0: there is one; 1: there is none, the status says why; 2: wrong case file or option.
+    """
+    errors = Console(stderr=True)
+    with errors.status(f"solving {case}") as status:
+
+        def progress(entry: Iteration) -> None:
+            status.update(f"sub-problem {entry.iteration}: λ = {entry.load_factor:.6f}")
+
+        result = solve_scene(case, method, model=model, solver=solver, progress=progress)
+    if plot is not None:
+        _plot(result, plot)
+    print(result.to_json() if json else result_text(result))
+    if not result.status.usable:
+        raise typer.Exit(1)
+
+
+@app.command()
+def check(case: Case) -> None:
+    """Hold static against kinematic and CVXPY against Pyomo on CASE.
+
+    Exit code 0: they agree; 1: they do not; 2: wrong case file.
+    """
+    report = check_duality(case)
+    print(duality_text(report))
+    if not report.passed:
+        raise typer.Exit(1)
+
+
+@app.command()
+def reproduce(
+    example: Annotated[str, typer.Argument(help=f"One of: {', '.join(EXAMPLES)}, all.")] = "all",
+    out: Annotated[Path, typer.Option(help="Folder for the tables.")] = Path("results"),
+    cases: Annotated[Path, typer.Option(help="Folder of the case files.")] = Path("cases"),
+) -> None:
+    """Rebuild results of the paper from the case files, published values beside ours.
+
+    Exit code 0: every value is within its case file's tolerance; 1: one is not.
+    """
+    if example not in (*EXAMPLES, "all"):
+        raise OptionError(
+            f"nothing to reproduce is named '{example}'; choose from: {', '.join(EXAMPLES)}, all"
+        )
+    errors = Console(stderr=True)
+    with errors.status("table 1") as status:
+        table = table1(cases, lambda line: status.update(f"table 1, {line}"))
+    written = write_table1(table, out)
+    print(table1_text(table))
+    errors.print(f"written: {', '.join(map(str, written))}")
+    if table.missed:
+        raise typer.Exit(1)
+
+
+def _plot(result: Result, path: Path) -> None:
+    try:
+        plot_mechanism(result, path)
+    except OSError as error:
+        raise OptionError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def main() -> None:
+    """Run the command line; every foreseeable mistake ends as one message and exit code 2."""
+    try:
+        app()
+    except MasonryError as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(2)

@@ -1,0 +1,1 @@
+"""The limit analysis problem as matrices, and the residuals of an answer to it."""

@@ -1,0 +1,1 @@
+"""What a person sees: pictures, tables and the command line's words."""

@@ -1,0 +1,202 @@
+"""A scene, its mechanism drawn displaced, and the joints that slide or hinge."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import shapely
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from masonry_opt.analysis.result import Result
+from masonry_opt.analysis.status import Status
+from masonry_opt.errors import OptionError
+from masonry_opt.files import write_whole
+
+#: Okabe & Ito's colours, told apart by colour-blind readers and in grey.
+_SLIDES, _HINGES = "#0072B2", "#D55E00"
+_BLOCK, _FIXED, _OUTLINE = "#F2E2C4", "#9A9A9A", "#BBBBBB"
+
+#: The fastest corner moves by this share of the scene's size.
+_DISPLACEMENT = 0.06
+
+#: Rates below this share of the fastest corner's velocity are nothing.
+_STILL = 2e-3
+
+FORMATS = ("png", "svg", "pdf")
+
+
+@dataclass(frozen=True)
+class JointMotion:
+    """How the joints move in a mechanism.
+
+    Attributes
+    ----------
+    slides: joints that slip while they touch, shape (c,).
+    hinges: joints that open about one edge, shape (c,).
+    hinge: that edge, where ``hinges``, shape (c, 2).
+    """
+
+    slides: np.ndarray
+    hinges: np.ndarray
+    hinge: np.ndarray
+
+
+def joint_motion(result: Result) -> JointMotion:
+    """Which joints slide and which hinge, from a result that has a mechanism."""
+    frame, joints = result.joints, result.assembly.joints
+    half = frame["length"].to_numpy() / 2
+    opening, turning = frame["opening"].to_numpy(), frame["rotation"].to_numpy() * half
+    still = _STILL * _fastest(result)
+    # Opening at the joint's start and end: the first block's edge runs from start to end.
+    touches = opening - np.abs(turning) <= still
+    hinge = np.where((turning > 0)[:, None], joints.start, joints.end)
+    return JointMotion(
+        slides=touches & (np.abs(frame["slip"].to_numpy()) > still),
+        hinges=touches & (np.abs(turning) > still),
+        hinge=hinge,
+    )
+
+
+def plot_mechanism(result: Result, path: str | Path) -> None:
+    """Draw a result and write it whole to ``path`` (.png, .svg or .pdf).
+
+    Raises
+    ------
+    OptionError
+        If the file's name has another ending.
+    OSError
+        If the file cannot be written.
+    """
+    kind = Path(path).suffix.lower().removeprefix(".")
+    if kind not in FORMATS:
+        raise OptionError(f"{path}: a picture's name ends in {', '.join('.' + f for f in FORMATS)}")
+    with mpl.rc_context({"svg.hashsalt": "masonry_opt", "font.size": 10}):
+        figure = Figure(figsize=(7.0, 6.0), layout="constrained")
+        axes = figure.add_subplot()
+        draw_mechanism(result, axes)
+        axes.legend(
+            handles=_legend(result), loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=4, frameon=False
+        )
+        image = io.BytesIO()
+        figure.savefig(image, format=kind, dpi=160)
+    write_whole(path, image.getvalue())
+
+
+def draw_mechanism(result: Result, axes: Axes) -> None:
+    """Draw a result on given axes: displaced blocks, marked joints, the load factor as title."""
+    assembly = result.assembly
+    shapes, origin = assembly.geometry, assembly.geometry.origin
+    size = np.ptp(_corners(shapes.polygons[assembly.movable]), axis=0).max()
+    fixed = np.setdiff1d(np.arange(len(shapes.polygons)), assembly.movable)
+    at_rest = [shapely.get_coordinates(polygon) for polygon in shapes.polygons]
+
+    axes.add_collection(
+        PolyCollection([at_rest[i] + origin for i in fixed], facecolor=_FIXED, edgecolor="none")
+    )
+    if np.isfinite(result.blocks["vx"]).all():
+        axes.add_collection(
+            PolyCollection(
+                [at_rest[i] + origin for i in assembly.movable],
+                facecolor="none",
+                edgecolor=_OUTLINE,
+                linewidth=0.5,
+            )
+        )
+        scale = _DISPLACEMENT * size / _fastest(result)
+        moved = {i: at_rest[i] + scale * _velocity(result, i, at_rest[i]) for i in assembly.movable}
+        _draw_blocks(axes, [moved[i] + origin for i in assembly.movable], size)
+        _mark_joints(result, axes, scale)
+    else:
+        _draw_blocks(axes, [at_rest[i] + origin for i in assembly.movable], size)
+
+    low, high = (
+        _corners(shapes.polygons[assembly.movable]).min(axis=0),
+        _corners(shapes.polygons[assembly.movable]).max(axis=0),
+    )
+    margin = 1.5 * _DISPLACEMENT * size
+    axes.set_xlim(low[0] + origin[0] - margin, high[0] + origin[0] + margin)
+    axes.set_ylim(low[1] + origin[1] - margin, high[1] + origin[1] + margin)
+    axes.set_aspect("equal")
+    axes.set_xlabel("x (length unit of the case)")
+    axes.set_ylabel("y (length unit of the case)")
+    axes.set_title(_title(result))
+
+
+def _title(result: Result) -> str:
+    name = result.assembly.scene.title or Path(result.case).stem
+    if result.load_factor is not None:
+        return f"{name}\nload factor λ = {result.load_factor:.5f} ({result.method})"
+    return f"{name}\n{result.status}"
+
+
+def _draw_blocks(axes: Axes, corners: list[np.ndarray], size: float) -> None:
+    width = 0.8 if len(corners) < 300 else 0.3
+    axes.add_collection(PolyCollection(corners, facecolor=_BLOCK, edgecolor="black", linewidth=width))
+
+
+def _mark_joints(result: Result, axes: Axes, scale: float) -> None:
+    joints, origin = result.assembly.joints, result.assembly.geometry.origin
+    motion = joint_motion(result)
+
+    def displaced(joint: int, point: np.ndarray) -> np.ndarray:
+        """Where a point of a joint is drawn: midway between its two blocks."""
+        blocks = (joints.first[joint], joints.second[joint])
+        velocity = sum(_velocity(result, block, point[None])[0] for block in blocks) / 2
+        return point + scale * velocity + origin
+
+    slid = [
+        [displaced(j, joints.start[j]), displaced(j, joints.end[j])] for j in np.flatnonzero(motion.slides)
+    ]
+    axes.add_collection(LineCollection(slid, color=_SLIDES, linewidth=2.2, capstyle="round", zorder=3))
+    hinges = np.array([displaced(j, motion.hinge[j]) for j in np.flatnonzero(motion.hinges)])
+    if len(hinges):
+        size = 22 if len(joints.first) < 1000 else 8
+        axes.scatter(*hinges.T, s=size, color=_HINGES, edgecolor="white", linewidth=0.4, zorder=4)
+
+
+def _legend(result: Result) -> list[Line2D | Patch]:
+    handles: list[Line2D | Patch] = [
+        Patch(facecolor=_BLOCK, edgecolor="black", label="block"),
+        Patch(facecolor=_FIXED, label="fixed"),
+    ]
+    if result.load_factor is not None or result.status is Status.UNSTABLE:
+        dot = {"marker": "o", "linestyle": "none", "markeredgecolor": "white"}
+        handles += [
+            Line2D([], [], color=_SLIDES, linewidth=2.2, label="sliding joint"),
+            Line2D([], [], color=_HINGES, label="hinging joint", **dot),
+        ]
+    return handles
+
+
+def _velocity(result: Result, block: int, points: np.ndarray) -> np.ndarray:
+    """Velocity of points (relative to the geometry's origin) of a block of the scene, shape (., 2)."""
+    assembly = result.assembly
+    row = np.searchsorted(assembly.movable, block)
+    if row == len(assembly.movable) or assembly.movable[row] != block:
+        return np.zeros_like(points)
+    motion = result.blocks.iloc[int(row)]
+    arm = points - assembly.geometry.centroid[block]
+    turn = float(motion["omega"]) * np.column_stack([-arm[:, 1], arm[:, 0]])
+    return np.array([motion["vx"], motion["vy"]], dtype=float) + turn
+
+
+def _fastest(result: Result) -> float:
+    """Speed of the fastest corner."""
+    shapes = result.assembly.geometry
+    speeds = [
+        np.hypot(*_velocity(result, block, shapely.get_coordinates(shapes.polygons[block])).T).max()
+        for block in result.assembly.movable
+    ]
+    return float(max(speeds)) or 1.0
+
+
+def _corners(polygons: np.ndarray) -> np.ndarray:
+    return np.asarray(shapely.get_coordinates(polygons))

@@ -1,0 +1,89 @@
+"""Results as text for a terminal."""
+
+from __future__ import annotations
+
+import io
+import math
+
+import pandas as pd
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from masonry_opt.analysis.check import DualityReport
+from masonry_opt.analysis.result import Result
+from masonry_opt.report.table1 import Table1
+
+#: Columns shown as small numbers.
+_RESIDUALS = (
+    "difference",
+    "equilibrium",
+    "yield",
+    "flow",
+    "kinematics",
+    "virtual_work",
+    "complementarity",
+)
+
+
+def result_text(result: Result) -> str:
+    """A result in a few lines."""
+    certificate = result.certificate.as_dict() if result.certificate else {}
+    lines = {
+        "case": result.case,
+        "method": f"{result.method} ({result.model}, {result.solver})",
+        "status": f"{result.status}{': ' + result.message if result.message else ''}",
+        "load factor": "none" if result.load_factor is None else f"{result.load_factor:.7f}",
+        "blocks × joints": f"{result.size.blocks} × {result.size.joints}",
+        "certificate": "   ".join(f"{name} {value:.1e}" for name, value in certificate.items()),
+        "linear programs": f"{result.lp_solves} ({result.iterations} solver iterations)",
+        "seconds": "   ".join(f"{part} {value:.3f}" for part, value in result.seconds.items()),
+    }
+    return "\n".join(f"{name:<16} {value}" for name, value in lines.items() if value)
+
+
+def duality_text(report: DualityReport) -> str:
+    """The duality table and the verdict."""
+    verdict = "static and kinematic, CVXPY and Pyomo agree" if report.passed else "they do NOT agree"
+    return f"{_text(report.table, 'Duality')}\n{verdict}"
+
+
+def table1_text(table: Table1) -> str:
+    """Both parts of Table 1 and what missed its published value."""
+    parts = [
+        _text(table.load_factors, "Table 1: load factors"),
+        _text(table.residuals, "Table 1: certificate and cost of the loop"),
+        "equilibrium: over the total weight; yield: in mean block weights; flow: over the largest\n"
+        "velocity; complementarity: in units of λ. Times are of different machines.",
+    ]
+    if table.missed:
+        parts.append("outside the tolerance of the case file:\n  " + "\n  ".join(table.missed))
+    else:
+        parts.append("every value is within the tolerance of its case file")
+    return "\n".join(parts)
+
+
+def _text(frame: pd.DataFrame, title: str) -> str:
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
+    for column in frame.columns:
+        numeric = pd.api.types.is_numeric_dtype(frame[column])
+        table.add_column(str(column), justify="right" if numeric else "left")
+    for record in frame.to_dict("records"):
+        table.add_row(*(_cell(str(column), value) for column, value in record.items()))
+    # A fixed width, wide enough for every column: what is piped or pasted reads as what is seen.
+    console = Console(file=io.StringIO(), width=140)
+    console.print(table)
+    text = console.file.getvalue()  # type: ignore[attr-defined]
+    return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
+
+
+def _cell(column: str, value: object) -> str:
+    if not isinstance(value, float):
+        return str(value)
+    if math.isnan(value):
+        return "–"
+    if column in _RESIDUALS:
+        return f"{value:.1e}"
+    if "%" in column:
+        return f"{value:+.3f}"
+    return f"{value:.2f}" if "(s)" in column else f"{value:.5f}"

@@ -1,0 +1,195 @@
+"""What a scene is made of: blocks, joint properties and published reference values.
+
+The same classes are the Python interface and the schema of the case file, so that an
+unknown key or a wrong type is refused alike in both.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+import numpy as np
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    Strict,
+    StringConstraints,
+    model_validator,
+)
+
+#: Beyond this, squares and products of lengths and forces leave what double precision can carry.
+LARGEST_NUMBER = 1e30
+
+
+def _bounded(value: float) -> float:
+    if not abs(value) <= LARGEST_NUMBER:
+        raise ValueError(f"must be a number between -{LARGEST_NUMBER:g} and {LARGEST_NUMBER:g}")
+    return value
+
+
+def _unlimited(value: object) -> object:
+    return math.inf if isinstance(value, str) and value == "inf" else value
+
+
+def _friction(value: float) -> float:
+    if not value >= 0:
+        raise ValueError("must be zero or more")
+    return value
+
+
+Number = Annotated[float, Strict(), AfterValidator(_bounded)]
+NonNegative = Annotated[Number, Field(ge=0)]
+Positive = Annotated[Number, Field(gt=0)]
+Point = tuple[Number, Number]
+#: tan φ; ``inf`` (in JSON the string "inf") for a joint that cannot slide.
+Friction = Annotated[
+    float,
+    Strict(),
+    BeforeValidator(_unlimited),
+    AfterValidator(_friction),
+    PlainSerializer(lambda v: "inf" if math.isinf(v) else v, when_used="json"),
+]
+Name = Annotated[
+    str, Strict(), StringConstraints(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")
+]
+
+
+class Record(BaseModel):
+    """A frozen record that refuses unknown keys and finds aliases by either name."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+
+
+class Block(Record):
+    """One rigid block, or a fixed support.
+
+    Lengths and forces are in any consistent units.
+
+    Parameters
+    ----------
+    name:
+        Unique within the scene.
+    vertices:
+        Corners of a convex polygon in order, ``[[x, y], ...]``; clockwise order is turned round.
+    weight:
+        Dead weight, acting along the scene's gravity at the centroid.
+    unit_weight:
+        Weight per unit area, in place of ``weight``.
+    live, live_at:
+        Live force ``[fx, fy]`` (scaled by the load factor) and the point where it acts
+        (default: the centroid).
+    dead, dead_at:
+        Further dead force beside the weight, and the point where it acts (default: the centroid).
+    fixed:
+        A support: it does not move and needs no weight.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        If a key is unknown, a value is no finite number, or the weight is missing or doubled.
+    """
+
+    name: Name
+    vertices: Annotated[list[Point], Field(min_length=3)]
+    weight: NonNegative | None = None
+    unit_weight: NonNegative | None = None
+    live: Point = (0.0, 0.0)
+    live_at: Point | None = None
+    dead: Point = (0.0, 0.0)
+    dead_at: Point | None = None
+    fixed: Annotated[bool, Strict()] = False
+
+    @model_validator(mode="after")
+    def _one_weight(self) -> Block:
+        if self.fixed and (any(self.live) or any(self.dead)):
+            raise ValueError("a fixed block carries no load: take 'live' and 'dead' away")
+        if self.weight is not None and self.unit_weight is not None:
+            raise ValueError("give 'weight' or 'unit_weight', not both")
+        if not self.fixed and self.weight is None and self.unit_weight is None:
+            raise ValueError("give 'weight' or 'unit_weight' (or 'fixed = true' for a support)")
+        for force, at in (("live", self.live_at), ("dead", self.dead_at)):
+            if at is not None and not any(getattr(self, force)):
+                raise ValueError(f"'{force}_at' needs a force '{force}'")
+        return self
+
+    def weight_of(self, area: float) -> float:
+        """Weight of the block, given the area of its polygon; 0 for a support without one."""
+        if self.unit_weight is not None:
+            return self.unit_weight * area
+        return 0.0 if self.weight is None else self.weight
+
+    def polygon(self) -> np.ndarray:
+        """Corners as an array, shape (corners, 2)."""
+        return np.array(self.vertices, dtype=float)
+
+
+class JointDefaults(Record):
+    """Properties of every joint found, unless an exception names it.
+
+    Parameters
+    ----------
+    friction:
+        μ = tan φ; ``inf`` for joints that cannot slide.
+    cohesion:
+        Force per unit length of joint.
+    dilatancy:
+        tan φ₀, the opening per unit slip; 0 is Coulomb's law, ``friction`` the associative one.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        If friction or cohesion is negative, or dilatancy exceeds friction.
+    """
+
+    friction: Friction
+    cohesion: NonNegative = 0.0
+    dilatancy: Number = 0.0
+
+    @model_validator(mode="after")
+    def _dissipative(self) -> JointDefaults:
+        if self.dilatancy > self.friction:
+            raise ValueError("'dilatancy' must not exceed 'friction': sliding would create energy")
+        return self
+
+
+class Joint(Record):
+    """An exception: the properties of the joint between two named blocks.
+
+    Parameters
+    ----------
+    between:
+        Names of the two blocks; they must touch.
+    friction, cohesion, dilatancy:
+        As in :class:`JointDefaults`; those not given keep the scene's defaults.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        If a value is out of range.
+    """
+
+    between: tuple[Name, Name]
+    friction: Friction | None = None
+    cohesion: NonNegative | None = None
+    dilatancy: Number | None = None
+
+    def over(self, defaults: JointDefaults) -> JointDefaults:
+        """The joint's properties: those given here, the rest from ``defaults``.
+
+        Raises pydantic.ValidationError if the two together are not admissible.
+        """
+        given = self.model_dump(exclude={"between"}, exclude_none=True)
+        return JointDefaults(**(defaults.model_dump() | given))
+
+
+class Reference(Record):
+    """A published number, with its source and the relative tolerance a computed one must meet."""
+
+    value: Number
+    source: Annotated[str, Strict()]
+    tolerance: Positive | None = None

@@ -1,0 +1,171 @@
+"""Case files: TOML or JSON to a scene and back, with errors that name file, key and block."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+import tomli_w
+from pydantic import ValidationError
+
+from masonry_opt.errors import CaseError
+from masonry_opt.files import write_whole
+from masonry_opt.scene.blocks import Block, Joint, JointDefaults, Record, Reference
+from masonry_opt.scene.scene import Scene, SceneKeys
+from masonry_opt.scene.wall import Wall
+
+
+class CaseFile(SceneKeys):
+    """A case file: the keys of a scene, and generators that expand to blocks."""
+
+    wall: Wall | None = None
+
+    def scene(self) -> Scene:
+        """The scene, its generators expanded after the blocks written out.
+
+        Raises pydantic.ValidationError if the blocks do not make a scene.
+        """
+        generated = self.wall.blocks() if self.wall else []
+        keys = {name: getattr(self, name) for name in SceneKeys.model_fields}
+        return Scene(**(keys | {"blocks": [*self.blocks, *generated]}))
+
+
+#: The record that each table of a case file fills, to suggest the key that was meant.
+TABLES: dict[str, type[Record]] = {
+    "block": Block,
+    "joint": Joint,
+    "joints": JointDefaults,
+    "reference": Reference,
+    "wall": Wall,
+}
+
+
+def load(path: str | Path) -> Scene:
+    """Read a case file.
+
+    Parameters
+    ----------
+    path:
+        A ``.toml`` file, or a ``.json`` file with the same keys.
+
+    Returns
+    -------
+    Scene
+        With generators expanded to blocks.
+
+    Raises
+    ------
+    CaseError
+        If the file cannot be read or does not describe a scene; the message names the file, the
+        key and the block.
+    """
+    path = Path(path)
+    case = _read(path)
+    try:
+        return CaseFile.model_validate(case).scene().read_from(path)
+    except ValidationError as error:
+        raise CaseError("\n".join(f"{path}: {line}" for line in explain(error, case))) from None
+
+
+def save(scene: Scene, path: str | Path) -> None:
+    """Write a scene as a case file (TOML, or JSON if the name ends so), whole or not at all.
+
+    Raises CaseError if the name ends otherwise, OSError if the file cannot be written.
+    """
+    path = Path(path)
+    match path.suffix.lower():
+        case ".toml":
+            text = tomli_w.dumps(_keys(scene, "python"))
+        case ".json":
+            text = json.dumps(_keys(scene, "json"), indent=2, ensure_ascii=False) + "\n"
+        case _:
+            raise CaseError(f"{path}: a case file's name ends in .toml or .json")
+    write_whole(path, text)
+
+
+def explain(error: ValidationError, case: Mapping[str, Any]) -> list[str]:
+    """One line per mistake: the table or block, the key, what is wrong."""
+    return [_explain_one(dict(item), case) for item in error.errors(include_url=False)]
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        text = path.read_bytes().decode("utf-8-sig")
+    except FileNotFoundError:
+        raise CaseError(f"{path}: no such file") from None
+    except IsADirectoryError:
+        raise CaseError(f"{path}: is a folder, not a case file") from None
+    except UnicodeDecodeError:
+        raise CaseError(f"{path}: is not UTF-8 text; save it as UTF-8") from None
+    except OSError as error:
+        raise CaseError(f"{path}: cannot be read: {error.strerror}") from None
+    try:
+        match path.suffix.lower():
+            case ".toml":
+                return tomllib.loads(text)
+            case ".json":
+                case = json.loads(text)
+            case _:
+                raise CaseError(f"{path}: a case file's name ends in .toml or .json")
+    except (tomllib.TOMLDecodeError, json.JSONDecodeError) as error:
+        raise CaseError(f"{path}: not valid {path.suffix[1:].upper()}: {error}") from None
+    except RecursionError:
+        raise CaseError(f"{path}: is nested too deeply to be a case file") from None
+    if not isinstance(case, dict):
+        raise CaseError(f"{path}: must be one JSON object with the keys of a case file")
+    return case
+
+
+def _keys(scene: Scene, mode: Literal["python", "json"]) -> dict[str, Any]:
+    return scene.model_dump(mode=mode, by_alias=True, exclude_defaults=True)
+
+
+def _explain_one(item: dict[str, Any], case: Mapping[str, Any]) -> str:
+    where: list[str] = []
+    loc = list(item["loc"])
+    table = str(loc[0]) if loc else ""
+    if table in ("block", "joint") and len(loc) > 1 and isinstance(loc[1], int):
+        where.append(_named_entry(table, loc[1], case.get(table)))
+        loc = loc[2:]
+    elif len(loc) > 1 or table in TABLES:
+        where.append(f"[{table}]")
+        loc = loc[1:]
+    key = _dotted(loc)
+    if item["type"] == "extra_forbidden":
+        return ": ".join([*where, f"unknown key '{key}'{_suggestion(key, table)}"])
+    if item["type"] == "missing":
+        return ": ".join([*where, f"missing key '{key}'" if key else "missing table"])
+    message = item["msg"].removeprefix("Value error, ")
+    message = message[0].lower() + message[1:]
+    if item["type"] != "value_error" or key:
+        shown = repr(item["input"])
+        message += f" (found {shown if len(shown) <= 60 else shown[:57] + '...'})"
+    return ": ".join([*where, *([f"key '{key}'"] if key else []), message])
+
+
+def _named_entry(table: str, index: int, entries: Any) -> str:
+    name = None
+    if isinstance(entries, list) and index < len(entries) and isinstance(entries[index], dict):
+        name = entries[index].get("name", entries[index].get("between"))
+    return f"{table} no. {index + 1}" + (f" ({name!r})" if name else "")
+
+
+def _dotted(loc: list[Any]) -> str:
+    key = ""
+    for part in loc:
+        if isinstance(part, int):
+            key += f"[{part}]"
+        elif not str(part).startswith(("list[", "constrained-str", "tuple[", "function-")):
+            key += f".{part}" if key else str(part)
+    return key
+
+
+def _suggestion(key: str, table: str) -> str:
+    fields = TABLES.get(table, CaseFile).model_fields
+    known = [field.alias or name for name, field in fields.items()]
+    close = difflib.get_close_matches(key.rsplit(".", 1)[-1], known, n=1)
+    return f"; did you mean '{close[0]}'?" if close else f"; known: {', '.join(known)}"

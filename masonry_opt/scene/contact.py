@@ -1,0 +1,195 @@
+"""Joints from geometry: every pair of blocks that share a length of edge gets one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from masonry_opt.errors import CaseError
+from masonry_opt.scene.geometry import Geometry, raise_for
+from masonry_opt.scene.scene import Scene
+
+#: Edges that touch along a length are parallel up to this angle (radians).
+_PARALLEL = 1e-3
+
+
+@dataclass(frozen=True)
+class Joints:
+    """Arrays over the joints of a scene, ordered by (first, second) block.
+
+    Attributes
+    ----------
+    first, second: indices into the scene's blocks, first < second, shape (joints,).
+    start, end: the two ends, relative to the geometry's origin, shape (joints, 2).
+    normal: unit normal pointing from the second block into the first, shape (joints, 2).
+    length: of each joint, shape (joints,).
+    friction, cohesion, dilatancy: properties; cohesion per unit length, shape (joints,).
+    fixed_pairs: how many touching pairs were left out because both blocks are fixed.
+    """
+
+    first: np.ndarray
+    second: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    normal: np.ndarray
+    length: np.ndarray
+    friction: np.ndarray
+    cohesion: np.ndarray
+    dilatancy: np.ndarray
+    fixed_pairs: int
+
+    @property
+    def middle(self) -> np.ndarray:
+        """Middle of each joint, shape (joints, 2)."""
+        return (self.start + self.end) / 2
+
+
+def find_joints(scene: Scene, geometry: Geometry) -> Joints:
+    """Find the joints of a scene.
+
+    Two blocks share a joint where their edges run within the geometry's tolerance of each other
+    along more than that tolerance. Touching in a point makes no joint, nor do two fixed blocks.
+
+    Raises
+    ------
+    CaseError
+        If blocks overlap, a movable block touches nothing, or an exception names two blocks that
+        do not touch.
+    """
+    fixed = np.array([block.fixed for block in scene.blocks])
+    pairs = _near_pairs(geometry)
+    both_fixed = fixed[pairs].all(axis=1)
+    fixed_pairs = len(_shared_edges(geometry, pairs[both_fixed])[0])
+    pairs = pairs[~both_fixed]
+    _refuse_overlaps(scene, geometry, pairs)
+    touching, start, end = _shared_edges(geometry, pairs)
+    first, second = pairs[touching, 0], pairs[touching, 1]
+    touched = np.zeros(len(fixed), dtype=bool)
+    touched[first] = touched[second] = True
+    raise_for(
+        np.flatnonzero(~touched & ~fixed),
+        scene,
+        "touches no other block along an edge: close the gap, or take the block away",
+    )
+    edge = end - start
+    length = np.hypot(edge[:, 0], edge[:, 1])
+    along = edge / length[:, None]
+    friction, cohesion, dilatancy = _properties(scene, first, second)
+    return Joints(
+        first=first,
+        second=second,
+        start=start,
+        end=end,
+        # Counter-clockwise round the first block its interior lies to the left.
+        normal=np.column_stack([-along[:, 1], along[:, 0]]),
+        length=length,
+        friction=friction,
+        cohesion=cohesion,
+        dilatancy=dilatancy,
+        fixed_pairs=fixed_pairs,
+    )
+
+
+def _near_pairs(geometry: Geometry) -> np.ndarray:
+    """Index pairs (i < j) of blocks within the tolerance of each other, sorted, shape (pairs, 2)."""
+    tree = shapely.STRtree(geometry.polygons)
+    pairs = tree.query(geometry.polygons, predicate="dwithin", distance=geometry.tolerance).T
+    pairs = pairs[pairs[:, 0] < pairs[:, 1]]
+    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+
+
+def _refuse_overlaps(scene: Scene, geometry: Geometry, pairs: np.ndarray) -> None:
+    common = shapely.intersection(geometry.polygons[pairs[:, 0]], geometry.polygons[pairs[:, 1]])
+    area, perimeter = shapely.area(common), shapely.length(common)
+    # Mean width of a sliver: area over half its perimeter.
+    depth = np.divide(2 * area, perimeter, out=np.zeros_like(area), where=area > 0)
+    deep = np.flatnonzero(depth > geometry.tolerance)
+    if len(deep):
+        worst = deep[np.argmax(area[deep])]
+        one, other = (repr(scene.blocks[index].name) for index in pairs[worst])
+        more = f" ({len(deep) - 1} more pairs overlap)" if len(deep) > 1 else ""
+        raise CaseError(
+            f"{scene.origin}: blocks {one} and {other} overlap over an area of {area[worst]:.6g}: "
+            f"move them apart{more}"
+        )
+
+
+def _shared_edges(geometry: Geometry, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Which pairs share a length of edge, and its two ends along the first block's edge."""
+    corners, owner = shapely.get_coordinates(shapely.get_exterior_ring(geometry.polygons), return_index=True)
+    inside = owner[:-1] == owner[1:]
+    tail, tip, edge_owner = corners[:-1][inside], corners[1:][inside], owner[:-1][inside]
+    counts = np.bincount(edge_owner, minlength=len(geometry.polygons))
+    first_edge = np.concatenate([[0], np.cumsum(counts)[:-1]])
+
+    # Every edge of the one block against every edge of the other.
+    combinations = counts[pairs[:, 0]] * counts[pairs[:, 1]]
+    pair = np.repeat(np.arange(len(pairs)), combinations)
+    offset = np.arange(combinations.sum()) - np.repeat(np.cumsum(combinations) - combinations, combinations)
+    i = first_edge[pairs[pair, 0]] + offset // counts[pairs[pair, 1]]
+    j = first_edge[pairs[pair, 1]] + offset % counts[pairs[pair, 1]]
+
+    edge = tip[i] - tail[i]
+    length = np.hypot(edge[:, 0], edge[:, 1])
+    along = edge / length[:, None]
+    normal = np.column_stack([-along[:, 1], along[:, 0]])
+    other = tip[j] - tail[j]
+    facing = (other * along).sum(axis=1) < 0
+    sine = np.abs((other * normal).sum(axis=1)) / np.hypot(other[:, 0], other[:, 1])
+    # Positions of the other edge's ends along and across this edge.
+    from_tail, from_tip = tail[j] - tail[i], tip[j] - tail[i]
+    x0, x1 = (from_tip * along).sum(axis=1), (from_tail * along).sum(axis=1)
+    y0, y1 = (from_tip * normal).sum(axis=1), (from_tail * normal).sum(axis=1)
+    low, high = np.maximum(x0, 0.0), np.minimum(x1, length)
+    slope = np.divide(y1 - y0, x1 - x0, out=np.zeros_like(y0), where=x1 > x0)
+    gap = np.maximum(np.abs(y0 + slope * (low - x0)), np.abs(y0 + slope * (high - x0)))
+    shared = facing & (sine <= _PARALLEL) & (high - low > geometry.tolerance) & (gap <= geometry.tolerance)
+
+    # Convex blocks meet along one line; of edges broken within the tolerance keep the longest.
+    shared_at = np.flatnonzero(shared)
+    longest_first = np.lexsort((-(high - low)[shared_at], pair[shared_at]))
+    shared_at = shared_at[longest_first]
+    touching, position = np.unique(pair[shared_at], return_index=True)
+    chosen = shared_at[position]
+    base = tail[i[chosen]]
+    start = base + low[chosen, None] * along[chosen]
+    end = base + high[chosen, None] * along[chosen]
+    return touching, start, end
+
+
+def _properties(
+    scene: Scene, first: np.ndarray, second: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    defaults = scene.joints
+    friction = np.full(len(first), defaults.friction)
+    cohesion = np.full(len(first), defaults.cohesion)
+    dilatancy = np.full(len(first), defaults.dilatancy)
+    if scene.exceptions:
+        index = {block.name: number for number, block in enumerate(scene.blocks)}
+        joint_of = {pair: joint for joint, pair in enumerate(zip(first, second, strict=True))}
+        for exception in scene.exceptions:
+            one, other = sorted(index[name] for name in exception.between)
+            joint = joint_of.get((one, other))
+            if joint is None:
+                why = (
+                    "are both fixed"
+                    if scene.blocks[one].fixed and scene.blocks[other].fixed
+                    else "do not touch"
+                )
+                raise CaseError(
+                    f"{scene.origin}: joint between {list(exception.between)}: these blocks {why}, "
+                    "so there is no joint to describe"
+                )
+            own = exception.over(defaults)
+            friction[joint], cohesion[joint], dilatancy[joint] = (
+                own.friction,
+                own.cohesion,
+                own.dilatancy,
+            )
+    # A joint with unlimited friction never slides: cohesion and dilatancy say nothing there.
+    unlimited = np.isinf(friction)
+    cohesion[unlimited] = 0.0
+    dilatancy[unlimited] = 0.0
+    return friction, cohesion, dilatancy

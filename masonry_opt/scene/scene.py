@@ -1,0 +1,99 @@
+"""The scene: blocks, joint properties and gravity, before any mathematics."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field, PrivateAttr, Strict, model_validator
+
+from masonry_opt.scene.blocks import Block, Joint, JointDefaults, Name, Point, Record, Reference
+
+
+class SceneKeys(Record):
+    """The keys that a scene and a case file share."""
+
+    title: Annotated[str, Strict()] = ""
+    source: Annotated[str, Strict()] = ""
+    gravity: Point = (0.0, -1.0)
+    joints: JointDefaults
+    blocks: Annotated[list[Block], Field(alias="block")] = []
+    exceptions: Annotated[list[Joint], Field(alias="joint")] = []
+    reference: dict[Name, Reference] = {}
+
+
+class Scene(SceneKeys):
+    """Rigid blocks and their joint properties; the joints are found from the geometry.
+
+    Parameters
+    ----------
+    blocks:
+        At least one fixed and one movable :class:`Block`, with unique names.
+    joints:
+        Properties of every joint (:class:`JointDefaults`, or a mapping with the same keys).
+    exceptions:
+        :class:`Joint` records for the joints that differ.
+    gravity:
+        Direction in which weights act (only the direction counts), default straight down.
+    title, source:
+        What the scene is and where it comes from.
+    reference:
+        Published values by name (``associative``, ``nonassociative``, ``mpec``, ...).
+
+    Raises
+    ------
+    pydantic.ValidationError
+        If names repeat, no block is fixed or none can move, or an exception names no block.
+    """
+
+    _origin: str = PrivateAttr(default="scene")
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Scene:
+        if math.hypot(*self.gravity) == 0:
+            raise ValueError("'gravity' needs a direction, such as [0, -1]")
+        if not self.blocks:
+            raise ValueError("the scene has no block: add [[block]] tables or a generator such as [wall]")
+        seen: dict[str, int] = {}
+        for number, block in enumerate(self.blocks, start=1):
+            first = seen.setdefault(block.name, number)
+            if first != number:
+                raise ValueError(
+                    f"blocks no. {first} and no. {number} are both named '{block.name}': rename one"
+                )
+        if not any(block.fixed for block in self.blocks):
+            raise ValueError("no block is fixed: mark the support with 'fixed = true'")
+        if all(block.fixed for block in self.blocks):
+            raise ValueError("every block is fixed: nothing can move")
+        pairs: set[frozenset[str]] = set()
+        for exception in self.exceptions:
+            for name in exception.between:
+                if name not in seen:
+                    close = difflib.get_close_matches(name, list(seen), n=1)
+                    hint = f"; did you mean '{close[0]}'?" if close else ""
+                    raise ValueError(f"joint between {list(exception.between)}: no block '{name}'{hint}")
+            pair = frozenset(exception.between)
+            if len(pair) == 1:
+                raise ValueError(f"joint between {list(exception.between)}: needs two different blocks")
+            if pair in pairs:
+                raise ValueError(f"joint between {list(exception.between)} is given twice")
+            pairs.add(pair)
+            try:
+                exception.over(self.joints)
+            except ValueError as error:
+                raise ValueError(
+                    f"joint between {list(exception.between)}: 'dilatancy' must not exceed 'friction'"
+                ) from error
+        return self
+
+    @property
+    def origin(self) -> str:
+        """The case file the scene was read from, or ``"scene"``; errors begin with it."""
+        return self._origin
+
+    def read_from(self, origin: str | Path) -> Scene:
+        """The same scene, remembering the file it came from."""
+        self._origin = str(origin)
+        return self

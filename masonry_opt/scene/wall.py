@@ -1,0 +1,101 @@
+"""The ``[wall]`` generator: courses of rectangular blocks on a fixed base."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, Strict, model_validator
+
+from masonry_opt.scene.blocks import Block, Name, NonNegative, Number, Point, Positive, Record
+
+Course = Annotated[list[Number], Field(min_length=1)]
+
+
+class Wall(Record):
+    """Courses of blocks, bottom first, starting at x = 0 on a fixed base whose top is y = 0.
+
+    Parameters
+    ----------
+    block:
+        Length and height of a full block.
+    weight:
+        Weight of a full block; shorter blocks weigh in proportion.
+    live:
+        Live force on every block as a multiple of its weight, ``[fx, fy]``, at the centroid.
+    courses:
+        Each course as a list of lengths in full blocks, a negative length being a gap, or as the
+        name of a list in ``course``.
+    course:
+        Named courses, so that a bond can be read at a glance.
+    repeat:
+        How often the list of courses is built, one above the other.
+    base:
+        Whether a fixed base, one block longer at either end, is built under the bottom course.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        If a course is empty, has a zero length or only gaps, or a name stands for no course.
+    """
+
+    block: tuple[Positive, Positive]
+    weight: NonNegative
+    live: Point = (0.0, 0.0)
+    courses: Annotated[list[Name | Course], Field(min_length=1)]
+    course: dict[Name, Course] = {}
+    repeat: Annotated[int, Strict(), Field(ge=1, le=100_000)] = 1
+    base: Annotated[bool, Strict()] = True
+
+    @model_validator(mode="after")
+    def _known_courses(self) -> Wall:
+        for number, entry in enumerate(self.courses, start=1):
+            if isinstance(entry, str) and entry not in self.course:
+                known = ", ".join(self.course) or "none"
+                raise ValueError(f"course no. {number}: no course is named '{entry}' (named: {known})")
+            lengths = self._lengths(entry)
+            if any(length == 0 for length in lengths):
+                raise ValueError(f"course no. {number}: a length is 0 (blocks > 0, gaps < 0)")
+            if all(length < 0 for length in lengths):
+                raise ValueError(f"course no. {number}: has gaps only, no block")
+        for name in set(self.course) - set(self.courses_by_name()):
+            raise ValueError(f"course '{name}' is never used in 'courses'")
+        return self
+
+    def courses_by_name(self) -> list[str]:
+        """Names used in ``courses``, in order."""
+        return [entry for entry in self.courses if isinstance(entry, str)]
+
+    def _lengths(self, entry: str | list[float]) -> list[float]:
+        return self.course[entry] if isinstance(entry, str) else entry
+
+    def blocks(self) -> list[Block]:
+        """The blocks, course by course from the left, named ``course-block``, the base last."""
+        length, height = self.block
+        built: list[Block] = []
+        right = 0.0
+        for row, entry in enumerate(self.courses * self.repeat):
+            x, count = 0.0, 0
+            for part in self._lengths(entry):
+                if part > 0:
+                    count += 1
+                    built.append(self._block(f"{row + 1}-{count}", x, x + part, row, part))
+                x += abs(part)
+            right = max(right, x)
+        if self.base:
+            corners = _rectangle(-length, (right + 1) * length, -height, 0.0)
+            built.append(Block(name="base", vertices=corners, fixed=True))
+        return built
+
+    def _block(self, name: str, left: float, right: float, row: int, part: float) -> Block:
+        length, height = self.block
+        weight = self.weight * part
+        return Block(
+            name=name,
+            vertices=_rectangle(left * length, right * length, row * height, (row + 1) * height),
+            weight=weight,
+            live=(self.live[0] * weight, self.live[1] * weight),
+        )
+
+
+def _rectangle(left: float, right: float, bottom: float, top: float) -> list[tuple[float, float]]:
+    return [(left, bottom), (right, bottom), (right, top), (left, top)]

@@ -1,0 +1,1 @@
+"""Solvers: which there are, and how each modelling language drives them."""

@@ -1,0 +1,97 @@
+"""Terms that the Pyomo formulations share: shear limits as mutable parameters, and compatibility."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import pyomo.environ as pyo
+import scipy.sparse as sp
+from masonry_opt.models.interface import expect_same_terms
+from pyomo.core.expr import LinearExpression
+
+from masonry_opt.problem.problem import Problem, ShearLimits
+
+#: Values by component data, as a solver returns primals and duals.
+Values = Mapping[Any, float]
+
+
+class ShearLimited:
+    """A model whose shear limits are mutable: a slope, and a cohesion where one is declared."""
+
+    def __init__(self, problem: Problem, limits: ShearLimits) -> None:
+        self.problem = problem
+        self.program = pyo.ConcreteModel()
+        self.program.joints = pyo.RangeSet(0, problem.joints - 1)
+        self.program.sliding = pyo.Set(initialize=problem.sliding.tolist(), ordered=True)
+        self.program.slope = pyo.Param(self.program.sliding, mutable=True, initialize=0.0)
+        self._cohesive = limits.cohesion is not None
+        if self._cohesive:
+            self.program.cohesion = pyo.Param(self.program.sliding, mutable=True, initialize=0.0)
+        self.set_shear_limits(limits)
+
+    def set_shear_limits(self, limits: ShearLimits) -> None:
+        """Change the shear limits, and nothing else.
+
+        Raises ValueError if cohesion terms were declared and are not given, or the reverse.
+        """
+        expect_same_terms(self._cohesive, limits)
+        self.program.slope.store_values(dict(zip(self.program.sliding, limits.slope.tolist(), strict=False)))
+        if limits.cohesion is not None:
+            cohesion = dict(zip(self.program.sliding, limits.cohesion.tolist(), strict=False))
+            self.program.cohesion.store_values(cohesion)
+
+    def limit(self, i: int, n: Any) -> Any:
+        """Shear limit of joint i under normal force n: cohesion + slope · n."""
+        limit = self.program.slope[i] * n
+        return self.program.cohesion[i] + limit if self._cohesive else limit
+
+
+def add_mechanism(model: pyo.ConcreteModel, problem: Problem, slope: Callable[[int], Any]) -> None:
+    """Declare velocities ``d``, rates ``slide`` and ``rock`` ≥ 0, and Bᵀ d = D p between them."""
+    senses = ("+", "-")
+    model.d = pyo.Var(range(3 * problem.blocks))
+    model.slide = pyo.Var(senses, model.sliding, domain=pyo.NonNegativeReals)
+    model.rock = pyo.Var(senses, model.joints, domain=pyo.NonNegativeReals)
+    d = list(model.d.values())
+    half = problem.half_length.tolist()
+    opening, slip, rotation = (
+        list(products(B.T.tocsr(), d)) for B in (problem.B_n, problem.B_s, problem.B_m)
+    )
+
+    def open_by(m: Any, i: int) -> Any:
+        rocking = half[i] * (m.rock["+", i] + m.rock["-", i])
+        if i not in m.sliding:
+            return opening[i] == rocking
+        return opening[i] == slope(i) * (m.slide["+", i] + m.slide["-", i]) + rocking
+
+    def slip_by(m: Any, i: int) -> Any:
+        return slip[i] == (m.slide["-", i] - m.slide["+", i] if i in m.sliding else 0)
+
+    def rotate_by(m: Any, i: int) -> Any:
+        return rotation[i] == m.rock["-", i] - m.rock["+", i]
+
+    model.opening = pyo.Constraint(model.joints, rule=open_by)
+    model.slip = pyo.Constraint(model.joints, rule=slip_by)
+    model.rotation = pyo.Constraint(model.joints, rule=rotate_by)
+
+
+def products(matrix: sp.csr_array, variables: Sequence[Any]) -> Iterator[Any]:
+    """Each row of ``matrix @ variables`` as a linear expression."""
+    for row in range(matrix.shape[0]):
+        span = slice(matrix.indptr[row], matrix.indptr[row + 1])
+        yield LinearExpression(
+            linear_coefs=matrix.data[span].tolist(),
+            linear_vars=[variables[column] for column in matrix.indices[span]],
+        )
+
+
+def dot(coefficients: np.ndarray, variables: Sequence[Any]) -> Any:
+    """``coefficients · variables`` as a linear expression, zeros left out."""
+    return next(products(sp.csr_array(coefficients[None, :]), variables))
+
+
+def look_up(values: Values, component: Any) -> np.ndarray:
+    """The values of a component's data, in order."""
+    return np.array([values[data] for data in component])
