@@ -47,10 +47,13 @@ class Mechanism:
         if self.slide:
             opening = opening + problem.K @ cp.multiply(slope, self.slide[0] + self.slide[1])
             slip = problem.K @ (self.slide[1] - self.slide[0])
+        rotation = self.rock[1] - self.rock[0]
+        # With 0 to the right: Python may swap the sides of == between expressions (when the right
+        # one's class is derived from the left one's), and with them the sign of the dual.
         return [
-            problem.B_n.T @ self.d == opening,
-            problem.B_s.T @ self.d == slip,
-            problem.B_m.T @ self.d == self.rock[1] - self.rock[0],
+            problem.B_n.T @ self.d - opening == 0,
+            problem.B_s.T @ self.d - slip == 0,
+            problem.B_m.T @ self.d - rotation == 0,
         ]
 
     def dissipation(self, cohesion: cp.Expression | None) -> cp.Expression:

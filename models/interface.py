@@ -35,16 +35,18 @@ class Model(Protocol):
     Attributes
     ----------
     problem: what it was declared on.
-    program: the language's own object (``cvxpy.Problem``, ``pyomo.ConcreteModel``).
     """
 
     problem: Problem
-    program: Any
+
+    @property
+    def program(self) -> Any:
+        """The language's own object: ``cvxpy.Problem`` or ``pyomo.ConcreteModel``."""
 
     def set_shear_limits(self, limits: ShearLimits) -> None:
         """Change the shear limits, and nothing else."""
 
-    def read(self, *answer: Any) -> State:
+    def read(self) -> State:
         """The state at the solver's optimum."""
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pyomo.environ as pyo
 from masonry_opt.models.interface import State, gather_state
-from masonry_opt.models.pyomo_terms import ShearLimited, Values, add_mechanism, dot, look_up
+from masonry_opt.models.pyomo_terms import ShearLimited, add_mechanism, dot, duals, values
 
 from masonry_opt.problem.problem import Problem, ShearLimits
 
@@ -26,15 +26,15 @@ class PyomoKinematic(ShearLimited):
             )
         model.objective = pyo.Objective(expr=work, sense=pyo.minimize)
 
-    def read(self, primal: Values, dual: Values) -> State:
+    def read(self) -> State:
         """The state at the optimum: forces and load factor are the duals of compatibility and of
         the live work."""
         model = self.program
         return gather_state(
             self.problem,
-            load_factor=dual[model.live_work],
-            forces=[look_up(dual, rows.values()) for rows in (model.opening, model.slip, model.rotation)],
-            d=look_up(primal, model.d.values()),
-            slide=list(look_up(primal, model.slide.values()).reshape(2, -1)),
-            rock=list(look_up(primal, model.rock.values()).reshape(2, -1)),
+            load_factor=model.dual[model.live_work],
+            forces=[duals(rows) for rows in (model.opening, model.slip, model.rotation)],
+            d=values(model.d),
+            slide=list(values(model.slide).reshape(2, -1)),
+            rock=list(values(model.rock).reshape(2, -1)),
         )

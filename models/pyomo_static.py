@@ -6,7 +6,7 @@ from typing import Any
 
 import pyomo.environ as pyo
 from masonry_opt.models.interface import State, gather_state
-from masonry_opt.models.pyomo_terms import ShearLimited, Values, look_up, products
+from masonry_opt.models.pyomo_terms import ShearLimited, duals, products, values
 
 from masonry_opt.problem.problem import Problem, ShearLimits
 
@@ -41,16 +41,19 @@ class PyomoStatic(ShearLimited):
         model.equilibrium = pyo.Constraint(range(3 * problem.blocks), rule=equilibrium)
         model.slide = pyo.Constraint(senses, model.sliding, rule=slide)
         model.rock = pyo.Constraint(senses, model.joints, rule=rock)
-        model.objective = pyo.Objective(expr=problem.live_norm * model.load_factor, sense=pyo.maximize)
+        # Written as a minimisation: of a maximisation HiGHS's interior point, without crossover,
+        # finds the optimum and then calls it unknown.
+        model.objective = pyo.Objective(expr=-problem.live_norm * model.load_factor)
 
-    def read(self, primal: Values, dual: Values) -> State:
-        """The state at the optimum: velocities and rates are the duals of equilibrium and yield."""
+    def read(self) -> State:
+        """The state at the optimum: velocities and rates are the duals of equilibrium and yield
+        (of a minimisation: negative)."""
         model = self.program
         return gather_state(
             self.problem,
-            load_factor=primal[model.load_factor],
-            forces=[look_up(primal, force.values()) for force in (model.n, model.s, model.m)],
-            d=look_up(dual, model.equilibrium.values()),
-            slide=list(look_up(dual, model.slide.values()).reshape(2, -1)),
-            rock=list(look_up(dual, model.rock.values()).reshape(2, -1)),
+            load_factor=model.load_factor.value,
+            forces=[values(force) for force in (model.n, model.s, model.m)],
+            d=-duals(model.equilibrium),
+            slide=list(-duals(model.slide).reshape(2, -1)),
+            rock=list(-duals(model.rock).reshape(2, -1)),
         )

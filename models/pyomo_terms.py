@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,9 +13,6 @@ from pyomo.core.expr import LinearExpression
 
 from masonry_opt.problem.problem import Problem, ShearLimits
 
-#: Values by component data, as a solver returns primals and duals.
-Values = Mapping[Any, float]
-
 
 class ShearLimited:
     """A model whose shear limits are mutable: a slope, and a cohesion where one is declared."""
@@ -25,6 +22,7 @@ class ShearLimited:
         self.program = pyo.ConcreteModel()
         self.program.joints = pyo.RangeSet(0, problem.joints - 1)
         self.program.sliding = pyo.Set(initialize=problem.sliding.tolist(), ordered=True)
+        self.program.dual = pyo.Suffix(direction=pyo.Suffix.IMPORT)
         self.program.slope = pyo.Param(self.program.sliding, mutable=True, initialize=0.0)
         self._cohesive = limits.cohesion is not None
         if self._cohesive:
@@ -92,6 +90,12 @@ def dot(coefficients: np.ndarray, variables: Sequence[Any]) -> Any:
     return next(products(sp.csr_array(coefficients[None, :]), variables))
 
 
-def look_up(values: Values, component: Any) -> np.ndarray:
-    """The values of a component's data, in order."""
-    return np.array([values[data] for data in component])
+def values(variable: pyo.Var) -> np.ndarray:
+    """The loaded values of an indexed variable, in order."""
+    return np.array([data.value for data in variable.values()])
+
+
+def duals(constraint: pyo.Constraint) -> np.ndarray:
+    """The loaded duals of an indexed constraint, in order."""
+    dual = constraint.model().dual
+    return np.array([dual[data] for data in constraint.values()])

@@ -34,25 +34,33 @@ def falling_mechanism(problem: Problem) -> np.ndarray | None:
 
 
 def explain_no_answer(problem: Problem, answer: Answer) -> tuple[Status, str]:
-    """Status and message for a linear program without an optimum, of a scene that stands."""
-    if answer.outcome in (Outcome.NO_MECHANISM, Outcome.NEITHER_KNOWN):
-        if _moves_without_dilatancy(problem):
-            return Status.LOCKED, (
-                "sliding joints that dilate jam the blocks, so no load factor is too high; with the "
-                "joints' own flow rule a mechanism exists: use method 'nonassociative'"
-            )
-        return Status.UNLIMITED, (
-            "no mechanism lets the live load do work, so the scene carries any multiple of it: "
-            "check the direction of 'live' and which blocks carry it"
+    """Status and message for a linear program without an optimum, of a scene that stands.
+
+    Such a program is unlimited or its solver failed. Which, is decided by whether the live load
+    drives any mechanism, not by the solver's word.
+    """
+    k = problem.sliding
+    associative = problem.friction[k]
+    own_flow = np.minimum(problem.dilatancy[k], associative)
+    if _live_load_drives(problem, associative):
+        return Status.SOLVER_FAILED, f"the solver stopped with '{answer.word}': try another solver"
+    if _live_load_drives(problem, own_flow):
+        return Status.LOCKED, (
+            "sliding joints that dilate jam the blocks, so no load factor is too high; with the "
+            "joints' own flow rule a mechanism exists: use method 'nonassociative'"
         )
-    return Status.SOLVER_FAILED, f"the solver stopped with '{answer.word}': try another solver"
+    return Status.UNLIMITED, (
+        "no mechanism lets the live load do work, so the scene carries any multiple of it: "
+        "check the direction of 'live' and which blocks carry it"
+    )
 
 
-def _moves_without_dilatancy(problem: Problem) -> bool:
-    own_flow = ShearLimits(np.minimum(problem.dilatancy[problem.sliding], 0.0))
+def _live_load_drives(problem: Problem, slope: np.ndarray) -> bool:
+    """Whether a mechanism with that opening per unit slip (k,) lets the live load do work."""
     solver, force = find_solver("cvxpy", "clarabel"), problem.live / problem.live_norm
-    driven = driven_mechanism(problem, force, own_flow, solver, Stopwatch())
-    return driven is not None and driven[0] > _NOTHING
+    driven = driven_mechanism(problem, force, ShearLimits(slope), solver, Stopwatch())
+    # A solver that fails here proves nothing: do not call a scene unlimited on its word.
+    return driven is None or driven[0] > _NOTHING
 
 
 def moving_blocks(d: np.ndarray) -> np.ndarray:

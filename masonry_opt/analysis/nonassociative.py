@@ -24,8 +24,9 @@ Progress = Callable[[Iteration], None]
 #: Below this share of λ the energy of sliding cannot matter: the flow rule has no influence.
 NO_INFLUENCE = 1e-6
 
-#: Longest cycle looked for.
+#: Longest cycle looked for, and the drift from one to the next, over its swing, that still is one.
 _LONGEST_PERIOD = 6
+_STEADY = 0.05
 
 
 @dataclass(frozen=True)
@@ -141,7 +142,7 @@ def run_loop(
             correction = small_cohesion * float(slip.sum()) / problem.live_norm
             message = f"in {iteration} sub-problems"
             return _converged(finding, state.load_factor - correction, message), None
-        elif period := _period(load_factors, normal, options.tol):
+        elif period := _period(load_factors, normal):
             cycle = load_factors[-period:]
             finding.status = Status.CYCLING
             finding.message = (
@@ -227,21 +228,17 @@ def _record(
     )
 
 
-def _period(load_factors: list[float], normal: list[np.ndarray], tol: float) -> int:
-    """Length of the cycle the loop is in, or 0: λ and normal forces came back three times over."""
+def _period(load_factors: list[float], normal: list[np.ndarray]) -> int:
+    """Length of the cycle the loop is in, or 0: load factors and normal forces came back twice, and
+    the swing hardly dies away."""
     values = np.array(load_factors)
     largest = float(np.abs(normal[-1]).max())
     for period in range(2, _LONGEST_PERIOD + 1):
         if len(values) < 3 * period + 1:
             break
-        now, before, earlier = (
-            values[-period:],
-            values[-2 * period : -period],
-            values[-3 * period : -2 * period],
-        )
-        close = tol * abs(values[-1])
-        same = max(np.abs(now - before).max(), np.abs(before - earlier).max()) < close
-        back = np.abs(normal[-1] - normal[-1 - period]).max() < 1e-3 * largest
-        if same and back:
+        earlier, before, now = values[-3 * period :].reshape(3, period)
+        drift = max(np.abs(now - before).max(), np.abs(before - earlier).max())
+        back = np.abs(normal[-1] - normal[-1 - period]).max() < 1e-2 * largest
+        if drift < _STEADY * np.ptp(now) and back:
             return period
     return 0

@@ -146,6 +146,6 @@ def _falls(assembly: Assembly, velocities: Any) -> str:
     more = f" and {len(moving) - 5} more" if len(moving) > 5 else ""
     blocks = "block" if len(moving) == 1 else "blocks"
     return (
-        f"the dead load alone moves {blocks} {', '.join(names)}{more}: support them, or raise the "
-        "friction of their joints"
+        f"the dead load alone moves {blocks} {', '.join(names)}{more}: support what falls, or raise "
+        "the friction of its joints"
     )

@@ -85,18 +85,18 @@ def _equilibrium(
         arm = (joints.middle - shapes.centroid[block]) / length_unit
         for column, force in enumerate((normal, tangent)):
             moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
-            for row, value in enumerate((force[:, 0], force[:, 1], moment)):
-                rows.append(3 * row_of[block] + row)
+            for component, value in enumerate((force[:, 0], force[:, 1], moment)):
+                rows.append(3 * row_of[block] + component)
                 columns.append(3 * np.arange(count) + column)
                 values.append(sign * value)
         rows.append(3 * row_of[block] + 2)
         columns.append(3 * np.arange(count) + 2)
         values.append(np.full(count, sign))
-    row, column, value = map(np.concatenate, (rows, columns, values))
+    row, col, entry = map(np.concatenate, (rows, columns, values))
     # Fixed blocks have no rows; exact zeros (axis-aligned joints) stay out of the pattern.
-    kept = (row >= 0) & (value != 0)
+    kept = (row >= 0) & (entry != 0)
     shape = (3 * len(movable), 3 * count)
-    return sp.csr_array((value[kept], (row[kept], column[kept])), shape=shape)
+    return sp.csr_array((entry[kept], (row[kept], col[kept])), shape=shape)
 
 
 def _loads(scene: Scene, shapes: Geometry, movable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

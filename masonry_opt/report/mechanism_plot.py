@@ -94,33 +94,26 @@ def draw_mechanism(result: Result, axes: Axes) -> None:
     """Draw a result on given axes: displaced blocks, marked joints, the load factor as title."""
     assembly = result.assembly
     shapes, origin = assembly.geometry, assembly.geometry.origin
-    size = np.ptp(_corners(shapes.polygons[assembly.movable]), axis=0).max()
     fixed = np.setdiff1d(np.arange(len(shapes.polygons)), assembly.movable)
     at_rest = [shapely.get_coordinates(polygon) for polygon in shapes.polygons]
+    low, high = _extent(result)
+    size = float((high - low).max())
 
     axes.add_collection(
         PolyCollection([at_rest[i] + origin for i in fixed], facecolor=_FIXED, edgecolor="none")
     )
-    if np.isfinite(result.blocks["vx"]).all():
-        axes.add_collection(
-            PolyCollection(
-                [at_rest[i] + origin for i in assembly.movable],
-                facecolor="none",
-                edgecolor=_OUTLINE,
-                linewidth=0.5,
-            )
-        )
+    rest = [at_rest[i] + origin for i in assembly.movable]
+    moved = rest
+    if result.blocks["vx"].notna().all():
+        axes.add_collection(PolyCollection(rest, facecolor="none", edgecolor=_OUTLINE, linewidth=0.5))
         scale = _DISPLACEMENT * size / _fastest(result)
-        moved = {i: at_rest[i] + scale * _velocity(result, i, at_rest[i]) for i in assembly.movable}
-        _draw_blocks(axes, [moved[i] + origin for i in assembly.movable], size)
+        motion = _Velocities(result)
+        moved = [at_rest[i] + scale * motion.at(i, at_rest[i]) + origin for i in assembly.movable]
+    width = 0.8 if len(moved) < 300 else 0.3
+    axes.add_collection(PolyCollection(moved, facecolor=_BLOCK, edgecolor="black", linewidth=width))
+    if moved is not rest:
         _mark_joints(result, axes, scale)
-    else:
-        _draw_blocks(axes, [at_rest[i] + origin for i in assembly.movable], size)
 
-    low, high = (
-        _corners(shapes.polygons[assembly.movable]).min(axis=0),
-        _corners(shapes.polygons[assembly.movable]).max(axis=0),
-    )
     margin = 1.5 * _DISPLACEMENT * size
     axes.set_xlim(low[0] + origin[0] - margin, high[0] + origin[0] + margin)
     axes.set_ylim(low[1] + origin[1] - margin, high[1] + origin[1] + margin)
@@ -137,29 +130,24 @@ def _title(result: Result) -> str:
     return f"{name}\n{result.status}"
 
 
-def _draw_blocks(axes: Axes, corners: list[np.ndarray], size: float) -> None:
-    width = 0.8 if len(corners) < 300 else 0.3
-    axes.add_collection(PolyCollection(corners, facecolor=_BLOCK, edgecolor="black", linewidth=width))
-
-
 def _mark_joints(result: Result, axes: Axes, scale: float) -> None:
     joints, origin = result.assembly.joints, result.assembly.geometry.origin
-    motion = joint_motion(result)
+    joint_moves, motion = joint_motion(result), _Velocities(result)
 
     def displaced(joint: int, point: np.ndarray) -> np.ndarray:
         """Where a point of a joint is drawn: midway between its two blocks."""
         blocks = (joints.first[joint], joints.second[joint])
-        velocity = sum(_velocity(result, block, point[None])[0] for block in blocks) / 2
+        velocity = sum(motion.at(block, point[None])[0] for block in blocks) / 2
         return point + scale * velocity + origin
 
-    slid = [
-        [displaced(j, joints.start[j]), displaced(j, joints.end[j])] for j in np.flatnonzero(motion.slides)
-    ]
+    sliding = np.flatnonzero(joint_moves.slides).tolist()
+    hinging = np.flatnonzero(joint_moves.hinges).tolist()
+    slid = [[displaced(j, joints.start[j]), displaced(j, joints.end[j])] for j in sliding]
     axes.add_collection(LineCollection(slid, color=_SLIDES, linewidth=2.2, capstyle="round", zorder=3))
-    hinges = np.array([displaced(j, motion.hinge[j]) for j in np.flatnonzero(motion.hinges)])
-    if len(hinges):
+    if hinging:
+        x, y = np.array([displaced(j, joint_moves.hinge[j]) for j in hinging]).T
         size = 22 if len(joints.first) < 1000 else 8
-        axes.scatter(*hinges.T, s=size, color=_HINGES, edgecolor="white", linewidth=0.4, zorder=4)
+        axes.scatter(x, y, s=size, color=_HINGES, edgecolor="white", linewidth=0.4, zorder=4)
 
 
 def _legend(result: Result) -> list[Line2D | Patch]:
@@ -168,35 +156,41 @@ def _legend(result: Result) -> list[Line2D | Patch]:
         Patch(facecolor=_FIXED, label="fixed"),
     ]
     if result.load_factor is not None or result.status is Status.UNSTABLE:
-        dot = {"marker": "o", "linestyle": "none", "markeredgecolor": "white"}
         handles += [
             Line2D([], [], color=_SLIDES, linewidth=2.2, label="sliding joint"),
-            Line2D([], [], color=_HINGES, label="hinging joint", **dot),
+            Line2D([], [], color=_HINGES, linestyle="none", marker="o", label="hinging joint"),
         ]
     return handles
 
 
-def _velocity(result: Result, block: int, points: np.ndarray) -> np.ndarray:
-    """Velocity of points (relative to the geometry's origin) of a block of the scene, shape (., 2)."""
-    assembly = result.assembly
-    row = np.searchsorted(assembly.movable, block)
-    if row == len(assembly.movable) or assembly.movable[row] != block:
-        return np.zeros_like(points)
-    motion = result.blocks.iloc[int(row)]
-    arm = points - assembly.geometry.centroid[block]
-    turn = float(motion["omega"]) * np.column_stack([-arm[:, 1], arm[:, 0]])
-    return np.array([motion["vx"], motion["vy"]], dtype=float) + turn
+class _Velocities:
+    """Velocities of points of the scene's blocks, fixed ones included."""
+
+    def __init__(self, result: Result) -> None:
+        assembly = result.assembly
+        self.centroid = assembly.geometry.centroid
+        self.motion = np.zeros((len(self.centroid), 3))
+        self.motion[assembly.movable] = result.blocks[["vx", "vy", "omega"]]
+
+    def at(self, block: int, points: np.ndarray) -> np.ndarray:
+        """Velocity of points, relative to the geometry's origin, of a block; shape (points, 2)."""
+        vx, vy, omega = self.motion[block]
+        arm = points - self.centroid[block]
+        return np.array([vx, vy]) + omega * np.column_stack([-arm[:, 1], arm[:, 0]])
 
 
 def _fastest(result: Result) -> float:
     """Speed of the fastest corner."""
-    shapes = result.assembly.geometry
+    polygons, motion = result.assembly.geometry.polygons, _Velocities(result)
     speeds = [
-        np.hypot(*_velocity(result, block, shapely.get_coordinates(shapes.polygons[block])).T).max()
+        np.hypot(*motion.at(block, shapely.get_coordinates(polygons[block])).T).max()
         for block in result.assembly.movable
     ]
     return float(max(speeds)) or 1.0
 
 
-def _corners(polygons: np.ndarray) -> np.ndarray:
-    return np.asarray(shapely.get_coordinates(polygons))
+def _extent(result: Result) -> tuple[np.ndarray, np.ndarray]:
+    """Lower left and upper right of the movable blocks, relative to the geometry's origin."""
+    assembly = result.assembly
+    corners = shapely.get_coordinates(assembly.geometry.polygons[assembly.movable])
+    return corners.min(axis=0), corners.max(axis=0)

@@ -44,6 +44,18 @@ TABLES: dict[str, type[Record]] = {
 }
 
 
+#: Plainer words than pydantic's for what users meet most.
+_MESSAGES = {
+    "model_type": "must be a table of keys",
+    "dict_type": "must be a table of keys",
+    "too_short": "needs at least {min_length} entries, has {actual_length}",
+    "too_long": "takes at most {max_length} entries, has {actual_length}",
+    "float_type": "must be a number",
+    "greater_than": "must be greater than {gt}",
+    "greater_than_equal": "must be {ge} or more",
+}
+
+
 def load(path: str | Path) -> Scene:
     """Read a case file.
 
@@ -139,8 +151,8 @@ def _explain_one(item: dict[str, Any], case: Mapping[str, Any]) -> str:
         return ": ".join([*where, f"unknown key '{key}'{_suggestion(key, table)}"])
     if item["type"] == "missing":
         return ": ".join([*where, f"missing key '{key}'" if key else "missing table"])
-    message = item["msg"].removeprefix("Value error, ")
-    message = message[0].lower() + message[1:]
+    message = _MESSAGES.get(item["type"], item["msg"].removeprefix("Value error, "))
+    message = message[0].lower() + message[1:].format(**item.get("ctx", {}))
     if item["type"] != "value_error" or key:
         shown = repr(item["input"])
         message += f" (found {shown if len(shown) <= 60 else shown[:57] + '...'})"

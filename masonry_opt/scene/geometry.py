@@ -103,8 +103,8 @@ def _simplified(
     left = np.minimum.reduceat(height, start) > 0
     right = np.maximum.reduceat(height, start) < 0
     area = np.abs(shapely.area(shapely.polygons(shapely.linearrings(corners, indices=owner))))
-    _refuse(area <= tolerance**2, scene, "has no area")
     _refuse(np.abs(turns) != 1, scene, "crosses itself: give its corners in order round the block")
+    _refuse(area <= tolerance**2, scene, "has no area")
     _refuse(~(left | right), scene, "is not convex: split it into convex blocks")
     return corners, counts
 

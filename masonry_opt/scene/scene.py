@@ -97,3 +97,7 @@ class Scene(SceneKeys):
         """The same scene, remembering the file it came from."""
         self._origin = str(origin)
         return self
+
+    def __eq__(self, other: object) -> bool:
+        """Scenes are equal if their keys are, wherever they were read from."""
+        return isinstance(other, Scene) and self.model_dump() == other.model_dump()

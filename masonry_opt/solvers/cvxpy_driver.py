@@ -50,7 +50,8 @@ class CvxpyDriver:
     def size(self) -> LpSize:
         """Rows, columns and non-zeros as compiled."""
         data, _, _ = self.model.program.get_problem_data(self.solver.engine, solver_opts={})
-        return LpSize(*data["A"].shape, data["A"].nnz)
+        rows, columns = data["A"].shape
+        return LpSize(rows, columns, data["A"].nnz)
 
     def solve(self) -> Answer:
         """Solve with the present shear limits."""

@@ -18,12 +18,14 @@ class Driver(Protocol):
 
     Attributes
     ----------
-    model: the declared model.
     solves: how often it was solved.
     """
 
-    model: Model
     solves: int
+
+    @property
+    def model(self) -> Model:
+        """The declared model."""
 
     def set_shear_limits(self, limits: ShearLimits) -> None:
         """Change the model's shear limits, and nothing else."""

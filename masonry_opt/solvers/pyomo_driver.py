@@ -74,8 +74,9 @@ class PyomoDriver:
         iterations = max(0, *(int(counts.get(f"{kind}_iteration_count") or 0) for kind in ("simplex", "ipm")))
         if condition == TerminationCondition.convergenceCriteriaSatisfied:
             with self.watch.measure("read"):
-                loader = result.solution_loader
-                state = self.model.read(loader.get_vars(), loader.get_duals())
+                result.solution_loader.load_vars()
+                self.model.program.dual.update(result.solution_loader.get_duals())
+                state = self.model.read()
             return Answer(Outcome.OPTIMAL, condition.name, state, iterations, seconds)
         outcome = outcome_of(
             self.formulation,

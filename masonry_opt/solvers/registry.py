@@ -35,29 +35,31 @@ def _clarabel(tolerance: float) -> dict[str, Any]:
     return {"tol_gap_abs": tolerance, "tol_gap_rel": tolerance, "tol_feas": tolerance}
 
 
-def _highs(algorithm: str, **more: Any) -> Any:
-    def options(tolerance: float) -> dict[str, Any]:
-        feasibility = max(tolerance, 1e-10)  # HiGHS takes no less
-        return {
-            "solver": algorithm,
-            "primal_feasibility_tolerance": feasibility,
-            "dual_feasibility_tolerance": feasibility,
-            **more,
-        }
-
-    return options
+def _highs_simplex(tolerance: float) -> dict[str, Any]:
+    feasibility = max(tolerance, 1e-10)  # HiGHS takes no less
+    return {
+        "solver": "simplex",
+        "primal_feasibility_tolerance": feasibility,
+        "dual_feasibility_tolerance": feasibility,
+    }
 
 
-_SIMPLEX = _highs("simplex")
-_INTERIOR = _highs("ipm", run_crossover="off")
+def _highs_interior(tolerance: float) -> dict[str, Any]:
+    # Crossover would end in a vertex, and the loop needs the middle of the optimal states.
+    return _highs_simplex(tolerance) | {
+        "solver": "ipm",
+        "run_crossover": "off",
+        "ipm_optimality_tolerance": max(tolerance, 1e-12),
+    }
+
 
 #: (language, name): engine, options by tolerance. The first of each language is its default.
 SOLVERS: dict[tuple[str, str], tuple[str, Any]] = {
     ("cvxpy", "clarabel"): ("CLARABEL", _clarabel),
-    ("cvxpy", "highs"): ("HIGHS", _SIMPLEX),
-    ("cvxpy", "highs-ipm"): ("HIGHS", _INTERIOR),
-    ("pyomo", "highs"): ("highs", _SIMPLEX),
-    ("pyomo", "highs-ipm"): ("highs", _INTERIOR),
+    ("cvxpy", "highs"): ("HIGHS", _highs_simplex),
+    ("cvxpy", "highs-ipm"): ("HIGHS", _highs_interior),
+    ("pyomo", "highs"): ("highs", _highs_simplex),
+    ("pyomo", "highs-ipm"): ("highs", _highs_interior),
 }
 
 LANGUAGES = tuple(dict.fromkeys(language for language, _ in SOLVERS))

@@ -1,0 +1,30 @@
+# Each command makes its own environment, from pinned versions, in .venv.
+PYTHON ?= python3
+BIN := .venv/bin
+
+.PHONY: table1 test slow lint clean
+
+table1: .venv/installed
+	$(BIN)/masonry-opt reproduce table1 --out results
+
+test: .venv/installed
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest
+
+slow: .venv/installed
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -m slow
+
+lint: .venv/installed
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	# models/ is imported as masonry_opt.models: type-check the tree as a wheel lays it out.
+	rm -rf build/typed && mkdir -p build/typed && cp -r masonry_opt build/typed/ && cp -r models build/typed/masonry_opt/
+	cd build/typed && ../../$(BIN)/python -m mypy --config-file ../../pyproject.toml -p masonry_opt
+
+.venv/installed: pyproject.toml constraints.txt
+	$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Python 3.11 or newer is needed: make PYTHON=python3.12")'
+	$(PYTHON) -m venv --clear .venv
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[test,check]'
+	touch $@
+
+clean:
+	rm -rf .venv build dist results *.egg-info

@@ -1,0 +1,88 @@
+"""The matrices against rigid-body motion worked out by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scenes import block_on_floor, small_wall, two_blocks
+
+import masonry_opt as mo
+from masonry_opt.problem.assembly import assemble
+
+
+def irregular():
+    """Three stones with no two edges alike, on a sloping support."""
+    return mo.Scene(
+        joints=mo.JointDefaults(friction=0.7),
+        blocks=[
+            mo.Block(name="A", vertices=[(0, 0), (3, 1), (2.5, 2.5), (0.2, 2)], weight=3, live=(1, 0.5)),
+            mo.Block(name="B", vertices=[(0.2, 2), (2.5, 2.5), (1, 4)], weight=2),
+            mo.Block(name="ground", vertices=[(-3, -1), (6, 2), (6, -3)], fixed=True),
+        ],
+    )
+
+
+def velocity(d, block, arm):
+    vx, vy, omega = d[3 * block : 3 * block + 3]
+    return np.array([vx - omega * arm[1], vy + omega * arm[0]])
+
+
+@pytest.mark.parametrize("scene", [irregular(), two_blocks(), small_wall()], ids=["irregular", "two", "wall"])
+def test_joint_velocities_are_differences_of_rigid_body_velocities(scene):
+    assembly = assemble(scene)
+    problem, joints, shapes = assembly.problem, assembly.joints, assembly.geometry
+    d = np.random.default_rng(1).normal(size=3 * problem.blocks)
+    u = problem.B.T @ d
+    row = {block: number for number, block in enumerate(assembly.movable)}
+    for joint in range(problem.joints):
+        motion, spin = np.zeros(2), 0.0
+        for block, sign in ((joints.first[joint], 1), (joints.second[joint], -1)):
+            if block in row:
+                arm = (joints.middle[joint] - shapes.centroid[block]) / problem.length_unit
+                motion += sign * velocity(d, row[block], arm)
+                spin += sign * d[3 * row[block] + 2]
+        normal = joints.normal[joint]
+        tangent = np.array([normal[1], -normal[0]])
+        assert u[3 * joint : 3 * joint + 3] == pytest.approx([motion @ normal, motion @ tangent, spin])
+
+
+def test_compression_pushes_the_first_block_away_from_the_second():
+    problem = assemble(block_on_floor()).problem
+    n, s, m = np.eye(3)
+    # Block A (first) stands on the floor: n lifts it, s pushes it right about its centroid above.
+    assert problem.B @ n == pytest.approx([0, 1, 0])
+    assert problem.B @ s == pytest.approx([1, 0, 1.0 / problem.length_unit])
+    assert problem.B @ m == pytest.approx([0, 0, 1])
+
+
+def test_loads_act_where_they_are_put():
+    scene = block_on_floor(
+        2.0, 2.0, live=(3.0, 0.0), live_at=(1.0, 2.0), dead=(0.0, -4.0), dead_at=(1.5, 2.0), weight=6.0
+    )
+    problem = assemble(scene).problem
+    force, moment = problem.force_unit, problem.force_unit * problem.length_unit
+    assert problem.dead * [force, force, moment] == pytest.approx([0, -10, -2])
+    assert problem.live * [force, force, moment] == pytest.approx([3, 0, -3])
+
+
+def test_gravity_points_where_the_scene_says():
+    scene = block_on_floor().model_copy(update={"gravity": (3.0, -4.0)})
+    problem = assemble(scene).problem
+    assert problem.dead * problem.force_unit == pytest.approx([0.6, -0.8, 0])
+
+
+def test_units_cancel():
+    small, large = block_on_floor(1, 2, weight=1), block_on_floor(1000, 2000, weight=1, live=(1, 0))
+    large = mo.Scene(
+        joints=large.joints,
+        blocks=[
+            large.blocks[0],
+            mo.Block(
+                name="floor", vertices=[(-5000, -1000), (6000, -1000), (6000, 0), (-5000, 0)], fixed=True
+            ),
+        ],
+    )
+    one, other = assemble(small).problem, assemble(large).problem
+    np.testing.assert_allclose(one.B.toarray(), other.B.toarray(), atol=1e-12)
+    np.testing.assert_allclose(one.half_length, other.half_length)
+    np.testing.assert_allclose(one.dead, other.dead)

@@ -1,0 +1,172 @@
+"""The command line: what is printed where, exit codes, pictures and tables."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+
+import pandas as pd
+import pytest
+from scenes import CASES, block_on_floor
+
+import masonry_opt as mo
+from masonry_opt.cli import main
+from masonry_opt.report.mechanism_plot import joint_motion
+
+WALL_1 = CASES / "ferris_tinloi" / "wall_1.toml"
+
+
+def run(monkeypatch, capsys, *arguments):
+    monkeypatch.setattr("sys.argv", ["masonry-opt", *map(str, arguments)])
+    try:
+        main()
+        code = 0
+    except SystemExit as end:
+        code = end.code or 0
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def test_json_is_one_object_with_everything_asked_for(monkeypatch, capsys):
+    code, out, _ = run(monkeypatch, capsys, "solve", WALL_1, "--json")
+    answer = json.loads(out)
+    assert code == 0
+    assert answer["case"] == str(WALL_1)
+    assert (answer["method"], answer["model"], answer["solver"]) == ("nonassociative", "cvxpy", "clarabel")
+    assert answer["status"] == "converged"
+    assert answer["load_factor"] == pytest.approx(0.63982, rel=3e-4)
+    assert (answer["blocks"], answer["joints"]) == (33, 83)
+    assert answer["iterations"] > answer["lp_solves"] > 1
+    assert set(answer["certificate"]) == {"equilibrium", "yield", "flow", "complementarity"}
+    assert set(answer["seconds"]) == {"scene", "dead_load", "build", "compile", "solve", "read"}
+    assert all(seconds > 0 for seconds in answer["seconds"].values())
+    assert len(answer["joint_results"]) == 83
+    assert len(answer["block_results"]) == 33
+    assert len(answer["history"]) == answer["lp_solves"]
+
+
+@pytest.mark.parametrize("method", ["static", "kinematic"])
+@pytest.mark.parametrize(("model", "solver"), [("cvxpy", "highs"), ("pyomo", "highs-ipm")])
+def test_methods_models_and_solvers_can_be_chosen(monkeypatch, capsys, method, model, solver):
+    options = ["--method", method, "--model", model, "--solver", solver, "--json"]
+    code, out, _ = run(monkeypatch, capsys, "solve", WALL_1, *options)
+    answer = json.loads(out)
+    assert code == 0
+    assert (answer["method"], answer["model"], answer["solver"]) == (method, model, solver)
+    assert answer["load_factor"] == pytest.approx(0.642859, abs=1e-6)
+
+
+def test_text_names_the_load_factor_and_its_certificate(monkeypatch, capsys):
+    code, out, _ = run(monkeypatch, capsys, "solve", WALL_1)
+    assert code == 0
+    assert "load factor      0.6398" in out
+    assert "equilibrium" in out
+    assert "converged" in out
+
+
+def test_installed_command_in_a_process_of_its_own(tmp_path):
+    """Standard output holds the JSON object alone, and a failed run leaves it empty."""
+    command = [sys.executable, "-c", "from masonry_opt.cli import main; main()", "solve"]
+    good = subprocess.run([*command, str(WALL_1), "--json"], capture_output=True, text=True, check=False)
+    assert good.returncode == 0
+    assert json.loads(good.stdout)["blocks"] == 33
+    bad = subprocess.run([*command, str(tmp_path / "no.toml")], capture_output=True, text=True, check=False)
+    assert bad.returncode == 2
+    assert bad.stdout == ""
+    assert bad.stderr == f"error: {tmp_path / 'no.toml'}: no such file\n"
+
+
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+def test_plot_is_written_in_the_format_of_its_name(monkeypatch, capsys, tmp_path, ending):
+    picture = tmp_path / f"wall.{ending}"
+    code, _, _ = run(monkeypatch, capsys, "solve", WALL_1, "--plot", picture)
+    assert code == 0
+    start = picture.read_bytes()[:100]
+    assert {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[ending] in start
+    assert list(tmp_path.iterdir()) == [picture]
+
+
+def test_plot_shows_load_factor_and_legend(tmp_path):
+    import matplotlib as mpl
+
+    from masonry_opt.report.mechanism_plot import plot_mechanism
+
+    with mpl.rc_context({"svg.fonttype": "none"}):
+        plot_mechanism(mo.solve(WALL_1), tmp_path / "wall.svg")
+    text = (tmp_path / "wall.svg").read_text()
+    for words in ("Ferris &amp; Tin-Loi wall 1", "0.63982", "sliding joint", "hinging joint"):
+        assert words in text
+
+
+@pytest.mark.parametrize(
+    ("width", "friction", "slides", "hinges"), [(1, 0.8, False, True), (4, 0.5, True, False)]
+)
+def test_marked_joints_are_those_that_move(width, friction, slides, hinges):
+    motion = joint_motion(mo.solve(block_on_floor(width, 2, friction)))
+    assert (motion.slides[0], motion.hinges[0]) == (slides, hinges)
+
+
+def test_block_overturns_about_its_far_toe():
+    result = mo.solve(block_on_floor(1, 2, 0.8))
+    toe = joint_motion(result).hinge[0] + result.assembly.geometry.origin
+    assert toe == pytest.approx([1, 0])
+
+
+def test_plot_of_blocks_that_fall(monkeypatch, capsys, tmp_path):
+    case = tmp_path / "case.toml"
+    overhang = mo.Scene(
+        joints=mo.JointDefaults(friction=0.6),
+        blocks=[
+            mo.Block(name="A", vertices=[(0, 0), (3, 0), (3, 1), (0, 1)], weight=1, live=(1, 0)),
+            mo.Block(name="base", vertices=[(-3, -1), (0.5, -1), (0.5, 0), (-3, 0)], fixed=True),
+        ],
+    )
+    mo.save(overhang, case)
+    code, out, _ = run(monkeypatch, capsys, "solve", case, "--plot", tmp_path / "falls.png")
+    assert code == 1
+    assert "unstable under dead load" in out
+    assert (tmp_path / "falls.png").exists()
+
+
+def test_check_command(monkeypatch, capsys):
+    code, out, _ = run(monkeypatch, capsys, "check", WALL_1)
+    assert code == 0
+    assert "agree" in out
+    assert "kinematic" in out
+
+
+def test_reproduce_table1(monkeypatch, capsys, tmp_path):
+    code, out, err = run(monkeypatch, capsys, "reproduce", "table1", "--out", tmp_path, "--cases", CASES)
+    assert code == 0, out
+    assert "every value is within the tolerance" in out
+    table = pd.read_csv(tmp_path / "table1.csv")
+    assert list(table["wall"]) == [1, 2, 3, 4, 5, 6]
+    assert list(table["associative, paper"]) == [0.64286, 0.58, 0.40369, 0.33195, 0.23964, 0.34782]
+    assert "table1.csv" in err
+    residuals = pd.read_csv(tmp_path / "table1_residuals.csv")
+    assert (residuals["status"] == "converged").all()
+    assert {"equilibrium", "yield", "flow", "complementarity"} < set(residuals.columns)
+
+
+def test_reproduce_says_which_value_misses(monkeypatch, capsys, tmp_path):
+    cases = tmp_path / "cases" / "ferris_tinloi"
+    cases.mkdir(parents=True)
+    for path in (CASES / "ferris_tinloi").glob("*.toml"):
+        text = path.read_text()
+        (cases / path.name).write_text(text.replace("0.63982", "0.64082"))
+    code, out, _ = run(
+        monkeypatch, capsys, "reproduce", "table1", "--out", tmp_path, "--cases", tmp_path / "cases"
+    )
+    assert code == 1
+    assert "wall_1.toml: nonassociative" in out
+    assert "published 0.64082" in out
+
+
+def test_reproduce_without_case_files_or_folder(monkeypatch, capsys, tmp_path):
+    code, out, err = run(monkeypatch, capsys, "reproduce", "table1", "--cases", tmp_path)
+    assert (code, out) == (2, "")
+    assert "no such file" in err
+    code, _, err = run(monkeypatch, capsys, "reproduce", "table9")
+    assert code == 2
+    assert "table1" in err

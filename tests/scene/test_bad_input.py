@@ -1,0 +1,189 @@
+"""Bad input ends with one clear message and exit code 1 or 2: never a traceback, never a number."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from masonry_opt.cli import main
+
+GOOD = """
+[joints]
+friction = 0.6
+[[block]]
+name = "A"
+vertices = [[0, 0], [1, 0], [1, 1], [0, 1]]
+weight = 1.0
+live = [1.0, 0.0]
+[[block]]
+name = "base"
+vertices = [[-4, -1], [9, -1], [9, 0], [-4, 0]]
+fixed = true
+"""
+BESIDE = '[[block]]\nname = "B"\nvertices = [[0.9, 0], [1.9, 0], [1.9, 1], [0.9, 1]]\nweight = 1\n'
+
+
+def run(monkeypatch, capsys, *arguments):
+    """Exit code, standard output and standard error of the command line."""
+    monkeypatch.setattr("sys.argv", ["masonry-opt", *map(str, arguments)])
+    with pytest.raises(SystemExit) as end:
+        main()
+    captured = capsys.readouterr()
+    return end.value.code or 0, captured.out, captured.err
+
+
+WRONG_CASES = {
+    "TOML syntax": (GOOD + "x = = 1", ["not valid TOML", "line 13"]),
+    "unknown key": (
+        GOOD.replace("weight", "wieght"),
+        ["block no. 1 ('A')", "'wieght'", "did you mean 'weight'"],
+    ),
+    "unknown table": (GOOD + "[joins]\nx = 1", ["unknown key 'joins'", "did you mean"]),
+    "unknown joint key": (
+        GOOD.replace("friction", "fricton"),
+        ["[joints]", "'fricton'", "did you mean 'friction'"],
+    ),
+    "wrong type": (GOOD.replace("weight = 1.0", 'weight = "1"'), ["block no. 1 ('A')", "'weight'", "number"]),
+    "negative friction": (GOOD.replace("0.6", "-0.6"), ["[joints]", "'friction'", "zero or more", "-0.6"]),
+    "NaN friction": (GOOD.replace("0.6", "nan"), ["[joints]", "'friction'", "nan"]),
+    "two vertices": (GOOD.replace(", [1, 1], [0, 1]", ""), ["block no. 1 ('A')", "'vertices'", "at least 3"]),
+    "NaN": (GOOD.replace("[1, 1]", "[1, nan]"), ["block no. 1 ('A')", "vertices[2][1]", "nan"]),
+    "infinite": (GOOD.replace("[1.0, 0.0]", "[inf, 0.0]"), ["block no. 1 ('A')", "live[0]", "inf"]),
+    "huge": (GOOD.replace("[1, 1]", "[1, 1e300]"), ["vertices[2][1]", "1e+300"]),
+    "overlap": (GOOD + BESIDE, ["'A' and 'B' overlap", "move them apart"]),
+    "no fixed block": (GOOD.replace("fixed = true", "weight = 1"), ["no block is fixed", "fixed = true"]),
+    "no live load": (GOOD.replace("live = [1.0, 0.0]", ""), ["no block carries a live load", "live"]),
+    "live load on a support": (
+        GOOD + "live = [1.0, 0.0]\n",
+        ["block no. 2 ('base')", "fixed block carries no load"],
+    ),
+    "no weight": (GOOD.replace("weight = 1.0", ""), ["block no. 1 ('A')", "'weight' or 'unit_weight'"]),
+    "duplicate name": (GOOD.replace('"base"', '"A"'), ["no. 1 and no. 2", "'A'", "rename"]),
+    "joint of unknown block": (
+        GOOD + '[[joint]]\nbetween = ["A", "bas"]',
+        ["no block 'bas'", "did you mean 'base'"],
+    ),
+    "no block": ("[joints]\nfriction = 0.5", ["no block"]),
+    "empty": ("", ["[joints]", "missing"]),
+    "wall without blocks": (
+        "[joints]\nfriction = 0.5\n[wall]\nblock = [4, 1]\nweight = 1\ncourses = [[-1]]",
+        ["[wall]", "course no. 1", "no block"],
+    ),
+    "wall with an unknown course": (
+        '[joints]\nfriction = 0.5\n[wall]\nblock = [4, 1]\nweight = 1\ncourses = ["H"]\ncourse = { G = [1] }',
+        ["[wall]", "no course is named 'H'", "G"],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", WRONG_CASES)
+def test_wrong_case_file(name, tmp_path, monkeypatch, capsys):
+    text, expected = WRONG_CASES[name]
+    path = tmp_path / "case.toml"
+    path.write_text(text)
+    code, out, err = run(monkeypatch, capsys, "solve", path)
+    assert code == 2
+    assert out == ""
+    assert str(path) in err
+    assert "Traceback" not in err
+    for words in expected:
+        assert words in err
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("missing.toml", None, "no such file"),
+        ("folder.toml", ..., "is a folder"),
+        ("binary.toml", b"\xff\xfe\x00", "not UTF-8"),
+        ("list.json", b"[1]", "one JSON object"),
+        ("broken.json", b"{", "not valid JSON"),
+        ("deep.json", b'{"a":' * 100_000, "nested too deeply"),
+        ("table.json", b'{"joints": [1]}', "must be a table"),
+        ("case.yaml", b"", ".toml or .json"),
+    ],
+)
+def test_unreadable_file(name, content, words, tmp_path, monkeypatch, capsys):
+    path = tmp_path / name
+    if content is ...:
+        path.mkdir()
+    elif content is not None:
+        path.write_bytes(content)
+    code, out, err = run(monkeypatch, capsys, "solve", path)
+    assert (code, out) == (2, "")
+    assert str(path) in err
+    assert words in err
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize(
+    ("option", "words"),
+    [
+        (["--solver", "mosek"], "not installed"),
+        (["--solver", "clarabel", "--model", "pyomo"], "choose from: highs"),
+        (["--model", "ampl"], "choose from: cvxpy, pyomo"),
+        (["--method", "magic"], "choose from: static"),
+        (["--plot", "picture.gif"], ".png"),
+        (["--plot", "/no/such/folder/picture.png"], "cannot be written"),
+    ],
+)
+def test_wrong_option(option, words, tmp_path, monkeypatch, capsys):
+    path = tmp_path / "case.toml"
+    path.write_text(GOOD)
+    code, out, err = run(monkeypatch, capsys, "solve", path, *option)
+    assert (code, out) == (2, "")
+    assert words in err
+    assert "Traceback" not in err
+
+
+# The block hangs over the edge of its support, pushed over and pushed back; falls where nothing
+# holds it; is pressed down only; is held in a slot that its own dilatancy jams, friction unlimited.
+OVER_THE_EDGE = GOOD.replace("[[0, 0], [1, 0], [1, 1], [0, 1]]", "[[7.7, 0], [10.7, 0], [10.7, 1], [7.7, 1]]")
+ROOF = '[[block]]\nname = "roof"\nvertices = [[-4, 1], [9, 1], [9, 2], [-4, 2]]\nfixed = true\n'
+NO_LOAD_FACTOR = {
+    "falls": (OVER_THE_EDGE, "unstable under dead load", ["'A'", "support"]),
+    "falls, though a live load could hold it": (
+        OVER_THE_EDGE.replace("live = [1.0", "live = [-1.0"),
+        "unstable under dead load",
+        ["'A'"],
+    ),
+    "pressed down": (
+        GOOD.replace("live = [1.0, 0.0]", "live = [0.0, -1.0]"),
+        "unlimited: the live load cannot cause collapse",
+        ["live"],
+    ),
+    "cannot move": (
+        GOOD.replace("friction = 0.6", "friction = inf") + ROOF,
+        "unlimited: the live load cannot cause collapse",
+        ["no mechanism"],
+    ),
+}
+
+
+@pytest.mark.parametrize("method", ["static", "kinematic", "nonassociative"])
+@pytest.mark.parametrize("name", NO_LOAD_FACTOR)
+def test_scene_without_load_factor(name, method, tmp_path, monkeypatch, capsys):
+    text, status, expected = NO_LOAD_FACTOR[name]
+    path = tmp_path / "case.toml"
+    path.write_text(text)
+    code, out, _ = run(monkeypatch, capsys, "solve", path, "--method", method, "--json")
+    answer = json.loads(out)
+    assert code == 1
+    assert answer["status"] == status
+    assert answer["load_factor"] is None
+    assert answer["certificate"] is None
+    for words in expected:
+        assert words in answer["message"]
+
+
+def test_dilatancy_that_locks_is_told_from_a_load_that_cannot_act(tmp_path, monkeypatch, capsys):
+    path = tmp_path / "case.toml"
+    path.write_text(GOOD + ROOF)
+    code, out, _ = run(monkeypatch, capsys, "solve", path, "--method", "static", "--json")
+    assert code == 1
+    assert json.loads(out)["status"] == "unlimited: dilatancy locks the blocks"
+    code, out, _ = run(monkeypatch, capsys, "solve", path, "--json")
+    assert code == 0
+    assert json.loads(out)["load_factor"] == pytest.approx(0.6, rel=1e-4)
+    assert "started cohesive" in json.loads(out)["message"]

@@ -1,0 +1,138 @@
+"""Joints found from the geometry, and what is refused or repaired on the way."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scenes import block_on_floor
+
+import masonry_opt as mo
+from masonry_opt.scene.contact import find_joints
+from masonry_opt.scene.geometry import geometry
+
+
+def square(name, x, y, size=1.0, **more):
+    properties = {"weight": 1.0} | more
+    if more.get("fixed"):
+        properties.pop("weight")
+    corners = [(x, y), (x + size, y), (x + size, y + size), (x, y + size)]
+    return mo.Block(name=name, vertices=corners, **properties)
+
+
+FLOOR = mo.Block(name="floor", vertices=[(-9, -1), (9, -1), (9, 0), (-9, 0)], fixed=True)
+
+
+def scene(*blocks, **more):
+    return mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[*blocks, FLOOR], **more)
+
+
+def joints_of(scene):
+    return find_joints(scene, geometry(scene))
+
+
+def pairs(scene):
+    joints = joints_of(scene)
+    names = [block.name for block in scene.blocks]
+    return {(names[i], names[j]) for i, j in zip(joints.first, joints.second, strict=True)}
+
+
+def test_each_pair_that_shares_an_edge_has_one_joint_and_a_corner_makes_none():
+    grid = scene(*(square(f"{i}{j}", i, j) for i in range(2) for j in range(2)))
+    assert pairs(grid) == {
+        ("00", "01"),
+        ("00", "10"),
+        ("01", "11"),
+        ("10", "11"),
+        ("00", "floor"),
+        ("10", "floor"),
+    }
+
+
+def test_joint_spans_the_shared_length_and_its_normal_points_into_the_first_block():
+    shapes = geometry(scene(square("A", 0, 0), square("B", 0.25, 1)))
+    joints = find_joints(scene(square("A", 0, 0), square("B", 0.25, 1)), shapes)
+    joint = list(zip(joints.first, joints.second, strict=True)).index((0, 1))
+    assert joints.length[joint] == pytest.approx(0.75)
+    assert joints.middle[joint] + shapes.origin == pytest.approx([0.625, 1.0])
+    assert joints.normal[joint] == pytest.approx([0, -1])
+
+
+def test_orientation_and_straight_or_repeated_corners_do_not_matter():
+    plain = scene(square("A", 0, 0))
+    clockwise = mo.Block(name="A", vertices=[(0, 1), (1, 1), (1, 0), (0.5, 0), (0, 0), (0, 0)], weight=1)
+    one, other = joints_of(plain), joints_of(scene(clockwise))
+    assert len(other.first) == 1
+    np.testing.assert_allclose(one.length, other.length)
+    np.testing.assert_allclose(one.normal, other.normal, atol=1e-15)
+
+
+@pytest.mark.parametrize("gap", [-3e-7, 3e-7])
+def test_hairline_gaps_and_overlaps_within_the_tolerance_are_joints(gap):
+    assert pairs(scene(square("A", 0, gap))) == {("A", "floor")}
+
+
+def test_joint_properties_come_from_defaults_and_exceptions():
+    special = scene(
+        square("A", 0, 0),
+        square("B", 1, 0),
+        exceptions=[mo.Joint(between=("floor", "A"), friction=0.9, cohesion=2)],
+    )
+    joints = joints_of(special)
+    friction = dict(zip(zip(joints.first, joints.second, strict=True), joints.friction, strict=True))
+    assert friction == {(0, 1): 0.5, (0, 2): 0.9, (1, 2): 0.5}
+    assert sorted(joints.cohesion) == [0, 0, 2]
+
+
+def test_fixed_blocks_may_touch_and_overlap_and_get_no_joint():
+    wedge = square("wedge", 3, -0.5, fixed=True)
+    beside = mo.Block(name="floor2", vertices=[(9, -1), (12, -1), (12, 0), (9, 0)], fixed=True)
+    mixed = scene(square("A", 0, 0), wedge, beside)
+    assert pairs(mixed) == {("A", "floor")}
+    assert joints_of(mixed).fixed_pairs == 1
+
+
+@pytest.mark.parametrize(
+    ("blocks", "message"),
+    [
+        ([square("A", 0, 0), square("B", 0.9, 0)], "blocks 'A' and 'B' overlap"),
+        ([square("A", 0, 0), square("B", 5, 3)], "block 'B' touches no other block"),
+        ([square("A", 0, 0), square("B", 1, 1)], "block 'B' touches no other block"),
+        ([mo.Block(name="A", vertices=[(0, 0), (1, 0), (2, 0)], weight=1)], "'A' has no area"),
+        (
+            [mo.Block(name="A", vertices=[(0, 0), (2, 0), (2, 2), (1, 0.5), (0, 2)], weight=1)],
+            "'A' is not convex",
+        ),
+        ([mo.Block(name="A", vertices=[(0, 0), (2, 1), (2, 0), (0, 1)], weight=1)], "'A' crosses itself"),
+        ([mo.Block(name="A", vertices=[(0, 0), (0, 0), (1, 0)], weight=1)], "fewer than three"),
+    ],
+)
+def test_impossible_geometry_is_refused_by_name(blocks, message):
+    with pytest.raises(mo.CaseError, match=message):
+        joints_of(scene(*blocks))
+
+
+def test_an_exception_between_blocks_that_do_not_touch_is_refused():
+    apart = scene(square("A", 0, 0), square("B", 4, 0), exceptions=[mo.Joint(between=("A", "B"), friction=1)])
+    with pytest.raises(mo.CaseError, match="do not touch"):
+        joints_of(apart)
+
+
+def test_supports_may_reach_far_beyond_what_stands_on_them():
+    ground = mo.Block(name="ground", vertices=[(-1e7, -1), (1e7, -1), (1e7, 0), (-1e7, 0)], fixed=True)
+    far = mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[square("A", 0, 0, 0.1), ground])
+    assert pairs(far) == {("A", "ground")}
+
+
+def test_ten_thousand_blocks():
+    bond = {"H": [0.5, *[1.0] * 99, 0.5], "F": [1.0] * 100}
+    wall = mo.Wall(block=(4, 2), weight=1, courses=["H", "F"], course=bond, repeat=50)
+    large = mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=wall.blocks())
+    joints = joints_of(large)
+    assert len(large.blocks) == 50 * 201 + 1
+    # Beds: 200 between courses and 101 on the base; heads: 100 and 99 a course.
+    assert len(joints.first) == 99 * 200 + 101 + 50 * (100 + 99)
+
+
+def test_unit_weight_is_multiplied_by_the_area():
+    result = mo.solve(block_on_floor(2.0, 3.0, friction=0.4, weight=None, unit_weight=0.5, live=(3.0, 0.0)))
+    assert result.load_factor == pytest.approx(0.4, rel=1e-4)  # sliding: μ × weight (3) / live (3)

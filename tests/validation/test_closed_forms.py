@@ -1,0 +1,69 @@
+"""Load factors that can be worked out on paper."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from scenes import block_on_floor, two_blocks
+
+import masonry_opt as mo
+
+#: A linear program solved to 1e-9.
+EXACT = 1e-7
+
+METHODS = ["static", "kinematic", "nonassociative"]
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("width", "height"), [(1, 2), (2, 1), (1, 1)])
+@pytest.mark.parametrize("friction", [0.3, 0.8, float("inf")])
+def test_single_block_slides_or_overturns(width, height, friction, method):
+    """One block w × h, horizontal live load = weight: λ = min(w/h, μ). The loop ends within its own
+    tolerance (1e-5 on λ)."""
+    result = mo.solve(block_on_floor(width, height, friction), method)
+    tolerance = 2e-5 if method == "nonassociative" else EXACT
+    assert result.load_factor == pytest.approx(min(width / height, friction), rel=tolerance)
+
+
+@pytest.mark.parametrize("angle", [10, 20, 26])
+def test_tilting_table(angle):
+    """A block on a table tilted by θ slides or overturns when tan θ reaches λ, so with gravity tilted
+    by θ the live load along the table still needed is cos θ (λ₀ - tan θ)."""
+    tilt = math.radians(angle)
+    scene = block_on_floor(1, 2, 0.6).model_copy(update={"gravity": (math.sin(tilt), -math.cos(tilt))})
+    expected = math.cos(tilt) * (0.5 - math.tan(tilt))
+    assert mo.solve(scene, "static").load_factor == pytest.approx(expected, rel=1e-6)
+
+
+def test_table_tilted_too_far():
+    tilt = math.radians(27)
+    scene = block_on_floor(1, 2, 0.6).model_copy(update={"gravity": (math.sin(tilt), -math.cos(tilt))})
+    assert mo.solve(scene, "static").status is mo.Status.UNSTABLE
+
+
+def test_cohesion_adds_its_length():
+    """Sliding at μ + c L / weight."""
+    scene = block_on_floor(3, 1, 0.3)
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.3, cohesion=0.1), blocks=scene.blocks)
+    assert mo.solve(scene, "static").load_factor == pytest.approx(0.6, rel=EXACT)
+    assert mo.solve(scene).load_factor == pytest.approx(0.6, rel=2e-5)
+
+
+def test_live_load_at_the_top_overturns_sooner():
+    scene = block_on_floor(1, 2, 0.6, live_at=(0.5, 2.0))
+    assert mo.solve(scene, "static").load_factor == pytest.approx(0.25, rel=EXACT)
+
+
+@pytest.mark.parametrize("friction", [0.05, 0.1, 0.2])
+def test_two_blocks(friction):
+    """Fig. 6: λ = 2.5 μ with dilatancy, 1.5 μ with contraction, which the loop finds (1.5 μ, Fig. 7b)."""
+    scene = two_blocks(friction)
+    assert mo.solve(scene, "static").load_factor == pytest.approx(2.5 * friction, rel=EXACT)
+    assert mo.solve(scene).load_factor == pytest.approx(1.5 * friction, rel=1e-3)
+
+
+def test_two_blocks_without_contraction_ends_between():
+    """Fig. 7a: with α = 0 any value from 1.5 μ to 2.5 μ may come, depending on the solver."""
+    result = mo.solve(two_blocks(0.1), alpha=0.0, alpha_min=0.0)
+    assert 0.15 - 1e-4 <= result.load_factor <= 0.25 + 1e-4

@@ -1,0 +1,26 @@
+"""The 792-block wall of Orduña & Lourenço, section 5.3 and Fig. 13."""
+
+from __future__ import annotations
+
+import pytest
+from scenes import CASES
+
+import masonry_opt as mo
+
+WALL = CASES / "orduna_lourenco" / "wall.toml"
+
+
+def test_associative():
+    """Published 0.545034; 0.5450342 to more digits (an independent program)."""
+    result = mo.solve(WALL, "static")
+    assert (result.size.blocks, result.size.joints) == (792, 2265)
+    assert result.load_factor == pytest.approx(0.5450342, abs=1e-6)
+    assert result.certificate.worst < 1e-5
+
+
+@pytest.mark.slow
+def test_loop():
+    """0.53886 published; an independent loop gives 0.5380 to 0.5383 after step 6."""
+    result = mo.solve(WALL)
+    assert result.status is mo.Status.CONVERGED
+    assert 0.5380 - 5e-5 <= result.load_factor <= 0.5383 + 5e-5
