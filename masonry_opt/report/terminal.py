@@ -63,6 +63,19 @@ def table1_text(table: Table1) -> str:
     return "\n".join(parts)
 
 
+def markdown(frame: pd.DataFrame) -> str:
+    """A frame as a Markdown table, its numbers as on the terminal."""
+    rows = [
+        list(map(str, frame.columns)),
+        ["---"] * len(frame.columns),
+        *(
+            [_cell(str(column), value) for column, value in record.items()]
+            for record in frame.to_dict("records")
+        ),
+    ]
+    return "".join(f"| {' | '.join(cells)} |\n" for cells in rows).replace(" --- ", "---")
+
+
 def _text(frame: pd.DataFrame, title: str) -> str:
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
     for column in frame.columns:
