@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import sys
+from importlib.metadata import version as package_version
+from json import loads as parse_json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -15,7 +17,7 @@ from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.solve import METHODS
 from masonry_opt.analysis.solve import solve as solve_scene
 from masonry_opt.errors import MasonryError, OptionError
-from masonry_opt.report.mechanism_plot import plot_mechanism
+from masonry_opt.report.mechanism_plot import plot_mechanism, refuse_picture
 from masonry_opt.report.table1 import table1, write_table1
 from masonry_opt.report.terminal import duality_text, result_text, table1_text
 from masonry_opt.solvers.registry import LANGUAGES
@@ -23,13 +25,21 @@ from masonry_opt.solvers.registry import LANGUAGES
 app = typer.Typer(
     add_completion=False,
     no_args_is_help=True,
-    help="At what load does this masonry collapse? Limit analysis of rigid blocks with Coulomb joints.",
+    pretty_exceptions_enable=False,
 )
 
 #: What ``reproduce`` can rebuild.
 EXAMPLES = ("table1",)
 
 Case = Annotated[Path, typer.Argument(help="Case file (.toml or .json).", show_default=False)]
+
+
+@app.callback(invoke_without_command=True)
+def about(version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
+    """At what load does this masonry collapse? Limit analysis of rigid blocks with Coulomb joints."""
+    if version:
+        print(package_version("masonry_opt"))
+        raise typer.Exit
 
 
 @app.command()
@@ -42,21 +52,28 @@ def solve(
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
     plot: Annotated[Path | None, typer.Option(help="Draw the mechanism (.png, .svg, .pdf).")] = None,
+    option: Annotated[
+        list[str] | None,
+        typer.Option("--option", "-o", help="The method's own, as NAME=VALUE; may be repeated."),
+    ] = None,
 ) -> None:
     """Find the load factor at which CASE collapses.
 
     Exit code 0: there is one; 1: there is none, the status says why; 2: wrong case file or option.
     """
+    if plot is not None:
+        refuse_picture(plot)
+    options = dict(_name_and_value(text) for text in option or [])
     errors = Console(stderr=True)
     with errors.status(f"solving {case}") as status:
 
         def progress(entry: Iteration) -> None:
             status.update(f"sub-problem {entry.iteration}: λ = {entry.load_factor:.6f}")
 
-        result = solve_scene(case, method, model=model, solver=solver, progress=progress)
+        result = solve_scene(case, method, model=model, solver=solver, progress=progress, **options)
+    print(result.to_json() if json else result_text(result))
     if plot is not None:
         _plot(result, plot)
-    print(result.to_json() if json else result_text(result))
     if not result.status.usable:
         raise typer.Exit(1)
 
@@ -97,6 +114,16 @@ def reproduce(
         raise typer.Exit(1)
 
 
+def _name_and_value(text: str) -> tuple[str, Any]:
+    name, equals, value = text.partition("=")
+    if not equals:
+        raise OptionError(f"option '{text}': write it as NAME=VALUE, such as beta=0.5")
+    try:
+        return name, parse_json(value)
+    except ValueError:
+        return name, value
+
+
 def _plot(result: Result, path: Path) -> None:
     try:
         plot_mechanism(result, path)
@@ -105,9 +132,9 @@ def _plot(result: Result, path: Path) -> None:
 
 
 def main() -> None:
-    """Run the command line; every foreseeable mistake ends as one message and exit code 2."""
+    """Run the command line; every foreseeable mistake ends as one message and an exit code."""
     try:
         app()
     except MasonryError as error:
         print(f"error: {error}", file=sys.stderr)
-        sys.exit(2)
+        sys.exit(error.exit_code)

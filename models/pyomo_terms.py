@@ -13,6 +13,9 @@ from pyomo.core.expr import LinearExpression
 
 from masonry_opt.problem.problem import Problem, ShearLimits
 
+#: The two senses of sliding and of rocking.
+SENSES = ("+", "-")
+
 
 class ShearLimited:
     """A model whose shear limits are mutable: a slope, and a cohesion where one is declared."""
@@ -46,12 +49,26 @@ class ShearLimited:
         return self.program.cohesion[i] + limit if self._cohesive else limit
 
 
+def add_forces(model: pyo.ConcreteModel, problem: Problem) -> None:
+    """Declare ``load_factor``, joint forces ``n``, ``s``, ``m``, and equilibrium between them."""
+    model.load_factor = pyo.Var()
+    model.n, model.s, model.m = (pyo.Var(model.joints) for _ in range(3))
+    q = [force for i in model.joints for force in (model.n[i], model.s[i], model.m[i])]
+    internal = list(products(problem.B, q))
+    live, dead = problem.live.tolist(), problem.dead.tolist()
+
+    def balance(m: Any, row: int) -> Any:
+        external = live[row] * m.load_factor if live[row] else 0.0
+        return internal[row] + external == -dead[row]
+
+    model.equilibrium = pyo.Constraint(range(3 * problem.blocks), rule=balance)
+
+
 def add_mechanism(model: pyo.ConcreteModel, problem: Problem, slope: Callable[[int], Any]) -> None:
     """Declare velocities ``d``, rates ``slide`` and ``rock`` ≥ 0, and Bᵀ d = D p between them."""
-    senses = ("+", "-")
     model.d = pyo.Var(range(3 * problem.blocks))
-    model.slide = pyo.Var(senses, model.sliding, domain=pyo.NonNegativeReals)
-    model.rock = pyo.Var(senses, model.joints, domain=pyo.NonNegativeReals)
+    model.slide = pyo.Var(SENSES, model.sliding, domain=pyo.NonNegativeReals)
+    model.rock = pyo.Var(SENSES, model.joints, domain=pyo.NonNegativeReals)
     d = list(model.d.values())
     half = problem.half_length.tolist()
     opening, slip, rotation = (

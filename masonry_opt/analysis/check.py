@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from masonry_opt.errors import CaseError
+from masonry_opt.analysis.solve import solve
+from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.models.interface import State
-from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.certificate import finite
 from masonry_opt.problem.problem import Problem, joint_rates, yield_slacks
 from masonry_opt.scene.case_file import load
@@ -22,6 +22,9 @@ from masonry_opt.timing import Stopwatch
 #: Relative agreement demanded of load factors, and of every other condition.
 LOAD_FACTOR_TOLERANCE = 1e-7
 CONDITION_TOLERANCE = 1e-6
+
+#: Load factors below this are compared as they are: near zero a relative difference says nothing.
+_SMALLEST = 1e-2
 
 #: CVXPY with Clarabel leaves more digits here than the default tolerance asks for.
 _SOLVER_TOLERANCE = 1e-10
@@ -60,26 +63,28 @@ def check(scene: Scene | str | Path) -> DualityReport:
     Raises
     ------
     CaseError
-        If the scene is wrong, or has no associative load factor to compare.
+        If the scene is wrong.
+    NoLoadFactorError
+        If the scene has no associative load factor to compare.
     """
     scene = scene if isinstance(scene, Scene) else load(scene)
-    problem = assemble(scene).problem
-    if not problem.live_norm:
-        raise CaseError(f"{scene.origin}: no block carries a live load: there is nothing to compare")
+    result = solve(scene, "static")
+    if not result.status.usable:
+        raise NoLoadFactorError(f"{scene.origin}: {result.status}: {result.message}")
+    problem = result.assembly.problem
     rows = []
     for language in LANGUAGES:
         solver = find_solver(language, None, _SOLVER_TOLERANCE)
         for formulation in ("static", "kinematic"):
             answer = declare(problem, formulation, solver, Stopwatch()).solve()
             if answer.state is None:
-                raise CaseError(
-                    f"{scene.origin}: has no associative load factor ({answer.outcome.value}; "
-                    f"{formulation}, {language}): 'solve' with method 'static' says why"
+                raise NoLoadFactorError(
+                    f"{scene.origin}: {formulation}, {language}: the solver stopped with '{answer.word}'"
                 )
             rows.append({"formulation": formulation, "model": language} | _row(problem, answer.state))
     table = pd.DataFrame(rows)
     middle = float(table["load_factor"].median())
-    table.insert(3, "difference", (table["load_factor"] - middle).abs() / max(abs(middle), 1e-12))
+    table.insert(3, "difference", (table["load_factor"] - middle).abs() / max(abs(middle), _SMALLEST))
     return DualityReport(table)
 
 

@@ -12,8 +12,12 @@ from masonry_opt.solvers.driver import declare
 from masonry_opt.solvers.registry import find_solver
 from masonry_opt.timing import Stopwatch
 
-#: Power of a bounded mechanism, in mean block weights a block, below which nothing moves.
+#: Power of a bounded mechanism, in median block weights, below which nothing moves.
 _NOTHING = 1e-7
+
+
+class DeadLoadUndecided(Exception):
+    """The solver failed to say whether the scene stands; the message is its word."""
 
 
 def falling_mechanism(problem: Problem) -> np.ndarray | None:
@@ -21,16 +25,24 @@ def falling_mechanism(problem: Problem) -> np.ndarray | None:
 
     The scene stands if eq. (9) without live load has a state. Else the mechanism is the dual ray,
     bounded. Checked before every analysis: a maximal λ may exist where λ = 0 is no equilibrium.
+
+    Raises
+    ------
+    DeadLoadUndecided
+        If the solver fails on both.
     """
     solver, watch = find_solver("cvxpy", "clarabel"), Stopwatch()
     dead_only = problem.without_live_load()
-    if declare(dead_only, "static", solver, watch).solve().outcome is Outcome.OPTIMAL:
+    answer = declare(dead_only, "static", solver, watch).solve()
+    if answer.outcome is Outcome.OPTIMAL:
         return None
     limits = ShearLimits.associative(problem)
     driven = driven_mechanism(problem, problem.dead, limits, solver, watch)
-    if driven is None or driven[0] <= _NOTHING * problem.blocks:
-        return None
-    return driven[1]
+    if driven is None:
+        raise DeadLoadUndecided(answer.word)
+    power, velocities = driven
+    # A scene may stand so narrowly that no solver finds a state with room around it.
+    return velocities if power > _NOTHING else None
 
 
 def explain_no_answer(problem: Problem, answer: Answer) -> tuple[Status, str]:
@@ -40,14 +52,14 @@ def explain_no_answer(problem: Problem, answer: Answer) -> tuple[Status, str]:
     drives any mechanism, not by the solver's word.
     """
     k = problem.sliding
-    associative = problem.friction[k]
-    own_flow = np.minimum(problem.dilatancy[k], associative)
-    if _live_load_drives(problem, associative):
+    own_flow = _live_load_drives(problem, problem.dilatancy[k])
+    associative = _live_load_drives(problem, problem.friction[k])
+    if own_flow is None or associative is None or associative:
         return Status.SOLVER_FAILED, f"the solver stopped with '{answer.word}': try another solver"
-    if _live_load_drives(problem, own_flow):
+    if own_flow:
         return Status.LOCKED, (
-            "sliding joints that dilate jam the blocks, so no load factor is too high; with the "
-            "joints' own flow rule a mechanism exists: use method 'nonassociative'"
+            "sliding joints that dilate jam the blocks, so that they carry any multiple of the live "
+            "load; without dilatancy they can move: method 'nonassociative' tells whether they do"
         )
     return Status.UNLIMITED, (
         "no mechanism lets the live load do work, so the scene carries any multiple of it: "
@@ -55,12 +67,12 @@ def explain_no_answer(problem: Problem, answer: Answer) -> tuple[Status, str]:
     )
 
 
-def _live_load_drives(problem: Problem, slope: np.ndarray) -> bool:
-    """Whether a mechanism with that opening per unit slip (k,) lets the live load do work."""
+def _live_load_drives(problem: Problem, slope: np.ndarray) -> bool | None:
+    """Whether a mechanism with that opening per unit slip (k,) lets the live load do work; None if
+    the solver fails to say."""
     solver, force = find_solver("cvxpy", "clarabel"), problem.live / problem.live_norm
     driven = driven_mechanism(problem, force, ShearLimits(slope), solver, Stopwatch())
-    # A solver that fails here proves nothing: do not call a scene unlimited on its word.
-    return driven is None or driven[0] > _NOTHING
+    return None if driven is None else driven[0] > _NOTHING
 
 
 def moving_blocks(d: np.ndarray) -> np.ndarray:

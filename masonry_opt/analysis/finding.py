@@ -20,8 +20,8 @@ class Iteration:
     iteration: counted from 1.
     load_factor: λ of the sub-problem, uncorrected.
     alpha: slope of its shear limit over μ (NaN for the first).
-    change: largest change of a normal force since the last one, in mean block weights.
-    violation: largest violation of the true Coulomb law, in mean block weights.
+    change: largest change of a normal force since the last one, in median block weights.
+    violation: largest violation of the true Coulomb law, in median block weights.
     raising: work against the dead load, in units of λ (paper, Fig. 12).
     sliding: energy dissipated in the sub-problem's sliding, in units of λ.
     coulomb_sliding: the same slips against the true law's shear limit (the paper's corrected
@@ -50,7 +50,7 @@ class Finding:
     load_factor: λ, None unless the status is usable.
     q, d: joint forces (3c,) and block velocities (3b,), where there are any.
     slope: opening per unit slip under the flow rule the answer claims, shape (c,).
-    flow_rule_matters: False if nothing slides, so that any flow rule gives this answer.
+    flow_rule_matters: False if the associative answer already obeys the joints' own flow rule.
     history: the loop's sub-problems.
     iterations, lp_solves: of the solver, and linear programs solved.
     size: of the linear program.

@@ -4,16 +4,17 @@ turn about the last normal forces until sliding neither dilates nor contracts.""
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
+from pydantic import Field, Strict
 
 from masonry_opt.analysis.diagnosis import explain_no_answer
 from masonry_opt.analysis.finding import Finding, Iteration
 from masonry_opt.analysis.status import Status
 from masonry_opt.models.interface import State
 from masonry_opt.problem.problem import Problem, ShearLimits, yield_slacks
+from masonry_opt.scene.blocks import Number, Positive, Record
 from masonry_opt.solvers.answer import Answer, Outcome
 from masonry_opt.solvers.driver import Driver, declare
 from masonry_opt.solvers.registry import Solver
@@ -24,55 +25,49 @@ Progress = Callable[[Iteration], None]
 #: Below this share of λ the energy of sliding cannot matter: the flow rule has no influence.
 NO_INFLUENCE = 1e-6
 
+#: How often a trial cohesion that carries no dead load is multiplied by four.
+_TRIALS = 8
+
+#: As often in a row must λ more than double for the loop to diverge.
+_DOUBLINGS = 5
+
 #: Longest cycle looked for, and the drift from one to the next, over its swing, that still is one.
 _LONGEST_PERIOD = 6
 _STEADY = 0.05
 
 
-@dataclass(frozen=True)
-class LoopOptions:
+class LoopOptions(Record):
     """Parameters of the loop, with the paper's defaults (section 5).
 
     Attributes
     ----------
     alpha: slope of the contracting shear limit over μ, at first; halved every iteration.
-    alpha_min: where halving stops.
+    alpha_min: from there on the slope stays at this value (the last halving may undershoot it once).
     beta: weight of the newest normal forces against those before, 0 < beta ≤ 1.
     tol: relative change of λ at which the loop stops.
-    c0: small cohesion, as a fraction of the largest normal force of the first sub-problem.
+    c0: small cohesion, as a fraction of the largest normal force of the first sub-problem (of each
+        part of the scene that stands by itself).
     start: first sub-problem: "associative", or "cohesive" (|s| ≤ trial_cohesion).
-    trial_cohesion: of the cohesive start, in mean block weights.
+    trial_cohesion: of the cohesive start, in median block weights; raised while no state exists.
     max_iterations: sub-problems before the loop gives up.
+    always: run the loop even where the associative answer obeys the joints' own flow rule: a lower
+        load factor may exist elsewhere in the scene.
 
     Raises
     ------
-    ValueError
-        If a parameter is out of range; the message names it.
+    pydantic.ValidationError
+        If a parameter is of the wrong type or out of range.
     """
 
-    alpha: float = 0.3
-    alpha_min: float = 0.001
-    beta: float = 0.6
-    tol: float = 1e-5
-    c0: float = 1e-5
+    alpha: Annotated[Number, Field(ge=0, le=10)] = 0.3
+    alpha_min: Annotated[Number, Field(ge=0, le=10)] = 0.001
+    beta: Annotated[Number, Field(gt=0, le=1)] = 0.6
+    tol: Annotated[Number, Field(gt=0, lt=1)] = 1e-5
+    c0: Annotated[Number, Field(ge=0, lt=1)] = 1e-5
     start: Literal["associative", "cohesive"] = "associative"
-    trial_cohesion: float = 1.0
-    max_iterations: int = 200
-
-    def __post_init__(self) -> None:
-        ranges = {
-            "alpha": self.alpha >= 0,
-            "alpha_min": self.alpha_min >= 0,
-            "beta": 0 < self.beta <= 1,
-            "tol": self.tol > 0,
-            "c0": self.c0 >= 0,
-            "start": self.start in ("associative", "cohesive"),
-            "trial_cohesion": self.trial_cohesion > 0,
-            "max_iterations": self.max_iterations >= 1,
-        }
-        for name, valid in ranges.items():
-            if not valid:
-                raise ValueError(f"option '{name}' is out of range: {getattr(self, name)!r}")
+    trial_cohesion: Positive = 1.0
+    max_iterations: Annotated[int, Strict(), Field(ge=1)] = 200
+    always: Annotated[bool, Strict()] = False
 
 
 def nonassociative(
@@ -93,7 +88,8 @@ def nonassociative(
     if not finding.history and answer is not None:
         finding.status, finding.message = explain_no_answer(problem, answer)
         if finding.status is Status.LOCKED and options.start == "associative":
-            finding, _ = run_loop(problem, driver, replace(options, start="cohesive"), progress)
+            cohesive = options.model_copy(update={"start": "cohesive"})
+            finding, _ = run_loop(problem, driver, cohesive, progress)
             finding.message = (
                 f"dilatancy locks the associative start, so the loop started cohesive; {finding.message}"
             )
@@ -112,7 +108,7 @@ def run_loop(
     mu, dilatancy = problem.friction[k], problem.dilatancy[k]
     # Joints that dilate at their friction angle are associative: their limits stay as they are.
     revised = dilatancy < mu
-    limits, small_cohesion = _first_limits(problem, options), 0.0
+    limits, small_cohesion = _first_limits(problem, options), np.zeros(len(k))
     finding = Finding(Status.ITERATION_LIMIT, slope=problem.dilatancy)
     normal: list[np.ndarray] = []
     alpha, next_alpha = float("nan"), options.alpha
@@ -120,6 +116,8 @@ def run_loop(
     for iteration in range(1, options.max_iterations + 1):
         driver.set_shear_limits(limits)
         answer = driver.solve()
+        if iteration == 1 and options.start == "cohesive":
+            limits, answer = _raise_trial_cohesion(driver, limits, answer)
         finding.iterations += answer.iterations
         state = answer.state
         if state is None:
@@ -131,17 +129,30 @@ def run_loop(
 
         load_factors = [entry.load_factor for entry in finding.history]
         if iteration == 1:
-            small_cohesion = options.c0 * float(normal[0].max())
-            if options.start == "associative" and _no_influence(problem, state):
-                message = "nothing slides in the associative mechanism: the flow rule has no influence"
+            small_cohesion = options.c0 * _largest_of_part(problem, normal[0])[k]
+            associative = options.start == "associative"
+            if associative and not options.always and _no_influence(problem, state):
+                message = (
+                    "the flow rule has no influence: the associative answer already obeys the joints' "
+                    "own (option 'always' looks for a lower one all the same)"
+                )
                 finding.flow_rule_matters = False
-                return _converged(finding, state.load_factor, message), None
+                finding.status, finding.load_factor = Status.CONVERGED, state.load_factor
+                finding.message = message
+                return finding, None
         elif abs(load_factors[-1] - load_factors[-2]) < options.tol * abs(load_factors[-1]):
-            # Step 6: take off what the small cohesion dissipates.
-            slip = (state.p[0] + state.p[1])[k][revised]
-            correction = small_cohesion * float(slip.sum()) / problem.live_norm
-            message = f"in {iteration} sub-problems"
-            return _converged(finding, state.load_factor - correction, message), None
+            if alpha > options.alpha_min:
+                # Sliding would still contract by αμ: finish with the least slope.
+                next_alpha = options.alpha_min
+            else:
+                return _converged(finding, options, state, problem, small_cohesion * revised), None
+        elif _diverges(load_factors):
+            finding.status = Status.JAMMED
+            finding.message = (
+                f"the load factor grows without end ({load_factors[-1]:.3g} after {iteration} "
+                "sub-problems) as sliding ceases to contract: friction wedges the blocks"
+            )
+            return finding, None
         elif period := _period(load_factors, normal):
             cycle = load_factors[-period:]
             finding.status = Status.CYCLING
@@ -174,6 +185,24 @@ def _first_limits(problem: Problem, options: LoopOptions) -> ShearLimits:
     return ShearLimits(problem.friction[k], problem.cohesion[k])
 
 
+def _raise_trial_cohesion(driver: Driver, limits: ShearLimits, answer: Answer) -> tuple[ShearLimits, Answer]:
+    """The trial cohesion is arbitrary: raise it while it is too small to carry the dead load."""
+    for _ in range(_TRIALS):
+        if answer.outcome is not Outcome.NO_EQUILIBRIUM or limits.cohesion is None:
+            break
+        limits = ShearLimits(limits.slope, 4 * limits.cohesion)
+        driver.set_shear_limits(limits)
+        answer = driver.solve()
+    return limits, answer
+
+
+def _largest_of_part(problem: Problem, n: np.ndarray) -> np.ndarray:
+    """Largest normal force of the part of the scene that each joint belongs to, shape (c,)."""
+    largest = np.zeros(problem.part.max() + 1)
+    np.maximum.at(largest, problem.part, n)
+    return largest[problem.part]
+
+
 def _without_optimum(finding: Finding, answer: Answer, iteration: int) -> Finding:
     finding.q = finding.d = None
     if answer.outcome is Outcome.FAILED or iteration == 1:
@@ -188,8 +217,23 @@ def _without_optimum(finding: Finding, answer: Answer, iteration: int) -> Findin
     return finding
 
 
-def _converged(finding: Finding, load_factor: float, message: str) -> Finding:
-    finding.status, finding.load_factor, finding.message = Status.CONVERGED, load_factor, message
+def _converged(
+    finding: Finding,
+    options: LoopOptions,
+    state: State,
+    problem: Problem,
+    small_cohesion: np.ndarray,
+) -> Finding:
+    """Step 6: take off what the small cohesion dissipates."""
+    slip = (state.p[0] + state.p[1])[problem.sliding]
+    corrected = state.load_factor - float(small_cohesion @ slip) / problem.live_norm
+    finding.status, finding.load_factor = Status.CONVERGED, corrected
+    finding.message = f"in {len(finding.history)} sub-problems"
+    bound = finding.history[0].load_factor
+    if options.start == "associative" and corrected > bound:
+        # No state with less dilatancy exceeds the associative load factor.
+        finding.load_factor = bound
+        finding.message += f"; ended {corrected - bound:.1e} above the associative bound, which is reported"
     return finding
 
 
@@ -226,6 +270,14 @@ def _record(
         coulomb_sliding=float(coulomb @ slip) / problem.live_norm,
         seconds=seconds,
     )
+
+
+def _diverges(load_factors: list[float]) -> bool:
+    """Whether λ has more than doubled time and again, to far beyond where it began."""
+    last = np.array(load_factors[-_DOUBLINGS - 1 :])
+    if len(last) <= _DOUBLINGS or last[0] <= 0:
+        return False
+    return bool((last[1:] > 2 * last[:-1]).all())
 
 
 def _period(load_factors: list[float], normal: list[np.ndarray]) -> int:

@@ -24,15 +24,15 @@ class Size:
     Attributes
     ----------
     blocks, joints: movable blocks b and joints c.
-    rows, columns, nonzeros: of the linear program as the solver received it.
+    rows, columns, nonzeros: of the linear program as the solver received it; None if none was built.
     left_out: what the scene did not need, each with its reason.
     """
 
     blocks: int
     joints: int
-    rows: int
-    columns: int
-    nonzeros: int
+    rows: int | None
+    columns: int | None
+    nonzeros: int | None
     left_out: tuple[str, ...] = ()
 
 
@@ -50,11 +50,11 @@ class Result:
     joints: frame, one row a joint: ``first``, ``second``, ``x``, ``y`` (middle), ``length``, forces on
         the first block ``n`` (compression > 0), ``s``, ``m``, rates of the first block against the
         second ``slip``, ``opening``, ``rotation``, and ``utilisation`` (force over its limit, NaN
-        where a joint carries nothing). Forces and lengths in the case's units.
+        where a joint is idle). Forces and lengths in the case's units.
     blocks: frame, one row a movable block: ``block``, ``x``, ``y`` (centroid), ``vx``, ``vy``, ``omega``;
         velocities scaled so that the live load moves at a mean rate of 1 along itself.
     history: frame, one row a sub-problem of the loop (see :class:`~.finding.Iteration`).
-    flow_rule_matters: False if nothing slides, so that any flow rule gives this answer.
+    flow_rule_matters: False if the associative answer already obeys the joints' own flow rule.
     iterations: of the solver, summed.
     lp_solves: linear programs solved (without the check of the dead load).
     seconds: by part (see :class:`~masonry_opt.timing.Stopwatch`).
@@ -69,9 +69,9 @@ class Result:
     message: str
     load_factor: float | None
     certificate: Certificate | None
-    joints: pd.DataFrame
-    blocks: pd.DataFrame
-    history: pd.DataFrame
+    joints: pd.DataFrame = field(repr=False)
+    blocks: pd.DataFrame = field(repr=False)
+    history: pd.DataFrame = field(repr=False)
     flow_rule_matters: bool
     iterations: int
     lp_solves: int
@@ -145,9 +145,9 @@ def make_result(
         size=Size(
             blocks=problem.blocks,
             joints=problem.joints,
-            rows=lp.rows if lp else 0,
-            columns=lp.columns if lp else 0,
-            nonzeros=lp.nonzeros if lp else 0,
+            rows=lp.rows if lp else None,
+            columns=lp.columns if lp else None,
+            nonzeros=lp.nonzeros if lp else None,
             left_out=_left_out(assembly, cohesive=method not in ("static", "kinematic")),
         ),
         assembly=assembly,
@@ -156,14 +156,25 @@ def make_result(
 
 def _left_out(assembly: Assembly, cohesive: bool) -> tuple[str, ...]:
     problem, joints = assembly.problem, assembly.joints
-    left_out = ["n ≥ 0 of every joint: its two rocking rows imply it"]
+    left_out = ["n ≥ 0 of every joint: that it does not rock about either edge implies it"]
     if unlimited := problem.joints - len(problem.sliding):
-        left_out.append(f"shear rows of {unlimited} joints: their friction is unlimited")
+        left_out.append(f"sliding of {_count(unlimited, 'joint')}: their friction is unlimited")
     if not cohesive and not problem.cohesion.any():
         left_out.append("cohesion terms: no joint has cohesion")
     if joints.fixed_pairs:
-        left_out.append(f"{joints.fixed_pairs} joints between two fixed blocks: neither moves")
+        left_out.append(f"{_count(joints.fixed_pairs, 'joint')} between two fixed blocks: neither moves")
+    if joints.near_misses:
+        first, second = joints.near_misses[0]
+        left_out.append(
+            f"{_count(len(joints.near_misses), 'pair')} of blocks that face each other across a small gap "
+            f"and so do not touch, such as {assembly.scene.blocks[first].name!r} and "
+            f"{assembly.scene.blocks[second].name!r}: raise 'tolerance' if they should"
+        )
     return tuple(left_out)
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def _names(assembly: Assembly, indices: np.ndarray) -> list[str]:
@@ -212,16 +223,18 @@ def _joint_frame(assembly: Assembly, finding: Finding) -> pd.DataFrame:
 
 
 def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
-    """Largest of |s| over the true Coulomb limit and |m| over n L/2; NaN where both limits vanish."""
+    """Largest of |s| over the true Coulomb limit and |m| over n L/2; NaN where a joint is idle.
+
+    Forces below 1e-6 of the scene's largest normal force are nothing: limits are no smaller.
+    """
     problem = assembly.problem
-    n, s, m = q[0::3], q[1::3], q[2::3]
-    slack = yield_slacks(problem, q)
-    shear_limit, moment_limit = (slack[0] + slack[1]) / 2, (slack[2] + slack[3]) / 2
-    tiny = 1e-6  # mean block weights: what a solver's tolerance leaves in an idle joint
-    with np.errstate(divide="ignore", invalid="ignore"):
-        shear = np.where(shear_limit > tiny, np.abs(s) / shear_limit, np.nan)
-        rocking = np.where(moment_limit > tiny * problem.half_length, np.abs(m) / moment_limit, np.nan)
-    return np.where(n > tiny, np.fmax(shear, rocking), shear)
+    n, s, m = q[0::3], q[1::3], q[2::3] / problem.half_length
+    nothing = 1e-6 * np.abs(n).max()
+    slide, _, rock, _ = yield_slacks(problem, q) + np.stack([q[1::3], -q[1::3], q[2::3], -q[2::3]])
+    shear = np.abs(s) / np.maximum(slide, nothing)
+    rocking = np.abs(m) / np.maximum(rock / problem.half_length, nothing)
+    idle = np.stack([np.abs(n), np.abs(s), np.abs(m)]).max(axis=0) <= nothing
+    return np.where(idle, np.nan, np.maximum(shear, rocking))
 
 
 def _plain(value: Any) -> Any:

@@ -7,14 +7,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
 from masonry_opt.analysis.associative import associative
-from masonry_opt.analysis.diagnosis import falling_mechanism, moving_blocks
+from masonry_opt.analysis.diagnosis import DeadLoadUndecided, falling_mechanism, moving_blocks
 from masonry_opt.analysis.finding import Finding, Iteration
 from masonry_opt.analysis.nonassociative import LoopOptions, nonassociative
 from masonry_opt.analysis.result import Result, make_result
 from masonry_opt.analysis.status import Status
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.problem.assembly import Assembly, assemble
+from masonry_opt.scene.blocks import Record
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import TOLERANCE, Solver, find_solver
@@ -22,13 +25,18 @@ from masonry_opt.timing import Stopwatch
 
 Progress = Callable[[Iteration], None]
 
+#: A load factor this little below zero is zero.
+_NEGATIVE = 1e-6
+
 
 @dataclasses.dataclass(frozen=True)
 class _Method:
     """How a method is run, and the class of its own options (None: it has none)."""
 
     run: Callable[..., Finding]
-    options: type | None = None
+    options: type[Record] | None = None
+    #: Solvers by language where the language's own default does not suit the method.
+    solvers: dict[str, str] = dataclasses.field(default_factory=dict)
 
 
 def _static(assembly: Assembly, solver: Solver, watch: Stopwatch, *_: Any) -> Finding:
@@ -48,7 +56,8 @@ def _nonassociative(
 METHODS: dict[str, _Method] = {
     "static": _Method(_static),
     "kinematic": _Method(_kinematic),
-    "nonassociative": _Method(_nonassociative, LoopOptions),
+    # A vertex has joints without normal force, which the loop then locks: prefer interior points.
+    "nonassociative": _Method(_nonassociative, LoopOptions, {"pyomo": "highs-ipm"}),
 }
 
 
@@ -74,8 +83,8 @@ def solve(
     model:
         Modelling language: "cvxpy" or "pyomo".
     solver:
-        "clarabel" (CVXPY's default), "highs" (simplex; Pyomo's default), "highs-ipm", or any solver
-        that CVXPY finds.
+        "clarabel" (CVXPY's default), "highs" (simplex; Pyomo's default), "highs-ipm" (Pyomo's default
+        for the loop), or any solver that CVXPY finds.
     tolerance:
         Feasibility and gap tolerance asked of the solver.
     progress:
@@ -96,7 +105,7 @@ def solve(
         If a method, model, solver or option is unknown or not available.
     """
     chosen, own_options = _choose(method, options)
-    asked = find_solver(model, solver, tolerance)
+    asked = find_solver(model, solver or chosen.solvers.get(model), tolerance)
     watch = Stopwatch()
     with watch.measure("scene"):
         scene = scene if isinstance(scene, Scene) else load(scene)
@@ -107,12 +116,11 @@ def solve(
             f"{scene.origin}: no block carries a live load: give one 'live = [fx, fy]' "
             "(a [wall]: 'live', as a multiple of its weight)"
         )
-    with watch.measure("dead_load"):
-        falling = falling_mechanism(problem)
-    if falling is None:
+    finding = _unless_it_stands(assembly, watch)
+    if finding is None:
         finding = chosen.run(assembly, asked, watch, own_options, progress)
-    else:
-        finding = Finding(Status.UNSTABLE, _falls(assembly, falling), d=falling)
+        if finding.load_factor is not None and finding.load_factor < -_NEGATIVE:
+            finding = _held_by_wedging(finding)
     return make_result(
         assembly,
         finding,
@@ -128,7 +136,7 @@ def _choose(method: str, options: dict[str, Any]) -> tuple[_Method, Any]:
     if method not in METHODS:
         raise OptionError(f"method '{method}' is unknown; choose from: {', '.join(METHODS)}")
     chosen = METHODS[method]
-    known = [field.name for field in dataclasses.fields(chosen.options)] if chosen.options else []
+    known = list(chosen.options.model_fields) if chosen.options else []
     for name in options:
         if name not in known:
             raise OptionError(
@@ -136,8 +144,34 @@ def _choose(method: str, options: dict[str, Any]) -> tuple[_Method, Any]:
             )
     try:
         return chosen, chosen.options(**options) if chosen.options else None
-    except (TypeError, ValueError) as error:
-        raise OptionError(f"method '{method}': {error}") from None
+    except ValidationError as error:
+        wrong = "; ".join(f"option '{item['loc'][0]}': {item['msg']}" for item in error.errors())
+        raise OptionError(f"method '{method}': {wrong}") from None
+
+
+def _unless_it_stands(assembly: Assembly, watch: Stopwatch) -> Finding | None:
+    """Why there is no load factor of a scene that does not stand under its dead load."""
+    with watch.measure("dead_load"):
+        try:
+            falling = falling_mechanism(assembly.problem)
+        except DeadLoadUndecided as word:
+            return Finding(
+                Status.SOLVER_FAILED,
+                f"whether the scene stands under its dead load could not be decided ('{word}'): check "
+                "for weights or lengths of very different size",
+            )
+    if falling is None:
+        return None
+    return Finding(Status.UNSTABLE, _falls(assembly, falling), d=falling)
+
+
+def _held_by_wedging(finding: Finding) -> Finding:
+    """A load factor below zero of a scene whose dead load has a state of equilibrium."""
+    message = (
+        f"the load factor found is {finding.load_factor:.4g}, below zero: the dead load is carried by "
+        "wedging alone, which the joints' flow rule does not sustain"
+    )
+    return dataclasses.replace(finding, status=Status.UNSTABLE, message=message, load_factor=None)
 
 
 def _falls(assembly: Assembly, velocities: Any) -> str:

@@ -16,6 +16,7 @@ class Status(StrEnum):
     UNSTABLE = "unstable under dead load"
     UNLIMITED = "unlimited: the live load cannot cause collapse"
     LOCKED = "unlimited: dilatancy locks the blocks"
+    JAMMED = "unlimited: friction jams the blocks"
     SOLVER_FAILED = "solver failed"
 
     @property

@@ -47,12 +47,13 @@ def assemble(scene: Scene) -> Assembly:
     movable = np.flatnonzero(~fixed)
     dead, live = _loads(scene, shapes, movable)
 
-    # With this unit rocking reads |m| ≤ n at a mean joint: moments weigh as much as forces in the
-    # centre that an interior-point solver finds. A unit twice as long sends the loop on wall 6 to a
-    # load factor 1.5 % higher.
-    length_unit = float(joints.length.mean()) / 2
+    # With this unit rocking reads |m| ≤ n at a usual joint: moments weigh as much as forces in the
+    # centre that an interior-point solver finds. It matters: see "Limits" in the README. Medians, so
+    # that a few odd blocks do not move it.
+    length_unit = float(np.median(joints.length)) / 2
     block_loads = np.hypot(dead[0::3], dead[1::3])
-    force_unit = float(block_loads.mean() or np.hypot(live[0::3], live[1::3]).mean() or 1.0)
+    force_unit = _median_of_positive(block_loads) or _median_of_positive(np.hypot(live[0::3], live[1::3]))
+    force_unit = force_unit or 1.0
     # Moments are forces times lengths.
     scale = np.tile([force_unit, force_unit, force_unit * length_unit], len(movable))
     problem = Problem(
@@ -67,6 +68,10 @@ def assemble(scene: Scene) -> Assembly:
         length_unit=length_unit,
     )
     return Assembly(problem, scene, shapes, joints, movable)
+
+
+def _median_of_positive(values: np.ndarray) -> float:
+    return float(np.median(values[values > 0])) if (values > 0).any() else 0.0
 
 
 def _equilibrium(

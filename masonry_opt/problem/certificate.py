@@ -16,10 +16,11 @@ class Certificate:
     Attributes
     ----------
     equilibrium: largest entry of B q + λ f_L + f_D, over the total dead load.
-    yield_: largest violation of the true friction law, of n ≥ 0 or of rocking, as a force in mean
+    yield_: largest violation of the true friction law, of n ≥ 0 or of rocking, as a force in median
         block weights.
     flow: largest departure of Bᵀd from the flow rule, over the largest velocity.
-    complementarity: Σ|z p| over the live load's work: by how much λ could be off.
+    complementarity: Σ|z p| over the live load's work: energy of what moves without being at yield,
+        in units of λ. (For associative flow: by how much λ can be off.)
     """
 
     equilibrium: float
@@ -71,10 +72,11 @@ def certify(
 
 
 def rates(problem: Problem, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
-    """Rates p ≥ 0 that come nearest to making u = Bᵀd under a flow rule, shape (4, c).
+    """Rates p ≥ 0 with which the joints could follow Bᵀd under a flow rule, shape (4, c).
 
-    Slip and rotation fix three of the four rates; opening beyond what sliding explains is rocking
-    about both edges. Where no p ≥ 0 can, ``u − D p`` is the violation of the flow rule.
+    Slip gives the sliding rates, of one sense only; rotation and the opening that sliding does not
+    explain give the rocking rates. Where the opening is too small for p ≥ 0, slip and rotation are
+    kept, and ``u − D p`` is the violation of the flow rule.
     """
     u = problem.B.T @ d
     e, slip, rotation = u[0::3], u[1::3], u[2::3]

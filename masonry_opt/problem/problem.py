@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 
 @dataclass(frozen=True)
@@ -14,8 +15,8 @@ class Problem:
     """Matrices of b movable blocks and c joints.
 
     Statics: ``B q + λ live + dead = 0``. Kinematics: ``u = Bᵀ d``, the motion of each joint's
-    first block against its second. Forces are in units of ``force_unit`` (the mean dead load of a
-    block), lengths in units of ``length_unit`` (half the mean joint length), so that the numbers a
+    first block against its second. Forces are in units of ``force_unit`` (the median dead load of
+    a block), lengths in units of ``length_unit`` (half the median joint length), so that the numbers a
     solver sees are near one whatever units a case file uses.
 
     Attributes
@@ -80,6 +81,21 @@ class Problem:
         """Selects the joints that can slide: ``K @ x`` scatters x over all joints, shape (c, k)."""
         k = len(self.sliding)
         return sp.csr_array((np.ones(k), (self.sliding, np.arange(k))), shape=(self.joints, k))
+
+    @cached_property
+    def part(self) -> np.ndarray:
+        """Number of the connected part of the scene that each joint belongs to, shape (c,). Parts
+        that share supports alone do not act on each other."""
+        incidence = (self.B != 0).astype(float)
+        blocks_of_row = sp.csr_array(
+            (np.ones(3 * self.blocks), (np.arange(3 * self.blocks) // 3, np.arange(3 * self.blocks)))
+        )
+        joint_of_column = sp.csr_array(
+            (np.ones(3 * self.joints), (np.arange(3 * self.joints), np.arange(3 * self.joints) // 3))
+        )
+        touches = blocks_of_row @ incidence @ joint_of_column
+        _, part = connected_components(touches.T @ touches, directed=False)
+        return part
 
     def without_live_load(self) -> Problem:
         """The same problem with no live load: does the scene stand under its dead load?"""

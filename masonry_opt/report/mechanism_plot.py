@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import textwrap
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,7 +17,6 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from masonry_opt.analysis.result import Result
-from masonry_opt.analysis.status import Status
 from masonry_opt.errors import OptionError
 from masonry_opt.files import write_whole
 
@@ -29,6 +29,9 @@ _DISPLACEMENT = 0.06
 
 #: Rates below this share of the fastest corner's velocity are nothing.
 _STILL = 2e-3
+
+#: Width of a picture in inches.
+_WIDTH = 7.0
 
 FORMATS = ("png", "svg", "pdf")
 
@@ -75,11 +78,13 @@ def plot_mechanism(result: Result, path: str | Path) -> None:
     OSError
         If the file cannot be written.
     """
+    refuse_picture(path)
     kind = Path(path).suffix.lower().removeprefix(".")
-    if kind not in FORMATS:
-        raise OptionError(f"{path}: a picture's name ends in {', '.join('.' + f for f in FORMATS)}")
     with mpl.rc_context({"svg.hashsalt": "masonry_opt", "font.size": 10}):
-        figure = Figure(figsize=(7.0, 6.0), layout="constrained")
+        low, high = _extent(result)
+        width, height = high - low
+        tall = float(np.clip(_WIDTH * height / max(width, 1e-9), 1.5, 7.0)) + 1.6
+        figure = Figure(figsize=(_WIDTH, tall), layout="constrained")
         axes = figure.add_subplot()
         draw_mechanism(result, axes)
         axes.legend(
@@ -88,6 +93,15 @@ def plot_mechanism(result: Result, path: str | Path) -> None:
         image = io.BytesIO()
         figure.savefig(image, format=kind, dpi=160)
     write_whole(path, image.getvalue())
+
+
+def refuse_picture(path: str | Path) -> None:
+    """Raise OptionError if a picture could not be written there: to be asked before long work."""
+    path = Path(path)
+    if path.suffix.lower().removeprefix(".") not in FORMATS:
+        raise OptionError(f"{path}: a picture's name ends in {', '.join('.' + f for f in FORMATS)}")
+    if not path.parent.is_dir():
+        raise OptionError(f"{path}: cannot be written: there is no folder {path.parent}")
 
 
 def draw_mechanism(result: Result, axes: Axes) -> None:
@@ -120,14 +134,14 @@ def draw_mechanism(result: Result, axes: Axes) -> None:
     axes.set_aspect("equal")
     axes.set_xlabel("x (length unit of the case)")
     axes.set_ylabel("y (length unit of the case)")
-    axes.set_title(_title(result))
+    axes.set_title(_title(result), parse_math=False)  # a title may hold dollar signs
 
 
 def _title(result: Result) -> str:
-    name = result.assembly.scene.title or Path(result.case).stem
+    name = textwrap.fill(result.assembly.scene.title or Path(result.case).stem, 60)
     if result.load_factor is not None:
         return f"{name}\nload factor λ = {result.load_factor:.5f} ({result.method})"
-    return f"{name}\n{result.status}"
+    return f"{name}\nno load factor: {result.status}"
 
 
 def _mark_joints(result: Result, axes: Axes, scale: float) -> None:
@@ -155,11 +169,12 @@ def _legend(result: Result) -> list[Line2D | Patch]:
         Patch(facecolor=_BLOCK, edgecolor="black", label="block"),
         Patch(facecolor=_FIXED, label="fixed"),
     ]
-    if result.load_factor is not None or result.status is Status.UNSTABLE:
-        handles += [
-            Line2D([], [], color=_SLIDES, linewidth=2.2, label="sliding joint"),
-            Line2D([], [], color=_HINGES, linestyle="none", marker="o", label="hinging joint"),
-        ]
+    if result.blocks["vx"].notna().all():
+        motion = joint_motion(result)
+        if motion.slides.any():
+            handles.append(Line2D([], [], color=_SLIDES, linewidth=2.2, label="sliding joint"))
+        if motion.hinges.any():
+            handles.append(Line2D([], [], color=_HINGES, linestyle="none", marker="o", label="hinging joint"))
     return handles
 
 

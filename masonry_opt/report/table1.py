@@ -47,6 +47,11 @@ def table1(cases: Path, progress: Callable[[str], None] = lambda _: None) -> Tab
     CaseError
         If a case file is missing or wrong.
     """
+    if not (cases / WALLS[0]).exists():
+        raise CaseError(
+            f"{cases / WALLS[0]}: no such file: run in a clone of the repository, or name its folder of "
+            "case files with --cases"
+        )
     factors, residuals, missed = [], [], []
     for number, name in enumerate(WALLS, start=1):
         scene = load(cases / name)

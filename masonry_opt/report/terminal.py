@@ -38,8 +38,22 @@ def result_text(result: Result) -> str:
         "certificate": "   ".join(f"{name} {value:.1e}" for name, value in certificate.items()),
         "linear programs": f"{result.lp_solves} ({result.iterations} solver iterations)",
         "seconds": "   ".join(f"{part} {value:.3f}" for part, value in result.seconds.items()),
+        "published": _published(result),
+        "not modelled": "\n                 ".join(result.size.left_out),
     }
     return "\n".join(f"{name:<16} {value}" for name, value in lines.items() if value)
+
+
+def _published(result: Result) -> str:
+    """The case file's own reference value for the method, and how far the result is from it."""
+    name = "associative" if result.method in ("static", "kinematic") else result.method
+    reference = result.assembly.scene.reference.get(name)
+    if reference is None:
+        return ""
+    off = ""
+    if result.load_factor is not None and reference.value:
+        off = f", here {100 * (result.load_factor / reference.value - 1):+.3f} %"
+    return f"{reference.value} ({reference.source}){off}"
 
 
 def duality_text(report: DualityReport) -> str:
@@ -53,7 +67,7 @@ def table1_text(table: Table1) -> str:
     parts = [
         _text(table.load_factors, "Table 1: load factors"),
         _text(table.residuals, "Table 1: certificate and cost of the loop"),
-        "equilibrium: over the total weight; yield: in mean block weights; flow: over the largest\n"
+        "equilibrium: over the total weight; yield: in median block weights; flow: over the largest\n"
         "velocity; complementarity: in units of λ. Times are of different machines.",
     ]
     if table.missed:
@@ -95,6 +109,7 @@ def _cell(column: str, value: object) -> str:
         return str(value)
     if math.isnan(value):
         return "–"
+    value += 0.0  # no minus before a zero
     if column in _RESIDUALS:
         return f"{value:.1e}"
     if "%" in column:

@@ -25,6 +25,9 @@ from pydantic import (
 #: Beyond this, squares and products of lengths and forces leave what double precision can carry.
 LARGEST_NUMBER = 1e30
 
+#: Beyond this a friction row is nothing but rounding.
+LARGEST_FRICTION = 1e6
+
 
 def _bounded(value: float) -> float:
     if not abs(value) <= LARGEST_NUMBER:
@@ -39,6 +42,8 @@ def _unlimited(value: object) -> object:
 def _friction(value: float) -> float:
     if not value >= 0:
         raise ValueError("must be zero or more")
+    if LARGEST_FRICTION < value < math.inf:
+        raise ValueError("is too large to be a friction: write inf for a joint that cannot slide")
     return value
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import tomli_w
-from pydantic import ValidationError
+from pydantic import ConfigDict, ValidationError
 
 from masonry_opt.errors import CaseError
 from masonry_opt.files import write_whole
@@ -21,6 +21,9 @@ from masonry_opt.scene.wall import Wall
 
 class CaseFile(SceneKeys):
     """A case file: the keys of a scene, and generators that expand to blocks."""
+
+    # In a file a key has one name: [[block]], not also [[blocks]].
+    model_config = ConfigDict(populate_by_name=False)
 
     wall: Wall | None = None
 
@@ -48,9 +51,17 @@ TABLES: dict[str, type[Record]] = {
 _MESSAGES = {
     "model_type": "must be a table of keys",
     "dict_type": "must be a table of keys",
+    "list_type": "must be a list",
+    "tuple_type": "must be a list of two",
     "too_short": "needs at least {min_length} entries, has {actual_length}",
     "too_long": "takes at most {max_length} entries, has {actual_length}",
     "float_type": "must be a number",
+    "int_type": "must be a whole number",
+    "bool_type": "must be true or false",
+    "string_type": "must be text",
+    "string_too_short": "must not be empty",
+    "string_too_long": "must have at most {max_length} characters",
+    "string_pattern_mismatch": "must not hold control characters",
     "greater_than": "must be greater than {gt}",
     "greater_than_equal": "must be {ge} or more",
 }
@@ -86,7 +97,7 @@ def load(path: str | Path) -> Scene:
 def save(scene: Scene, path: str | Path) -> None:
     """Write a scene as a case file (TOML, or JSON if the name ends so), whole or not at all.
 
-    Raises CaseError if the name ends otherwise, OSError if the file cannot be written.
+    Raises CaseError if the name ends otherwise or the file cannot be written.
     """
     path = Path(path)
     match path.suffix.lower():
@@ -96,7 +107,10 @@ def save(scene: Scene, path: str | Path) -> None:
             text = json.dumps(_keys(scene, "json"), indent=2, ensure_ascii=False) + "\n"
         case _:
             raise CaseError(f"{path}: a case file's name ends in .toml or .json")
-    write_whole(path, text)
+    try:
+        write_whole(path, text)
+    except OSError as error:
+        raise CaseError(f"{path}: cannot be written: {error.strerror}") from None
 
 
 def explain(error: ValidationError, case: Mapping[str, Any]) -> list[str]:
@@ -120,9 +134,11 @@ def _read(path: Path) -> dict[str, Any]:
             case ".toml":
                 return tomllib.loads(text)
             case ".json":
-                case = json.loads(text)
+                case = json.loads(text, object_pairs_hook=_without_repeats)
             case _:
                 raise CaseError(f"{path}: a case file's name ends in .toml or .json")
+    except _RepeatedKeyError as error:
+        raise CaseError(f"{path}: key '{error}' is given twice in one object") from None
     except (tomllib.TOMLDecodeError, json.JSONDecodeError) as error:
         raise CaseError(f"{path}: not valid {path.suffix[1:].upper()}: {error}") from None
     except RecursionError:
@@ -134,6 +150,18 @@ def _read(path: Path) -> dict[str, Any]:
 
 def _keys(scene: Scene, mode: Literal["python", "json"]) -> dict[str, Any]:
     return scene.model_dump(mode=mode, by_alias=True, exclude_defaults=True)
+
+
+class _RepeatedKeyError(Exception):
+    """A JSON object holds a key twice, of which a parser would keep the last in silence."""
+
+
+def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    table = dict(pairs)
+    if len(table) < len(pairs):
+        keys = [key for key, _ in pairs]
+        raise _RepeatedKeyError(next(key for key in keys if keys.count(key) > 1))
+    return table
 
 
 def _explain_one(item: dict[str, Any], case: Mapping[str, Any]) -> str:
@@ -149,6 +177,10 @@ def _explain_one(item: dict[str, Any], case: Mapping[str, Any]) -> str:
     key = _dotted(loc)
     if item["type"] == "extra_forbidden":
         return ": ".join([*where, f"unknown key '{key}'{_suggestion(key, table)}"])
+    if item["type"] == "list_type" and table in ("block", "joint") and not key:
+        return f"[{table}]: write [[{table}]], with double brackets, once for each {table}"
+    if item["type"] == "missing" and loc and isinstance(loc[-1], int):
+        return ": ".join([*where, f"key '{_dotted(loc[:-1])}': needs two numbers, [x, y]"])
     if item["type"] == "missing":
         return ": ".join([*where, f"missing key '{key}'" if key else "missing table"])
     message = _MESSAGES.get(item["type"], item["msg"].removeprefix("Value error, "))
@@ -171,7 +203,7 @@ def _dotted(loc: list[Any]) -> str:
     for part in loc:
         if isinstance(part, int):
             key += f"[{part}]"
-        elif not str(part).startswith(("list[", "constrained-str", "tuple[", "function-")):
+        elif part not in ("name", "lengths"):  # the two kinds of an entry of a wall's courses
             key += f".{part}" if key else str(part)
     return key
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 import shapely
+from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.geometry import Geometry, raise_for
@@ -13,6 +15,9 @@ from masonry_opt.scene.scene import Scene
 
 #: Edges that touch along a length are parallel up to this angle (radians).
 _PARALLEL = 1e-3
+
+#: Facing edges nearer than this, over the root of the smaller block's area, were perhaps meant to touch.
+_NEAR_MISS = 1e-3
 
 
 @dataclass(frozen=True)
@@ -27,6 +32,7 @@ class Joints:
     length: of each joint, shape (joints,).
     friction, cohesion, dilatancy: properties; cohesion per unit length, shape (joints,).
     fixed_pairs: how many touching pairs were left out because both blocks are fixed.
+    near_misses: pairs of blocks (indices) whose edges face each other across a small gap.
     """
 
     first: np.ndarray
@@ -39,6 +45,7 @@ class Joints:
     cohesion: np.ndarray
     dilatancy: np.ndarray
     fixed_pairs: int
+    near_misses: list[tuple[int, int]]
 
     @property
     def middle(self) -> np.ndarray:
@@ -64,15 +71,9 @@ def find_joints(scene: Scene, geometry: Geometry) -> Joints:
     fixed_pairs = len(_shared_edges(geometry, pairs[both_fixed])[0])
     pairs = pairs[~both_fixed]
     _refuse_overlaps(scene, geometry, pairs)
-    touching, start, end = _shared_edges(geometry, pairs)
+    touching, start, end, near = _shared_edges(geometry, pairs)
     first, second = pairs[touching, 0], pairs[touching, 1]
-    touched = np.zeros(len(fixed), dtype=bool)
-    touched[first] = touched[second] = True
-    raise_for(
-        np.flatnonzero(~touched & ~fixed),
-        scene,
-        "touches no other block along an edge: close the gap, or take the block away",
-    )
+    _refuse_floating(scene, fixed, first, second)
     edge = end - start
     length = np.hypot(edge[:, 0], edge[:, 1])
     along = edge / length[:, None]
@@ -89,15 +90,36 @@ def find_joints(scene: Scene, geometry: Geometry) -> Joints:
         cohesion=cohesion,
         dilatancy=dilatancy,
         fixed_pairs=fixed_pairs,
+        near_misses=[(int(i), int(j)) for i, j in pairs[near]],
     )
 
 
 def _near_pairs(geometry: Geometry) -> np.ndarray:
-    """Index pairs (i < j) of blocks within the tolerance of each other, sorted, shape (pairs, 2)."""
+    """Index pairs (i < j) of blocks that touch or nearly do, sorted, shape (pairs, 2)."""
     tree = shapely.STRtree(geometry.polygons)
-    pairs = tree.query(geometry.polygons, predicate="dwithin", distance=geometry.tolerance).T
-    pairs = pairs[pairs[:, 0] < pairs[:, 1]]
-    return pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))]
+    reach = np.maximum(geometry.tolerance, _NEAR_MISS * np.sqrt(geometry.area))
+    pairs = tree.query(geometry.polygons, predicate="dwithin", distance=reach).T
+    return np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0)
+
+
+def _refuse_floating(scene: Scene, fixed: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
+    """Refuse blocks that touch nothing, and groups of blocks that reach no support."""
+    count = len(fixed)
+    touched = np.zeros(count, dtype=bool)
+    touched[first] = touched[second] = True
+    raise_for(
+        np.flatnonzero(~touched & ~fixed),
+        scene,
+        "touches no other block along an edge: close the gap (or raise 'tolerance'), or take the block away",
+    )
+    links = sp.coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
+    _, group = connected_components(links, directed=False)
+    supported = np.isin(group, group[fixed])
+    raise_for(
+        np.flatnonzero(~supported),
+        scene,
+        "reaches no fixed block, neither itself nor through others: support it",
+    )
 
 
 def _refuse_overlaps(scene: Scene, geometry: Geometry, pairs: np.ndarray) -> None:
@@ -112,40 +134,40 @@ def _refuse_overlaps(scene: Scene, geometry: Geometry, pairs: np.ndarray) -> Non
         more = f" ({len(deep) - 1} more pairs overlap)" if len(deep) > 1 else ""
         raise CaseError(
             f"{scene.origin}: blocks {one} and {other} overlap over an area of {area[worst]:.6g}: "
-            f"move them apart{more}"
+            f"move them apart, or raise 'tolerance' if their coordinates were rounded{more}"
         )
 
 
-def _shared_edges(geometry: Geometry, pairs: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Which pairs share a length of edge, and its two ends along the first block's edge."""
+def _shared_edges(
+    geometry: Geometry, pairs: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Which pairs share a length of edge, its two ends along the first block's edge, and which
+    pairs face each other across a small gap only."""
     corners, owner = shapely.get_coordinates(shapely.get_exterior_ring(geometry.polygons), return_index=True)
     inside = owner[:-1] == owner[1:]
-    tail, tip, edge_owner = corners[:-1][inside], corners[1:][inside], owner[:-1][inside]
-    counts = np.bincount(edge_owner, minlength=len(geometry.polygons))
-    first_edge = np.concatenate([[0], np.cumsum(counts)[:-1]])
+    edges = _Edges(corners[:-1][inside], corners[1:][inside], owner[:-1][inside])
+    reach = np.maximum(
+        geometry.tolerance, _NEAR_MISS * np.sqrt(geometry.area[pairs].min(axis=1, initial=np.inf))
+    )
+    pair, i, j = edges.combinations(pairs, reach, shapely.bounds(geometry.polygons))
 
-    # Every edge of the one block against every edge of the other.
-    combinations = counts[pairs[:, 0]] * counts[pairs[:, 1]]
-    pair = np.repeat(np.arange(len(pairs)), combinations)
-    offset = np.arange(combinations.sum()) - np.repeat(np.cumsum(combinations) - combinations, combinations)
-    i = first_edge[pairs[pair, 0]] + offset // counts[pairs[pair, 1]]
-    j = first_edge[pairs[pair, 1]] + offset % counts[pairs[pair, 1]]
-
-    edge = tip[i] - tail[i]
+    edge = edges.tip[i] - edges.tail[i]
     length = np.hypot(edge[:, 0], edge[:, 1])
     along = edge / length[:, None]
     normal = np.column_stack([-along[:, 1], along[:, 0]])
-    other = tip[j] - tail[j]
+    other = edges.tip[j] - edges.tail[j]
     facing = (other * along).sum(axis=1) < 0
     sine = np.abs((other * normal).sum(axis=1)) / np.hypot(other[:, 0], other[:, 1])
     # Positions of the other edge's ends along and across this edge.
-    from_tail, from_tip = tail[j] - tail[i], tip[j] - tail[i]
+    from_tail, from_tip = edges.tail[j] - edges.tail[i], edges.tip[j] - edges.tail[i]
     x0, x1 = (from_tip * along).sum(axis=1), (from_tail * along).sum(axis=1)
     y0, y1 = (from_tip * normal).sum(axis=1), (from_tail * normal).sum(axis=1)
     low, high = np.maximum(x0, 0.0), np.minimum(x1, length)
     slope = np.divide(y1 - y0, x1 - x0, out=np.zeros_like(y0), where=x1 > x0)
     gap = np.maximum(np.abs(y0 + slope * (low - x0)), np.abs(y0 + slope * (high - x0)))
-    shared = facing & (sine <= _PARALLEL) & (high - low > geometry.tolerance) & (gap <= geometry.tolerance)
+    opposite = facing & (sine <= _PARALLEL) & (high - low > geometry.tolerance)
+    shared = opposite & (gap <= geometry.tolerance)
+    near = np.setdiff1d(pair[opposite & (gap <= reach[pair])], pair[shared])
 
     # Convex blocks meet along one line; of edges broken within the tolerance keep the longest.
     shared_at = np.flatnonzero(shared)
@@ -153,10 +175,47 @@ def _shared_edges(geometry: Geometry, pairs: np.ndarray) -> tuple[np.ndarray, np
     shared_at = shared_at[longest_first]
     touching, position = np.unique(pair[shared_at], return_index=True)
     chosen = shared_at[position]
-    base = tail[i[chosen]]
+    base = edges.tail[i[chosen]]
     start = base + low[chosen, None] * along[chosen]
     end = base + high[chosen, None] * along[chosen]
-    return touching, start, end
+    return touching, start, end, near
+
+
+@dataclass(frozen=True)
+class _Edges:
+    """Edges of all blocks in turn: their ends, shape (edges, 2), and their blocks, shape (edges,)."""
+
+    tail: np.ndarray
+    tip: np.ndarray
+    owner: np.ndarray
+
+    def combinations(
+        self, pairs: np.ndarray, reach: np.ndarray, bounds: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Pair, edge of its first and edge of its second block, of all that could touch: an edge
+        that stays out of the other block's box cannot."""
+        pair1, i = self._beside(pairs[:, 0], bounds[pairs[:, 1]], reach)
+        pair2, j = self._beside(pairs[:, 1], bounds[pairs[:, 0]], reach)
+        count2 = np.bincount(pair2, minlength=len(pairs))
+        first2 = np.cumsum(count2) - count2
+        repeat = count2[pair1]
+        position = np.arange(repeat.sum()) - np.repeat(np.cumsum(repeat) - repeat, repeat)
+        pair = np.repeat(pair1, repeat)
+        return pair, np.repeat(i, repeat), j[first2[pair] + position]
+
+    def _beside(
+        self, blocks: np.ndarray, boxes: np.ndarray, reach: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Pair and edge, for the edges of each pair's block that come near a box, pair by pair."""
+        count = np.bincount(self.owner, minlength=blocks.max(initial=-1) + 1)
+        first = np.cumsum(count) - count
+        pair = np.repeat(np.arange(len(blocks)), count[blocks])
+        offset = np.arange(len(pair)) - np.repeat(np.cumsum(count[blocks]) - count[blocks], count[blocks])
+        edge = first[blocks[pair]] + offset
+        low = np.minimum(self.tail[edge], self.tip[edge]) - reach[pair, None]
+        high = np.maximum(self.tail[edge], self.tip[edge]) + reach[pair, None]
+        near = (low <= boxes[pair, 2:]).all(axis=1) & (high >= boxes[pair, :2]).all(axis=1)
+        return pair[near], edge[near]
 
 
 def _properties(

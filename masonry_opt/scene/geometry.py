@@ -24,7 +24,8 @@ class Geometry:
     ----------
     origin: middle of the scene in its own coordinates, shape (2,).
     tolerance: length below which the scene has no detail.
-    polygons: shapely polygons, counter-clockwise, straight corners removed, one a block.
+    polygons: shapely polygons, counter-clockwise, straight corners removed, one a block; for finding
+        joints and drawing.
     area: of each block, shape (blocks,).
     centroid: of each block, relative to ``origin``, shape (blocks, 2).
     """
@@ -39,7 +40,8 @@ class Geometry:
 def geometry(scene: Scene) -> Geometry:
     """Polygons, areas and centroids of the blocks.
 
-    Clockwise polygons are turned round; corners on a straight edge are dropped.
+    Clockwise polygons are turned round. Corners that lie within the tolerance of the outline without
+    them are dropped for finding joints; area and centroid are those of the polygon as given.
 
     Raises
     ------
@@ -52,77 +54,54 @@ def geometry(scene: Scene) -> Geometry:
     movable = np.repeat([not block.fixed for block in scene.blocks], counts)
     low, high = corners[movable].min(axis=0), corners[movable].max(axis=0)
     origin = (low + high) / 2
-    tolerance = RELATIVE_TOLERANCE * float(np.hypot(*(high - low)))
+    tolerance = scene.tolerance or RELATIVE_TOLERANCE * float(np.hypot(*(high - low)))
     # Digits already lost in the coordinates themselves bound what can be told apart.
     tolerance = max(tolerance, 8 * float(np.spacing(np.abs(corners).max())))
-    corners, counts = _simplified(corners - origin, counts, tolerance, scene)
     owner = np.repeat(np.arange(len(counts)), counts)
-    rings = shapely.linearrings(corners, indices=owner)
-    polygons = shapely.orient_polygons(shapely.polygons(rings))
-    area = shapely.area(polygons)
-    return Geometry(
-        origin=origin,
-        tolerance=tolerance,
-        polygons=polygons,
-        area=area,
-        centroid=shapely.get_coordinates(shapely.centroid(polygons)),
-    )
-
-
-def _simplified(
-    corners: np.ndarray, counts: np.ndarray, tolerance: float, scene: Scene
-) -> tuple[np.ndarray, np.ndarray]:
-    """Drop repeated and straight corners; refuse what is then no convex polygon."""
-    start = np.concatenate([[0], np.cumsum(counts)[:-1]])
-    owner = np.repeat(np.arange(len(counts)), counts)
-    # A last corner that repeats the first closes the ring: keep one.
-    # Repeated corners in between go too, or their edges would have no direction.
-    corners, owner, counts = _without(
-        _length(corners - corners[_cyclic(start, counts, -1)]) > tolerance,
-        corners,
-        owner,
-        len(counts),
-    )
-    _refuse(counts < 3, scene, "has fewer than three different corners: it has no area")
-    start = np.concatenate([[0], np.cumsum(counts)[:-1]])
-    before = corners - corners[_cyclic(start, counts, -1)]
-    after = corners[_cyclic(start, counts, 1)] - corners
-    turn = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
-    # Height of the corner above the line through its neighbours, signed by the turn.
-    height = turn / np.maximum(_length(before + after), tolerance)
-    straight = (np.abs(height) <= tolerance) & ((before * after).sum(axis=1) > 0)
-    corners, owner, counts = _without(~straight, corners, owner, len(counts))
-    _refuse(counts < 3, scene, "has no area: its corners lie on one line")
-    height = height[~straight]
-
-    start = np.concatenate([[0], np.cumsum(counts)[:-1]])
-    direction = corners[_cyclic(start, counts, 1)] - corners
-    angle = np.arctan2(direction[:, 1], direction[:, 0])
-    turning = np.angle(np.exp(1j * (angle - angle[_cyclic(start, counts, -1)])))
-    turns = np.rint(np.add.reduceat(turning, start) / (2 * np.pi))
-    left = np.minimum.reduceat(height, start) > 0
-    right = np.maximum.reduceat(height, start) < 0
-    area = np.abs(shapely.area(shapely.polygons(shapely.linearrings(corners, indices=owner))))
-    _refuse(np.abs(turns) != 1, scene, "crosses itself: give its corners in order round the block")
+    outlines = shapely.polygons(shapely.linearrings(corners - origin, indices=owner))
+    area = shapely.area(outlines)
+    polygons = _convex_outlines(corners - origin, owner, tolerance, scene)
     _refuse(area <= tolerance**2, scene, "has no area")
-    _refuse(~(left | right), scene, "is not convex: split it into convex blocks")
-    return corners, counts
+    centroid = shapely.get_coordinates(shapely.centroid(outlines))
+    return Geometry(origin, tolerance, polygons, area, centroid)
 
 
-def _cyclic(start: np.ndarray, counts: np.ndarray, step: int) -> np.ndarray:
-    """Index of the corner ``step`` places on, round each block's own ring."""
+def _convex_outlines(corners: np.ndarray, owner: np.ndarray, tolerance: float, scene: Scene) -> np.ndarray:
+    """Counter-clockwise polygons without the corners that make no difference; refuse what is not
+    convex."""
+    start = _first_of_each(owner)
+    # Begin each ring at its leftmost, then lowest corner: no straight edge runs through that one.
+    leftmost = np.lexsort((corners[:, 1], corners[:, 0], owner))[start]
+    counts = np.bincount(owner)
     base = np.repeat(start, counts)
-    return base + (np.arange(counts.sum()) - base + step) % np.repeat(counts, counts)
+    turned = base + (np.arange(len(owner)) - base + np.repeat(leftmost - start, counts)) % np.repeat(
+        counts, counts
+    )
+    closed = np.insert(corners[turned], start + counts, corners[leftmost], axis=0)
+    rings = shapely.linestrings(closed, indices=np.repeat(np.arange(len(counts)), counts + 1))
+    rings = shapely.simplify(rings, tolerance, preserve_topology=False)
+    closed, owner = shapely.get_coordinates(rings, return_index=True)
+    last = np.append(owner[1:] != owner[:-1], True)
+    corners, owner = closed[~last], owner[~last]
+    counts = np.bincount(owner, minlength=len(counts))
+    _refuse(counts < 3, scene, "has no area: its corners lie on one line or in one point")
+
+    start = _first_of_each(owner)
+    direction = closed[1:][~last[:-1]] - corners
+    angle = np.arctan2(direction[:, 1], direction[:, 0])
+    previous = np.arange(len(owner)) - 1
+    previous[start] += counts
+    turn = np.angle(np.exp(1j * (angle - angle[previous])))
+    turns = np.rint(np.add.reduceat(turn, start) / (2 * np.pi))
+    one_way = (np.minimum.reduceat(turn, start) > 0) | (np.maximum.reduceat(turn, start) < 0)
+    _refuse(np.abs(turns) != 1, scene, "crosses itself: give its corners in order round the block")
+    _refuse(~one_way, scene, "is not convex: split it into convex blocks")
+    return shapely.orient_polygons(shapely.polygons(shapely.linearrings(corners, indices=owner)))
 
 
-def _without(
-    keep: np.ndarray, corners: np.ndarray, owner: np.ndarray, blocks: int
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    return corners[keep], owner[keep], np.bincount(owner[keep], minlength=blocks)
-
-
-def _length(vectors: np.ndarray) -> np.ndarray:
-    return np.hypot(vectors[:, 0], vectors[:, 1])
+def _first_of_each(owner: np.ndarray) -> np.ndarray:
+    """Index of the first entry of each owner, of a sorted array of owners."""
+    return np.flatnonzero(np.append(True, owner[1:] != owner[:-1]))
 
 
 def _refuse(wrong: np.ndarray, scene: Scene, why: str) -> None:

@@ -9,7 +9,7 @@ from typing import Annotated
 
 from pydantic import Field, PrivateAttr, Strict, model_validator
 
-from masonry_opt.scene.blocks import Block, Joint, JointDefaults, Name, Point, Record, Reference
+from masonry_opt.scene.blocks import Block, Joint, JointDefaults, Name, Point, Positive, Record, Reference
 
 
 class SceneKeys(Record):
@@ -18,6 +18,7 @@ class SceneKeys(Record):
     title: Annotated[str, Strict()] = ""
     source: Annotated[str, Strict()] = ""
     gravity: Point = (0.0, -1.0)
+    tolerance: Positive | None = None
     joints: JointDefaults
     blocks: Annotated[list[Block], Field(alias="block")] = []
     exceptions: Annotated[list[Joint], Field(alias="joint")] = []
@@ -37,6 +38,9 @@ class Scene(SceneKeys):
         :class:`Joint` records for the joints that differ.
     gravity:
         Direction in which weights act (only the direction counts), default straight down.
+    tolerance:
+        Length below which gaps and overlaps between blocks are nothing; raise it for coordinates that
+        were rounded (default: 1e-6 of the diagonal round the movable blocks).
     title, source:
         What the scene is and where it comes from.
     reference:
@@ -61,7 +65,8 @@ class Scene(SceneKeys):
             first = seen.setdefault(block.name, number)
             if first != number:
                 raise ValueError(
-                    f"blocks no. {first} and no. {number} are both named '{block.name}': rename one"
+                    f"blocks no. {first} and no. {number} are both named '{block.name}': rename one "
+                    "(a generator names its blocks itself: '1-1', ..., 'base')"
                 )
         if not any(block.fixed for block in self.blocks):
             raise ValueError("no block is fixed: mark the support with 'fixed = true'")
@@ -95,8 +100,9 @@ class Scene(SceneKeys):
 
     def read_from(self, origin: str | Path) -> Scene:
         """The same scene, remembering the file it came from."""
-        self._origin = str(origin)
-        return self
+        scene = self.model_copy()
+        scene._origin = str(origin)
+        return scene
 
     def __eq__(self, other: object) -> bool:
         """Scenes are equal if their keys are, wherever they were read from."""

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field, Strict, model_validator
+from pydantic import Discriminator, Field, Strict, Tag, model_validator
 
 from masonry_opt.scene.blocks import Block, Name, NonNegative, Number, Point, Positive, Record
 
-Course = Annotated[list[Number], Field(min_length=1)]
+Lengths = Annotated[list[Number], Field(min_length=1)]
+Course = Annotated[
+    Annotated[Name, Tag("name")] | Annotated[Lengths, Tag("lengths")],
+    Discriminator(lambda entry: "name" if isinstance(entry, str) else "lengths"),
+]
 
 
 class Wall(Record):
@@ -41,8 +45,8 @@ class Wall(Record):
     block: tuple[Positive, Positive]
     weight: NonNegative
     live: Point = (0.0, 0.0)
-    courses: Annotated[list[Name | Course], Field(min_length=1)]
-    course: dict[Name, Course] = {}
+    courses: Annotated[list[Course], Field(min_length=1)]
+    course: dict[Name, Lengths] = {}
     repeat: Annotated[int, Strict(), Field(ge=1, le=100_000)] = 1
     base: Annotated[bool, Strict()] = True
 

@@ -107,4 +107,10 @@ def _solve(program: cp.Problem, solver: Solver, watch: Stopwatch) -> tuple[str, 
     seconds = elapsed if stats.solve_time is None else float(stats.solve_time)
     watch.add("solve", seconds)
     watch.add("compile", max(elapsed - seconds, 0.0))  # handing the matrices over
-    return word or program.status, int(stats.num_iters or 0), seconds
+    of_highs = isinstance(raw, dict) and "info" in raw
+    iterations = _highs_iterations(raw["info"]) if of_highs else stats.num_iters or 0
+    return word or program.status, int(iterations), seconds
+
+
+def _highs_iterations(info: Any) -> int:
+    return max(info.simplex_iteration_count, 0) + max(info.ipm_iteration_count, 0)

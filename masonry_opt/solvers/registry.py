@@ -73,12 +73,15 @@ def find_solver(language: str, name: str | None, tolerance: float = TOLERANCE) -
     Raises
     ------
     OptionError
-        If the language is unknown, or the solver is unknown there or not installed.
+        If the language is unknown, the solver unknown there or not installed, or the tolerance no
+        number between 0 and 0.1.
     """
     if language not in LANGUAGES:
         raise OptionError(f"model '{language}' is unknown; choose from: {', '.join(LANGUAGES)}")
+    if not (isinstance(tolerance, float) and 0 < tolerance <= 0.1):
+        raise OptionError(f"tolerance must be a number above 0, at most 0.1 (found {tolerance!r})")
     known = [solver for of, solver in SOLVERS if of == language]
-    name = name or known[0]
+    name = (name or known[0]).lower()
     installed = {engine.lower() for engine in cp.installed_solvers()}
     entry = SOLVERS.get((language, name))
     if entry is None:

@@ -55,12 +55,12 @@ def test_joint_between_fixed_blocks_is_none():
     plain, result = mo.solve(wall, "static"), mo.solve(longer, "static")
     assert result.size.joints == plain.size.joints
     assert result.load_factor == pytest.approx(plain.load_factor, rel=1e-8)
-    assert any("1 joints between two fixed blocks" in line for line in result.size.left_out)
+    assert any("1 joint between two fixed blocks" in line for line in result.size.left_out)
 
 
 def test_result_says_what_was_left_out_and_why():
     left_out = " | ".join(mo.solve(two_blocks(), "static").size.left_out)
-    assert "shear rows of 1 joints: their friction is unlimited" in left_out
+    assert "sliding of 1 joint: their friction is unlimited" in left_out
     assert "no joint has cohesion" in left_out
     assert "n ≥ 0" in left_out
     assert "cohesion" not in " | ".join(mo.solve(small_wall(cohesion=0.1), "static").size.left_out)

@@ -50,7 +50,7 @@ def test_a_disagreement_does_not_pass():
 @pytest.mark.parametrize("formulation", ["static", "kinematic"])
 @pytest.mark.parametrize(("language", "solver"), SOLVERS, ids="-".join)
 def test_duals_satisfy_the_other_formulation(language, solver, formulation):
-    """Tolerance 1e-6 as demanded of every model; forces in mean block weights, velocities near 1."""
+    """Tolerance 1e-6 as demanded of every model; forces in median block weights, velocities near 1."""
     problem = assemble(small_wall(cohesion=0.05)).problem
     state = declare(problem, formulation, find_solver(language, solver), Stopwatch()).solve().state
     q, d, p = state.q, state.d, state.p

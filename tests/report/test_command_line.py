@@ -65,6 +65,21 @@ def test_text_names_the_load_factor_and_its_certificate(monkeypatch, capsys):
     assert "converged" in out
 
 
+def test_options_of_the_method_and_published_values(monkeypatch, capsys):
+    code, out, _ = run(monkeypatch, capsys, "solve", WALL_1, "-o", "start=cohesive", "-o", "beta=0.5")
+    assert code == 0
+    assert "published        0.63982 (Gilbert, Casapulla & Ahmed (2006), Table 1), here -0.0" in out
+    for wrong, words in (("beta=2", "beta"), ("gamma=1", "no option 'gamma'"), ("beta", "NAME=VALUE")):
+        code, out, err = run(monkeypatch, capsys, "solve", WALL_1, "-o", wrong)
+        assert (code, out) == (2, "")
+        assert words in err
+
+
+def test_version(monkeypatch, capsys):
+    code, out, _ = run(monkeypatch, capsys, "--version")
+    assert (code, out) == (0, "0.1.0\n")
+
+
 def test_installed_command_in_a_process_of_its_own(tmp_path):
     """Standard output holds the JSON object alone, and a failed run leaves it empty."""
     command = [sys.executable, "-c", "from masonry_opt.cli import main; main()", "solve"]
@@ -97,6 +112,13 @@ def test_plot_shows_load_factor_and_legend(tmp_path):
     text = (tmp_path / "wall.svg").read_text()
     for words in ("Ferris &amp; Tin-Loi wall 1", "0.63982", "sliding joint", "hinging joint"):
         assert words in text
+
+
+def test_titles_may_hold_anything(tmp_path):
+    from masonry_opt.report.mechanism_plot import plot_mechanism
+
+    scene = block_on_floor().model_copy(update={"title": "costs $\\frac{$ " + "very " * 40})
+    plot_mechanism(mo.solve(scene), tmp_path / "picture.png")
 
 
 @pytest.mark.parametrize(
@@ -170,3 +192,17 @@ def test_reproduce_without_case_files_or_folder(monkeypatch, capsys, tmp_path):
     code, _, err = run(monkeypatch, capsys, "reproduce", "table9")
     assert code == 2
     assert "table1" in err
+
+
+def test_check_of_a_scene_without_load_factor(monkeypatch, capsys, tmp_path):
+    case = tmp_path / "case.toml"
+    mo.save(block_on_floor(live=(0.0, -1.0)), case)
+    code, out, err = run(monkeypatch, capsys, "check", case)
+    assert (code, out) == (1, "")
+    assert "unlimited" in err
+
+
+def test_check_where_the_load_factor_is_zero(monkeypatch, capsys, tmp_path):
+    case = tmp_path / "case.toml"
+    mo.save(block_on_floor(friction=0.0), case)
+    assert run(monkeypatch, capsys, "check", case)[0] == 0

@@ -37,7 +37,7 @@ def test_case_file_example_is_one(tmp_path):
     path.write_text(case)
     scene = mo.load(path)
     reference = scene.reference["associative"]
-    assert mo.solve(scene, "static").load_factor == pytest.approx(0.96, rel=reference.tolerance)
+    assert mo.solve(scene, "static").load_factor == pytest.approx(reference.value, rel=reference.tolerance)
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +55,7 @@ def test_table_is_as_reproduced(table, part):
     now = markdown(table.residuals.drop(columns=["time (s)", "time, paper (s)"]))
     for line, line_now in zip(shown.splitlines(), now.splitlines(), strict=True):
         for cell, cell_now in zip(line.split("|"), line_now.split("|"), strict=True):
-            try:
-                assert float(cell_now) == pytest.approx(float(cell), rel=1, abs=1e-9)
-            except ValueError:
+            if "e-" in cell:
+                assert float(cell) < 1e-9 or 0.5 < float(cell_now) / float(cell) < 2
+            else:
                 assert cell == cell_now

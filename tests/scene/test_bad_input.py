@@ -59,6 +59,9 @@ WRONG_CASES = {
         ["block no. 2 ('base')", "fixed block carries no load"],
     ),
     "no weight": (GOOD.replace("weight = 1.0", ""), ["block no. 1 ('A')", "'weight' or 'unit_weight'"]),
+    "friction beyond any": (GOOD.replace("0.6", "1e9"), ["[joints]", "'friction'", "write inf"]),
+    "single brackets": (GOOD + '[joint]\nbetween = ["A", "base"]', ["[joint]", "double brackets"]),
+    "one coordinate": (GOOD.replace("[1, 1]", "[1]"), ["vertices[2]", "two numbers"]),
     "duplicate name": (GOOD.replace('"base"', '"A"'), ["no. 1 and no. 2", "'A'", "rename"]),
     "joint of unknown block": (
         GOOD + '[[joint]]\nbetween = ["A", "bas"]',
@@ -175,6 +178,59 @@ def test_scene_without_load_factor(name, method, tmp_path, monkeypatch, capsys):
     assert answer["certificate"] is None
     for words in expected:
         assert words in answer["message"]
+
+
+FLAT_ARCH = """
+[joints]
+friction = 0.5
+[[block]]
+name = "left"
+vertices = [[0, 0], [1, 0], [0.8, 1], [0, 1]]
+fixed = true
+[[block]]
+name = "key"
+vertices = [[1, 0], [2, 0], [2.2, 1], [0.8, 1]]
+weight = 1
+live = [0, -1]
+[[block]]
+name = "right"
+vertices = [[2, 0], [3, 0], [3, 1], [2.2, 1]]
+fixed = true
+"""
+
+
+def test_blocks_that_friction_jams_are_told_from_a_loop_that_fails(tmp_path, monkeypatch, capsys):
+    """Two voussoirs between skewbacks that lean by 11.3°: at φ = 26.6° neither can slide up."""
+    path = tmp_path / "case.toml"
+    halves = """[[block]]
+name = "key1"
+vertices = [[1, 0], [1.5, 0], [1.4, 1], [0.8, 1]]
+weight = 1
+live = [0, -1]
+[[block]]
+name = "key2"
+vertices = [[1.5, 0], [2, 0], [2.2, 1], [1.4, 1]]
+weight = 1
+"""
+    start, key = FLAT_ARCH.index('[[block]]\nname = "key"'), FLAT_ARCH.index('[[block]]\nname = "right"')
+    path.write_text(FLAT_ARCH[:start] + halves + FLAT_ARCH[key:])
+    code, out, _ = run(monkeypatch, capsys, "solve", path, "--json")
+    answer = json.loads(out)
+    assert code == 1
+    assert answer["status"].startswith("unlimited")
+    assert answer["load_factor"] is None
+
+
+def test_dead_load_that_wedging_alone_carries_is_unstable(tmp_path, monkeypatch, capsys):
+    """A plug that widens downwards: associative friction holds it by jamming, Coulomb's need not."""
+    path = tmp_path / "case.toml"
+    widening = FLAT_ARCH.replace("0.8", "1.1").replace("2.2", "1.9")
+    path.write_text(widening)
+    code, out, _ = run(monkeypatch, capsys, "solve", path, "--json")
+    answer = json.loads(out)
+    assert code == 1
+    assert answer["status"] == "unstable under dead load"
+    assert "wedging alone" in answer["message"]
 
 
 def test_dilatancy_that_locks_is_told_from_a_load_that_cannot_act(tmp_path, monkeypatch, capsys):

@@ -121,7 +121,27 @@ def test_a_file_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatch)
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr("os.replace", full)
-    with pytest.raises(OSError, match="No space"):
+    with pytest.raises(mo.CaseError, match="cannot be written: No space"):
         mo.save(two_blocks(), path)
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_key_has_one_name_in_a_file(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(TOML.replace("[[block]]", "[[blocks]]"))
+    with pytest.raises(mo.CaseError, match="unknown key 'blocks'; did you mean 'block'"):
+        mo.load(path)
+
+
+def test_a_repeated_json_key_is_refused(tmp_path):
+    path = tmp_path / "case.json"
+    path.write_text('{"joints": {"friction": 0.1, "friction": 0.9}}')
+    with pytest.raises(mo.CaseError, match="'friction' is given twice"):
+        mo.load(path)
+
+
+def test_reading_a_scene_does_not_change_another():
+    scene = two_blocks()
+    assert scene.read_from("elsewhere").origin == "elsewhere"
+    assert scene.origin == "scene"

@@ -103,7 +103,7 @@ def test_fixed_blocks_may_touch_and_overlap_and_get_no_joint():
             "'A' is not convex",
         ),
         ([mo.Block(name="A", vertices=[(0, 0), (2, 1), (2, 0), (0, 1)], weight=1)], "'A' crosses itself"),
-        ([mo.Block(name="A", vertices=[(0, 0), (0, 0), (1, 0)], weight=1)], "fewer than three"),
+        ([mo.Block(name="A", vertices=[(0, 0), (0, 0), (1, 0)], weight=1)], "'A' has no area"),
     ],
 )
 def test_impossible_geometry_is_refused_by_name(blocks, message):
@@ -136,3 +136,37 @@ def test_ten_thousand_blocks():
 def test_unit_weight_is_multiplied_by_the_area():
     result = mo.solve(block_on_floor(2.0, 3.0, friction=0.4, weight=None, unit_weight=0.5, live=(3.0, 0.0)))
     assert result.load_factor == pytest.approx(0.4, rel=1e-4)  # sliding: μ × weight (3) / live (3)
+
+
+@pytest.mark.parametrize("corners", [50, 500, 5000])
+def test_finely_drawn_curves_keep_their_area(corners):
+    """A 2 × 4 block with one corner rounded by R = 0.5: area 8 - (1 - π/4) R²."""
+    angles = np.linspace(0, np.pi / 2, corners)
+    curve = [(1.5 + 0.5 * np.cos(a), 3.5 + 0.5 * np.sin(a)) for a in angles]
+    rounded = mo.Block(name="A", vertices=[(0, 0), (2, 0), *curve, (0, 4)], unit_weight=1)
+    area = geometry(scene(rounded)).area[0]
+    assert area == pytest.approx(8 - (1 - np.pi / 4) * 0.25, abs=0.25 / corners)
+    assert pairs(scene(rounded)) == {("A", "floor")}
+
+
+def test_two_polygons_of_many_sides_have_one_joint():
+    angles = np.linspace(0, 2 * np.pi, 720, endpoint=False) + np.pi / 720
+    disc = [(np.cos(a), np.sin(a) + np.cos(np.pi / 720)) for a in angles]
+    low = mo.Block(name="low", vertices=disc, weight=1)
+    high = mo.Block(name="high", vertices=[(x, y + 2 * np.cos(np.pi / 720)) for x, y in disc], weight=1)
+    assert pairs(scene(low, high)) == {("low", "high"), ("low", "floor")}
+
+
+@pytest.mark.parametrize("gap", [1e-4, 5e-4])
+def test_faces_that_nearly_touch_are_reported_and_joined_by_a_larger_tolerance(gap):
+    apart = [square("A", 0, 0), square("B", 1 + gap, 0)]
+    assert joints_of(scene(*apart)).near_misses == [(0, 1)]
+    assert pairs(scene(*apart)) == {("A", "floor"), ("B", "floor")}
+    joined = scene(*apart, tolerance=1e-3)
+    assert pairs(joined) == {("A", "floor"), ("B", "floor"), ("A", "B")}
+    assert joints_of(joined).near_misses == []
+
+
+def test_blocks_that_reach_no_support_through_others_are_refused():
+    with pytest.raises(mo.CaseError, match=r"'B' reaches no fixed block.*'C'"):
+        joints_of(scene(square("A", 0, 0), square("B", 4, 3), square("C", 5, 3)))

@@ -1,0 +1,25 @@
+"""Write the tables of the README anew (``python tests/report/refresh_readme.py`` in the clone)."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from masonry_opt.report.table1 import table1
+from masonry_opt.report.terminal import markdown
+
+TIMES = ["time (s)", "time, paper (s)"]
+
+
+def refresh(readme: Path, cases: Path) -> None:
+    """Replace what stands between the markers of each table."""
+    table, text = table1(cases), readme.read_text()
+    parts = {"table1": table.load_factors, "residuals": table.residuals.drop(columns=TIMES)}
+    for name, frame in parts.items():
+        between = re.compile(rf"(<!-- {name} -->\n).*?(<!-- /{name} -->)", re.DOTALL)
+        text = between.sub(lambda match, frame=frame: match[1] + markdown(frame) + match[2], text)
+    readme.write_text(text)
+
+
+if __name__ == "__main__":
+    refresh(Path("README.md"), Path("cases"))
