@@ -30,8 +30,8 @@ _DISPLACEMENT = 0.06
 #: Rates below this share of the fastest corner's velocity are nothing.
 _STILL = 2e-3
 
-#: Width of a picture in inches.
-_WIDTH = 7.0
+#: Inches: widest and tallest axes, room above for the title, below for axis label and legend.
+_WIDTH, _TALLEST, _ABOVE, _BELOW = 6.0, 6.5, 0.7, 0.95
 
 FORMATS = ("png", "svg", "pdf")
 
@@ -81,18 +81,24 @@ def plot_mechanism(result: Result, path: str | Path) -> None:
     refuse_picture(path)
     kind = Path(path).suffix.lower().removeprefix(".")
     with mpl.rc_context({"svg.hashsalt": "masonry_opt", "font.size": 10}):
-        low, high = _extent(result)
-        width, height = high - low
-        tall = float(np.clip(_WIDTH * height / max(width, 1e-9), 1.5, 7.0)) + 1.6
-        figure = Figure(figsize=(_WIDTH, tall), layout="constrained")
+        figure = Figure()
         axes = figure.add_subplot()
         draw_mechanism(result, axes)
-        axes.legend(
-            handles=_legend(result), loc="upper center", bbox_to_anchor=(0.5, -0.08), ncols=4, frameon=False
-        )
+        _fit_figure(figure, axes)
+        figure.legend(handles=_legend(result), loc="lower center", ncols=4, frameon=False)
         image = io.BytesIO()
         figure.savefig(image, format=kind, dpi=160)
     write_whole(path, image.getvalue())
+
+
+def _fit_figure(figure: Figure, axes: Axes) -> None:
+    """Size the figure so that the scene fills the axes in its own proportions, legend below."""
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    tall = min(_WIDTH * (top - bottom) / (right - left), _TALLEST)
+    wide = tall * (right - left) / (top - bottom)
+    width, height = _WIDTH + 1.0, tall + _ABOVE + _BELOW
+    figure.set_size_inches(width, height)
+    axes.set_position(((width - wide) / 2 / width, _BELOW / height, wide / width, tall / height))
 
 
 def refuse_picture(path: str | Path) -> None:
@@ -132,8 +138,8 @@ def draw_mechanism(result: Result, axes: Axes) -> None:
     axes.set_xlim(low[0] + origin[0] - margin, high[0] + origin[0] + margin)
     axes.set_ylim(low[1] + origin[1] - margin, high[1] + origin[1] + margin)
     axes.set_aspect("equal")
-    axes.set_xlabel("x (length unit of the case)")
-    axes.set_ylabel("y (length unit of the case)")
+    axes.set_xlabel("x, y in the length unit of the case")
+    axes.set_ylabel("y")
     axes.set_title(_title(result), parse_math=False)  # a title may hold dollar signs
 
 
