@@ -12,7 +12,6 @@ import typer
 from rich.console import Console
 
 from masonry_opt.analysis.check import check as check_duality
-from masonry_opt.analysis.finding import Iteration
 from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.solve import METHODS
 from masonry_opt.analysis.solve import solve as solve_scene
@@ -46,7 +45,9 @@ def about(version: Annotated[bool, typer.Option("--version", help="Print the ver
 def solve(
     case: Case,
     method: Annotated[str, typer.Option(help=f"One of: {', '.join(METHODS)}.")] = "nonassociative",
-    model: Annotated[str, typer.Option(help=f"Modelling language: {', '.join(LANGUAGES)}.")] = "cvxpy",
+    model: Annotated[
+        str | None, typer.Option(help=f"Modelling language: {', '.join(LANGUAGES)}. Default: the method's.")
+    ] = None,
     solver: Annotated[
         str | None, typer.Option(help="clarabel, highs, highs-ipm, ... Default: the language's first.")
     ] = None,
@@ -67,8 +68,8 @@ def solve(
     errors = Console(stderr=True)
     with errors.status(f"solving {case}") as status:
 
-        def progress(entry: Iteration) -> None:
-            status.update(f"sub-problem {entry.iteration}: λ = {entry.load_factor:.6f}")
+        def progress(step: Any) -> None:
+            status.update(f"{type(step).__name__.lower()}: λ = {step.load_factor:.6f}")
 
         result = solve_scene(case, method, model=model, solver=solver, progress=progress, **options)
     print(result.to_json() if json else result_text(result))
@@ -118,10 +119,12 @@ def _name_and_value(text: str) -> tuple[str, Any]:
     name, equals, value = text.partition("=")
     if not equals:
         raise OptionError(f"option '{text}': write it as NAME=VALUE, such as beta=0.5")
-    try:
-        return name, parse_json(value)
-    except ValueError:
-        return name, value
+    for parse in (parse_json, float):  # float also reads .5
+        try:
+            return name, parse(value)
+        except ValueError:
+            continue
+    return name, value
 
 
 def _plot(result: Result, path: Path) -> None:

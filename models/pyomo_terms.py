@@ -116,3 +116,9 @@ def duals(constraint: pyo.Constraint) -> np.ndarray:
     """The loaded duals of an indexed constraint, in order."""
     dual = constraint.model().dual
     return np.array([dual[data] for data in constraint.values()])
+
+
+def put(variable: pyo.Var, numbers: np.ndarray) -> None:
+    """Give an indexed variable these values, in order."""
+    for data, number in zip(variable.values(), np.ravel(numbers).tolist(), strict=True):
+        data.set_value(number, skip_validation=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -51,8 +52,10 @@ class Finding:
     q, d: joint forces (3c,) and block velocities (3b,), where there are any.
     slope: opening per unit slip under the flow rule the answer claims, shape (c,).
     flow_rule_matters: False if the associative answer already obeys the joints' own flow rule.
-    history: the loop's sub-problems.
-    iterations, lp_solves: of the solver, and linear programs solved.
+    history: the loop's sub-problems, or what another method records of its steps.
+    iterations, lp_solves, nlp_solves: of the solver, and programs solved.
+    stationary: of a refined state: True if no mechanism among the faces at yield lowers λ.
+    bound: proven lower bound of λ, of the global search.
     size: of the linear program.
     """
 
@@ -63,9 +66,12 @@ class Finding:
     d: np.ndarray | None = None
     slope: np.ndarray | None = None
     flow_rule_matters: bool = True
-    history: list[Iteration] = field(default_factory=list)
+    history: list[Any] = field(default_factory=list)
     iterations: int = 0
     lp_solves: int = 0
+    nlp_solves: int = 0
+    stationary: bool | None = None
+    bound: float | None = None
     size: LpSize | None = None
 
     def take(self, state: State) -> None:

@@ -25,6 +25,9 @@ Progress = Callable[[Iteration], None]
 #: Below this share of λ the energy of sliding cannot matter: the flow rule has no influence.
 NO_INFLUENCE = 1e-6
 
+#: Share of α with which the loop begins again.
+_LESS_SLOPE = 1 / 3
+
 #: How often a trial cohesion that carries no dead load is multiplied by four.
 _TRIALS = 8
 
@@ -80,19 +83,27 @@ def nonassociative(
     """Load factor with the joints' own flow rule (Coulomb: no dilatancy), of a scene that stands.
 
     Steps 1 to 6 of section 4.2. Where dilatancy locks the associative start, the loop starts
-    cohesive instead (section 6.3). ``progress`` is called after every sub-problem.
+    cohesive instead (section 6.3); where a sub-problem has no state, it begins again with less
+    slope. The message says so. ``progress`` is called after every sub-problem.
     """
     # Cohesion terms are declared even where the joints have none: steps 4 and 5 need them.
     driver = declare(problem, "static", solver, watch, _first_limits(problem, options))
     finding, answer = run_loop(problem, driver, options, progress)
+    notes: list[str] = []
     if not finding.history and answer is not None:
         finding.status, finding.message = explain_no_answer(problem, answer)
         if finding.status is Status.LOCKED and options.start == "associative":
-            cohesive = options.model_copy(update={"start": "cohesive"})
-            finding, _ = run_loop(problem, driver, cohesive, progress)
-            finding.message = (
-                f"dilatancy locks the associative start, so the loop started cohesive; {finding.message}"
-            )
+            options = options.model_copy(update={"start": "cohesive"})
+            finding, _ = run_loop(problem, driver, options, progress)
+            notes.append("dilatancy locks the associative start, so the loop started cohesive")
+    while finding.status is Status.NO_STATE and options.alpha > options.alpha_min:
+        # A contracting limit |s| ≤ c - αμn also caps n at c / (αμ): less slope, less of a cap.
+        options = options.model_copy(update={"alpha": options.alpha * _LESS_SLOPE})
+        iterations = finding.iterations
+        finding, _ = run_loop(problem, driver, options, progress)
+        finding.iterations += iterations
+        notes.append(f"a sub-problem had no state, so the loop began again with alpha = {options.alpha:.2g}")
+    finding.message = "; ".join([*notes[-2:], finding.message])
     finding.lp_solves, finding.size = driver.solves, driver.size()
     return finding
 

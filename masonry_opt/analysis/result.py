@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from masonry_opt.analysis.finding import Finding, Iteration
+from masonry_opt.analysis.finding import Finding
 from masonry_opt.analysis.status import Status
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.certificate import Certificate, certify
@@ -53,12 +53,18 @@ class Result:
         where a joint is idle). Forces and lengths in the case's units.
     blocks: frame, one row a movable block: ``block``, ``x``, ``y`` (centroid), ``vx``, ``vy``, ``omega``;
         velocities scaled so that the live load moves at a mean rate of 1 along itself.
-    history: frame, one row a sub-problem of the loop (see :class:`~.finding.Iteration`).
+    history: frame, one row a step: a sub-problem of the loop (see :class:`~.finding.Iteration`), a
+        relaxation of the MPEC (:class:`~.mpec.Relaxation`), a lower state of the refinement
+        (:class:`~.refined.Refinement`); empty for a single linear program.
     flow_rule_matters: False if the associative answer already obeys the joints' own flow rule.
     iterations: of the solver, summed.
-    lp_solves: linear programs solved (without the check of the dead load).
+    lp_solves, nlp_solves: linear and nonlinear programs solved (without the check of the dead load).
+    stationary: of a refined answer: True if no mechanism among the faces at yield lowers λ, False if
+        the solver could not tell for some; None for other methods.
+    bound: proven lower bound of λ, of method "global"; None for other methods.
     seconds: by part (see :class:`~masonry_opt.timing.Stopwatch`).
     size: of scene and linear program.
+    assembly, finding: the matrices, and forces and velocities in their units.
     """
 
     case: str
@@ -75,9 +81,13 @@ class Result:
     flow_rule_matters: bool
     iterations: int
     lp_solves: int
+    nlp_solves: int
+    stationary: bool | None
+    bound: float | None
     seconds: dict[str, float]
     size: Size
     assembly: Assembly = field(repr=False)
+    finding: Finding = field(repr=False)
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, strings, lists and dictionaries (NaN as None)."""
@@ -95,6 +105,9 @@ class Result:
                 "flow_rule_matters": self.flow_rule_matters,
                 "iterations": self.iterations,
                 "lp_solves": self.lp_solves,
+                "nlp_solves": self.nlp_solves,
+                "stationary": self.stationary,
+                "bound": self.bound,
                 "seconds": self.seconds,
                 "certificate": self.certificate.as_dict() if self.certificate else None,
                 "size": asdict(self.size),
@@ -137,10 +150,13 @@ def make_result(
         certificate=certificate,
         joints=_joint_frame(assembly, finding),
         blocks=_block_frame(assembly, finding),
-        history=pd.DataFrame(finding.history, columns=list(Iteration.__dataclass_fields__)),
+        history=pd.DataFrame(finding.history),
         flow_rule_matters=finding.flow_rule_matters,
         iterations=finding.iterations,
         lp_solves=finding.lp_solves,
+        nlp_solves=finding.nlp_solves,
+        stationary=finding.stationary,
+        bound=finding.bound,
         seconds=seconds,
         size=Size(
             blocks=problem.blocks,
@@ -148,9 +164,10 @@ def make_result(
             rows=lp.rows if lp else None,
             columns=lp.columns if lp else None,
             nonzeros=lp.nonzeros if lp else None,
-            left_out=_left_out(assembly, cohesive=method not in ("static", "kinematic")),
+            left_out=_left_out(assembly, cohesive=method == "nonassociative"),
         ),
         assembly=assembly,
+        finding=finding,
     )
 
 

@@ -7,57 +7,160 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import ValidationError
 
 from masonry_opt.analysis.associative import associative
 from masonry_opt.analysis.diagnosis import DeadLoadUndecided, falling_mechanism, moving_blocks
-from masonry_opt.analysis.finding import Finding, Iteration
+from masonry_opt.analysis.finding import Finding
+from masonry_opt.analysis.global_bounds import GlobalOptions, global_bounds
+from masonry_opt.analysis.mpec import MpecOptions, mpec
 from masonry_opt.analysis.nonassociative import LoopOptions, nonassociative
+from masonry_opt.analysis.refined import RefinedOptions, jittered, refined
 from masonry_opt.analysis.result import Result, make_result
 from masonry_opt.analysis.status import Status
 from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.models.interface import State
 from masonry_opt.problem.assembly import Assembly, assemble
+from masonry_opt.problem.certificate import rates
+from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.blocks import Record
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solvers.registry import TOLERANCE, Solver, find_solver
+from masonry_opt.solvers.ipopt import CasadiIpopt, ExecutableIpopt, Ipopt
+from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, find_solver
 from masonry_opt.timing import Stopwatch
 
-Progress = Callable[[Iteration], None]
+Progress = Callable[[Any], None]
 
 #: A load factor this little below zero is zero.
 _NEGATIVE = 1e-6
 
 
 @dataclasses.dataclass(frozen=True)
+class _Task:
+    """What a method is given."""
+
+    problem: Problem
+    solver: Solver
+    watch: Stopwatch
+    options: Any
+    progress: Progress
+
+
+@dataclasses.dataclass(frozen=True)
 class _Method:
-    """How a method is run, and the class of its own options (None: it has none)."""
+    """How a method is run.
 
-    run: Callable[..., Finding]
+    Attributes
+    ----------
+    run: the analysis.
+    options: class of its own options; None if it has none.
+    solvers: by language, those it can use, its default first; empty for any solver of linear programs.
+        The first language is the method's default.
+    """
+
+    run: Callable[[_Task], Finding]
     options: type[Record] | None = None
-    #: Solvers by language where the language's own default does not suit the method.
-    solvers: dict[str, str] = dataclasses.field(default_factory=dict)
+    solvers: dict[str, tuple[str, ...]] = dataclasses.field(
+        default_factory=lambda: {"cvxpy": (), "pyomo": ()}
+    )
 
 
-def _static(assembly: Assembly, solver: Solver, watch: Stopwatch, *_: Any) -> Finding:
-    return associative(assembly.problem, "static", solver, watch)
+def _static(task: _Task) -> Finding:
+    return associative(task.problem, "static", task.solver, task.watch)
 
 
-def _kinematic(assembly: Assembly, solver: Solver, watch: Stopwatch, *_: Any) -> Finding:
-    return associative(assembly.problem, "kinematic", solver, watch)
+def _kinematic(task: _Task) -> Finding:
+    return associative(task.problem, "kinematic", task.solver, task.watch)
 
 
-def _nonassociative(
-    assembly: Assembly, solver: Solver, watch: Stopwatch, options: LoopOptions, progress: Progress
-) -> Finding:
-    return nonassociative(assembly.problem, solver, watch, options, progress)
+def _nonassociative(task: _Task) -> Finding:
+    return nonassociative(task.problem, task.solver, task.watch, task.options, task.progress)
 
+
+def _loop(task: _Task, problem: Problem) -> Finding:
+    """The loop with its defaults, as the start of another method."""
+    solver = find_solver("cvxpy", None)
+    return nonassociative(problem, solver, task.watch, LoopOptions(), task.progress)
+
+
+def _mpec(task: _Task) -> Finding:
+    load: dict[str, Callable[[Any], Ipopt]] = {"casadi": CasadiIpopt, "ipopt": ExecutableIpopt}
+    options: MpecOptions = task.options
+    before = Finding(Status.CONVERGED)
+    if isinstance(options.start, Result):
+        before = _of_same_scene(options.start, task.problem)
+    elif options.start == "loop":
+        before = _loop(task, task.problem)
+        if before.q is None:
+            before.message = f"the loop to start from failed: {before.message}"
+            return before
+    finding = mpec(
+        task.problem,
+        lambda model: load[task.solver.name](model.program),
+        _state(task.problem, before),
+        options,
+        task.watch,
+        task.progress,
+    )
+    if not isinstance(options.start, Result):
+        finding.lp_solves += before.lp_solves
+        finding.iterations += before.iterations
+    return finding
+
+
+def _refined(task: _Task) -> Finding:
+    options: RefinedOptions = task.options
+    rng = np.random.default_rng(options.seed)
+
+    def start(number: int) -> Finding:
+        if number:
+            return _loop(task, jittered(task.problem, options.spread, rng))
+        if isinstance(options.start, Result):
+            return _of_same_scene(options.start, task.problem)
+        if options.start == "loop":
+            return _loop(task, task.problem)
+        return _mpec(dataclasses.replace(task, solver=_NLP, options=MpecOptions()))
+
+    return refined(task.problem, start, options, task.watch, task.progress)
+
+
+def _global(task: _Task) -> Finding:
+    upper = associative(task.problem, "static", find_solver("cvxpy", None), task.watch)
+    if upper.load_factor is None:
+        return upper
+    incumbent = _refined(dataclasses.replace(task, options=RefinedOptions(kicks=50)))
+    return global_bounds(task.problem, incumbent, upper.load_factor, task.options, task.watch, task.progress)
+
+
+def _of_same_scene(result: Result, problem: Problem) -> Finding:
+    """A finding handed in, its solves not counted again."""
+    finding = result.finding
+    if finding.q is None or finding.d is None:
+        raise OptionError("option 'start': the result has no forces to start from")
+    if (finding.q.size, finding.d.size) != (3 * problem.joints, 3 * problem.blocks):
+        raise OptionError("option 'start': the result is of another scene")
+    return dataclasses.replace(finding, history=[], iterations=0, lp_solves=0, nlp_solves=0)
+
+
+def _state(problem: Problem, finding: Finding) -> State | None:
+    if finding.q is None or finding.d is None:
+        return None
+    p = rates(problem, finding.d, problem.dilatancy)
+    return State(finding.load_factor or 0.0, finding.q, finding.d, p)
+
+
+_NLP = Solver("casadi", "pyomo", "casadi", {})
 
 METHODS: dict[str, _Method] = {
     "static": _Method(_static),
     "kinematic": _Method(_kinematic),
     # A vertex has joints without normal force, which the loop then locks: prefer interior points.
-    "nonassociative": _Method(_nonassociative, LoopOptions, {"pyomo": "highs-ipm"}),
+    "nonassociative": _Method(_nonassociative, LoopOptions, {"cvxpy": (), "pyomo": ("highs-ipm", "highs")}),
+    "mpec": _Method(_mpec, MpecOptions, {"pyomo": ("casadi", "ipopt")}),
+    "refined": _Method(_refined, RefinedOptions, {"pyomo": ("highs",)}),
+    "global": _Method(_global, GlobalOptions, {"pyomo": ("highs",)}),
 }
 
 
@@ -65,7 +168,7 @@ def solve(
     scene: Scene | str | Path,
     method: str = "nonassociative",
     *,
-    model: str = "cvxpy",
+    model: str | None = None,
     solver: str | None = None,
     tolerance: float = TOLERANCE,
     progress: Progress = lambda _: None,
@@ -78,19 +181,23 @@ def solve(
     scene:
         A scene, or the path of a case file.
     method:
-        "static" or "kinematic" (associative: one linear program), or "nonassociative" (Coulomb: the
-        loop).
+        "static" or "kinematic" (associative: one linear program), "nonassociative" (Coulomb: the
+        loop), "mpec" (the least load factor near the loop's, by IPOPT), "refined" (an exact state of
+        Coulomb friction, by linear programs from the loop's or the MPEC's), or "global" (what can be
+        proven of the least one, on small scenes).
     model:
-        Modelling language: "cvxpy" or "pyomo".
+        Modelling language: "cvxpy" (the default where a method is declared in it) or "pyomo".
     solver:
         "clarabel" (CVXPY's default), "highs" (simplex; Pyomo's default), "highs-ipm" (Pyomo's default
         for the loop), or any solver that CVXPY finds.
     tolerance:
         Feasibility and gap tolerance asked of the solver.
     progress:
-        Called with every :class:`~.finding.Iteration` of the loop.
+        Called with every step: :class:`~.finding.Iteration` of the loop, :class:`~.mpec.Relaxation`,
+        :class:`~.refined.Refinement`.
     **options:
-        The method's own (:class:`~.nonassociative.LoopOptions`).
+        The method's own: :class:`~.nonassociative.LoopOptions`, :class:`~.mpec.MpecOptions`,
+        :class:`~.refined.RefinedOptions`, :class:`~.global_bounds.GlobalOptions`.
 
     Returns
     -------
@@ -105,7 +212,7 @@ def solve(
         If a method, model, solver or option is unknown or not available.
     """
     chosen, own_options = _choose(method, options)
-    asked = find_solver(model, solver or chosen.solvers.get(model), tolerance)
+    asked = _solver(method, chosen, model, solver, tolerance)
     watch = Stopwatch()
     with watch.measure("scene"):
         scene = scene if isinstance(scene, Scene) else load(scene)
@@ -118,7 +225,7 @@ def solve(
         )
     finding = _unless_it_stands(assembly, watch)
     if finding is None:
-        finding = chosen.run(assembly, asked, watch, own_options, progress)
+        finding = chosen.run(_Task(problem, asked, watch, own_options, progress))
         if finding.load_factor is not None and finding.load_factor < -_NEGATIVE:
             finding = _held_by_wedging(finding)
     return make_result(
@@ -126,7 +233,7 @@ def solve(
         finding,
         case=scene.origin if scene.origin != "scene" else scene.title or "scene",
         method=method,
-        model=model,
+        model=asked.language,
         solver=asked.name,
         seconds=watch.seconds,
     )
@@ -147,6 +254,21 @@ def _choose(method: str, options: dict[str, Any]) -> tuple[_Method, Any]:
     except ValidationError as error:
         wrong = "; ".join(f"option '{item['loc'][0]}': {item['msg']}" for item in error.errors())
         raise OptionError(f"method '{method}': {wrong}") from None
+
+
+def _solver(method: str, chosen: _Method, model: str | None, name: str | None, tolerance: float) -> Solver:
+    model = model or next(iter(chosen.solvers))
+    if model in LANGUAGES and model not in chosen.solvers:
+        raise OptionError(f"method '{method}' is declared in {', '.join(chosen.solvers)} only")
+    allowed = chosen.solvers.get(model, ())
+    name = name.lower() if name else (allowed[0] if allowed else None)
+    if allowed and name not in allowed:
+        raise OptionError(
+            f"method '{method}' with model '{model}' takes solver: {', '.join(allowed)} (found '{name}')"
+        )
+    if name in ("casadi", "ipopt"):
+        return dataclasses.replace(_NLP, name=name, engine=name)
+    return find_solver(model, name, tolerance)
 
 
 def _unless_it_stands(assembly: Assembly, watch: Stopwatch) -> Finding | None:

@@ -13,6 +13,7 @@ class Status(StrEnum):
     ITERATION_LIMIT = "not converged: iteration limit"
     CYCLING = "not converged: cycling"
     NO_STATE = "not converged: a sub-problem has no equilibrium state"
+    HOMOTOPY = "not converged: the relaxation could not be followed to its end"
     UNSTABLE = "unstable under dead load"
     UNLIMITED = "unlimited: the live load cannot cause collapse"
     LOCKED = "unlimited: dilatancy locks the blocks"

@@ -97,6 +97,10 @@ class Problem:
         _, part = connected_components(touches.T @ touches, directed=False)
         return part
 
+    def with_friction(self, friction: np.ndarray) -> Problem:
+        """The same problem with other friction, shape (c,)."""
+        return replace(self, friction=friction)
+
     def without_live_load(self) -> Problem:
         """The same problem with no live load: does the scene stand under its dead load?"""
         return replace(self, live=np.zeros_like(self.live))

@@ -87,7 +87,7 @@ def plot_mechanism(result: Result, path: str | Path) -> None:
         _fit_figure(figure, axes)
         figure.legend(handles=_legend(result), loc="lower center", ncols=4, frameon=False)
         image = io.BytesIO()
-        figure.savefig(image, format=kind, dpi=160)
+        figure.savefig(image, format=kind, dpi=160, bbox_inches="tight")
     write_whole(path, image.getvalue())
 
 

@@ -1,4 +1,4 @@
-"""The README shows what the package prints today."""
+"""The README's examples do what it says (its tables: see the slow test of ``reproduce table1``)."""
 
 from __future__ import annotations
 
@@ -8,11 +8,8 @@ import re
 from pathlib import Path
 
 import pytest
-from scenes import CASES
 
 import masonry_opt as mo
-from masonry_opt.report.table1 import table1
-from masonry_opt.report.terminal import markdown
 
 README = (Path(__file__).parents[2] / "README.md").read_text()
 
@@ -38,24 +35,3 @@ def test_case_file_example_is_one(tmp_path):
     scene = mo.load(path)
     reference = scene.reference["associative"]
     assert mo.solve(scene, "static").load_factor == pytest.approx(reference.value, rel=reference.tolerance)
-
-
-@pytest.fixture(scope="module")
-def table():
-    return table1(CASES)
-
-
-@pytest.mark.parametrize("part", ["table1", "residuals"])
-def test_table_is_as_reproduced(table, part):
-    """Load factors to the digits shown; residuals, which are rounding and solver noise, to a factor of 2."""
-    shown = README.split(f"<!-- {part} -->\n")[1].split(f"<!-- /{part} -->")[0]
-    if part == "table1":
-        assert shown == markdown(table.load_factors)
-        return
-    now = markdown(table.residuals.drop(columns=["time (s)", "time, paper (s)"]))
-    for line, line_now in zip(shown.splitlines(), now.splitlines(), strict=True):
-        for cell, cell_now in zip(line.split("|"), line_now.split("|"), strict=True):
-            if "e-" in cell:
-                assert float(cell) < 1e-9 or 0.5 < float(cell_now) / float(cell) < 2
-            else:
-                assert cell == cell_now

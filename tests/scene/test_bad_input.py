@@ -124,7 +124,7 @@ def test_unreadable_file(name, content, words, tmp_path, monkeypatch, capsys):
     ("option", "words"),
     [
         (["--solver", "mosek"], "not installed"),
-        (["--solver", "clarabel", "--model", "pyomo"], "choose from: highs"),
+        (["--solver", "clarabel", "--model", "pyomo"], "takes solver: highs-ipm, highs"),
         (["--model", "ampl"], "choose from: cvxpy, pyomo"),
         (["--method", "magic"], "choose from: static"),
         (["--plot", "picture.gif"], ".png"),

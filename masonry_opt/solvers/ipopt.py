@@ -1,0 +1,151 @@
+"""IPOPT for models declared in Pyomo: the library in CasADi's wheel, or an executable."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+import pyomo.environ as pyo
+from pyomo.repn.plugins.nl_writer import NLWriter
+
+from masonry_opt.errors import OptionError
+
+#: Options for a series of solves that each begin near the last one's end.
+_OPTIONS: dict[str, Any] = {
+    "tol": 1e-9,
+    "constr_viol_tol": 1e-9,
+    "acceptable_tol": 1e-9,
+    "mu_strategy": "monotone",
+    "mu_init": 1e-2,
+    "warm_start_init_point": "yes",
+    "warm_start_bound_push": 1e-6,
+    "warm_start_mult_bound_push": 1e-6,
+    "warm_start_slack_bound_push": 1e-6,
+    # Rates and slacks stay ≥ 0: a product of two small negatives would pass for complementary.
+    "bound_relax_factor": 0.0,
+    "max_iter": 700,
+}
+
+
+@dataclass(frozen=True)
+class NlpAnswer:
+    """One solve: IPOPT's word, whether it found a local optimum, and its iterations."""
+
+    word: str
+    solved: bool
+    iterations: int
+
+
+class Ipopt(Protocol):
+    """A loaded nonlinear program. Variables' values are the start, and afterwards the end."""
+
+    def solve(self, rows: list[Any], upper: float) -> NlpAnswer:
+        """Solve with the upper bound of the given constraints set to ``upper``, from the values that
+        the variables hold and the last solve's multipliers."""
+
+    def forget(self) -> None:
+        """Begin the next solve without multipliers."""
+
+
+class CasadiIpopt:
+    """IPOPT through CasADi, which reads the program once from Pyomo's ``.nl``."""
+
+    name = "casadi"
+
+    def __init__(self, program: pyo.ConcreteModel) -> None:
+        """Raises OptionError if CasADi is not installed."""
+        try:
+            import casadi
+        except ImportError:
+            raise OptionError(
+                "method 'mpec' needs CasADi, which brings IPOPT; install it with: "
+                "pip install 'masonry_opt[mpec]'"
+            ) from None
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / "program.nl"
+            with path.open("w") as stream:
+                written = NLWriter().write(program, stream, linear_presolve=False, scale_model=False)
+            problem = casadi.NlpBuilder()
+            problem.import_nl(str(path))
+        self._variables = written.variables
+        self._row = {id(row): index for index, row in enumerate(written.constraints)}
+        self._bounds = {
+            "lbx": np.array(problem.x_lb),
+            "ubx": np.array(problem.x_ub),
+            "lbg": np.array(problem.g_lb),
+            "ubg": np.array(problem.g_ub),
+        }
+        functions = {
+            "x": casadi.vertcat(*problem.x),
+            "f": problem.f,
+            "g": casadi.vertcat(*problem.g),
+        }
+        # Expanded to scalar operations the derivatives take a thirtieth of the time.
+        quiet = {"expand": True, "print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes"}
+        options = {f"ipopt.{name}": value for name, value in _OPTIONS.items()} | quiet
+        self._solver = casadi.nlpsol("program", "ipopt", functions, options)
+        self._multipliers: dict[str, Any] = {}
+
+    def solve(self, rows: list[Any], upper: float) -> NlpAnswer:
+        """See :class:`Ipopt`."""
+        self._bounds["ubg"][[self._row[id(row)] for row in rows]] = upper
+        start = np.array([variable.value for variable in self._variables])
+        found = self._solver(x0=start, **self._bounds, **self._multipliers)
+        stats = self._solver.stats()
+        solved = stats["return_status"] in ("Solve_Succeeded", "Solved_To_Acceptable_Level")
+        if solved:
+            self._multipliers = {"lam_x0": found["lam_x"], "lam_g0": found["lam_g"]}
+            end = np.array(found["x"]).ravel().tolist()
+            for variable, value in zip(self._variables, end, strict=True):
+                variable.set_value(value, skip_validation=True)
+        return NlpAnswer(stats["return_status"], solved, int(stats["iter_count"]))
+
+    def forget(self) -> None:
+        """See :class:`Ipopt`."""
+        self._multipliers = {}
+
+
+class ExecutableIpopt:
+    """An ``ipopt`` executable on the PATH, through Pyomo."""
+
+    name = "ipopt"
+
+    def __init__(self, program: pyo.ConcreteModel) -> None:
+        """Raises OptionError if there is no such executable."""
+        self._solver = pyo.SolverFactory("ipopt")
+        if not self._solver.available(exception_flag=False):
+            raise OptionError("solver 'ipopt': there is no executable named ipopt on the PATH")
+        self._solver.options.update(_OPTIONS)
+        self._program = program
+        # The multipliers that one solve leaves and the next begins with.
+        program.ipopt_zL_out = pyo.Suffix(direction=pyo.Suffix.IMPORT)
+        program.ipopt_zU_out = pyo.Suffix(direction=pyo.Suffix.IMPORT)
+        program.ipopt_zL_in = pyo.Suffix(direction=pyo.Suffix.EXPORT)
+        program.ipopt_zU_in = pyo.Suffix(direction=pyo.Suffix.EXPORT)
+        program.dual.direction = pyo.Suffix.IMPORT_EXPORT
+
+    def solve(self, rows: list[Any], upper: float) -> NlpAnswer:
+        """See :class:`Ipopt`. The rows' bound is the program's own parameter ε."""
+        del rows
+        program = self._program
+        program.epsilon.set_value(upper)
+        program.ipopt_zL_in.update(program.ipopt_zL_out)
+        program.ipopt_zU_in.update(program.ipopt_zU_out)
+        before = [(data, data.value) for data in program.component_data_objects(pyo.Var)]
+        result = self._solver.solve(program, load_solutions=False)
+        word = str(result.solver.termination_condition)
+        solved = word == "optimal"
+        if solved:
+            program.solutions.load_from(result)
+        else:
+            for data, value in before:
+                data.set_value(value, skip_validation=True)
+        return NlpAnswer(word, solved, 0)
+
+    def forget(self) -> None:
+        """See :class:`Ipopt`."""
+        for suffix in ("ipopt_zL_out", "ipopt_zU_out", "ipopt_zL_in", "ipopt_zU_in", "dual"):
+            getattr(self._program, suffix).clear()

@@ -1,0 +1,196 @@
+"""MPEC, refinement and global search: relations between them, and what they say when they fail."""
+
+from __future__ import annotations
+
+import math
+import sys
+
+import pytest
+from scenes import CASES, block_on_floor, small_wall, two_blocks
+
+import masonry_opt as mo
+from masonry_opt.analysis.refinement import Refiner
+
+WALLS = [CASES / "ferris_tinloi" / f"wall_{number}.toml" for number in range(1, 7)]
+WEDGES = CASES / "livesley" / "wedges.toml"
+TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
+
+#: What "exact" means: every part of the certificate.
+EXACT = 1e-8
+
+few = {"kicks": 20}
+
+
+@pytest.mark.parametrize("path", WALLS[:5], ids=lambda path: path.stem)
+def test_refined_is_exact_stationary_and_not_above_the_loop(path):
+    loop, refined = mo.solve(path), mo.solve(path, "refined", **few)
+    assert refined.status is mo.Status.CONVERGED
+    assert refined.certificate.worst < EXACT
+    assert refined.stationary
+    assert refined.load_factor <= loop.load_factor + 1e-7
+    assert refined.load_factor <= mo.solve(path, "static").load_factor
+    assert refined.lp_solves > loop.lp_solves
+
+
+@pytest.mark.parametrize(
+    ("number", "most"), [(1, 0.638983), (2, 0.557417), (3, 0.355818), (4, 0.263737), (5, 0.213866)]
+)
+def test_refined_from_the_loop_reaches_the_lowest_known(number, most):
+    """Wall 5: from the loop alone; lower with restarts (see the slow test of Table 1)."""
+    result = mo.solve(WALLS[number - 1], "refined", kicks=0)
+    assert result.load_factor <= most
+
+
+def test_refined_from_a_result_handed_in_counts_only_its_own_solves():
+    loop = mo.solve(WALLS[0])
+    refined = mo.solve(WALLS[0], "refined", start=loop, kicks=0)
+    assert refined.load_factor == mo.solve(WALLS[0], "refined", kicks=0).load_factor
+    assert refined.lp_solves == mo.solve(WALLS[0], "refined", kicks=0).lp_solves - loop.lp_solves
+    with pytest.raises(mo.OptionError, match="another scene"):
+        mo.solve(WALLS[1], "refined", start=loop)
+    unusable = mo.solve(block_on_floor(live=(0.0, -1.0)))
+    with pytest.raises(mo.OptionError, match="no forces"):
+        mo.solve(WALLS[1], "refined", start=unusable)
+
+
+def test_the_same_seed_gives_the_same_answer():
+    one, other = (mo.solve(WALLS[1], "refined", seed=3, **few) for _ in range(2))
+    assert one.load_factor == other.load_factor
+
+
+@pytest.mark.parametrize("number", [1, 5])
+def test_mirrored_walls_have_the_mirrored_answer(number):
+    wall = mo.load(WALLS[number - 1])
+    blocks = [
+        mo.Block(
+            name=block.name,
+            vertices=[(-x, y) for x, y in block.vertices],
+            weight=block.weight,
+            live=(-block.live[0], block.live[1]),
+            fixed=block.fixed,
+        )
+        for block in wall.blocks
+    ]
+    mirrored = mo.Scene(joints=wall.joints, blocks=blocks)
+    expected = mo.solve(wall, "refined", kicks=0).load_factor
+    assert mo.solve(mirrored, "refined", kicks=0).load_factor == pytest.approx(expected, rel=1e-8)
+
+
+@pytest.mark.parametrize("number", [1, 3])
+def test_mpec_reaches_the_published_value_and_refinement_goes_no_higher(number):
+    """1e-4 relative of Ferris & Tin-Loi's value, in the case file; walls 2, 4, 5, 6: slow test."""
+    scene = mo.load(WALLS[number - 1])
+    mpec = mo.solve(scene, "mpec")
+    assert mpec.load_factor == pytest.approx(scene.reference["mpec"].value, rel=1e-4)
+    assert mpec.certificate.worst < 1e-7
+    assert mpec.nlp_solves == len(mpec.history) > 5
+    steps = mpec.history
+    assert (steps["largest_product"] <= steps["epsilon"] * 1.001 + 1e-12).all()
+    assert steps["epsilon"].is_monotonic_decreasing
+    refined = mo.solve(scene, "refined", start=mpec, kicks=0)
+    assert refined.load_factor <= mpec.load_factor + 1e-7
+    assert refined.nlp_solves == 0
+
+
+def test_mcp_is_any_state_and_so_not_below_the_mpec():
+    """The paper's MCP column: conditions without minimising."""
+    mcp = mo.solve(WALLS[0], "mpec", minimise=False)
+    assert mcp.certificate.worst < 1e-7
+    assert mcp.load_factor >= mo.solve(WALLS[0], "mpec").load_factor - 1e-7
+    assert "MCP" in mcp.message
+
+
+def test_a_relaxation_that_cannot_be_followed_is_a_status_and_what_is_kept_is_called_what_it_is():
+    """Wall 5 from nothing: IPOPT reaches its iteration limit."""
+    result = mo.solve(WALLS[4], "mpec", start="cold")
+    assert result.status is mo.Status.HOMOTOPY
+    assert result.load_factor is None
+    assert result.certificate is None
+    assert "Maximum_Iterations_Exceeded" in result.message
+    assert math.isnan(result.history["load_factor"].iloc[-1])
+
+
+@pytest.mark.parametrize("path", [TWO_BLOCKS, WEDGES], ids=lambda path: path.stem)
+@pytest.mark.parametrize("method", ["refined", "mpec", "global"])
+def test_closed_forms_of_coulomb_friction(path, method):
+    """Two blocks 1.5 μ; Livesley 1 + (t9 - t1) / (t9 + t19): to 1e-6."""
+    scene = mo.load(path)
+    result = mo.solve(scene, method)
+    assert result.load_factor == pytest.approx(scene.reference["coulomb"].value, abs=1e-6)
+
+
+@pytest.mark.parametrize("path", [TWO_BLOCKS, WEDGES], ids=lambda path: path.stem)
+def test_small_scenes_are_proved(path):
+    result = mo.solve(path, "global")
+    assert result.status is mo.Status.OPTIMAL
+    assert result.bound == pytest.approx(result.load_factor, abs=2e-6)
+    assert result.bound <= result.load_factor
+    assert "proven least" in result.message
+    assert result.certificate.worst < EXACT
+
+
+def test_a_wall_is_bracketed_in_the_time_given():
+    path = WALLS[0]
+    result = mo.solve(path, "global", time_limit=5)
+    assert result.status is mo.Status.CONVERGED
+    assert 0 <= result.bound <= result.load_factor <= mo.solve(path, "static").load_factor
+    assert "not proven within 5 s" in result.message
+
+
+def test_an_answer_that_touches_an_imposed_bound_is_not_proven():
+    """Two blocks: block A slides at rate 1, so a bound of 1 on the rates holds the answer."""
+    result = mo.solve(two_blocks(), "global", rate_bound=1.0)
+    assert result.status is not mo.Status.OPTIMAL
+    assert "touches a bound" in result.message
+
+
+def test_bounds_of_normal_forces_hold_for_every_method():
+    scene = small_wall(4, 3)
+    result = mo.solve(scene, "static")
+    problem = result.assembly.problem
+    largest, derived = Refiner(problem).largest_normal_forces(result.load_factor)
+    assert derived
+    for method in ("static", "nonassociative", "refined"):
+        q = mo.solve(scene, method).finding.q
+        assert (q[0::3] <= largest + 1e-4 * largest.max()).all()
+
+
+def test_where_no_exact_state_is_found_the_loop_s_answer_comes_back_as_such(monkeypatch):
+    monkeypatch.setattr(Refiner, "first", lambda *_: None)
+    loop, result = mo.solve(WALLS[0]), mo.solve(WALLS[0], "refined")
+    assert result.load_factor == loop.load_factor
+    assert "not refined" in result.message
+    assert result.stationary is None
+
+
+def test_refinement_of_scenes_that_have_no_loop():
+    result = mo.solve(block_on_floor(live=(0.0, -1.0)), "refined")
+    assert result.status is mo.Status.UNLIMITED
+
+
+def test_mpec_without_its_extra_says_what_to_install(monkeypatch):
+    monkeypatch.setitem(sys.modules, "casadi", None)
+    with pytest.raises(mo.OptionError, match=r"pip install 'masonry_opt\[mpec\]'"):
+        mo.solve(WALLS[0], "mpec")
+
+
+def test_ipopt_executable_that_is_not_there(monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(mo.OptionError, match="no executable named ipopt"):
+        mo.solve(WALLS[0], "mpec", solver="ipopt")
+
+
+@pytest.mark.parametrize("method", ["mpec", "refined", "global"])
+def test_methods_declared_in_pyomo_only_say_so(method):
+    with pytest.raises(mo.OptionError, match="pyomo only"):
+        mo.solve(WALLS[0], method, model="cvxpy")
+
+
+@pytest.mark.slow
+def test_refinement_of_the_792_block_wall():
+    """Exact and stationary, below the loop; no slower than ten times the loop (17 s against 10)."""
+    wall = CASES / "orduna_lourenco" / "wall.toml"
+    loop, refined = mo.solve(wall), mo.solve(wall, "refined")
+    assert refined.certificate.worst < EXACT
+    assert refined.stationary
+    assert refined.load_factor < loop.load_factor
