@@ -21,35 +21,36 @@ class PyomoGlobal(PyomoBothSides):
 
     Parameters
     ----------
-    slack_bound: Z of each face, as (4, c): sliding (+, −), rocking (+, −).
-    rate_bound: P of every face.
-    load_factor_bound: an upper bound of λ, such as the associative load factor.
+    slack_bound, rate_bound: Z and P of each face, as (4, c): sliding (+, −), rocking (+, −).
+    highest: an upper bound of λ ≥ 0, such as the associative load factor.
     """
 
     def __init__(
         self,
         problem: Problem,
         slack_bound: np.ndarray,
-        rate_bound: float,
-        load_factor_bound: float,
+        rate_bound: np.ndarray,
+        highest: float,
     ) -> None:
         super().__init__(problem)
         model = self.program
         model.load_factor.setlb(0.0)
-        model.load_factor.setub(load_factor_bound)
+        model.load_factor.setub(highest)
         model.slide_at_yield = pyo.Var(SENSES, model.sliding, domain=pyo.Binary)
         model.rock_at_yield = pyo.Var(SENSES, model.joints, domain=pyo.Binary)
         row = {"+": 0, "-": 1}
 
         def no_slide(m: Any, sense: str, i: int) -> Any:
-            return m.slide[sense, i] <= rate_bound * m.slide_at_yield[sense, i]
+            bound = float(rate_bound[row[sense], i])
+            return m.slide[sense, i] <= bound * m.slide_at_yield[sense, i]
 
         def slide_yields(m: Any, sense: str, i: int) -> Any:
             bound = float(slack_bound[row[sense], i])
             return m.slide_slack[sense, i] <= bound * (1 - m.slide_at_yield[sense, i])
 
         def no_rock(m: Any, sense: str, i: int) -> Any:
-            return m.rock[sense, i] <= rate_bound * m.rock_at_yield[sense, i]
+            bound = float(rate_bound[2 + row[sense], i])
+            return m.rock[sense, i] <= bound * m.rock_at_yield[sense, i]
 
         def rock_yields(m: Any, sense: str, i: int) -> Any:
             bound = float(slack_bound[2 + row[sense], i])
@@ -62,4 +63,4 @@ class PyomoGlobal(PyomoBothSides):
         # Sliding dissipates: what the live load does covers at least the raising of the blocks.
         # (f_D·d ≥ -λ f_L·d, linear with an upper bound of λ.) It bounds rates, and cuts nothing off.
         raising = -sum(weight * model.d[j] for j, weight in enumerate(problem.dead.tolist()) if weight)
-        model.raising = pyo.Constraint(expr=raising <= load_factor_bound * problem.live_norm)
+        model.raising = pyo.Constraint(expr=raising <= highest * problem.live_norm)

@@ -54,7 +54,7 @@ class Finding:
     flow_rule_matters: False if the associative answer already obeys the joints' own flow rule.
     history: the loop's sub-problems, or what another method records of its steps.
     iterations, lp_solves, nlp_solves: of the solver, and programs solved.
-    stationary: of a refined state: True if no mechanism among the faces at yield lowers λ.
+    stationary: of a refined state: True if no mechanism tried among the faces at yield lowers λ.
     bound: proven lower bound of λ, of the global search.
     size: of the linear program.
     """

@@ -1,20 +1,23 @@
-"""A proven bracket of the least Coulomb load factor, by mixed-integer programming."""
+"""A bracket of the least Coulomb load factor, by mixed-integer programming, and when it is a proof."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import time
 from dataclasses import dataclass
 from typing import Annotated
 
-import highspy
 import numpy as np
+import scipy.sparse as sp
 from pydantic import Field
+from pyomo.contrib.solver.common.results import SolutionStatus, TerminationCondition
 from pyomo.contrib.solver.solvers.highs import Highs
+from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
 
 from masonry_opt.analysis.finding import Finding
-from masonry_opt.analysis.refinement import Refiner
+from masonry_opt.analysis.refinement import EXACT, Refiner
 from masonry_opt.analysis.status import Status
 from masonry_opt.models.pyomo_global import PyomoGlobal
+from masonry_opt.problem.certificate import certify, rates
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.blocks import Number, Positive, Record
 from masonry_opt.solvers.answer import LpSize
@@ -23,8 +26,11 @@ from masonry_opt.timing import Stopwatch
 #: Relative gap at which a bracket counts as closed.
 _CLOSED = 1e-6
 
-#: Share of a bound within which an answer touches it.
+#: Share of an imposed bound within which an answer touches it.
 _TOUCHES = 1e-6
+
+#: Seconds that the mixed-integer program is given at least.
+_LEAST_TIME = 1.0
 
 
 class GlobalOptions(Record):
@@ -32,9 +38,9 @@ class GlobalOptions(Record):
 
     Attributes
     ----------
-    time_limit: seconds for the mixed-integer program.
-    rate_bound: bound of the rates where the kinematics do not bound them, in units of the live load's
-        mean velocity.
+    time_limit: seconds for bounds and search together (the search is given one at least).
+    rate_bound: bound of the rates that kinematics leave unbounded, in units of the live load's mean
+        velocity. Where it is needed nothing is proven.
 
     Raises
     ------
@@ -52,67 +58,79 @@ class Bounds:
 
     Attributes
     ----------
-    slack: of each face, shape (4, c).
-    rate: of every rate.
-    slack_derived, rate_derived: whether statics and kinematics imply them; else they are imposed, and
-        what is proven holds below them only.
+    highest: of λ, from 0.
+    slack, rate: of each face, shape (4, c).
+    slack_derived, rate_derived: whether statics and kinematics imply them; else some are imposed, and
+        what the search finds holds below them only.
     """
 
+    highest: float
     slack: np.ndarray
-    rate: float
+    rate: np.ndarray
     slack_derived: bool
     rate_derived: bool
 
+    @property
+    def derived(self) -> bool:
+        """Whether every bound is implied, so that they cut nothing off."""
+        return self.slack_derived and self.rate_derived
 
-def derive_bounds(problem: Problem, refiner: Refiner, highest: float, rate_bound: float) -> Bounds:
-    """Bounds over all states with 0 ≤ λ ≤ ``highest``.
 
-    Slacks: the largest normal force n̂ that statics allow a joint, by one linear program each; a face
-    of sliding has z ≤ 2 (c + μ n̂), one of rocking z ≤ L n̂. Rates: the largest sum of rates that
-    kinematics allow while the raising of the blocks takes no more than the live load gives.
+def derive_bounds(problem: Problem, refiner: Refiner, highest: float, imposed: float) -> Bounds:
+    """Bounds over all states with 0 ≤ λ ≤ ``highest``, by linear programs.
+
+    Slacks: the largest normal force n̂ that statics allow each joint; a
+    face of sliding has z ≤ 2 (c + μ n̂), one of rocking z ≤ L n̂. Rates: the largest that kinematics
+    allow each face while the raising of the blocks takes no more than the live load gives; of sliding
+    with the other sense at rest, which loses nothing unless dilatancy is negative (at yield in both
+    senses a joint carries nothing and may rock open instead).
     """
-    largest, derived = refiner.largest_normal_forces(highest)
-    if not derived:
-        # Ten times all loads: beyond what any joint of a scene without self-stress carries.
-        loads = np.abs(problem.dead).sum() + highest * problem.live_norm
-        largest = np.where(np.isfinite(largest), largest, 10 * loads)
+    largest = refiner.largest_normal_forces(highest)
+    # Ten times all loads where statics set no limit (states of self-stress).
+    loads = np.abs(problem.dead).sum() + highest * problem.live_norm
+    bounded = np.isfinite(largest)
+    largest = np.where(bounded, largest, 10 * loads)
     k = problem.sliding
     shear = np.zeros(problem.joints)
     shear[k] = problem.cohesion[k] + problem.friction[k] * largest[k]
     rocking = problem.half_length * largest
-    slack = 2 * np.stack([shear, shear, rocking, rocking])
-    total = refiner.largest_sum_of_rates(highest)
-    return Bounds(slack, rate_bound if total is None else total, derived, total is not None)
+    rate = refiner.largest_rates(highest)
+    finite = np.isfinite(rate)
+    return Bounds(
+        highest=highest,
+        slack=2 * np.stack([shear, shear, rocking, rocking]),
+        rate=np.where(finite, rate, imposed),
+        slack_derived=bool(bounded.all()),
+        rate_derived=bool(finite.all() and (problem.dilatancy[k] >= 0).all()),
+    )
 
 
 def global_bounds(
-    problem: Problem,
-    incumbent: Finding,
-    highest: float,
-    options: GlobalOptions,
-    watch: Stopwatch,
-    progress: Callable[[object], None] = lambda _: None,
+    problem: Problem, start: Finding, associative: float, options: GlobalOptions, watch: Stopwatch
 ) -> Finding:
-    """The least Coulomb load factor of a scene that stands, and what is proven of it.
+    """The least Coulomb load factor λ ≥ 0 of a scene that stands, and what is proven of it.
 
     Parameters
     ----------
-    incumbent: an exact state to begin from (of the refinement); its λ cuts the search.
-    highest: the associative load factor, an upper bound of λ.
+    start: the refinement's finding; if its state is exact, λ is searched no higher.
+    associative: the associative load factor, an upper bound of λ.
     """
-    del progress
+    began = time.perf_counter()
     refiner = Refiner(problem)
-    if incumbent.load_factor is not None:
-        highest = min(highest, incumbent.load_factor)
+    best = start if _is_exact(problem, start) else None
+    highest = associative
+    if best is not None and best.load_factor is not None:
+        highest = min(highest, best.load_factor)
+    # A trace above, so that rounding does not cut off the best state itself.
+    highest += 1e-7 * max(abs(highest), 1.0)
     with watch.measure("compile"):
         bounds = derive_bounds(problem, refiner, highest, options.rate_bound)
     with watch.measure("build"):
-        # A trace above, so that rounding does not cut off the incumbent itself.
-        model = PyomoGlobal(problem, bounds.slack, bounds.rate, highest + 1e-7 * max(highest, 1.0))
+        model = PyomoGlobal(problem, bounds.slack, bounds.rate, bounds.highest)
     highs = Highs()
     highs.config.load_solutions = False
     highs.config.raise_exception_on_nonoptimal_result = False
-    highs.config.time_limit = options.time_limit
+    highs.config.time_limit = max(options.time_limit - (time.perf_counter() - began), _LEAST_TIME)
     highs.config.solver_options = {
         "mip_rel_gap": _CLOSED / 10,
         "mip_feasibility_tolerance": 1e-9,
@@ -121,74 +139,69 @@ def global_bounds(
     }
     with watch.measure("solve"):
         answer = highs.solve(model.program)
-    scale = problem.live_norm
-    bound = answer.objective_bound
-    lowest = max(0.0, bound / scale) if bound is not None and np.isfinite(bound) else 0.0
 
-    finding = Finding(Status.CONVERGED, slope=problem.dilatancy)
-    finding.lp_solves = refiner.solves + incumbent.lp_solves
-    finding.iterations = refiner.iterations + incumbent.iterations
-    finding.size = _size(highs)
-    touched = False
-    if incumbent.load_factor is not None:
-        finding.load_factor, finding.q, finding.d = incumbent.load_factor, incumbent.q, incumbent.d
-    if answer.incumbent_objective is not None and highs._sol.value_valid:
+    finding = Finding(Status.SOLVER_FAILED, slope=problem.dilatancy, size=_size(model))
+    if best is not None:
+        finding.load_factor, finding.q, finding.d = best.load_factor, best.q, best.d
+    if answer.solution_status in (SolutionStatus.optimal, SolutionStatus.feasible):
         answer.solution_loader.load_vars()
-        state = model.read()
-        touched = _touches(model, bounds)
-        exact = refiner.first(state.q)
-        better = exact is not None and (
-            finding.load_factor is None or exact.load_factor <= finding.load_factor + _CLOSED
-        )
-        if better and exact is not None:
+        exact = refiner.first(model.read().q)
+        if exact is not None and (finding.load_factor is None or exact.load_factor < finding.load_factor):
             finding.load_factor, finding.q, finding.d = exact.load_factor, exact.q, exact.d
-        elif finding.load_factor is None:
-            finding.load_factor, finding.q, finding.d = state.load_factor, state.q, state.d
-    infeasible = highs._solver_model.getModelStatus() == highspy.HighsModelStatus.kInfeasible
-    if infeasible and finding.load_factor is not None:
-        # Nothing at or below the incumbent but itself, to the tolerances.
-        lowest = finding.load_factor
-    return _conclude(finding, lowest, bounds, touched, options)
+    bound = answer.objective_bound
+    finding.bound = 0.0
+    if answer.termination_condition == TerminationCondition.provenInfeasible:
+        # There is nothing below ``highest``, which lies a trace above the best state.
+        finding.bound = highest
+    elif bound is not None and np.isfinite(bound):
+        finding.bound = max(0.0, bound / problem.live_norm)
+    finding.lp_solves = refiner.solves + start.lp_solves
+    finding.iterations = refiner.iterations + start.iterations
+    return _conclude(problem, finding, bounds, options)
 
 
-def _conclude(
-    finding: Finding, lowest: float, bounds: Bounds, touched: bool, options: GlobalOptions
-) -> Finding:
-    if finding.load_factor is None:
-        finding.status = Status.SOLVER_FAILED
-        finding.message = f"no state was found within {options.time_limit:g} s: raise 'time_limit'"
+def _is_exact(problem: Problem, finding: Finding) -> bool:
+    if finding.load_factor is None or finding.q is None or finding.d is None:
+        return False
+    certificate = certify(problem, finding.load_factor, finding.q, finding.d, problem.dilatancy)
+    return certificate.worst <= EXACT
+
+
+def _conclude(problem: Problem, finding: Finding, bounds: Bounds, options: GlobalOptions) -> Finding:
+    if finding.load_factor is None or finding.d is None:
+        finding.message = f"no exact state was found within {options.time_limit:g} s: raise 'time_limit'"
         return finding
-    finding.bound = min(lowest, finding.load_factor)
-    gap = finding.load_factor - finding.bound
-    closed = gap <= _CLOSED * max(abs(finding.load_factor), 1e-3)
+    finding.bound = min(finding.bound or 0.0, finding.load_factor)
+    closed = finding.load_factor - finding.bound <= _CLOSED * max(abs(finding.load_factor), 1e-3)
     bracket = f"{finding.bound:.6g} ≤ λ ≤ {finding.load_factor:.6g}"
-    limits = f"rates up to {bounds.rate:.4g} ({'derived' if bounds.rate_derived else 'imposed'})"
-    if not bounds.slack_derived:
-        limits += ", normal forces up to ten times all loads (imposed)"
-    if closed and not touched:
+    largest = f"{bounds.rate.max():.4g}"
+    finding.status = Status.CONVERGED
+    if closed and bounds.derived:
         finding.status = Status.OPTIMAL
-        finding.message = f"proven least: {bracket}, {limits}"
-    elif touched:
-        finding.message = f"not proven: the answer touches a bound; {bracket}, {limits}"
+        finding.message = f"proven least: {bracket} (rates are at most {largest}, which kinematics imply)"
+        return finding
+    if bounds.derived:
+        finding.message = f"not proven within {options.time_limit:g} s: {bracket}"
+        return finding
+    imposed = [] if bounds.rate_derived else [f"rates up to {options.rate_bound:g}"]
+    imposed += [] if bounds.slack_derived else ["normal forces up to ten times all loads"]
+    limits = f"{' and '.join(imposed)}, bounds that had to be imposed"
+    p = rates(problem, finding.d, problem.dilatancy)
+    beyond = p >= options.rate_bound * (1 - _TOUCHES)
+    if beyond.any() and not bounds.rate_derived:
+        finding.message = f"not proven: the answer touches or exceeds {limits}; {bracket}"
+    elif closed:
+        finding.message = f"not proven, but none lower was found among states with {limits}; {bracket}"
     else:
-        finding.message = f"not proven within {options.time_limit:g} s: {bracket}, {limits}"
+        finding.message = (
+            f"not proven within {options.time_limit:g} s, and only for states with {limits}; {bracket}"
+        )
+    # What holds among some states only is no bound of all.
+    finding.bound = 0.0
     return finding
 
 
-def _touches(model: PyomoGlobal, bounds: Bounds) -> bool:
-    """Whether an imposed bound holds the answer."""
-    program = model.program
-    rates = [data.value for part in (program.slide, program.rock) for data in part.values()]
-    if max(rates) >= bounds.rate * (1 - _TOUCHES):
-        return True
-    slacks = np.array(
-        [data.value for part in (program.slide_slack, program.rock_slack) for data in part.values()]
-    )
-    k = model.problem.sliding
-    limit = np.concatenate([bounds.slack[:2, k].ravel(), bounds.slack[2:].ravel()])
-    return not bounds.slack_derived and bool((slacks >= limit * (1 - _TOUCHES)).any())
-
-
-def _size(highs: Highs) -> LpSize:
-    lp = highs._solver_model.getLp()
-    return LpSize(lp.num_row_, lp.num_col_, len(lp.a_matrix_.value_))
+def _size(model: PyomoGlobal) -> LpSize:
+    form = LinearStandardFormCompiler().write(model.program, mixed_form=True, set_sense=None)
+    matrix = sp.csr_array(form.A)
+    return LpSize(matrix.shape[0], matrix.shape[1], matrix.nnz)

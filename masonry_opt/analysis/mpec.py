@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, InstanceOf, Strict
+from pydantic import Field, InstanceOf, Strict, model_validator
 
 from masonry_opt.analysis.finding import Finding
 from masonry_opt.analysis.result import Result
@@ -51,6 +51,12 @@ class MpecOptions(Record):
     epsilon: Annotated[Number, Field(gt=0, le=10)] = 0.03
     epsilon_min: Annotated[Number, Field(gt=0, le=10)] = 3e-9
     minimise: Annotated[bool, Strict()] = True
+
+    @model_validator(mode="after")
+    def _falling(self) -> MpecOptions:
+        if self.epsilon < self.epsilon_min:
+            raise ValueError("'epsilon' must not be below 'epsilon_min'")
+        return self
 
 
 @dataclass(frozen=True)
@@ -109,7 +115,7 @@ def mpec(
     while not _follow(problem, model, ipopt, epsilon, options, finding, watch, progress):
         epsilon *= _SMALLER_START
         if start is None or epsilon < options.epsilon_min or epsilon < _SMALLEST_START:
-            return _stopped(finding)
+            return _stopped(finding, start)
         # Nearer to its end the relaxation is easier to follow, if less free to find a lower λ.
         model.start_from(start)
         ipopt.forget()
@@ -158,7 +164,7 @@ def _follow(
             epsilon = options.epsilon_min
 
 
-def _stopped(finding: Finding) -> Finding:
+def _stopped(finding: Finding, start: State | None) -> Finding:
     failed = finding.history[-1]
     finding.message = f"IPOPT ended with '{failed.word}' at ε = {failed.epsilon:.0e}; "
     solved = [step for step in finding.history if step.load_factor == step.load_factor]
@@ -167,6 +173,12 @@ def _stopped(finding: Finding) -> Finding:
         finding.message += (
             f"forces and velocities kept are those of ε = {last.epsilon:.0e}, λ = {last.load_factor:.6g}, "
             f"which is no answer: its complementarity gap is {last.gap:.1e}"
+        )
+    elif start is not None:
+        finding.take(start)
+        finding.message += (
+            "no relaxation was solved; forces and velocities kept are those of the start: begin with a "
+            "smaller 'epsilon'"
         )
     else:
         finding.message += "no relaxation was solved: start from the loop, or with a smaller 'epsilon'"

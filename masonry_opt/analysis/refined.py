@@ -10,14 +10,16 @@ import numpy as np
 from pydantic import Field, InstanceOf, Strict
 
 from masonry_opt.analysis.finding import Finding
-from masonry_opt.analysis.refinement import ExactState, Refiner, search
+from masonry_opt.analysis.refinement import EXACT, ExactState, Refiner, search
 from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.status import Status
+from masonry_opt.problem.certificate import certify
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.blocks import Number, Record
 from masonry_opt.timing import Stopwatch
 
-#: After restarts the lowest few starts are polished, each with kicks of its own.
+#: So many series of kicks, each with random numbers of its own, from the lowest starts in turn: a long
+#: series gets caught where another does not.
 _POLISHED = 3
 
 #: Kicks by default: at most, and times joints squared (each costs programs that grow with the scene).
@@ -30,8 +32,8 @@ class RefinedOptions(Record):
     Attributes
     ----------
     start: whose answer is refined: "loop", "mpec", or a result of the same scene.
-    kicks: how often a best state is perturbed in search of a lower one (default: 5e6 over the
-        square of the number of joints, at most 300).
+    kicks: how often, in each of three series, a state is perturbed in search of a lower one (default:
+        5e6 over the square of the number of joints, at most 300).
     restarts: further starts from loops on the scene with its frictions changed at random.
     spread: by how much restarts change each joint's friction (standard deviation of its logarithm).
     seed: of the random numbers; the same seed gives the same answer.
@@ -56,7 +58,7 @@ class Refinement:
     Attributes
     ----------
     load_factor: λ.
-    lp_solves: linear programs solved so far.
+    lp_solves: linear programs that the refinement itself has solved so far.
     seconds: HiGHS's own time so far.
     """
 
@@ -83,7 +85,7 @@ def refined(
     progress: called whenever λ falls.
     """
     first = starts(0)
-    if first.q is None:
+    if first.q is None and not options.restarts:
         return first
     with watch.measure("build"):
         refiner = Refiner(problem)
@@ -109,7 +111,7 @@ def refined(
             found.append(refiner.descend(state, one_by_one=False))
     best, stationary = None, False
     lowest = _lowest(found)
-    for turn in range(_POLISHED if options.restarts and lowest else len(lowest)):
+    for turn in range(_POLISHED if kicks and lowest else len(lowest)):
         state = lowest[turn % len(lowest)]
         polished, settled = search(refiner, state, kicks, options.seed + turn, record)
         if best is None or polished.load_factor < best.load_factor:
@@ -118,10 +120,13 @@ def refined(
     lp_solves = refiner.solves + sum(finding.lp_solves for finding in findings)
     nlp_solves = sum(finding.nlp_solves for finding in findings)
     iterations = refiner.iterations + sum(finding.iterations for finding in findings)
+    reason = refiner.reason
+    if best is not None:
+        residual = certify(problem, best.load_factor, best.q, best.d, problem.dilatancy).worst
+        if residual > EXACT:
+            best, reason = None, f"the state found leaves residuals up to {residual:.1e}"
     if best is None:
-        first.message += (
-            "; not refined: no mechanism near this state, or no statics for it, meets every condition exactly"
-        )
+        first.message += f"; not refined: {reason}"
         first.lp_solves, first.nlp_solves, first.iterations = lp_solves, nlp_solves, iterations
         return first
     return Finding(
@@ -136,6 +141,7 @@ def refined(
         lp_solves=lp_solves,
         nlp_solves=nlp_solves,
         stationary=stationary,
+        flow_rule_matters=first.flow_rule_matters,
         size=refiner.size,
     )
 
@@ -153,11 +159,16 @@ def jittered(problem: Problem, spread: float, rng: np.random.Generator) -> Probl
 
 
 def _message(first: Finding, best: ExactState, stationary: bool) -> str:
-    end = (
-        "stationary: no mechanism among the faces at yield lowers it"
+    parts = ["exact"]
+    if first.load_factor is not None:
+        fall = first.load_factor - best.load_factor
+        if fall >= 0:
+            parts[0] += f", {fall:.1e} below its start"
+        else:
+            parts[0] += f", {-fall:.1e} above its start, which is not exact"
+    parts.append(
+        "stationary: no mechanism tried among the faces at yield lowers it"
         if stationary
         else "stuck: for some mechanisms the solver could not tell whether they lower it"
     )
-    if first.load_factor is None:
-        return f"exact; {end}"
-    return f"exact, {first.load_factor - best.load_factor:.1e} below its start; {end}"
+    return "; ".join(parts)

@@ -31,8 +31,12 @@ _LOWER = 1e-9
 _REPAIRS = 10
 _TIE_BREAK = 0.01
 
-#: Kicks lose at most this share of the best λ and are still followed; relaxed states are mixed.
-_WORTH_FOLLOWING = 0.03
+#: A kicked state is looked into if it is above the best by at most the first share of λ, and followed
+#: if, after descending, it is above the last by at most a random part of the second.
+_WORTH_A_LOOK, _WORTH_FOLLOWING = 0.03, 0.01
+
+#: Every part of the certificate of an exact state is below this.
+EXACT = 1e-8
 
 
 @dataclass(frozen=True)
@@ -64,6 +68,7 @@ class Refiner:
 
     Attributes
     ----------
+    reason: why ``first`` last found nothing.
     undecided: programs that the solver neither solved nor found infeasible in the last round of
         ``descend``: where there are any, that nothing lowers λ is not known.
     """
@@ -84,6 +89,7 @@ class Refiner:
         self._velocities = self.kinematics.columns(motion.d)
         self._limits = self.statics.rhs[self._faces]
         self.undecided = 0
+        self.reason = ""
 
     @property
     def solves(self) -> int:
@@ -156,9 +162,11 @@ class Refiner:
         Where no statics bring the whole support to yield, the forces that come nearest (least p·z)
         take the place of those given, and (a) and (b) are tried again.
         """
+        self.reason = "no statics bring every face of a mechanism to yield"
         for _ in range(_REPAIRS):
             found = self.mechanism(np.maximum(self.slack(q), 0.0))
             if found is None:
+                self.reason = "kinematics allow no mechanism"
                 return None
             exact = self.least(found[1], found[0])
             if exact is not None:
@@ -187,9 +195,9 @@ class Refiner:
         q[0::3], q[1::3], q[2::3] = values[self._forces].reshape(3, -1)
         return q
 
-    def largest_normal_forces(self, highest: float) -> tuple[np.ndarray, bool]:
-        """Largest normal force of each joint over all states with 0 ≤ λ ≤ ``highest``, shape (c,), and
-        whether all are bounded (``inf`` where not)."""
+    def largest_normal_forces(self, highest: float) -> np.ndarray:
+        """Largest normal force of each joint over all states with 0 ≤ λ ≤ ``highest``, shape (c,);
+        ``inf`` where the solver finds no largest."""
         c = self.problem.joints
         normal = self._forces[:c]
         self.statics.set_row_bounds(self._faces, np.full(len(self._faces), -np.inf), self._limits)
@@ -203,22 +211,40 @@ class Refiner:
             self.statics.set_costs(normal[[joint]], np.zeros(1))
         self.statics.set_column_bounds(self._load_factor, np.array([-np.inf]), np.array([np.inf]))
         self.statics.set_costs(self._load_factor, np.array([self.problem.live_norm]))
-        return largest, bool(np.isfinite(largest).all())
+        return largest
 
-    def largest_sum_of_rates(self, highest: float) -> float | None:
-        """Largest Σp over the mechanisms on which raising the blocks takes at most ``highest`` times the
-        live load's work; None if there is no largest."""
-        every = np.arange(self.kinematics.matrix.shape[1], dtype=np.int32)
-        self.kinematics.set_column_bounds(
-            self._rates, np.zeros(len(self._rates)), np.full(len(self._rates), np.inf)
-        )
-        self.kinematics.add_row(self._velocities, -self.problem.dead, highest * self.problem.live_norm)
-        self.kinematics.set_costs(every, np.zeros(len(every)))
-        self.kinematics.set_costs(self._rates, np.full(len(self._rates), -1.0))
-        bounded = self.kinematics.solve()
-        total = float(self.kinematics.values[self._rates].sum()) if bounded else None
+    def largest_rates(self, highest: float) -> np.ndarray:
+        """Largest rate of each face over the mechanisms on which raising the blocks takes at most
+        ``highest`` times the live load's work, shape (4, c); ``inf`` where the solver finds no largest.
+
+        While a joint slides in one sense the other is held at rest. After the first face without a
+        largest rate the others are not tried.
+        """
+        problem = self.problem
+        k, c = len(problem.sliding), problem.joints
+        faces = len(self._rates)
+        nothing = np.zeros(faces)
+        self.kinematics.set_costs(self._rates, nothing)
+        self.kinematics.add_row(self._velocities, -problem.dead, highest * problem.live_norm)
+        largest = np.full(faces, np.inf)
+        for face in range(faces):
+            upper = np.full(faces, np.inf)
+            if face < 2 * k:
+                upper[(face + k) % (2 * k)] = 0.0
+            self.kinematics.set_column_bounds(self._rates, nothing, upper)
+            self.kinematics.set_costs(self._rates[[face]], np.array([-1.0]))
+            if self.kinematics.solve():
+                largest[face] = self.kinematics.values[self._rates[face]]
+            elif self.kinematics.empty:
+                largest[face] = 0.0  # at rest in every such mechanism: there is none
+            else:
+                break
+            self.kinematics.set_costs(self._rates[[face]], np.zeros(1))
         self.kinematics.drop_last_row()
-        return total
+        bound = np.zeros((4, c))
+        bound[0, problem.sliding], bound[1, problem.sliding] = largest[: 2 * k].reshape(2, k)
+        bound[2], bound[3] = largest[2 * k :].reshape(2, c)
+        return bound
 
     def descend(self, state: ExactState, one_by_one: bool) -> ExactState:
         """Lower λ among the faces at yield, avoiding those that hold it up: all at once, then, if
@@ -276,8 +302,8 @@ def search(
 ) -> tuple[ExactState, bool]:
     """Descend, then kick and descend again; the best state, and whether it is stationary.
 
-    Stationary: no mechanism among the faces at yield that avoids any one face holding λ up lowers
-    it. Kicks follow states up to one per cent worse for a while (a random walk among local minima).
+    Stationary: for each face that holds λ up a mechanism among the faces at yield that avoids it was
+    tried, and none lowered λ (or there is none). Kicks follow slightly worse states for a while.
     """
     rng = np.random.default_rng(seed)
     best = current = refiner.descend(state, one_by_one=True)
@@ -285,18 +311,24 @@ def search(
     progress(best)
     for _ in range(kicks):
         kicked = refiner.kick(current, rng)
-        if kicked is None or kicked.load_factor > best.load_factor * (1 + _WORTH_FOLLOWING):
+        if kicked is None or kicked.load_factor > best.load_factor + _WORTH_A_LOOK * _size(best):
             continue
         kicked = refiner.descend(kicked, one_by_one=False)
+        worse = kicked.load_factor - current.load_factor
         if _is_lower(kicked, best):
             best = current = refiner.descend(kicked, one_by_one=True)
             stationary = refiner.undecided == 0
             progress(best)
-        elif kicked.load_factor < current.load_factor * (1 + 0.01 * rng.random()):
+        elif worse < _WORTH_FOLLOWING * rng.random() * _size(current):
             current = kicked
         else:
             current = best
     return best, stationary
+
+
+def _size(state: ExactState) -> float:
+    """|λ|, kept away from zero."""
+    return max(abs(state.load_factor), 1e-3)
 
 
 def _is_lower(one: ExactState, other: ExactState) -> bool:

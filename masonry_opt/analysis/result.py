@@ -59,7 +59,7 @@ class Result:
     flow_rule_matters: False if the associative answer already obeys the joints' own flow rule.
     iterations: of the solver, summed.
     lp_solves, nlp_solves: linear and nonlinear programs solved (without the check of the dead load).
-    stationary: of a refined answer: True if no mechanism among the faces at yield lowers λ, False if
+    stationary: of a refined answer: True if no mechanism tried among the faces at yield lowers λ, False if
         the solver could not tell for some; None for other methods.
     bound: proven lower bound of λ, of method "global"; None for other methods.
     seconds: by part (see :class:`~masonry_opt.timing.Stopwatch`).

@@ -27,7 +27,13 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.blocks import Record
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solvers.ipopt import CasadiIpopt, ExecutableIpopt, Ipopt
+from masonry_opt.solvers.ipopt import (
+    CasadiIpopt,
+    ExecutableIpopt,
+    Ipopt,
+    require_casadi,
+    require_executable,
+)
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, find_solver
 from masonry_opt.timing import Stopwatch
 
@@ -58,6 +64,7 @@ class _Method:
     options: class of its own options; None if it has none.
     solvers: by language, those it can use, its default first; empty for any solver of linear programs.
         The first language is the method's default.
+    fixed_tolerance: whether the method sets its own tolerances.
     """
 
     run: Callable[[_Task], Finding]
@@ -65,6 +72,7 @@ class _Method:
     solvers: dict[str, tuple[str, ...]] = dataclasses.field(
         default_factory=lambda: {"cvxpy": (), "pyomo": ()}
     )
+    fixed_tolerance: bool = False
 
 
 def _static(task: _Task) -> Finding:
@@ -86,7 +94,6 @@ def _loop(task: _Task, problem: Problem) -> Finding:
 
 
 def _mpec(task: _Task) -> Finding:
-    load: dict[str, Callable[[Any], Ipopt]] = {"casadi": CasadiIpopt, "ipopt": ExecutableIpopt}
     options: MpecOptions = task.options
     before = Finding(Status.CONVERGED)
     if isinstance(options.start, Result):
@@ -98,12 +105,13 @@ def _mpec(task: _Task) -> Finding:
             return before
     finding = mpec(
         task.problem,
-        lambda model: load[task.solver.name](model.program),
+        lambda model: _IPOPT[task.solver.name](model.program),
         _state(task.problem, before),
         options,
         task.watch,
         task.progress,
     )
+    finding.flow_rule_matters = before.flow_rule_matters
     if not isinstance(options.start, Result):
         finding.lp_solves += before.lp_solves
         finding.iterations += before.iterations
@@ -112,6 +120,8 @@ def _mpec(task: _Task) -> Finding:
 
 def _refined(task: _Task) -> Finding:
     options: RefinedOptions = task.options
+    if options.start == "mpec":
+        require_casadi()
     rng = np.random.default_rng(options.seed)
 
     def start(number: int) -> Finding:
@@ -121,7 +131,9 @@ def _refined(task: _Task) -> Finding:
             return _of_same_scene(options.start, task.problem)
         if options.start == "loop":
             return _loop(task, task.problem)
-        return _mpec(dataclasses.replace(task, solver=_NLP, options=MpecOptions()))
+        return _mpec(
+            dataclasses.replace(task, solver=Solver("casadi", "pyomo", "casadi", {}), options=MpecOptions())
+        )
 
     return refined(task.problem, start, options, task.watch, task.progress)
 
@@ -130,8 +142,11 @@ def _global(task: _Task) -> Finding:
     upper = associative(task.problem, "static", find_solver("cvxpy", None), task.watch)
     if upper.load_factor is None:
         return upper
-    incumbent = _refined(dataclasses.replace(task, options=RefinedOptions(kicks=50)))
-    return global_bounds(task.problem, incumbent, upper.load_factor, task.options, task.watch, task.progress)
+    start = _refined(dataclasses.replace(task, options=RefinedOptions(kicks=0)))
+    found = global_bounds(task.problem, start, upper.load_factor, task.options, task.watch)
+    found.lp_solves += upper.lp_solves
+    found.flow_rule_matters = start.flow_rule_matters
+    return found
 
 
 def _of_same_scene(result: Result, problem: Problem) -> Finding:
@@ -151,16 +166,16 @@ def _state(problem: Problem, finding: Finding) -> State | None:
     return State(finding.load_factor or 0.0, finding.q, finding.d, p)
 
 
-_NLP = Solver("casadi", "pyomo", "casadi", {})
+_IPOPT: dict[str, Callable[[Any], Ipopt]] = {"casadi": CasadiIpopt, "ipopt": ExecutableIpopt}
 
 METHODS: dict[str, _Method] = {
     "static": _Method(_static),
     "kinematic": _Method(_kinematic),
     # A vertex has joints without normal force, which the loop then locks: prefer interior points.
     "nonassociative": _Method(_nonassociative, LoopOptions, {"cvxpy": (), "pyomo": ("highs-ipm", "highs")}),
-    "mpec": _Method(_mpec, MpecOptions, {"pyomo": ("casadi", "ipopt")}),
-    "refined": _Method(_refined, RefinedOptions, {"pyomo": ("highs",)}),
-    "global": _Method(_global, GlobalOptions, {"pyomo": ("highs",)}),
+    "mpec": _Method(_mpec, MpecOptions, {"pyomo": tuple(_IPOPT)}, fixed_tolerance=True),
+    "refined": _Method(_refined, RefinedOptions, {"pyomo": ("highs",)}, fixed_tolerance=True),
+    "global": _Method(_global, GlobalOptions, {"pyomo": ("highs",)}, fixed_tolerance=True),
 }
 
 
@@ -170,7 +185,7 @@ def solve(
     *,
     model: str | None = None,
     solver: str | None = None,
-    tolerance: float = TOLERANCE,
+    tolerance: float | None = None,
     progress: Progress = lambda _: None,
     **options: Any,
 ) -> Result:
@@ -191,7 +206,7 @@ def solve(
         "clarabel" (CVXPY's default), "highs" (simplex; Pyomo's default), "highs-ipm" (Pyomo's default
         for the loop), or any solver that CVXPY finds.
     tolerance:
-        Feasibility and gap tolerance asked of the solver.
+        Feasibility and gap tolerance asked of a solver of linear programs (default 1e-9).
     progress:
         Called with every step: :class:`~.finding.Iteration` of the loop, :class:`~.mpec.Relaxation`,
         :class:`~.refined.Refinement`.
@@ -252,11 +267,16 @@ def _choose(method: str, options: dict[str, Any]) -> tuple[_Method, Any]:
     try:
         return chosen, chosen.options(**options) if chosen.options else None
     except ValidationError as error:
-        wrong = "; ".join(f"option '{item['loc'][0]}': {item['msg']}" for item in error.errors())
+        wrong = "; ".join(
+            ": ".join([*(f"option '{name}'" for name in item["loc"][:1]), item["msg"]])
+            for item in error.errors()
+        )
         raise OptionError(f"method '{method}': {wrong}") from None
 
 
-def _solver(method: str, chosen: _Method, model: str | None, name: str | None, tolerance: float) -> Solver:
+def _solver(
+    method: str, chosen: _Method, model: str | None, name: str | None, tolerance: float | None
+) -> Solver:
     model = model or next(iter(chosen.solvers))
     if model in LANGUAGES and model not in chosen.solvers:
         raise OptionError(f"method '{method}' is declared in {', '.join(chosen.solvers)} only")
@@ -266,9 +286,13 @@ def _solver(method: str, chosen: _Method, model: str | None, name: str | None, t
         raise OptionError(
             f"method '{method}' with model '{model}' takes solver: {', '.join(allowed)} (found '{name}')"
         )
-    if name in ("casadi", "ipopt"):
-        return dataclasses.replace(_NLP, name=name, engine=name)
-    return find_solver(model, name, tolerance)
+    if tolerance is not None and chosen.fixed_tolerance:
+        raise OptionError(f"method '{method}' has tolerances of its own: leave 'tolerance' out")
+    if name in _IPOPT:
+        require = {"casadi": require_casadi, "ipopt": require_executable}
+        require[name]()
+        return Solver(name, "pyomo", name, {})
+    return find_solver(model, name, TOLERANCE if tolerance is None else tolerance)
 
 
 def _unless_it_stands(assembly: Assembly, watch: Stopwatch) -> Finding | None:

@@ -98,6 +98,11 @@ class HighsSession:
         return bool(self._highs.getModelStatus() == highspy.HighsModelStatus.kOptimal)
 
     @property
+    def empty(self) -> bool:
+        """Whether the last program was found to have no feasible point, for certain."""
+        return bool(self._highs.getModelStatus() == highspy.HighsModelStatus.kInfeasible)
+
+    @property
     def infeasible(self) -> bool:
         """Whether the last program was found to have no feasible point, or no bound."""
         status = highspy.HighsModelStatus

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shutil
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,6 +11,7 @@ from typing import Any, Protocol
 
 import numpy as np
 import pyomo.environ as pyo
+from pyomo.common.errors import ApplicationError
 from pyomo.repn.plugins.nl_writer import NLWriter
 
 from masonry_opt.errors import OptionError
@@ -28,6 +31,24 @@ _OPTIONS: dict[str, Any] = {
     "bound_relax_factor": 0.0,
     "max_iter": 700,
 }
+
+
+def require_casadi() -> None:
+    """Raise OptionError if CasADi is not installed: to be asked before long work."""
+    try:
+        import casadi  # noqa: F401
+    except ImportError:
+        raise OptionError(
+            "method 'mpec' needs CasADi, which brings IPOPT; install it with: pip install 'masonry_opt[mpec]'"
+        ) from None
+
+
+def require_executable() -> str:
+    """Path of ``ipopt``; raises OptionError if there is none on the PATH."""
+    path = shutil.which("ipopt")
+    if path is None:
+        raise OptionError("solver 'ipopt': there is no executable named ipopt on the PATH")
+    return path
 
 
 @dataclass(frozen=True)
@@ -57,13 +78,9 @@ class CasadiIpopt:
 
     def __init__(self, program: pyo.ConcreteModel) -> None:
         """Raises OptionError if CasADi is not installed."""
-        try:
-            import casadi
-        except ImportError:
-            raise OptionError(
-                "method 'mpec' needs CasADi, which brings IPOPT; install it with: "
-                "pip install 'masonry_opt[mpec]'"
-            ) from None
+        require_casadi()
+        import casadi
+
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "program.nl"
             with path.open("w") as stream:
@@ -115,9 +132,7 @@ class ExecutableIpopt:
 
     def __init__(self, program: pyo.ConcreteModel) -> None:
         """Raises OptionError if there is no such executable."""
-        self._solver = pyo.SolverFactory("ipopt")
-        if not self._solver.available(exception_flag=False):
-            raise OptionError("solver 'ipopt': there is no executable named ipopt on the PATH")
+        self._solver = pyo.SolverFactory("ipopt", executable=require_executable())
         self._solver.options.update(_OPTIONS)
         self._program = program
         # The multipliers that one solve leaves and the next begins with.
@@ -134,16 +149,18 @@ class ExecutableIpopt:
         program.epsilon.set_value(upper)
         program.ipopt_zL_in.update(program.ipopt_zL_out)
         program.ipopt_zU_in.update(program.ipopt_zU_out)
-        before = [(data, data.value) for data in program.component_data_objects(pyo.Var)]
-        result = self._solver.solve(program, load_solutions=False)
+        with tempfile.TemporaryDirectory() as folder:
+            log = Path(folder) / "ipopt.log"
+            try:
+                result = self._solver.solve(program, load_solutions=False, logfile=str(log))
+            except (ApplicationError, ValueError, OSError) as error:
+                return NlpAnswer(f"{type(error).__name__}: {error}", False, 0)
+            counted = re.search(r"Number of Iterations\.*: *(\d+)", log.read_text(errors="replace"))
         word = str(result.solver.termination_condition)
         solved = word == "optimal"
         if solved:
             program.solutions.load_from(result)
-        else:
-            for data, value in before:
-                data.set_value(value, skip_validation=True)
-        return NlpAnswer(word, solved, 0)
+        return NlpAnswer(word, solved, int(counted[1]) if counted else 0)
 
     def forget(self) -> None:
         """See :class:`Ipopt`."""

@@ -9,13 +9,14 @@ from masonry_opt.report.table1 import table1
 from masonry_opt.report.terminal import markdown
 
 #: Times are of one run on one machine: they are printed, not kept.
-TIMES = ["time (s)", "published (s)"]
+LEFT_OUT = ["method", "NLPs", "time (s)", "published (s)"]
 
 
 def refresh(readme: Path, cases: Path) -> None:
     """Replace what stands between the markers of each table."""
     table, text = table1(cases, print), readme.read_text()
-    parts = {"table1": table.load_factors, "residuals": table.residuals.drop(columns=TIMES)}
+    loops = table.residuals[table.residuals["method"] == "loop"].drop(columns=LEFT_OUT)
+    parts = {"table1": table.load_factors, "residuals": loops}
     for name, frame in parts.items():
         between = re.compile(rf"(<!-- {name} -->\n).*?(<!-- /{name} -->)", re.DOTALL)
         text = between.sub(lambda match, frame=frame: match[1] + markdown(frame) + match[2], text)

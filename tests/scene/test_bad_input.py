@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 
 import pytest
 
@@ -243,3 +244,12 @@ def test_dilatancy_that_locks_is_told_from_a_load_that_cannot_act(tmp_path, monk
     assert code == 0
     assert json.loads(out)["load_factor"] == pytest.approx(0.6, rel=1e-4)
     assert "started cohesive" in json.loads(out)["message"]
+
+
+def test_mpec_without_its_extra_ends_with_exit_code_2(tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "casadi", None)
+    path = tmp_path / "case.toml"
+    path.write_text(GOOD)
+    code, out, err = run(monkeypatch, capsys, "solve", path, "--method", "mpec")
+    assert (code, out) == (2, "")
+    assert "pip install 'masonry_opt[mpec]'" in err
