@@ -12,8 +12,8 @@ import typer
 from rich.console import Console
 
 from masonry_opt.analysis.check import check as check_duality
+from masonry_opt.analysis.methods import METHODS
 from masonry_opt.analysis.result import Result
-from masonry_opt.analysis.solve import METHODS
 from masonry_opt.analysis.solve import solve as solve_scene
 from masonry_opt.errors import MasonryError, OptionError
 from masonry_opt.report.mechanism_plot import plot_mechanism, refuse_picture

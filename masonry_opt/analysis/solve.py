@@ -3,180 +3,26 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from pydantic import ValidationError
 
-from masonry_opt.analysis.associative import associative
 from masonry_opt.analysis.diagnosis import DeadLoadUndecided, falling_mechanism, moving_blocks
 from masonry_opt.analysis.finding import Finding
-from masonry_opt.analysis.global_bounds import GlobalOptions, global_bounds
-from masonry_opt.analysis.mpec import MpecOptions, mpec
-from masonry_opt.analysis.nonassociative import LoopOptions, nonassociative
-from masonry_opt.analysis.refined import RefinedOptions, jittered, refined
+from masonry_opt.analysis.methods import IPOPT, METHODS, Method, Progress, Task
 from masonry_opt.analysis.result import Result, make_result
 from masonry_opt.analysis.status import Status
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.models.interface import State
 from masonry_opt.problem.assembly import Assembly, assemble
-from masonry_opt.problem.certificate import rates
-from masonry_opt.problem.problem import Problem
-from masonry_opt.scene.blocks import Record
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solvers.ipopt import (
-    CasadiIpopt,
-    ExecutableIpopt,
-    Ipopt,
-    require_casadi,
-    require_executable,
-)
+from masonry_opt.solvers.ipopt import require_casadi, require_executable
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, find_solver
 from masonry_opt.timing import Stopwatch
 
-Progress = Callable[[Any], None]
-
 #: A load factor this little below zero is zero.
 _NEGATIVE = 1e-6
-
-
-@dataclasses.dataclass(frozen=True)
-class _Task:
-    """What a method is given."""
-
-    problem: Problem
-    solver: Solver
-    watch: Stopwatch
-    options: Any
-    progress: Progress
-
-
-@dataclasses.dataclass(frozen=True)
-class _Method:
-    """How a method is run.
-
-    Attributes
-    ----------
-    run: the analysis.
-    options: class of its own options; None if it has none.
-    solvers: by language, those it can use, its default first; empty for any solver of linear programs.
-        The first language is the method's default.
-    fixed_tolerance: whether the method sets its own tolerances.
-    """
-
-    run: Callable[[_Task], Finding]
-    options: type[Record] | None = None
-    solvers: dict[str, tuple[str, ...]] = dataclasses.field(
-        default_factory=lambda: {"cvxpy": (), "pyomo": ()}
-    )
-    fixed_tolerance: bool = False
-
-
-def _static(task: _Task) -> Finding:
-    return associative(task.problem, "static", task.solver, task.watch)
-
-
-def _kinematic(task: _Task) -> Finding:
-    return associative(task.problem, "kinematic", task.solver, task.watch)
-
-
-def _nonassociative(task: _Task) -> Finding:
-    return nonassociative(task.problem, task.solver, task.watch, task.options, task.progress)
-
-
-def _loop(task: _Task, problem: Problem) -> Finding:
-    """The loop with its defaults, as the start of another method."""
-    solver = find_solver("cvxpy", None)
-    return nonassociative(problem, solver, task.watch, LoopOptions(), task.progress)
-
-
-def _mpec(task: _Task) -> Finding:
-    options: MpecOptions = task.options
-    before = Finding(Status.CONVERGED)
-    if isinstance(options.start, Result):
-        before = _of_same_scene(options.start, task.problem)
-    elif options.start == "loop":
-        before = _loop(task, task.problem)
-        if before.q is None:
-            before.message = f"the loop to start from failed: {before.message}"
-            return before
-    finding = mpec(
-        task.problem,
-        lambda model: _IPOPT[task.solver.name](model.program),
-        _state(task.problem, before),
-        options,
-        task.watch,
-        task.progress,
-    )
-    finding.flow_rule_matters = before.flow_rule_matters
-    if not isinstance(options.start, Result):
-        finding.lp_solves += before.lp_solves
-        finding.iterations += before.iterations
-    return finding
-
-
-def _refined(task: _Task) -> Finding:
-    options: RefinedOptions = task.options
-    if options.start == "mpec":
-        require_casadi()
-    rng = np.random.default_rng(options.seed)
-
-    def start(number: int) -> Finding:
-        if number:
-            return _loop(task, jittered(task.problem, options.spread, rng))
-        if isinstance(options.start, Result):
-            return _of_same_scene(options.start, task.problem)
-        if options.start == "loop":
-            return _loop(task, task.problem)
-        return _mpec(
-            dataclasses.replace(task, solver=Solver("casadi", "pyomo", "casadi", {}), options=MpecOptions())
-        )
-
-    return refined(task.problem, start, options, task.watch, task.progress)
-
-
-def _global(task: _Task) -> Finding:
-    upper = associative(task.problem, "static", find_solver("cvxpy", None), task.watch)
-    if upper.load_factor is None:
-        return upper
-    start = _refined(dataclasses.replace(task, options=RefinedOptions(kicks=0)))
-    found = global_bounds(task.problem, start, upper.load_factor, task.options, task.watch)
-    found.lp_solves += upper.lp_solves
-    found.flow_rule_matters = start.flow_rule_matters
-    return found
-
-
-def _of_same_scene(result: Result, problem: Problem) -> Finding:
-    """A finding handed in, its solves not counted again."""
-    finding = result.finding
-    if finding.q is None or finding.d is None:
-        raise OptionError("option 'start': the result has no forces to start from")
-    if (finding.q.size, finding.d.size) != (3 * problem.joints, 3 * problem.blocks):
-        raise OptionError("option 'start': the result is of another scene")
-    return dataclasses.replace(finding, history=[], iterations=0, lp_solves=0, nlp_solves=0)
-
-
-def _state(problem: Problem, finding: Finding) -> State | None:
-    if finding.q is None or finding.d is None:
-        return None
-    p = rates(problem, finding.d, problem.dilatancy)
-    return State(finding.load_factor or 0.0, finding.q, finding.d, p)
-
-
-_IPOPT: dict[str, Callable[[Any], Ipopt]] = {"casadi": CasadiIpopt, "ipopt": ExecutableIpopt}
-
-METHODS: dict[str, _Method] = {
-    "static": _Method(_static),
-    "kinematic": _Method(_kinematic),
-    # A vertex has joints without normal force, which the loop then locks: prefer interior points.
-    "nonassociative": _Method(_nonassociative, LoopOptions, {"cvxpy": (), "pyomo": ("highs-ipm", "highs")}),
-    "mpec": _Method(_mpec, MpecOptions, {"pyomo": tuple(_IPOPT)}, fixed_tolerance=True),
-    "refined": _Method(_refined, RefinedOptions, {"pyomo": ("highs",)}, fixed_tolerance=True),
-    "global": _Method(_global, GlobalOptions, {"pyomo": ("highs",)}, fixed_tolerance=True),
-}
 
 
 def solve(
@@ -240,7 +86,7 @@ def solve(
         )
     finding = _unless_it_stands(assembly, watch)
     if finding is None:
-        finding = chosen.run(_Task(problem, asked, watch, own_options, progress))
+        finding = chosen.run(Task(problem, asked, watch, own_options, progress))
         if finding.load_factor is not None and finding.load_factor < -_NEGATIVE:
             finding = _held_by_wedging(finding)
     return make_result(
@@ -254,7 +100,7 @@ def solve(
     )
 
 
-def _choose(method: str, options: dict[str, Any]) -> tuple[_Method, Any]:
+def _choose(method: str, options: dict[str, Any]) -> tuple[Method, Any]:
     if method not in METHODS:
         raise OptionError(f"method '{method}' is unknown; choose from: {', '.join(METHODS)}")
     chosen = METHODS[method]
@@ -275,7 +121,7 @@ def _choose(method: str, options: dict[str, Any]) -> tuple[_Method, Any]:
 
 
 def _solver(
-    method: str, chosen: _Method, model: str | None, name: str | None, tolerance: float | None
+    method: str, chosen: Method, model: str | None, name: str | None, tolerance: float | None
 ) -> Solver:
     model = model or next(iter(chosen.solvers))
     if model in LANGUAGES and model not in chosen.solvers:
@@ -288,7 +134,7 @@ def _solver(
         )
     if tolerance is not None and chosen.fixed_tolerance:
         raise OptionError(f"method '{method}' has tolerances of its own: leave 'tolerance' out")
-    if name in _IPOPT:
+    if name in IPOPT:
         require = {"casadi": require_casadi, "ipopt": require_executable}
         require[name]()
         return Solver(name, "pyomo", name, {})
