@@ -175,7 +175,7 @@ def _left_out(assembly: Assembly, cohesive: bool) -> tuple[str, ...]:
     problem, joints = assembly.problem, assembly.joints
     left_out = ["n ≥ 0 of every joint: that it does not rock about either edge implies it"]
     if unlimited := problem.joints - len(problem.sliding):
-        left_out.append(f"sliding of {_count(unlimited, 'joint')}: their friction is unlimited")
+        left_out.append(f"sliding of {_count(unlimited, 'joint')}: friction is unlimited")
     if not cohesive and not problem.cohesion.any():
         left_out.append("cohesion terms: no joint has cohesion")
     if joints.fixed_pairs:

@@ -65,7 +65,7 @@ def certify(
     slack = np.where(np.isfinite(z), z, 0.0)
     return Certificate(
         equilibrium=float(np.abs(residual).max() / total_dead),
-        yield_=float(max(violation.max(), 0.0)),
+        yield_=max(0.0, float(violation.max())),
         flow=float(np.abs(departure).max() / scale),
         complementarity=float(np.abs(slack * p).sum() / abs(live_work)),
     )
