@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import cvxpy as cp
+
 from masonry_opt.models.cvxpy_terms import Mechanism, ShearLimited
 from masonry_opt.models.interface import State, gather_state
-
 from masonry_opt.problem.problem import Problem, ShearLimits
 
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import cvxpy as cp
 import numpy as np
-from masonry_opt.models.cvxpy_terms import Mechanism
 
+from masonry_opt.models.cvxpy_terms import Mechanism
 from masonry_opt.problem.problem import Problem, ShearLimits
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import cvxpy as cp
-from masonry_opt.models.interface import expect_same_terms
 
+from masonry_opt.models.interface import expect_same_terms
 from masonry_opt.problem.problem import Problem, ShearLimits
 
 

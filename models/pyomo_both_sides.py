@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pyomo.environ as pyo
+
 from masonry_opt.models.interface import State, gather_state
 from masonry_opt.models.pyomo_terms import (
     SENSES,
@@ -16,7 +17,6 @@ from masonry_opt.models.pyomo_terms import (
     put,
     values,
 )
-
 from masonry_opt.problem.problem import Problem, ShearLimits, yield_slacks
 
 

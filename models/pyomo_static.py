@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import pyomo.environ as pyo
+
 from masonry_opt.models.interface import State, gather_state
 from masonry_opt.models.pyomo_terms import SENSES, ShearLimited, add_forces, duals, values
-
 from masonry_opt.problem.problem import Problem, ShearLimits
 
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pyomo.environ as pyo
 import scipy.sparse as sp
-from masonry_opt.models.interface import expect_same_terms
 from pyomo.core.expr import LinearExpression
 
+from masonry_opt.models.interface import expect_same_terms
 from masonry_opt.problem.problem import Problem, ShearLimits
 
 #: The two senses of sliding and of rocking.
@@ -38,10 +38,10 @@ class ShearLimited:
         Raises ValueError if cohesion terms were declared and are not given, or the reverse.
         """
         expect_same_terms(self._cohesive, limits)
-        self.program.slope.store_values(dict(zip(self.program.sliding, limits.slope.tolist(), strict=False)))
+        model, joints = self.program, self.problem.sliding.tolist()
+        model.slope.store_values(dict(zip(joints, limits.slope.tolist(), strict=True)))
         if limits.cohesion is not None:
-            cohesion = dict(zip(self.program.sliding, limits.cohesion.tolist(), strict=False))
-            self.program.cohesion.store_values(cohesion)
+            model.cohesion.store_values(dict(zip(joints, limits.cohesion.tolist(), strict=True)))
 
     def limit(self, i: int, n: Any) -> Any:
         """Shear limit of joint i under normal force n: cohesion + slope · n."""

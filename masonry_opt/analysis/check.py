@@ -13,7 +13,6 @@ from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.models.interface import State
 from masonry_opt.problem.certificate import finite
 from masonry_opt.problem.problem import Problem, joint_rates, yield_slacks
-from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.driver import declare
 from masonry_opt.solvers.registry import LANGUAGES, find_solver
@@ -67,10 +66,9 @@ def check(scene: Scene | str | Path) -> DualityReport:
     NoLoadFactorError
         If the scene has no associative load factor to compare.
     """
-    scene = scene if isinstance(scene, Scene) else load(scene)
     result = solve(scene, "static")
     if not result.status.usable:
-        raise NoLoadFactorError(f"{scene.origin}: {result.status}: {result.message}")
+        raise NoLoadFactorError(f"{result.case}: {result.status}: {result.message}")
     problem = result.assembly.problem
     rows = []
     for language in LANGUAGES:
@@ -79,7 +77,7 @@ def check(scene: Scene | str | Path) -> DualityReport:
             answer = declare(problem, formulation, solver, Stopwatch()).solve()
             if answer.state is None:
                 raise NoLoadFactorError(
-                    f"{scene.origin}: {formulation}, {language}: the solver stopped with '{answer.word}'"
+                    f"{result.case}: {formulation}, {language}: the solver stopped with '{answer.word}'"
                 )
             rows.append({"formulation": formulation, "model": language} | _row(problem, answer.state))
     table = pd.DataFrame(rows)

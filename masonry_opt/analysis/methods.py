@@ -21,7 +21,7 @@ from masonry_opt.models.interface import State
 from masonry_opt.problem.certificate import rates
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.blocks import Record
-from masonry_opt.solvers.ipopt import CasadiIpopt, ExecutableIpopt, Ipopt, require_casadi
+from masonry_opt.solvers.ipopt import CasadiIpopt, ExecutableIpopt
 from masonry_opt.solvers.registry import Solver, find_solver
 from masonry_opt.timing import Stopwatch
 
@@ -90,7 +90,7 @@ def _mpec(task: Task) -> Finding:
             return before
     finding = mpec(
         task.problem,
-        lambda model: IPOPT[task.solver.name](model.program),
+        IPOPT[task.solver.name],
         _state(task.problem, before),
         options,
         task.watch,
@@ -106,7 +106,7 @@ def _mpec(task: Task) -> Finding:
 def _refined(task: Task) -> Finding:
     options: RefinedOptions = task.options
     if options.start == "mpec":
-        require_casadi()
+        CasadiIpopt.require()
     rng = np.random.default_rng(options.seed)
 
     def start(number: int) -> Finding:
@@ -152,7 +152,10 @@ def _state(problem: Problem, finding: Finding) -> State | None:
 
 
 #: IPOPT by the name a user gives.
-IPOPT: dict[str, Callable[[Any], Ipopt]] = {"casadi": CasadiIpopt, "ipopt": ExecutableIpopt}
+IPOPT: dict[str, type[CasadiIpopt] | type[ExecutableIpopt]] = {
+    "casadi": CasadiIpopt,
+    "ipopt": ExecutableIpopt,
+}
 
 #: Every method by name. Adding one is one entry.
 METHODS: dict[str, Method] = {

@@ -6,6 +6,7 @@ nothing. Local optima of a non-convex problem: where it starts decides where it 
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -139,10 +140,9 @@ def _follow(
     progress: Progress,
 ) -> bool:
     """Solve for a falling ε from the values the model holds; whether all were solved."""
-    rows = model.complementarity_rows
     while True:
         began = time.perf_counter()
-        answer = ipopt.solve(rows, epsilon)
+        answer = ipopt.solve(epsilon)
         seconds = time.perf_counter() - began
         watch.add("solve", seconds)
         finding.iterations += answer.iterations
@@ -167,7 +167,7 @@ def _follow(
 def _stopped(finding: Finding, start: State | None) -> Finding:
     failed = finding.history[-1]
     finding.message = f"IPOPT ended with '{failed.word}' at ε = {failed.epsilon:.0e}; "
-    solved = [step for step in finding.history if step.load_factor == step.load_factor]
+    solved = [step for step in finding.history if not math.isnan(step.load_factor)]
     if solved:
         last = solved[-1]
         finding.message += (

@@ -96,7 +96,6 @@ def refined(
             history.append(Refinement(state.load_factor, refiner.solves, refiner.seconds))
             progress(history[-1])
 
-    before = refiner.seconds
     kicks = options.kicks
     if kicks is None:
         kicks = min(_MOST_KICKS, _KICKS_TIMES_JOINTS_SQUARED // problem.joints**2)
@@ -116,7 +115,7 @@ def refined(
         polished, settled = search(refiner, state, kicks, options.seed + turn, record)
         if best is None or polished.load_factor < best.load_factor:
             best, stationary = polished, settled
-    watch.add("solve", refiner.seconds - before)
+    watch.add("solve", refiner.seconds)
     lp_solves = refiner.solves + sum(finding.lp_solves for finding in findings)
     nlp_solves = sum(finding.nlp_solves for finding in findings)
     iterations = refiner.iterations + sum(finding.iterations for finding in findings)

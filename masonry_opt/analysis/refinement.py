@@ -83,7 +83,7 @@ class Refiner:
         self._faces = self.statics.rows(program.slide, program.rock)
         self._forces = self.statics.columns(program.n, program.s, program.m)
         self._load_factor = self.statics.columns(program.load_factor)
-        self.statics.set_costs(self._load_factor, np.array([problem.live_norm]))
+        self._minimise_load_factor()
         motion = kinematics.program
         self._rates = self.kinematics.columns(motion.slide, motion.rock)
         self._velocities = self.kinematics.columns(motion.d)
@@ -129,8 +129,7 @@ class Refiner:
 
     def least(self, support: np.ndarray, d: np.ndarray) -> ExactState | None:
         """(b): least load factor with every face of the support at yield; None if there is none."""
-        lower = np.where(support, self._limits, -np.inf)
-        self.statics.set_row_bounds(self._faces, lower, self._limits)
+        self._hold_at_yield(support)
         if not self._solved(self.statics):
             return None
         values, duals = self.statics.values, self.statics.row_duals[self._faces]
@@ -144,6 +143,14 @@ class Refiner:
             support=support,
             holding=order[strength[order] > _LOWER],
         )
+
+    def _minimise_load_factor(self) -> None:
+        self.statics.set_costs(self._load_factor, np.array([self.problem.live_norm]))
+
+    def _hold_at_yield(self, support: np.ndarray) -> None:
+        """z = 0 on the support, z ≥ 0 elsewhere."""
+        lower = np.where(support, self._limits, -np.inf)
+        self.statics.set_row_bounds(self._faces, lower, self._limits)
 
     def _solved(self, session: HighsSession) -> bool:
         solved = session.solve()
@@ -183,11 +190,11 @@ class Refiner:
         cost = -(self.statics.matrix[self._faces].T @ rates)
         cost[self._load_factor] += _TIE_BREAK * self.problem.live_norm
         self.statics.set_costs(columns, cost)
-        self.statics.set_row_bounds(self._faces, np.full(len(self._faces), -np.inf), self._limits)
+        self._hold_at_yield(np.zeros(len(self._faces), dtype=bool))
         solved = self._solved(self.statics)
         q = self._forces_of(self.statics.values) if solved else None
         self.statics.set_costs(columns, np.zeros(len(columns)))
-        self.statics.set_costs(self._load_factor, np.array([self.problem.live_norm]))
+        self._minimise_load_factor()
         return q
 
     def _forces_of(self, values: np.ndarray) -> np.ndarray:
@@ -200,7 +207,7 @@ class Refiner:
         ``inf`` where the solver finds no largest."""
         c = self.problem.joints
         normal = self._forces[:c]
-        self.statics.set_row_bounds(self._faces, np.full(len(self._faces), -np.inf), self._limits)
+        self._hold_at_yield(np.zeros(len(self._faces), dtype=bool))
         self.statics.set_column_bounds(self._load_factor, np.zeros(1), np.array([highest]))
         self.statics.set_costs(self._load_factor, np.zeros(1))
         largest = np.full(c, np.inf)
@@ -210,7 +217,7 @@ class Refiner:
                 largest[joint] = self.statics.values[normal[joint]]
             self.statics.set_costs(normal[[joint]], np.zeros(1))
         self.statics.set_column_bounds(self._load_factor, np.array([-np.inf]), np.array([np.inf]))
-        self.statics.set_costs(self._load_factor, np.array([self.problem.live_norm]))
+        self._minimise_load_factor()
         return largest
 
     def largest_rates(self, highest: float) -> np.ndarray:

@@ -17,7 +17,6 @@ from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solvers.ipopt import require_casadi, require_executable
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, find_solver
 from masonry_opt.timing import Stopwatch
 
@@ -135,8 +134,7 @@ def _solver(
     if tolerance is not None and chosen.fixed_tolerance:
         raise OptionError(f"method '{method}' has tolerances of its own: leave 'tolerance' out")
     if name in IPOPT:
-        require = {"casadi": require_casadi, "ipopt": require_executable}
-        require[name]()
+        IPOPT[name].require()
         return Solver(name, "pyomo", name, {})
     return find_solver(model, name, TOLERANCE if tolerance is None else tolerance)
 

@@ -68,10 +68,11 @@ def find_joints(scene: Scene, geometry: Geometry) -> Joints:
     fixed = np.array([block.fixed for block in scene.blocks])
     pairs = _near_pairs(geometry)
     both_fixed = fixed[pairs].all(axis=1)
-    fixed_pairs = len(_shared_edges(geometry, pairs[both_fixed])[0])
-    pairs = pairs[~both_fixed]
-    _refuse_overlaps(scene, geometry, pairs)
+    _refuse_overlaps(scene, geometry, pairs[~both_fixed])
     touching, start, end, near = _shared_edges(geometry, pairs)
+    joined, near = ~both_fixed[touching], near[~both_fixed[near]]
+    fixed_pairs = int((~joined).sum())
+    touching, start, end = touching[joined], start[joined], end[joined]
     first, second = pairs[touching, 0], pairs[touching, 1]
     _refuse_floating(scene, fixed, first, second)
     edge = end - start

@@ -15,6 +15,7 @@ from pyomo.common.errors import ApplicationError
 from pyomo.repn.plugins.nl_writer import NLWriter
 
 from masonry_opt.errors import OptionError
+from masonry_opt.models.pyomo_mpec import PyomoMpec
 
 #: Options for a series of solves that each begin near the last one's end.
 _OPTIONS: dict[str, Any] = {
@@ -33,24 +34,6 @@ _OPTIONS: dict[str, Any] = {
 }
 
 
-def require_casadi() -> None:
-    """Raise OptionError if CasADi is not installed: to be asked before long work."""
-    try:
-        import casadi  # noqa: F401
-    except ImportError:
-        raise OptionError(
-            "method 'mpec' needs CasADi, which brings IPOPT; install it with: pip install 'masonry_opt[mpec]'"
-        ) from None
-
-
-def require_executable() -> str:
-    """Path of ``ipopt``; raises OptionError if there is none on the PATH."""
-    path = shutil.which("ipopt")
-    if path is None:
-        raise OptionError("solver 'ipopt': there is no executable named ipopt on the PATH")
-    return path
-
-
 @dataclass(frozen=True)
 class NlpAnswer:
     """One solve: IPOPT's word, whether it found a local optimum, and its iterations."""
@@ -61,11 +44,11 @@ class NlpAnswer:
 
 
 class Ipopt(Protocol):
-    """A loaded nonlinear program. Variables' values are the start, and afterwards the end."""
+    """A loaded MPEC. Its variables' values are the start, and afterwards the end."""
 
-    def solve(self, rows: list[Any], upper: float) -> NlpAnswer:
-        """Solve with the upper bound of the given constraints set to ``upper``, from the values that
-        the variables hold and the last solve's multipliers."""
+    def solve(self, epsilon: float) -> NlpAnswer:
+        """Solve with z p ≤ ``epsilon``, from the values that the variables hold and the last solve's
+        multipliers."""
 
     def forget(self) -> None:
         """Begin the next solve without multipliers."""
@@ -74,21 +57,31 @@ class Ipopt(Protocol):
 class CasadiIpopt:
     """IPOPT through CasADi, which reads the program once from Pyomo's ``.nl``."""
 
-    name = "casadi"
+    @staticmethod
+    def require() -> None:
+        """Raise OptionError if CasADi is not installed: to be asked before long work."""
+        try:
+            import casadi  # noqa: F401
+        except ImportError:
+            raise OptionError(
+                "method 'mpec' needs CasADi, which brings IPOPT; install it with: "
+                "pip install 'masonry_opt[mpec]'"
+            ) from None
 
-    def __init__(self, program: pyo.ConcreteModel) -> None:
+    def __init__(self, model: PyomoMpec) -> None:
         """Raises OptionError if CasADi is not installed."""
-        require_casadi()
+        self.require()
         import casadi
 
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "program.nl"
             with path.open("w") as stream:
-                written = NLWriter().write(program, stream, linear_presolve=False, scale_model=False)
+                written = NLWriter().write(model.program, stream, linear_presolve=False, scale_model=False)
             problem = casadi.NlpBuilder()
             problem.import_nl(str(path))
         self._variables = written.variables
-        self._row = {id(row): index for index, row in enumerate(written.constraints)}
+        row_of = {id(row): index for index, row in enumerate(written.constraints)}
+        self._products = [row_of[id(row)] for row in model.complementarity_rows]
         self._bounds = {
             "lbx": np.array(problem.x_lb),
             "ubx": np.array(problem.x_ub),
@@ -106,9 +99,9 @@ class CasadiIpopt:
         self._solver = casadi.nlpsol("program", "ipopt", functions, options)
         self._multipliers: dict[str, Any] = {}
 
-    def solve(self, rows: list[Any], upper: float) -> NlpAnswer:
+    def solve(self, epsilon: float) -> NlpAnswer:
         """See :class:`Ipopt`."""
-        self._bounds["ubg"][[self._row[id(row)] for row in rows]] = upper
+        self._bounds["ubg"][self._products] = epsilon
         start = np.array([variable.value for variable in self._variables])
         found = self._solver(x0=start, **self._bounds, **self._multipliers)
         stats = self._solver.stats()
@@ -128,13 +121,19 @@ class CasadiIpopt:
 class ExecutableIpopt:
     """An ``ipopt`` executable on the PATH, through Pyomo."""
 
-    name = "ipopt"
+    @staticmethod
+    def require() -> str:
+        """Path of ``ipopt``; raises OptionError if there is none on the PATH."""
+        path = shutil.which("ipopt")
+        if path is None:
+            raise OptionError("solver 'ipopt': there is no executable named ipopt on the PATH")
+        return path
 
-    def __init__(self, program: pyo.ConcreteModel) -> None:
+    def __init__(self, model: PyomoMpec) -> None:
         """Raises OptionError if there is no such executable."""
-        self._solver = pyo.SolverFactory("ipopt", executable=require_executable())
+        self._solver = pyo.SolverFactory("ipopt", executable=self.require())
         self._solver.options.update(_OPTIONS)
-        self._program = program
+        program = self._program = model.program
         # The multipliers that one solve leaves and the next begins with.
         program.ipopt_zL_out = pyo.Suffix(direction=pyo.Suffix.IMPORT)
         program.ipopt_zU_out = pyo.Suffix(direction=pyo.Suffix.IMPORT)
@@ -142,11 +141,10 @@ class ExecutableIpopt:
         program.ipopt_zU_in = pyo.Suffix(direction=pyo.Suffix.EXPORT)
         program.dual.direction = pyo.Suffix.IMPORT_EXPORT
 
-    def solve(self, rows: list[Any], upper: float) -> NlpAnswer:
-        """See :class:`Ipopt`. The rows' bound is the program's own parameter ε."""
-        del rows
+    def solve(self, epsilon: float) -> NlpAnswer:
+        """See :class:`Ipopt`."""
         program = self._program
-        program.epsilon.set_value(upper)
+        program.epsilon.set_value(epsilon)
         program.ipopt_zL_in.update(program.ipopt_zL_out)
         program.ipopt_zU_in.update(program.ipopt_zU_out)
         with tempfile.TemporaryDirectory() as folder:
