@@ -12,9 +12,21 @@ from masonry_opt.analysis.solve import solve
 from masonry_opt.analysis.status import Status
 from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.problem.certificate import Certificate
-from masonry_opt.scene import Block, Joint, JointDefaults, Reference, Scene, Wall, load, save
+from masonry_opt.scene import (
+    Arch,
+    Block,
+    Joint,
+    JointDefaults,
+    PointLoad,
+    Reference,
+    Scene,
+    Wall,
+    load,
+    save,
+)
 
 __all__ = [
+    "Arch",
     "Block",
     "CaseError",
     "Certificate",
@@ -23,6 +35,7 @@ __all__ = [
     "JointDefaults",
     "MasonryError",
     "OptionError",
+    "PointLoad",
     "Reference",
     "Result",
     "Scene",

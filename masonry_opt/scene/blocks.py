@@ -82,9 +82,11 @@ class Block(Record):
     vertices:
         Corners of a convex polygon in order, ``[[x, y], ...]``; clockwise order is turned round.
     weight:
-        Dead weight, acting along the scene's gravity at the centroid.
+        Dead weight, acting along the scene's gravity.
     unit_weight:
         Weight per unit area, in place of ``weight``.
+    weight_at:
+        The point where the weight acts (default: the centroid).
     live, live_at:
         Live force ``[fx, fy]`` (scaled by the load factor) and the point where it acts
         (default: the centroid).
@@ -103,6 +105,7 @@ class Block(Record):
     vertices: Annotated[list[Point], Field(min_length=3)]
     weight: NonNegative | None = None
     unit_weight: NonNegative | None = None
+    weight_at: Point | None = None
     live: Point = (0.0, 0.0)
     live_at: Point | None = None
     dead: Point = (0.0, 0.0)
@@ -117,6 +120,8 @@ class Block(Record):
             raise ValueError("give 'weight' or 'unit_weight', not both")
         if not self.fixed and self.weight is None and self.unit_weight is None:
             raise ValueError("give 'weight' or 'unit_weight' (or 'fixed = true' for a support)")
+        if self.weight_at is not None and self.weight is None and self.unit_weight is None:
+            raise ValueError("'weight_at' needs a 'weight' or 'unit_weight'")
         for force, at in (("live", self.live_at), ("dead", self.dead_at)):
             if at is not None and not any(getattr(self, force)):
                 raise ValueError(f"'{force}_at' needs a force '{force}'")

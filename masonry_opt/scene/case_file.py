@@ -14,6 +14,7 @@ from pydantic import ConfigDict, ValidationError
 
 from masonry_opt.errors import CaseError
 from masonry_opt.files import write_whole
+from masonry_opt.scene.arch import Arch
 from masonry_opt.scene.blocks import Block, Joint, JointDefaults, Record, Reference
 from masonry_opt.scene.scene import Scene, SceneKeys
 from masonry_opt.scene.wall import Wall
@@ -26,19 +27,22 @@ class CaseFile(SceneKeys):
     model_config = ConfigDict(populate_by_name=False)
 
     wall: Wall | None = None
+    arch: Arch | None = None
 
     def scene(self) -> Scene:
         """The scene, its generators expanded after the blocks written out.
 
         Raises pydantic.ValidationError if the blocks do not make a scene.
         """
-        generated = self.wall.blocks() if self.wall else []
+        generators = [generator for generator in (self.wall, self.arch) if generator]
+        generated = [block for generator in generators for block in generator.blocks()]
         keys = {name: getattr(self, name) for name in SceneKeys.model_fields}
         return Scene(**(keys | {"blocks": [*self.blocks, *generated]}))
 
 
 #: The record that each table of a case file fills, to suggest the key that was meant.
 TABLES: dict[str, type[Record]] = {
+    "arch": Arch,
     "block": Block,
     "joint": Joint,
     "joints": JointDefaults,
@@ -86,10 +90,19 @@ def load(path: str | Path) -> Scene:
         If the file cannot be read or does not describe a scene; the message names the file, the
         key and the block.
     """
+    return load_with_arch(path)[0]
+
+
+def load_with_arch(path: str | Path) -> tuple[Scene, Arch | None]:
+    """Read a case file's scene and, unexpanded, its ``[arch]`` (None if it has none).
+
+    Raises CaseError as :func:`load` does.
+    """
     path = Path(path)
     case = _read(path)
     try:
-        return CaseFile.model_validate(case).scene().read_from(path)
+        file = CaseFile.model_validate(case)
+        return file.scene().read_from(path), file.arch
     except ValidationError as error:
         raise CaseError("\n".join(f"{path}: {line}" for line in explain(error, case))) from None
 
