@@ -15,6 +15,7 @@ from masonry_opt.problem.certificate import Certificate
 from masonry_opt.scene import (
     Arch,
     Block,
+    Facade,
     Joint,
     JointDefaults,
     PointLoad,
@@ -31,6 +32,7 @@ __all__ = [
     "CaseError",
     "Certificate",
     "DualityReport",
+    "Facade",
     "Joint",
     "JointDefaults",
     "MasonryError",

@@ -53,8 +53,8 @@ _STILL = 1e-5
 
 @dataclass(frozen=True)
 class Transitions:
-    """μ at which the mode of collapse changes: I (hinging) above ``hinging``, III (sliding) below ``sliding``,
-    II (mixed) between."""
+    """μ at which the mode of collapse changes: I (hinging) above ``hinging``, III (sliding) below
+    ``sliding``, II (mixed) between."""
 
     hinging: float
     sliding: float
@@ -102,10 +102,11 @@ def fig9(cases: Path, progress: Progress = lambda _: None, counts: Sequence[int]
             "fig9": "Fig. 9: least thickness of the semicircular arch against friction. LPs: linear programs "
             "of the search; stands, falls: margins (in voussoir weights) a millionth thicker and thinner. "
             "Below the transition to mode III no thickness stands",
-            "fig9_modes": "The three modes, as mechanisms without dilatancy; blue: joints that slide, orange: "
-            "hinges",
-            "fig9_flow_rule": "Flow rules: least thickness with associative flow, and where the margin of exact "
-            "Coulomb states vanishes; margins (in voussoir weights) 5 % thicker",
+            "fig9_modes": "The three modes, as mechanisms without dilatancy; blue: joints that slide, "
+            "orange: hinges. Mode III is driven by a load on the crown, next to the transition",
+            "fig9_flow_rule": "Flow rules: least thickness with associative flow, and where the margin of "
+            "exact Coulomb states vanishes; margins (in voussoir weights) 5 % thicker (none is found where all is "
+            "sliding, which without dilatancy does no work against the pressure that measures the margin)",
             "fig9_convergence": "Least thickness (hinging) and transitions against the number of voussoirs",
         },
     )
@@ -114,9 +115,9 @@ def fig9(cases: Path, progress: Progress = lambda _: None, counts: Sequence[int]
     off = [float((margin / flow["margin, associative"] - 1).abs().max()) for margin in margins]
     lps = curve.loc[curve["thickness (m)"].notna(), "LPs"]
     report.remarks += [
-        f"Mode I (hinging) for μ ≥ {change.hinging:.6f}, mode II (mixed) down to {change.sliding:.6f}, mode III "
-        "(sliding) below: there a mechanism of sliding alone works at every thickness, so no thickness stands "
-        "and the curve ends in a vertical line.",
+        f"Mode I (hinging) for μ ≥ {change.hinging:.6f}, mode II (mixed) down to {change.sliding:.6f}, mode "
+        "III (sliding) below: there a mechanism of sliding alone works at every thickness, so no thickness "
+        "stands and the curve ends in a vertical line.",
         f"Each thickness took {lps.min()} to {lps.max()} linear programs of a root search, the proof on "
         "either side included.",
         "Associative against Coulomb: below the least thickness no state of equilibrium exists, whatever the "
@@ -281,10 +282,10 @@ def _differences(change: Transitions) -> list[str]:
     sector, centreline = (least_friction_to_hinge(weights) for weights in ("sector", "centreline"))
     ratios = [100 * least_thickness_ratio(weights) for weights in ("sector", "centreline")]
     return [
-        f"The limits {ratios[1]:.4f} % of the radius and μ = {centreline:.6f} hold for weights spread along the "
-        f"centreline, as closed form and many voussoirs show alike; with weights at the centroids of annular "
-        f"sectors (Milankovitch) they are {ratios[0]:.4f} % and {sector:.6f}. With the paper's 27 voussoirs mode I "
-        f"ends at μ = {change.hinging:.6f} (sectors), {100 * (change.hinging / 0.396 - 1):+.2f} % from its 0.396.",
+        f"The limits {ratios[1]:.4f} % of the radius and μ = {centreline:.6f} hold for weights spread along "
+        "the centreline, as closed form and many voussoirs show alike; with weights at the centroids of "
+        f"annular sectors (Milankovitch) they are {ratios[0]:.4f} % and {sector:.6f}. With the paper's 27 "
+        f"voussoirs mode I ends at μ = {change.hinging:.6f} (sectors); its figure is 0.396.",
     ]
 
 

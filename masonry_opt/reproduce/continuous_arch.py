@@ -19,8 +19,8 @@ def least_thickness_ratio(weights: str) -> float:
 
     Parameters
     ----------
-    weights: "centreline": spread along the centreline, as Cocchetti & Rizzi (2020) do (0.107426); "sector": at
-        the true centroids, as Milankovitch did (0.107478).
+    weights: "centreline": spread along the centreline, as Cocchetti & Rizzi (2020) do (0.107426);
+        "sector": at the true centroids, as Milankovitch did (0.107478).
     """
 
     def surplus(eta: float) -> float:
@@ -32,7 +32,7 @@ def least_thickness_ratio(weights: str) -> float:
 
 
 def least_friction_to_hinge(weights: str) -> float:
-    """Friction where mode I ends, at the least thickness: |s| / n at the springings, H over half the weight."""
+    """Friction where mode I ends: |s| / n at the springings at the least thickness."""
     return _springing_thrust(weights, least_thickness_ratio(weights)) / (math.pi / 2)
 
 

@@ -60,8 +60,8 @@ def rib(cases: Path, progress: Progress = lambda _: None) -> Report:
         tables={"rib": table},
         figures={"rib": _figure(table, stands, claimed.value)},
         captions={
-            "rib": "Load factor (in voussoir weights) of the arch rib against friction; loop with always=True; "
-            "global: least Coulomb load factor that a global search found, where it was asked",
+            "rib": "Load factor (in voussoir weights) of the arch rib against friction; loop with "
+            "always=True; global: least Coulomb load factor that a global search found, where it was asked",
         },
     )
     report.comparisons.append(
@@ -81,8 +81,8 @@ def rib(cases: Path, progress: Progress = lambda _: None) -> Report:
     ]
     if parting is None:
         report.remarks.append(
-            f"They coincide (within {COINCIDE:g}) below {claimed.value:g} too, wherever the rib stands: largest "
-            f"difference of the loop {_largest(table, 'loop'):.1e}, of the exact refinement "
+            f"They coincide (within {COINCIDE:g}) below {claimed.value:g} too, wherever the rib stands: "
+            f"largest difference of the loop {_largest(table, 'loop'):.1e}, of the exact refinement "
             f"{_largest(table, 'refined'):.1e}; global searches at μ = {', '.join(f'{m:g}' for m in PROVEN)} "
             f"found no lower Coulomb load factor (difference {_largest(table, 'global'):.1e})."
         )

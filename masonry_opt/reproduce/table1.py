@@ -52,9 +52,9 @@ def table1(cases: Path, progress: Progress = lambda _: None, walls: Sequence[int
         captions={
             "table1": "Table 1: load factors. CVXPY with Clarabel, Pyomo with HiGHS: associative; "
             "diff %: loop against the paper's loop",
-            "table1_residuals": "Table 1: certificate and cost. equilibrium: over the total weight; yield: in "
-            "median block weights; flow: over the largest velocity; complementarity: in units of λ. Published "
-            "times are of other machines",
+            "table1_residuals": "Table 1: certificate and cost. equilibrium: over the total weight; "
+            "yield: in median block weights; flow: over the largest velocity; complementarity: in units "
+            "of λ. Published times are of other machines",
         }
     )
     factors, residuals = [], []

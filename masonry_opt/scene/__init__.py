@@ -3,12 +3,14 @@
 from masonry_opt.scene.arch import Arch, PointLoad
 from masonry_opt.scene.blocks import Block, Joint, JointDefaults, Reference
 from masonry_opt.scene.case_file import load, save
+from masonry_opt.scene.facade import Facade
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.wall import Wall
 
 __all__ = [
     "Arch",
     "Block",
+    "Facade",
     "Joint",
     "JointDefaults",
     "PointLoad",

@@ -16,6 +16,7 @@ from masonry_opt.errors import CaseError
 from masonry_opt.files import write_whole
 from masonry_opt.scene.arch import Arch
 from masonry_opt.scene.blocks import Block, Joint, JointDefaults, Record, Reference
+from masonry_opt.scene.facade import Facade
 from masonry_opt.scene.scene import Scene, SceneKeys
 from masonry_opt.scene.wall import Wall
 
@@ -27,6 +28,7 @@ class CaseFile(SceneKeys):
     model_config = ConfigDict(populate_by_name=False)
 
     wall: Wall | None = None
+    facade: Facade | None = None
     arch: Arch | None = None
 
     def scene(self) -> Scene:
@@ -34,7 +36,7 @@ class CaseFile(SceneKeys):
 
         Raises pydantic.ValidationError if the blocks do not make a scene.
         """
-        generators = [generator for generator in (self.wall, self.arch) if generator]
+        generators = [generator for generator in (self.wall, self.facade, self.arch) if generator]
         generated = [block for generator in generators for block in generator.blocks()]
         keys = {name: getattr(self, name) for name in SceneKeys.model_fields}
         return Scene(**(keys | {"blocks": [*self.blocks, *generated]}))
@@ -44,6 +46,7 @@ class CaseFile(SceneKeys):
 TABLES: dict[str, type[Record]] = {
     "arch": Arch,
     "block": Block,
+    "facade": Facade,
     "joint": Joint,
     "joints": JointDefaults,
     "reference": Reference,
