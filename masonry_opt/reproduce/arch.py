@@ -103,7 +103,8 @@ def fig9(cases: Path, progress: Progress = lambda _: None, counts: Sequence[int]
             "of the search; stands, falls: margins (in voussoir weights) a millionth thicker and thinner. "
             "Below the transition to mode III no thickness stands",
             "fig9_modes": "The three modes, as mechanisms without dilatancy; blue: joints that slide, "
-            "orange: hinges. Mode III is driven by a load on the crown, next to the transition",
+            "orange: hinges. Mode III, next to its transition, is driven by a load "
+            "on the crown",
             "fig9_flow_rule": "Flow rules: least thickness with associative flow, and where the margin of "
             "exact Coulomb states vanishes; margins (in voussoir weights) 5 % thicker (none is found where all is "
             "sliding, which without dilatancy does no work against the pressure that measures the margin)",
