@@ -106,7 +106,8 @@ def fig9(cases: Path, progress: Progress = lambda _: None, counts: Sequence[int]
             "orange: hinges. Mode III, next to its transition, is driven by a load "
             "on the crown",
             "fig9_flow_rule": "Flow rules: least thickness with associative flow, and where the margin of "
-            "exact Coulomb states vanishes; margins (in voussoir weights) 5 % thicker (none is found where all is "
+            "exact Coulomb states vanishes; margins (in voussoir weights) 5 % thicker (none is "
+            "found where all is "
             "sliding, which without dilatancy does no work against the pressure that measures the margin)",
             "fig9_convergence": "Least thickness (hinging) and transitions against the number of voussoirs",
         },
