@@ -55,9 +55,8 @@ def draw_curve(arch: Arch, curve: pd.DataFrame, hinging: float, sliding: float) 
     axes.set_ylim(0, top)
     axes.set_xlabel("friction μ = tan φ")
     axes.set_ylabel("least thickness (m)")
-    percent = axes.secondary_yaxis(
-        "right", functions=(lambda t: 100 * t / arch.radius, lambda p: p * arch.radius / 100)
-    )
+    percent = axes.twinx()
+    percent.set_ylim(0, 100 * _TOP)
     percent.set_ylabel("% of the centreline radius")
     axes.set_title(f"Semicircular arch, {arch.voussoirs} voussoirs, centreline radius {arch.radius:g} m")
     return figure

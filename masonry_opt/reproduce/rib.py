@@ -90,9 +90,9 @@ def rib(cases: Path, progress: Progress = lambda _: None) -> Report:
         report.remarks.append(f"They part below μ = {parting:.4f}.")
     report.differences += [
         f"rib, μ = {row['μ']:g}: the {name} ended '{row[name + ' ended']}'"
-        for row in rows
+        for row in table.to_dict("records")
         for name in ("loop", "refined")
-        if row["μ"] > stands and row[name + " ended"] != "converged"
+        if float(row["μ"]) > stands and row[name + " ended"] != "converged"
     ]
     return report
 
