@@ -112,12 +112,12 @@ def _near_pairs(scene: Scene, geometry: Geometry) -> np.ndarray:
     for first in range(0, count, 100):
         some = slice(first, first + 100)
         near = tree.query(geometry.polygons[some], predicate="dwithin", distance=reach[some]).T
-        found.append(near + [first, 0])
+        found.append(near + np.array([first, 0]))
         pairs += len(near)
         if pairs > _MOST_PAIRS + _MOST_PAIRS_PER_BLOCK * count:
             raise CaseError(
-                f"{scene.origin}: blocks lie on one another: the first {min(first + 100, count)} have {pairs} "
-                "neighbours; give each block a place of its own"
+                f"{scene.origin}: blocks lie on one another: the first {min(first + 100, count)} have "
+                f"{pairs} neighbours; give each block a place of its own"
             )
     both_ways = np.concatenate(found)
     return np.unique(np.sort(both_ways[both_ways[:, 0] != both_ways[:, 1]], axis=1), axis=0)

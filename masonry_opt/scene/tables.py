@@ -12,13 +12,16 @@ from typing import Any
 
 from masonry_opt.errors import CaseError
 
-#: Bytes. A block takes some 110 of them, and memory some 80 times as many as the file: this is 180,000
-#: blocks written out, far more than can be solved, in 2 GB. Larger walls are generated: see ``[wall]``.
-LARGEST_FILE = 20_000_000
+#: Bytes: some 90,000 blocks written out, far more than can be solved (larger walls are generated: see
+#: ``[wall]``). Memory takes some 80 times the file; for a file made to be dear, up to 400 times.
+LARGEST_FILE = 10_000_000
+
+#: Entries of one list of tables: each wrong one is a mistake to be told.
+_MOST_ENTRIES = 200_000
 
 #: Parts of a dotted key. The deepest key of a case file has three; the parser's memory grows with the
 #: square of their number.
-_MOST_PARTS = 16
+_MOST_PARTS = 9
 
 _PART = r"""(?:"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+'|(?<![\w-])[\w-]++)"""
 _LONG_KEY = re.compile(rf"{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{_MOST_PARTS}}}")
@@ -55,6 +58,11 @@ def read_tables(path: Path) -> dict[str, Any]:
         raise CaseError(f"{path}: not valid {path.suffix[1:].upper()}: {reason}") from None
     if not isinstance(case, dict):
         raise CaseError(f"{path}: must be one JSON object with the keys of a case file")
+    for key, value in case.items():
+        if isinstance(value, list) and len(value) > _MOST_ENTRIES:
+            raise CaseError(
+                f"{path}: '{key[:60]}' has {len(value)} entries; the most is {_MOST_ENTRIES}: split the scene"
+            )
     return case
 
 
