@@ -200,8 +200,9 @@ def main() -> None:
     try:
         try:
             app()
-        finally:
+        except SystemExit:
             sys.stdout.flush()
+            raise
     except MasonryError as error:
         _end(str(error), error.exit_code)
     except OSError as error:
