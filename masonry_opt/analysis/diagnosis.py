@@ -18,8 +18,7 @@ from masonry_opt.timing import Stopwatch
 #: Power of a bounded mechanism, in median block weights, below which nothing moves.
 _NOTHING = 1e-7
 
-
-#: Share of the largest below which a joint's part in locking is not told.
+#: Share of the largest (velocity or force) below which a joint has no part in locking.
 _LITTLE = 1e-2
 
 

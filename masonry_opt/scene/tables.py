@@ -42,7 +42,7 @@ def read_tables(path: Path) -> dict[str, Any]:
                 if found := _LONG_KEY.search(text):
                     line = text.count("\n", 0, found.start()) + 1
                     raise ValueError(f"a key has more than {_MOST_PARTS} parts (line {line})")
-                return tomllib.loads(text, parse_float=_number)
+                case = tomllib.loads(text, parse_float=_number)
             case ".json":
                 case = json.loads(text, object_pairs_hook=_without_repeats, parse_float=_number)
             case _:

@@ -8,7 +8,7 @@ from pydantic import Discriminator, Field, Strict, Tag, model_validator
 
 from masonry_opt.scene.blocks import Block, Name, NonNegative, Number, Point, Positive, Record
 
-#: Blocks of a wall: more than can be solved, and little enough to be built.
+#: Blocks and gaps of a wall: more than can be solved, and little enough to be built.
 MOST_BLOCKS = 100_000
 
 Lengths = Annotated[list[Number], Field(min_length=1)]
@@ -68,20 +68,19 @@ class Wall(Record):
                 blocks_of[entry] = self._count(number, self.course[entry])
             count += blocks_of[entry]
         if count * self.repeat > MOST_BLOCKS:
-            raise ValueError(f"has {count * self.repeat} blocks; the most that are built is {MOST_BLOCKS}")
+            raise ValueError(f"has {count * self.repeat} blocks and gaps; the most is {MOST_BLOCKS}")
         for name in set(self.course) - set(blocks_of):
             raise ValueError(f"course '{name}' is never used in 'courses'")
         return self
 
     @staticmethod
     def _count(number: int, lengths: list[float]) -> int:
-        """How many blocks a course has; refuse a course that cannot be built."""
+        """How many blocks and gaps a course has; refuse a course that cannot be built."""
         if any(length == 0 for length in lengths):
             raise ValueError(f"course no. {number}: a length is 0 (blocks > 0, gaps < 0)")
-        blocks = sum(length > 0 for length in lengths)
-        if not blocks:
+        if all(length < 0 for length in lengths):
             raise ValueError(f"course no. {number}: has gaps only, no block")
-        return blocks
+        return len(lengths)
 
     def _lengths(self, entry: str | list[float]) -> list[float]:
         return self.course[entry] if isinstance(entry, str) else entry

@@ -261,9 +261,10 @@ ODD_FILES = {
     "endless wall": (
         "case.toml",
         "[joints]\nfriction = 1\n[wall]\nblock = [1, 1]\nweight = 1\nrepeat = 100000\ncourses = [[1, 1]]",
-        "has 200000 blocks",
+        "has 200000 blocks and gaps",
     ),
     "many wrong blocks": ("case.json", json.dumps({"block": [{}] * 1000}), "more mistakes"),
+    "too many tables": ("case.toml", "[[block]]\n" * 200_001, "200001 entries"),
     "too many blocks": ("case.json", json.dumps({"block": [[]] * 200_001}), "200001 entries"),
 }
 
