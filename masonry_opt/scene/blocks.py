@@ -25,6 +25,9 @@ from pydantic import (
 #: Beyond this, squares and products of lengths and forces leave what double precision can carry.
 LARGEST_NUMBER = 1e30
 
+#: Blocks, openings and gaps that a generator builds: more than can be solved, and soon built.
+MOST_BLOCKS = 100_000
+
 #: Beyond this a friction row is nothing but rounding.
 LARGEST_FRICTION = 1e6
 
@@ -200,3 +203,8 @@ class Reference(Record):
     value: Number
     source: Text
     tolerance: Positive | None = None
+
+
+def rectangle(left: float, right: float, bottom: float, top: float) -> list[tuple[float, float]]:
+    """Corners of an upright rectangle, counter-clockwise from the lower left."""
+    return [(left, bottom), (right, bottom), (right, top), (left, top)]

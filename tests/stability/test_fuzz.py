@@ -57,7 +57,21 @@ courses = ["H", [1, -0.25, 1], "H"]
 course = { H = [0.5, 1, 0.5] }
 base = true
 """
-SEEDS = [SMALL, WALL]
+FACADE = """
+[joints]
+friction = 0.65
+[facade]
+openings = [1, 1]
+block = [2, 1]
+jamb = 1
+opening = [1, 1]
+sill = 2
+spandrel = 2
+weight = 1
+lintel_weight = 1
+live = [0.1, 0]
+"""
+SEEDS = [SMALL, WALL, FACADE]
 
 #: What is put in place of a value or a key: other types, edges of numbers, words a terminal or a file
 #: system would take for its own.

@@ -263,6 +263,12 @@ ODD_FILES = {
         "[joints]\nfriction = 1\n[wall]\nblock = [1, 1]\nweight = 1\nrepeat = 100000\ncourses = [[1, 1]]",
         "has 200000 blocks and gaps",
     ),
+    "endless façade": (
+        "case.toml",
+        "[joints]\nfriction = 1\n[facade]\nopenings = [1000, 1000]\nblock = [2, 1]\njamb = 1\n"
+        "opening = [1, 1]\nsill = 2\nspandrel = 2\nweight = 1\nlintel_weight = 1",
+        "is 18000000 blocks large",
+    ),
     "many wrong blocks": ("case.json", json.dumps({"block": [{}] * 1000}), "more mistakes"),
     "too many tables": ("case.toml", "[[block]]\n" * 200_001, "200001 entries"),
     "too many blocks": ("case.json", json.dumps({"block": [[]] * 200_001}), "200001 entries"),
