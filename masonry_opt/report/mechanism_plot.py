@@ -148,7 +148,7 @@ def draw_mechanism(result: Result, axes: Axes) -> None:
 
 
 def _title(result: Result) -> str:
-    name = textwrap.fill(printable(result.assembly.scene.title or Path(result.case).stem), 60)
+    name = printable(textwrap.fill(result.assembly.scene.title or Path(result.case).stem, 60))
     if result.load_factor is not None:
         return f"{name}\nload factor λ = {result.load_factor:.5f} ({result.method})"
     return f"{name}\nno load factor: {result.status}"
