@@ -25,6 +25,9 @@ from pydantic import (
 #: Beyond this, squares and products of lengths and forces leave what double precision can carry.
 LARGEST_NUMBER = 1e30
 
+#: Blocks, openings and gaps that a generator builds: more than can be solved, and soon built.
+MOST_BLOCKS = 100_000
+
 #: Beyond this a friction row is nothing but rounding.
 LARGEST_FRICTION = 1e6
 
@@ -59,9 +62,11 @@ Friction = Annotated[
     AfterValidator(_friction),
     PlainSerializer(lambda v: "inf" if math.isinf(v) else v, when_used="json"),
 ]
-Name = Annotated[
-    str, Strict(), StringConstraints(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")
-]
+#: Control characters, line ends, and marks that turn the direction of writing round.
+_UNSEEN = r"\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
+Name = Annotated[str, Strict(), StringConstraints(min_length=1, max_length=200, pattern=rf"^[^{_UNSEEN}]*$")]
+#: What a person reads about a scene; it may have several lines.
+Text = Annotated[str, Strict(), StringConstraints(max_length=2000, pattern=rf"^(?:[^{_UNSEEN}]|[\t\n\r])*$")]
 
 
 class Record(BaseModel):
@@ -201,7 +206,7 @@ class Reference(Record):
     """A published number, with its source and the relative tolerance a computed one must meet."""
 
     value: Number
-    source: Annotated[str, Strict()]
+    source: Text
     tolerance: Positive | None = None
 
 
