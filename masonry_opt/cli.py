@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 from importlib.metadata import version as package_version
 from json import loads as parse_json
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.status import Status
 
 from masonry_opt.analysis.check import check as check_duality
 from masonry_opt.analysis.methods import METHODS
@@ -107,7 +109,7 @@ def reproduce(
     for name in find_examples(example):
         start = time.perf_counter()
         with errors.status(name) as status:
-            report = EXAMPLES[name].run(cases, lambda line, name=name: status.update(f"{name}: {line}"))
+            report = EXAMPLES[name].run(cases, _progress_line(status, name))
             seconds = time.perf_counter() - start
             page = write_report(out, name, report, seconds)[-1]
         # Each example is printed and on disk before the next begins: an interrupt loses one at most.
@@ -116,6 +118,10 @@ def reproduce(
         missed = missed or bool(report.missed)
     if missed:
         raise typer.Exit(1)
+
+
+def _progress_line(status: Status, name: str) -> Callable[[str], None]:
+    return lambda line: status.update(f"{name}: {line}")
 
 
 def _name_and_value(text: str) -> tuple[str, Any]:
