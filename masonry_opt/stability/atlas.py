@@ -45,6 +45,7 @@ WRONG_BY_WEIGHT = (
     "the live load is 1e-8 of the dead load: the forces out of balance that a solver leaves, or that the "
     "small cohesion lets through, exceed it; such a λ must be refused if it cannot be found"
 )
+LETS_UNKNOWN_THROUGH = "CVXPY raises ValueError on HiGHS's 'unknown', which the driver lets through"
 
 SOLVERS = ("clarabel", "highs", "highs-ipm")
 
@@ -289,19 +290,57 @@ ATLAS: tuple[Entry, ...] = (
                 solver="highs-ipm",
                 options={"c0": 0.0, "start": "cohesive"},
                 says="nknown",
-                defect="CVXPY raises ValueError on HiGHS's 'unknown', which the driver lets through",
+                defect=LETS_UNKNOWN_THROUGH,
             ),
             Run(
                 Status.SOLVER_FAILED,
                 solver="highs",
                 options={"c0": 0.0, "start": "cohesive"},
                 says="nknown",
-                defect="CVXPY raises ValueError on HiGHS's 'unknown', which the driver lets through",
+                defect=LETS_UNKNOWN_THROUGH,
             ),
             *loops(Status.NO_STATE, solvers=("highs-ipm",), says=AGAIN),
             *loops(Status.CONVERGED, 0.364840847, TWO_FORMULATIONS, ("clarabel", "highs"), says=AGAIN),
             *associative(Status.OPTIMAL, 0.4190270, OTHERS),
             *references(0.364840847, TWO_FORMULATIONS),
+        ),
+    ),
+    Entry(
+        "a vertex from a cohesive start: wall 1",
+        "From trial cohesion simplex soon ends with 'unknown', which must be a status and no traceback.",
+        ferris_tinloi(1),
+        (
+            Run(
+                Status.SOLVER_FAILED,
+                solver="highs",
+                options={"start": "cohesive"},
+                says="nknown",
+                defect=LETS_UNKNOWN_THROUGH,
+            ),
+            Run(
+                Status.CONVERGED,
+                options={"start": "cohesive"},
+                load_factor=0.63982,
+                tolerance=3e-4,
+                source="paper, Table 1",
+            ),
+        ),
+    ),
+    Entry(
+        "a first-order solver",
+        "SCS comes with CVXPY; it solves to a few digits, and reports in a form of its own.",
+        block(1, 2, 0.6),
+        (
+            Run(
+                Status.OPTIMAL,
+                "static",
+                solver="scs",
+                load_factor=0.5,
+                tolerance=1e-3,
+                source="w / h",
+                defect="the driver takes SCS's report for one of HiGHS: AttributeError",
+            ),
+            Run(Status.OPTIMAL, "static", solver="osqp", load_factor=0.5, tolerance=1e-3, source="w / h"),
         ),
     ),
     Entry(
