@@ -265,11 +265,11 @@ def _distance(values: list[str], axis: Axis) -> str:
     """How many grid values lie between the default and either edge, and what lies beyond."""
     everything, at = list(axis.values), values.index(axis.default)
     first, last = everything.index(values[0]), everything.index(values[-1])
-    below = f"{everything[first - 1]} fails" if first else "none tried fails"
-    above = f"{everything[last + 1]} fails" if last + 1 < len(everything) else "none tried fails"
+    below = f"{everything[first - 1]} fails" if first else "the grid ends there"
+    above = f"{everything[last + 1]} fails" if last + 1 < len(everything) else "the grid ends there"
     return (
-        f"in {axis.name} {at} grid {_steps(at)} from the lower edge (below it {below}) and "
-        f"{len(values) - 1 - at} from the upper (above it {above})"
+        f"in {axis.name} {at} grid {_steps(at)} from the lower edge ({below}) and "
+        f"{len(values) - 1 - at} from the upper ({above})"
     )
 
 

@@ -123,7 +123,10 @@ def test_safe_region_is_the_largest_rectangle_round_the_default():
     sentence = describe(region, frame)
     assert "11 of 15 pairs are safe on all 2 walls" in sentence
     assert "r = 1 to 2 by c = 4" in sentence
-    assert "in r 0 grid steps from the lower edge (below it 0 fails) and 1 from the upper" in sentence
+    assert (
+        "in r 0 grid steps from the lower edge (0 fails) and 1 from the upper (the grid ends there)"
+        in sentence
+    )
 
 
 def test_an_unsafe_default_is_said_to_lie_outside():
