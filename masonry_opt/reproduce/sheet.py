@@ -1,4 +1,4 @@
-"""Several mechanisms on one sheet, and the colours of charts."""
+"""Several mechanisms on one sheet."""
 
 from __future__ import annotations
 
@@ -9,9 +9,6 @@ from matplotlib.figure import Figure
 
 from masonry_opt.analysis.result import Result
 from masonry_opt.report.mechanism_plot import draw_mechanism, legend_handles
-
-#: Okabe & Ito's colours, told apart by colour-blind readers.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 
 #: Inches: width of a sheet, space between panels, room for a row's titles, and for the legend.
 _WIDTH, _SPACE, _TITLE, _LEGEND = 8.0, 0.15, 0.35, 0.4

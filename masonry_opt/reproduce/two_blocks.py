@@ -35,8 +35,9 @@ from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.solve import solve
 from masonry_opt.analysis.status import Status
 from masonry_opt.reproduce.example import Comparison, Progress, Report, against_reference, open_case
+from masonry_opt.reproduce.palette import COLOURS
 from masonry_opt.reproduce.paper_loop import PAPER
-from masonry_opt.reproduce.sheet import COLOURS, draw_panel
+from masonry_opt.reproduce.sheet import draw_panel
 from masonry_opt.scene.scene import Scene
 
 TWO_BLOCKS = "gilbert/two_blocks.toml"
@@ -124,8 +125,8 @@ def fig6(cases: Path, progress: Progress = lambda _: None) -> Report:
         remarks=[
             "The load factor is a step: what counts is whether B rises or sinks. At the jump itself every "
             "value between is admissible; Fig. 7 shows where the loop ends if it does not contract.",
-            "The jump lies at half the angle of the face, as footnote 2 of the paper says: at +ψ/2 if the "
-            "motion of A makes room under B (the wedge contracts), below zero if it lifts B (the wedge expands).",
+            "The jump lies at half the angle of the face, as footnote 2 of the paper says: above zero if the "
+            "motion of A makes room under B (the wedge contracts), below zero if it lifts B (it expands).",
             "The least load factor is proven where φ₀ ≥ 0; where joints contract, no bounds of the rates "
             "can be derived, and so none is proven.",
         ],

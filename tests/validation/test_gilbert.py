@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import pytest
@@ -17,7 +18,7 @@ from masonry_opt.reproduce.two_blocks import (
     jump_angle,
     with_dilatancy,
 )
-from masonry_opt.reproduce.two_blocks_loop import SOLVERS, follow
+from masonry_opt.reproduce.two_blocks_loop import FLAT_LIMITS, SOLVERS, end_of_loop, follow
 
 #: An exact state, of a case file with twelve digits.
 EXACT = 1e-8
@@ -66,12 +67,25 @@ def test_jump_at_half_the_angle_of_the_face(variant):
     assert jump_angle(scene, sum(levels) / 2) == pytest.approx(variant.face / 2, abs=7e-4)
 
 
-@pytest.mark.parametrize(("model", "solver"), [entry[:2] for entry in SOLVERS])
-def test_without_contraction_the_loop_ends_between(model, solver):
+@pytest.mark.parametrize("asked", SOLVERS, ids=lambda asked: asked.label)
+def test_without_contraction_the_loop_ends_between(asked):
     """Fig. 7 (a): 1.5 μ ≤ λ ≤ 2.5 μ, wherever the solver likes; 1e-5 of n_max is the small cohesion."""
     scene = mo.load(CASES / FLAT.file)
-    result = mo.solve(scene, model=model, solver=solver, **PAPER | {"alpha": 0.0, "alpha_min": 0.0})
-    assert 0.15 * (1 - 1e-4) <= result.load_factor <= 0.25 * (1 + 1e-4)
+    finding = end_of_loop(scene, asked, **FLAT_LIMITS)
+    assert 0.15 * (1 - 1e-4) <= finding.load_factor <= 0.25 * (1 + 1e-4)
+    assert end_of_loop(scene, asked, **PAPER).load_factor == pytest.approx(0.15, rel=1e-3)
+
+
+def test_solvers_end_at_different_values_without_contraction():
+    """Two interior-point solvers and a simplex, each left to itself: any value between is a solution."""
+    scene = mo.load(CASES / FLAT.file)
+    ends = {
+        asked.kind + asked.name: end_of_loop(scene, asked, **FLAT_LIMITS).load_factor
+        for asked in SOLVERS
+        if asked.name == "clarabel" or not asked.presolve
+    }
+    assert len(ends) == 3
+    assert min(abs(a - b) for a, b in itertools.combinations(ends.values(), 2)) > 0.005
 
 
 def test_path_between_the_blocks():
