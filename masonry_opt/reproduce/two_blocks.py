@@ -88,12 +88,17 @@ def with_dilatancy(scene: Scene, angle: float) -> Scene:
 
 
 def jump_angle(scene: Scene, between: float) -> float:
-    """Angle of dilatancy, in degrees, at which the least load factor crosses a value, by bisection."""
+    """Angle of dilatancy, in degrees, at which the least load factor crosses a value, by bisection.
+
+    NaN if there is no load factor on the way.
+    """
     low, high = _ANGLES[0], _ANGLES[-1]
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
         least = solve(with_dilatancy(scene, middle), "global").load_factor
-        if least is None or least > between:
+        if least is None:
+            return math.nan
+        if least > between:
             high = middle
         else:
             low = middle
@@ -168,7 +173,7 @@ def fig6(cases: Path, progress: Progress = lambda _: None) -> Report:
         )
     table = pd.DataFrame(points)
     for (name, below), rows in table.groupby(["variant", "B sinks"], sort=False):
-        worst = int((rows["least λ"] - rows["by hand"]).abs().argmax())
+        worst = int((rows["least λ"] - rows["by hand"]).abs().fillna(math.inf).argmax())
         report.comparisons.append(
             Comparison(
                 f"{name}: least λ while B {'sinks' if below else 'rises'} (worst of {len(rows)} angles)",
