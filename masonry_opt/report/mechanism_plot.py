@@ -86,7 +86,7 @@ def plot_mechanism(result: Result, path: str | Path) -> None:
         axes = figure.add_subplot()
         draw_mechanism(result, axes)
         _fit_figure(figure, axes)
-        figure.legend(handles=_legend(result), loc="lower center", ncols=4, frameon=False)
+        figure.legend(handles=legend_handles(result), loc="lower center", ncols=4, frameon=False)
         image = io.BytesIO()
         figure.savefig(image, format=kind, dpi=160, bbox_inches="tight")
     write_whole(path, image.getvalue())
@@ -174,7 +174,8 @@ def _mark_joints(result: Result, axes: Axes, scale: float) -> None:
         axes.scatter(x, y, s=size, color=_HINGES, edgecolor="white", linewidth=0.4, zorder=4)
 
 
-def _legend(result: Result) -> list[Line2D | Patch]:
+def legend_handles(result: Result) -> list[Line2D | Patch]:
+    """What a legend shows of a drawn result."""
     handles: list[Line2D | Patch] = [
         Patch(facecolor=_BLOCK, edgecolor="black", label="block"),
         Patch(facecolor=_FIXED, label="fixed"),

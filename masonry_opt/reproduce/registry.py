@@ -8,9 +8,16 @@ from pathlib import Path
 
 from masonry_opt.errors import OptionError
 from masonry_opt.reproduce.arch import fig9
+from masonry_opt.reproduce.convergence import fig11
+from masonry_opt.reproduce.energy import fig12
 from masonry_opt.reproduce.example import Progress, Report
+from masonry_opt.reproduce.livesley import fig8
 from masonry_opt.reproduce.rib import rib
+from masonry_opt.reproduce.stability import stability
 from masonry_opt.reproduce.table1 import table1
+from masonry_opt.reproduce.two_blocks import fig6
+from masonry_opt.reproduce.two_blocks_loop import fig7
+from masonry_opt.reproduce.walls import fig10, fig13
 
 
 @dataclass(frozen=True)
@@ -31,9 +38,17 @@ class Example:
 
 #: In the order of the paper.
 EXAMPLES: dict[str, Example] = {
+    "fig6": Example("Fig. 6: two blocks, load factor against dilatancy", fig6),
+    "fig7": Example("Fig. 7: two blocks, forces at each iteration", fig7),
+    "fig8": Example("Fig. 8: Livesley's wedges", fig8),
     "fig9": Example("Fig. 9: least thickness of a semicircular arch", fig9),
     "rib": Example("Section 5.2: arch rib of Pippard & Ashby", rib),
     "table1": Example("Table 1: walls of Ferris & Tin-Loi", table1),
+    "fig10": Example("Fig. 10: mechanisms of the walls of Ferris & Tin-Loi", fig10),
+    "fig11": Example("Fig. 11: convergence, wall 6", fig11),
+    "fig12": Example("Fig. 12: energy, wall 6", fig12),
+    "fig13": Example("Fig. 13: wall of Orduña & Lourenço", fig13),
+    "stability": Example("Where methods fail, and what happens then", stability),
 }
 
 

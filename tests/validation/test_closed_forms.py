@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from scenes import block_on_floor, two_blocks
+from scenes import block_on_floor
 
 import masonry_opt as mo
 
@@ -53,17 +53,3 @@ def test_cohesion_adds_its_length():
 def test_live_load_at_the_top_overturns_sooner():
     scene = block_on_floor(1, 2, 0.6, live_at=(0.5, 2.0))
     assert mo.solve(scene, "static").load_factor == pytest.approx(0.25, rel=EXACT)
-
-
-@pytest.mark.parametrize("friction", [0.05, 0.1, 0.2])
-def test_two_blocks(friction):
-    """Fig. 6: λ = 2.5 μ with dilatancy, 1.5 μ with contraction, which the loop finds (1.5 μ, Fig. 7b)."""
-    scene = two_blocks(friction)
-    assert mo.solve(scene, "static").load_factor == pytest.approx(2.5 * friction, rel=EXACT)
-    assert mo.solve(scene).load_factor == pytest.approx(1.5 * friction, rel=1e-3)
-
-
-def test_two_blocks_without_contraction_ends_between():
-    """Fig. 7a: with α = 0 any value from 1.5 μ to 2.5 μ may come, depending on the solver."""
-    result = mo.solve(two_blocks(0.1), alpha=0.0, alpha_min=0.0)
-    assert 0.15 - 1e-4 <= result.load_factor <= 0.25 + 1e-4

@@ -1,0 +1,6 @@
+"""Colours of charts."""
+
+from __future__ import annotations
+
+#: Okabe & Ito's, told apart by colour-blind readers.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
