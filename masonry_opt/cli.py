@@ -15,6 +15,7 @@ from masonry_opt.analysis.check import check as check_duality
 from masonry_opt.analysis.methods import METHODS
 from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.solve import solve as solve_scene
+from masonry_opt.compare.command import compare
 from masonry_opt.errors import MasonryError, OptionError
 from masonry_opt.report.mechanism_plot import plot_mechanism, refuse_picture
 from masonry_opt.report.table1 import table1, write_table1
@@ -113,6 +114,9 @@ def reproduce(
     errors.print(f"written: {', '.join(map(str, written))}")
     if table.missed:
         raise typer.Exit(1)
+
+
+app.command()(compare)
 
 
 def _name_and_value(text: str) -> tuple[str, Any]:
