@@ -27,10 +27,10 @@ def summary(
 ) -> pd.DataFrame:
     """One row a scene and pair: medians of the repeats' times, judged.
 
-    Columns: scene, pair (label), method, model, solver, tolerance, joints, blocks, repeats, ``time`` (seconds of
-    the solve without reading the scene and the check of its dead load, which all pairs share), its parts,
-    peak_memory (MB), lp_solves, iterations, load_factor, the certificate, and what ``judge`` adds. Where
-    repeats differ in their verdict the worst counts.
+    Columns: scene, pair (label), method, model, solver, tolerance, joints, blocks, repeats, ``time`` (seconds
+    of the solve without reading the scene and the check of its dead load, which all pairs share), its
+    parts, peak_memory (MB), lp_solves, iterations, load_factor, the certificate, and what ``judge`` adds.
+    Where repeats differ in their verdict the worst counts.
     """
     judged = []
     for row in rows:
@@ -41,17 +41,36 @@ def summary(
     frame = pd.DataFrame(judged)
     if frame.empty:
         return frame
-    medians = ["time", "wall", "build_seconds", "compile_seconds", "solve_seconds", "read_seconds", "peak_memory"]
+    medians = [
+        "time",
+        "wall",
+        "build_seconds",
+        "compile_seconds",
+        "solve_seconds",
+        "read_seconds",
+        "peak_memory",
+    ]
     numbers = [*medians, "tolerance", "error", "violation", "load_factor", "bound", "joints", "blocks"]
     numbers += ["equilibrium", "yield", "flow", "complementarity", "lp_solves", "nlp_solves", "iterations"]
     frame[numbers] = frame[numbers].astype(float)
     frame["badness"] = frame["verdict"].map(VERDICTS.index)
     lines = []
     for _, group in frame.groupby(["scene", *_PAIR], dropna=False, sort=False):
-        line = group.loc[group["badness"].idxmax()].to_dict()
+        line = group.sort_values("badness").iloc[-1].to_dict()
         line |= {name: float(group[name].median()) for name in medians}
         lines.append(line | {"repeats": len(group)})
-    columns = ["scene", "pair", *_PAIR, "question", "verdict", "reason", "load_factor", "error", "below", "violation"]
+    columns = [
+        "scene",
+        "pair",
+        *_PAIR,
+        "question",
+        "verdict",
+        "reason",
+        "load_factor",
+        "error",
+        "below",
+        "violation",
+    ]
     columns += ["time", *medians[2:], "lp_solves", "nlp_solves", "iterations", "repeats", "joints", "blocks"]
     columns += ["equilibrium", "yield", "flow", "complementarity", "bound"]
     return pd.DataFrame(lines)[columns]
@@ -81,9 +100,9 @@ def reached(frame: pd.DataFrame, asks: str) -> pd.DataFrame:
 
 
 def profiles(times: pd.DataFrame) -> pd.DataFrame:
-    """Performance profiles (Dolan & Moré, 2002): pair, ratio to the best pair, share of scenes within it.
+    """Performance profiles (Dolan & Moré, 2002): pair, ratio to the best, share of scenes within it.
 
-    ``times`` is a frame as of ``reached``. Scenes that no pair solved are kept: no profile reaches 1 then.
+    ``times`` is a frame as of ``reached``. Scenes that no pair solved are kept: no profile reaches 1.
     Each profile starts with ratio 1 and holds one row a scene solved.
     """
     table = times.pivot_table(index="scene", columns="pair", values="time", aggfunc="min", dropna=False)
@@ -103,8 +122,8 @@ def profiles(times: pd.DataFrame) -> pd.DataFrame:
 def growth(times: pd.DataFrame) -> pd.DataFrame:
     """Least-squares fits time = factor × joints^exponent, one row a pair.
 
-    ``times`` is a frame as of ``reached``. ``exponent`` and ``factor`` are NaN with fewer than three sizes of at least
-    FITTED_FROM joints.
+    ``times`` is a frame as of ``reached``. ``exponent`` and ``factor`` are NaN with fewer than three sizes of
+    at least FITTED_FROM joints.
     """
     lines = []
     for pair, group in times.groupby("pair", sort=False):
@@ -113,22 +132,27 @@ def growth(times: pd.DataFrame) -> pd.DataFrame:
         if fitted["joints"].nunique() >= 3:
             exponent, logarithm = np.polyfit(np.log(fitted["joints"]), np.log(fitted["time"]), 1)
             factor = np.exp(logarithm)
-        lines.append({"pair": pair, "exponent": float(exponent), "factor": float(factor), "scenes": len(fitted)})
+        lines.append(
+            {"pair": pair, "exponent": float(exponent), "factor": float(factor), "scenes": len(fitted)}
+        )
     return pd.DataFrame(lines, columns=["pair", "exponent", "factor", "scenes"])
 
 
 def success(frame: pd.DataFrame) -> pd.DataFrame:
-    """How the scenes ended, one row a pair and tolerance: counts by verdict, the share that is good, the
-    geometric mean time and the largest error and violation of the good ones."""
+    """How the scenes ended, one row a pair and tolerance: counts by verdict, the shares that are good and that
+    are good with an error within TARGET, the geometric mean time and the largest error and violation of the
+    good ones."""
     lines = []
     for key, group in frame.groupby(["pair", *_PAIR], dropna=False, sort=False):
         good = group[group["verdict"] == GOOD]
+        target = TARGET[str(group["question"].iloc[0])]
         counts = {verdict: int((group["verdict"] == verdict).sum()) for verdict in VERDICTS}
         lines.append(
             dict(zip(["pair", *_PAIR], key, strict=True))
             | counts
             | {
                 "success": len(good) / len(group),
+                "on target": int((good["error"] <= target).sum()) / len(group),
                 "time": float(np.exp(np.log(good["time"]).mean())) if len(good) else np.nan,
                 "largest error": float(good["error"].max()),
                 "largest violation": float(good["violation"].max()),

@@ -19,12 +19,13 @@ from typing import Any
 from masonry_opt.errors import MasonryError
 
 #: How a process can end.
-FINISHED, TIME_LIMIT, MEMORY_LIMIT, REFUSED, CRASHED = (
+FINISHED, TIME_LIMIT, MEMORY_LIMIT, REFUSED, CRASHED, DIED = (
     "finished",
     "time limit",
     "memory limit",
     "refused",
     "crashed",
+    "died",
 )
 
 #: Set before the server starts: libraries read them when they are imported.
@@ -42,7 +43,8 @@ class Ended:
 
     Attributes
     ----------
-    how: one of FINISHED, TIME_LIMIT, MEMORY_LIMIT, REFUSED (a MasonryError), CRASHED.
+    how: one of FINISHED, TIME_LIMIT, MEMORY_LIMIT, REFUSED (a MasonryError), CRASHED (any other
+        error), DIED (without a word).
     reason: in words; "" if it finished.
     value: what the function returned; None unless it finished.
     seconds: from start to end of the process.
@@ -81,8 +83,8 @@ def run_limited(
                     return Ended(how, reason, value, time.perf_counter() - start, max(peak, own_peak))
             except EOFError:
                 process.join()
-                word = f"the process died (exit code {process.exitcode})"
-                return Ended(CRASHED, word, None, time.perf_counter() - start, peak)
+                word = f"without a word (exit code {process.exitcode})"
+                return Ended(DIED, word, None, time.perf_counter() - start, peak)
             peak, seconds = max(peak, _resident(process.pid)), time.perf_counter() - start
             if seconds > time_limit:
                 return Ended(TIME_LIMIT, f"over {time_limit:g} s", None, seconds, peak)

@@ -6,6 +6,7 @@ labels as markup).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from html import escape
 from typing import Any
 
@@ -21,7 +22,7 @@ from masonry_opt.compare.machine import machine, versions
 from masonry_opt.compare.style import letter, looks
 
 _STYLE = """
-body { font: 15px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 1200px; padding: 0 1em; color: #222 }
+body { font: 15px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 1200px; padding: 0 1em }
 table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums }
 th, td { padding: 3px 8px; border-bottom: 1px solid #ddd; text-align: left; white-space: nowrap }
 th { position: sticky; top: 0; background: #f4f4f4; cursor: pointer }
@@ -61,7 +62,10 @@ def page(comparison: Comparison) -> str:
                     figure, full_html=False, include_plotlyjs=number == 0, config={"displaylogo": False}
                 )
             )
-        parts += ["<h2>Success and time</h2>", _table(frames.success(summary).drop(columns="pair"), "success")]
+        parts += [
+            "<h2>Success and time</h2>",
+            _table(frames.success(summary).drop(columns="pair"), "success"),
+        ]
         parts += [
             "<h2>All runs (medians of repeats)</h2>",
             '<input data-table="runs" placeholder="filter: wall_6 clarabel good">',
@@ -72,7 +76,10 @@ def page(comparison: Comparison) -> str:
         left_out = pd.DataFrame([vars(item) for item in comparison.plan.left_out])
         parts += ["<h2>Not applicable</h2>", _table(left_out, "left_out")]
     about = machine() | {f"version of {name}": number for name, number in versions().items()}
-    parts += ["<h2>Machine, versions, command</h2>", _table(pd.DataFrame(about.items(), columns=["", " "]), "about")]
+    parts += [
+        "<h2>Machine, versions, command</h2>",
+        _table(pd.DataFrame(about.items(), columns=["", " "]), "about"),
+    ]
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>Comparison</title>'
         f"<style>{_STYLE}</style></head><body>{''.join(parts)}<script>{_SCRIPT}</script></body></html>\n"
@@ -87,16 +94,20 @@ def _meaning(comparison: Comparison) -> str:
         for kind, of in LIMITS.items()
     )
     lines = [
-        f"{len(comparison.scenes)} scenes. Each run in its own process, on one core, within {limits.time:g} s and "
-        f"{limits.memory:g} MB; times are medians of {limits.repeats} runs (of one where a run takes over "
-        f"{REPEATED_BELOW:g} s), without reading the scene and the check of its dead load, which all share.",
-        f"Good: there is a load factor and its certificate leaves at most ({good}). All else is counted and marked, "
-        "never drawn as a point of time and error.",
-        "Error of the associative λ: relative distance from the middle of certified bounds. Error of Coulomb's λ: "
-        f"relative gap to the best exact state known, {GAP_FLOOR:g} at least; beside it the largest violation of yield "
-        "in median block weights. An answer below the best exact state is not exact.",
-        f"Profiles and growth: least time, at any tolerance, to a good answer with an error of at most "
-        f"{TARGET[ASSOCIATIVE]:g} (associative) or {TARGET[COULOMB]:g} (Coulomb). Open marks and broken lines: Pyomo.",
+        f"{len(comparison.scenes)} scenes. Each run in its own process, on one core, within "
+        f"{limits.time:g} s and {limits.memory:g} MB; times are medians of {limits.repeats} runs (of one where "
+        f"a run takes over {REPEATED_BELOW:g} s), without reading the scene and the check of its dead "
+        "load, which all share.",
+        f"Good: there is a load factor and its certificate leaves at most ({good}). All else is counted and "
+        "marked, never drawn as a point of time and error.",
+        "Error of the associative λ: relative distance from the middle of certified bounds. Error of "
+        f"Coulomb's λ: relative gap to the best exact state known, {GAP_FLOOR:g} at least; beside it the "
+        "largest violation of yield in median block weights. An answer below the best exact state is not "
+        "exact. One above it may still be a state of Coulomb friction: there are many, and the least is the "
+        "safe one.",
+        "Profiles and growth: least time, at any tolerance, to a good answer with an error of at most "
+        f"{TARGET[ASSOCIATIVE]:g} (associative) or {TARGET[COULOMB]:g} (Coulomb). Open marks and broken "
+        "lines: Pyomo.",
         *comparison.notes,
     ]
     return "".join(f"<p>{escape(line)}</p>" for line in lines)
@@ -123,7 +134,8 @@ def _time_error(summary: pd.DataFrame, asks: str, error: str, word: str) -> go.F
     good = asked[(asked["verdict"] == GOOD) & (asked[error] > 0)]
     band = 10 * float(good[error].max()) if len(good) else 1.0
     least = float(good[error].min()) if len(good) else 1e-16
-    figure, traces_of = go.Figure(), []
+    figure = go.Figure()
+    traces_of: list[str] = []  # the scene of each trace
     for scene, frame in asked.groupby("scene", sort=False):
         for pair, group in frame.groupby("pair", sort=False):
             look = shown[str(pair)]
@@ -135,7 +147,10 @@ def _time_error(summary: pd.DataFrame, asks: str, error: str, word: str) -> go.F
                 y=height.tolist(),
                 mode="markers+text",
                 name=escape(str(pair)),
-                text=["" if ok else letter(line) for ok, line in zip(fine, group.to_dict("records"), strict=True)],
+                text=[
+                    "" if ok else letter(line)
+                    for ok, line in zip(fine, group.to_dict("records"), strict=True)
+                ],
                 textposition="top center",
                 hovertext=[_hover(line) for line in group.to_dict("records")],
                 hoverinfo="text",
@@ -146,7 +161,7 @@ def _time_error(summary: pd.DataFrame, asks: str, error: str, word: str) -> go.F
                 },
                 visible=not traces_of or traces_of[0] == scene,
             )
-            traces_of.append(scene)
+            traces_of.append(str(scene))
         front = frames.pareto(frame, error=error)
         figure.add_scatter(
             x=front["time"].tolist(),
@@ -156,9 +171,13 @@ def _time_error(summary: pd.DataFrame, asks: str, error: str, word: str) -> go.F
             name="Pareto front",
             visible=not traces_of or traces_of[0] == scene,
         )
-        traces_of.append(scene)
+        traces_of.append(str(scene))
     buttons = [
-        {"label": escape(scene), "method": "update", "args": [{"visible": [of == scene for of in traces_of]}]}
+        {
+            "label": escape(str(scene)),
+            "method": "update",
+            "args": [{"visible": [of == scene for of in traces_of]}],
+        }
         for scene in dict.fromkeys(traces_of)
     ]
     figure.add_hrect(y0=band / 3, y1=band * 5, fillcolor="grey", opacity=0.12, line_width=0)
@@ -248,13 +267,14 @@ def _axes(figure: go.Figure, x: str, y: str, y_type: str = "log") -> None:
     figure.update_yaxes(type=y_type, showgrid=True, exponentformat="power")
 
 
-def _hover(line: dict[str, Any]) -> str:
+def _hover(line: Mapping[Any, Any]) -> str:
     """What a mark says when pointed at."""
     tolerance = "" if pd.isna(line["tolerance"]) else f", tolerance {line['tolerance']:.0e}"
     words = [
         f"{line['scene']}: {line['pair']}{tolerance}",
         f"{line['verdict']} {line['reason']}",
-        f"λ {line['load_factor']:.9g}, error {_number(line['error'])}, violation {_number(line['violation'])}",
+        f"λ {line['load_factor']:.9g}",
+        f"error {_number(line['error'])}, violation {_number(line['violation'])}",
         f"{line['time']:.3g} s, {line['peak_memory']:.0f} MB, {_number(line['iterations'])} iterations",
     ]
     return "<br>".join(escape(word) for word in words)

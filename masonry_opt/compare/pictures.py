@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -27,7 +29,8 @@ def time_error(summary: pd.DataFrame, asks: str, error: str = "error") -> Figure
     scenes = list(dict.fromkeys(asked["scene"]))
     columns = min(_COLUMNS, len(scenes))
     rows = math.ceil(len(scenes) / columns)
-    figure = Figure(figsize=(3.4 * columns, 3.1 * rows + 2.0), layout="constrained")
+    # Wide enough for two columns of legend even with one scene.
+    figure = Figure(figsize=(max(3.4 * columns, 8.5), 3.1 * rows + 2.0), layout="constrained")
     shown = looks(summary)
     low, high = _decades(asked[asked["verdict"] == GOOD][error])
     axes: Axes | None = None
@@ -36,7 +39,9 @@ def time_error(summary: pd.DataFrame, asks: str, error: str = "error") -> Figure
         _time_error_panel(axes, asked[asked["scene"] == scene], error, shown, (low, high))
         axes.set_title(scene, fontsize=9, parse_math=False)
         axes.label_outer()
-    figure.supxlabel("time (s): build, compile, solve, read back", fontsize=10)
+        if number >= len(scenes) - columns:
+            axes.tick_params(labelbottom=True)
+            axes.set_xlabel("time (s)", fontsize=9)
     figure.supylabel(_error_label(asks, error), fontsize=10)
     figure.suptitle(f"{asks.capitalize()} load factor: time against {_error_word(asks, error)}", fontsize=12)
     handles = [_handle(pair, shown[pair]) for pair in dict.fromkeys(asked["pair"])]
@@ -49,7 +54,9 @@ def time_error(summary: pd.DataFrame, asks: str, error: str = "error") -> Figure
     handles += [
         Line2D([], [], linestyle="", marker=f"${mark}$", color="0.2", label=LETTERS[mark]) for mark in letters
     ]
-    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+    figure.legend(
+        handles=handles, loc="outside lower center", ncols=max(2, columns), fontsize=8, frameon=False
+    )
     return figure
 
 
@@ -83,9 +90,7 @@ def _time_error_panel(
         offset = np.maximum(below[error], low) * 0.55
         axes.plot(below["time"], offset, "v", color="0.4", markersize=3, zorder=3)
     front = frames.pareto(frame, error=error)
-    axes.step(
-        front["time"], np.maximum(front[error], low), where="post", color="0.4", linewidth=1, zorder=1
-    )
+    axes.step(front["time"], np.maximum(front[error], low), where="post", color="0.4", linewidth=1, zorder=1)
     failures = frame[frame["verdict"] != GOOD].to_dict("records")
     for number, failure in enumerate(failures):
         # Alternate heights keep letters at near times apart.
@@ -131,7 +136,7 @@ def profile(summary: pd.DataFrame, asks: str) -> Figure:
     axes.set_xlabel("time over the fastest pair's")
     axes.set_ylabel("scenes reached within it")
     count = times["scene"].nunique()
-    axes.set_title(f"Performance profile, {asks} λ to {TARGET[asks]:g} (relative), {count} scenes", fontsize=11)
+    axes.set_title(f"Performance profile: {asks} λ to {TARGET[asks]:g}, {count} scenes", fontsize=11)
     axes.grid(color="0.9", linewidth=0.5)
     figure.legend(loc="outside right upper", fontsize=8, frameon=False)
     return figure
@@ -164,7 +169,7 @@ def size(summary: pd.DataFrame, asks: str) -> Figure:
     axes.set_yscale("log")
     axes.set_xlabel("joints c")
     axes.set_ylabel("time (s)")
-    axes.set_title(f"Time to {asks} λ to {TARGET[asks]:g} (relative), against size", fontsize=11)
+    axes.set_title(f"Time to reach {asks} λ to {TARGET[asks]:g}, against size", fontsize=11)
     axes.grid(color="0.9", linewidth=0.5)
     figure.legend(loc="outside right upper", fontsize=8, frameon=False)
     return figure
@@ -194,7 +199,7 @@ def success(summary: pd.DataFrame) -> Figure:
     return figure
 
 
-def _rung(line: dict[str, object]) -> str:
+def _rung(line: Mapping[Any, Any]) -> str:
     tolerance = line["tolerance"]
     known = isinstance(tolerance, float) and not math.isnan(tolerance)
     return f"{line['pair']}{f' · {tolerance:.0e}' if known else ''}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 from masonry_opt.analysis.methods import IPOPT, METHODS
@@ -100,9 +100,7 @@ def plan(
     return Plan(tuple(dict.fromkeys(pairs)), tuple(left_out))
 
 
-def _combinations(
-    method: str, models: Sequence[str], solvers: Sequence[str]
-) -> list[tuple[str, str]]:
+def _combinations(method: str, models: Sequence[str], solvers: Sequence[str]) -> list[tuple[str, str]]:
     """Models and solvers as named; of a method with machinery of its own, those it has."""
     own = METHODS[method]
     if not own.fixed_tolerance:
@@ -111,9 +109,7 @@ def _combinations(
     return [pair for pair in every if pair[1] in solvers] or every[:1]
 
 
-def _rungs(
-    method: str, model: str, solver: str, tolerances: Sequence[float]
-) -> Sequence[float | None]:
+def _rungs(method: str, model: str, solver: str, tolerances: Sequence[float]) -> Sequence[float | None]:
     takes_one = (model, solver) in SOLVERS or solver in FOUND_BY_CVXPY
     return [None] if METHODS[method].fixed_tolerance or not takes_one else tolerances
 
@@ -140,7 +136,7 @@ def _reason(method: str, model: str, solver: str) -> str:
     return ""
 
 
-def _known(what: str, names: Sequence[str], known: Sequence[str] | dict[str, object]) -> None:
+def _known(what: str, names: Sequence[str], known: Collection[str]) -> None:
     for name in names:
         if name not in known:
             raise OptionError(f"{what} '{name}' is unknown; choose from: {', '.join(known)}")

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from masonry_opt.compare import frames, pictures
 from masonry_opt.compare.comparison import REPEATED_BELOW, Comparison
-from masonry_opt.compare.judge import ASSOCIATIVE, COULOMB
+from masonry_opt.compare.judge import ASSOCIATIVE, COULOMB, TARGET
 from masonry_opt.compare.page import page
 from masonry_opt.errors import OptionError
 from masonry_opt.files import write_whole
@@ -61,14 +61,17 @@ def summary_text(comparison: Comparison) -> str:
         table = frames.success(comparison.summary).drop(columns=["pair"])
         for name in ("tolerance", "largest error", "largest violation"):
             table[name] = table[name].map(lambda value: "–" if pd.isna(value) else f"{value:.0e}")
-        table["success"] = table["success"].map("{:.0%}".format)
+        for name in ("success", "on target"):
+            table[name] = table[name].map("{:.0%}".format)
         table["time"] = table["time"].map(lambda value: "–" if pd.isna(value) else f"{value:.3g}")
         table["peak_memory"] = table["peak_memory"].map("{:.0f}".format)
         table = table.rename(columns={"time": "time (s)", "peak_memory": "peak (MB)"})
         lines.append(table.to_string(index=False))
         lines.append(
-            f"\n{len(comparison.scenes)} scenes; time: geometric mean of the good answers; largest error and "
-            "violation: of the good answers;\nmedians of "
+            f"\n{len(comparison.scenes)} scenes; on target: good, with an error of at most "
+            f"{TARGET[ASSOCIATIVE]:g} (associative), {TARGET[COULOMB]:g} (Coulomb: gap to the best exact "
+            "state);\n"
+            "time (geometric mean), largest error and violation: of the good answers, medians of "
             f"{comparison.limits.repeats} runs (of one where a run takes over {REPEATED_BELOW:g} s)"
         )
     if comparison.plan.left_out:

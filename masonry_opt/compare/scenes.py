@@ -67,9 +67,7 @@ def _path(case: str | Path, folder: Path) -> Path:
     path = Path(case)
     if path.exists() or path.suffix:
         return path
-    named = [
-        file for file in sorted(folder.glob("*/*.toml")) if str(case) in (file.stem, _name_of(file))
-    ]
+    named = [file for file in sorted(folder.glob("*/*.toml")) if str(case) in (file.stem, _name_of(file))]
     if not named:
         raise CaseError(f"{case}: no such file, and no case in {folder}/ has that name")
     if len(named) > 1:

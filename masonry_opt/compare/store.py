@@ -8,7 +8,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from masonry_opt.compare.measure import MEMORY_LIMIT, TIME_LIMIT, Ended
+from masonry_opt.compare.measure import DIED, MEMORY_LIMIT, TIME_LIMIT, Ended
 from masonry_opt.compare.plan import Pair, Run
 from masonry_opt.compare.scenes import CaseScene
 from masonry_opt.errors import OptionError
@@ -119,7 +119,8 @@ class Store:
     def find(
         self, scene: CaseScene, run: Run, versions: str, time_limit: float, memory_limit: float
     ) -> dict[str, Any] | None:
-        """The line of a run, if it was made; not of one killed at a limit since raised."""
+        """The line of a run, if it was made; not of one killed at a limit since raised, nor of one that died
+        without a word, which something else than the run may have killed."""
         pair = run.pair
         line = self._done.get(
             (
@@ -133,7 +134,7 @@ class Store:
                 run.repeat,
             )
         )
-        if line is None:
+        if line is None or line["ended"] == DIED:
             return None
         raised = (line["ended"] == TIME_LIMIT and time_limit > line["time_limit"]) or (
             line["ended"] == MEMORY_LIMIT and memory_limit > line["memory_limit"]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import pandas as pd
 
@@ -61,12 +62,12 @@ def looks(summary: pd.DataFrame) -> dict[str, Look]:
     return found
 
 
-def letter(line: dict[str, str]) -> str:
+def letter(line: Mapping[Any, Any]) -> str:
     """The letter of a row that is not good."""
     if line["verdict"] == CERTIFICATE_FAILS:
         return "C"
     if line["verdict"] == NAMED_STATUS:
         return "N"
-    if line["reason"].startswith(TIME_LIMIT):
+    if str(line["reason"]).startswith(TIME_LIMIT):
         return "T"
-    return "M" if line["reason"].startswith(MEMORY_LIMIT) else "F"
+    return "M" if str(line["reason"]).startswith(MEMORY_LIMIT) else "F"

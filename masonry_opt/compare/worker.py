@@ -38,7 +38,7 @@ def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
     """
     asked: dict[str, Any] = {"model": pair.model, "solver": pair.solver, "tolerance": pair.tolerance}
     method = METHODS[pair.method]
-    options = {}
+    options: dict[str, Any] = {}
     if method.options and "time_limit" in method.options.model_fields:
         options["time_limit"] = _OWN_LIMIT * time_limit
     with contextlib.suppress(MasonryError, ArithmeticError, ValueError, AttributeError):
