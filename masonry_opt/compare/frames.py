@@ -139,9 +139,8 @@ def growth(times: pd.DataFrame) -> pd.DataFrame:
 
 
 def success(frame: pd.DataFrame) -> pd.DataFrame:
-    """How the scenes ended, one row a pair and tolerance: counts by verdict, the shares that are good and that
-    are good with an error within TARGET, the geometric mean time and the largest error and violation of the
-    good ones."""
+    """How the scenes ended, one row a pair and tolerance: counts by verdict, the shares that are good, and
+    good with an error within TARGET, the geometric mean time and the largest error and violation of these."""
     lines = []
     for key, group in frame.groupby(["pair", *_PAIR], dropna=False, sort=False):
         good = group[group["verdict"] == GOOD]

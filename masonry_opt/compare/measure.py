@@ -69,7 +69,8 @@ def run_limited(
     memory_limit: MB of resident memory above which it is killed (where the system has /proc).
     """
     os.environ.update(_ONE_THREAD)
-    _CONTEXT.set_forkserver_preload(["masonry_opt.compare.worker"])
+    # The main program too: every process would import it again.
+    _CONTEXT.set_forkserver_preload(["__main__", "masonry_opt.compare.worker"])
     receiver, sender = _CONTEXT.Pipe(duplex=False)
     process = _CONTEXT.Process(target=_call, args=(sender, function, arguments), daemon=True)
     process.start()

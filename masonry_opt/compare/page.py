@@ -95,9 +95,9 @@ def _meaning(comparison: Comparison) -> str:
     )
     lines = [
         f"{len(comparison.scenes)} scenes. Each run in its own process, on one core, within "
-        f"{limits.time:g} s and {limits.memory:g} MB; times are medians of {limits.repeats} runs (of one where "
-        f"a run takes over {REPEATED_BELOW:g} s), without reading the scene and the check of its dead "
-        "load, which all share.",
+        f"{limits.time:g} s and {limits.memory:g} MB; times are medians of {limits.repeats} runs (of one "
+        f"where a run takes over {REPEATED_BELOW:g} s), without reading the scene and the check of its "
+        "dead load, which all share.",
         f"Good: there is a load factor and its certificate leaves at most ({good}). All else is counted and "
         "marked, never drawn as a point of time and error.",
         "Error of the associative λ: relative distance from the middle of certified bounds. Error of "
