@@ -12,13 +12,14 @@ from masonry_opt.analysis.solve import solve
 from masonry_opt.analysis.status import Status
 from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.problem.certificate import Certificate
-from masonry_opt.scene import Block, Joint, JointDefaults, Reference, Scene, Wall, load, save
+from masonry_opt.scene import Block, Facade, Joint, JointDefaults, Reference, Scene, Wall, load, save
 
 __all__ = [
     "Block",
     "CaseError",
     "Certificate",
     "DualityReport",
+    "Facade",
     "Joint",
     "JointDefaults",
     "MasonryError",

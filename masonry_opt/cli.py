@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+import time
+from collections.abc import Callable
 from importlib.metadata import version as package_version
 from json import loads as parse_json
 from pathlib import Path
@@ -10,6 +12,7 @@ from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.status import Status
 
 from masonry_opt.analysis.check import check as check_duality
 from masonry_opt.analysis.methods import METHODS
@@ -18,8 +21,10 @@ from masonry_opt.analysis.solve import solve as solve_scene
 from masonry_opt.compare.command import compare
 from masonry_opt.errors import MasonryError, OptionError
 from masonry_opt.report.mechanism_plot import plot_mechanism, refuse_picture
-from masonry_opt.report.table1 import table1, write_table1
-from masonry_opt.report.terminal import duality_text, result_text, table1_text
+from masonry_opt.report.terminal import duality_text, result_text
+from masonry_opt.reproduce.folder import write_report
+from masonry_opt.reproduce.registry import EXAMPLES, find_examples
+from masonry_opt.reproduce.text import report_text
 from masonry_opt.solvers.registry import LANGUAGES
 
 app = typer.Typer(
@@ -27,9 +32,6 @@ app = typer.Typer(
     no_args_is_help=True,
     pretty_exceptions_enable=False,
 )
-
-#: What ``reproduce`` can rebuild.
-EXAMPLES = ("table1",)
 
 Case = Annotated[Path, typer.Argument(help="Case file (.toml or .json).", show_default=False)]
 
@@ -95,28 +97,35 @@ def check(case: Case) -> None:
 @app.command()
 def reproduce(
     example: Annotated[str, typer.Argument(help=f"One of: {', '.join(EXAMPLES)}, all.")] = "all",
-    out: Annotated[Path, typer.Option(help="Folder for the tables.")] = Path("results"),
+    out: Annotated[Path, typer.Option(help="Folder for tables, pictures and the index page.")] = Path(
+        "results"
+    ),
     cases: Annotated[Path, typer.Option(help="Folder of the case files.")] = Path("cases"),
 ) -> None:
     """Rebuild results of the paper from the case files, published values beside ours.
 
-    Exit code 0: every value is within its case file's tolerance; 1: one is not.
+    Exit code 0: every value is within its tolerance; 1: one is not; 2: wrong example or folder.
     """
-    if example not in (*EXAMPLES, "all"):
-        raise OptionError(
-            f"nothing to reproduce is named '{example}'; choose from: {', '.join(EXAMPLES)}, all"
-        )
-    errors = Console(stderr=True)
-    with errors.status("table 1") as status:
-        table = table1(cases, lambda line: status.update(f"table 1, {line}"))
-    written = write_table1(table, out)
-    print(table1_text(table))
-    errors.print(f"written: {', '.join(map(str, written))}")
-    if table.missed:
+    errors, missed = Console(stderr=True), False
+    for name in find_examples(example):
+        start = time.perf_counter()
+        with errors.status(name) as status:
+            report = EXAMPLES[name].run(cases, _progress_line(status, name))
+            seconds = time.perf_counter() - start
+            page = write_report(out, name, report, seconds)[-1]
+        # Each example is printed and on disk before the next begins: an interrupt loses one at most.
+        print(report_text(EXAMPLES[name].title, report), flush=True)
+        errors.print(f"{name}: {seconds:.1f} s, written to {page}")
+        missed = missed or bool(report.missed)
+    if missed:
         raise typer.Exit(1)
 
 
 app.command()(compare)
+
+
+def _progress_line(status: Status, name: str) -> Callable[[str], None]:
+    return lambda line: status.update(f"{name}: {line}")
 
 
 def _name_and_value(text: str) -> tuple[str, Any]:

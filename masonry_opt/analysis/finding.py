@@ -9,6 +9,7 @@ import numpy as np
 
 from masonry_opt.analysis.status import Status
 from masonry_opt.models.interface import State
+from masonry_opt.problem.problem import ShearLimits
 from masonry_opt.solvers.answer import LpSize
 
 
@@ -28,6 +29,7 @@ class Iteration:
     coulomb_sliding: the same slips against the true law's shear limit (the paper's corrected
         energy), in units of λ.
     seconds: the solver's time.
+    state, limits: forces, mechanism and shear limits; for whoever follows the loop, not kept in a history.
     """
 
     iteration: int
@@ -39,6 +41,8 @@ class Iteration:
     sliding: float
     coulomb_sliding: float
     seconds: float
+    state: State | None = field(default=None, repr=False)
+    limits: ShearLimits | None = field(default=None, repr=False)
 
 
 @dataclass

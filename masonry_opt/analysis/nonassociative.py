@@ -4,6 +4,7 @@ turn about the last normal forces until sliding neither dilates nor contracts.""
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -135,8 +136,9 @@ def run_loop(
             return _without_optimum(finding, answer, iteration), answer
         finding.take(state)
         normal.append(state.q[0::3])
-        finding.history.append(_record(problem, state, limits, alpha, normal, answer.seconds))
-        progress(finding.history[-1])
+        step = _record(problem, state, limits, alpha, normal, answer.seconds)
+        progress(replace(step, state=state, limits=limits))
+        finding.history.append(step)
 
         load_factors = [entry.load_factor for entry in finding.history]
         if iteration == 1:

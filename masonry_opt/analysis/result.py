@@ -150,7 +150,7 @@ def make_result(
         certificate=certificate,
         joints=_joint_frame(assembly, finding),
         blocks=_block_frame(assembly, finding),
-        history=pd.DataFrame(finding.history),
+        history=pd.DataFrame(finding.history).drop(columns=["state", "limits"], errors="ignore"),
         flow_rule_matters=finding.flow_rule_matters,
         iterations=finding.iterations,
         lp_solves=finding.lp_solves,

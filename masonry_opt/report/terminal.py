@@ -12,7 +12,6 @@ from rich.table import Table
 
 from masonry_opt.analysis.check import DualityReport
 from masonry_opt.analysis.result import Result
-from masonry_opt.report.table1 import Table1
 
 #: Columns shown as small numbers.
 _RESIDUALS = (
@@ -64,23 +63,7 @@ def _published(result: Result) -> str:
 def duality_text(report: DualityReport) -> str:
     """The duality table and the verdict."""
     verdict = "static and kinematic, CVXPY and Pyomo agree" if report.passed else "they do NOT agree"
-    return f"{_text(report.table, 'Duality')}\n{verdict}"
-
-
-def table1_text(table: Table1) -> str:
-    """Both parts of Table 1 and what missed its published value."""
-    parts = [
-        _text(table.load_factors, "Table 1: load factors"),
-        _text(table.residuals, "Table 1: certificate and cost"),
-        "CVXPY with Clarabel, Pyomo with HiGHS: associative. diff: loop against the paper's loop.\n"
-        "equilibrium: over the total weight; yield: in median block weights; flow: over the largest\n"
-        "velocity; complementarity: in units of λ. Published times are of other machines.",
-    ]
-    if table.missed:
-        parts.append("outside the tolerance of the case file:\n  " + "\n  ".join(table.missed))
-    else:
-        parts.append("every value is within the tolerance of its case file")
-    return "\n".join(parts)
+    return f"{frame_text(report.table, 'Duality')}\n{verdict}"
 
 
 def markdown(frame: pd.DataFrame) -> str:
@@ -89,20 +72,21 @@ def markdown(frame: pd.DataFrame) -> str:
         list(map(str, frame.columns)),
         ["---"] * len(frame.columns),
         *(
-            [_cell(str(column), value) for column, value in record.items()]
+            [format_cell(str(column), value) for column, value in record.items()]
             for record in frame.to_dict("records")
         ),
     ]
     return "".join(f"| {' | '.join(cells)} |\n" for cells in rows).replace(" --- ", "---")
 
 
-def _text(frame: pd.DataFrame, title: str) -> str:
+def frame_text(frame: pd.DataFrame, title: str) -> str:
+    """A frame as a table with a title."""
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
     for column in frame.columns:
         numeric = pd.api.types.is_numeric_dtype(frame[column])
         table.add_column(str(column), justify="right" if numeric else "left")
     for record in frame.to_dict("records"):
-        table.add_row(*(_cell(str(column), value) for column, value in record.items()))
+        table.add_row(*(format_cell(str(column), value) for column, value in record.items()))
     # A fixed width, wide enough for every column: what is piped or pasted reads as what is seen.
     console = Console(file=io.StringIO(), width=150)
     console.print(table)
@@ -110,7 +94,8 @@ def _text(frame: pd.DataFrame, title: str) -> str:
     return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
 
 
-def _cell(column: str, value: object) -> str:
+def format_cell(column: str, value: object) -> str:
+    """A value as tables show it; its column's name says which digits matter."""
     if not isinstance(value, float):
         return str(value)
     if math.isnan(value):

@@ -2,7 +2,8 @@
 
 from masonry_opt.scene.blocks import Block, Joint, JointDefaults, Reference
 from masonry_opt.scene.case_file import load, save
+from masonry_opt.scene.facade import Facade
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.wall import Wall
 
-__all__ = ["Block", "Joint", "JointDefaults", "Reference", "Scene", "Wall", "load", "save"]
+__all__ = ["Block", "Facade", "Joint", "JointDefaults", "Reference", "Scene", "Wall", "load", "save"]

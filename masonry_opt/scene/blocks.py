@@ -198,3 +198,8 @@ class Reference(Record):
     value: Number
     source: Annotated[str, Strict()]
     tolerance: Positive | None = None
+
+
+def rectangle(left: float, right: float, bottom: float, top: float) -> list[tuple[float, float]]:
+    """Corners of an upright rectangle, counter-clockwise from the lower left."""
+    return [(left, bottom), (right, bottom), (right, top), (left, top)]

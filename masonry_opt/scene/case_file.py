@@ -15,6 +15,7 @@ from pydantic import ConfigDict, ValidationError
 from masonry_opt.errors import CaseError
 from masonry_opt.files import write_whole
 from masonry_opt.scene.blocks import Block, Joint, JointDefaults, Record, Reference
+from masonry_opt.scene.facade import Facade
 from masonry_opt.scene.scene import Scene, SceneKeys
 from masonry_opt.scene.wall import Wall
 
@@ -26,13 +27,16 @@ class CaseFile(SceneKeys):
     model_config = ConfigDict(populate_by_name=False)
 
     wall: Wall | None = None
+    facade: Facade | None = None
 
     def scene(self) -> Scene:
         """The scene, its generators expanded after the blocks written out.
 
         Raises pydantic.ValidationError if the blocks do not make a scene.
         """
-        generated = self.wall.blocks() if self.wall else []
+        generated = [
+            block for generator in (self.wall, self.facade) if generator for block in generator.blocks()
+        ]
         keys = {name: getattr(self, name) for name in SceneKeys.model_fields}
         return Scene(**(keys | {"blocks": [*self.blocks, *generated]}))
 
@@ -40,6 +44,7 @@ class CaseFile(SceneKeys):
 #: The record that each table of a case file fills, to suggest the key that was meant.
 TABLES: dict[str, type[Record]] = {
     "block": Block,
+    "facade": Facade,
     "joint": Joint,
     "joints": JointDefaults,
     "reference": Reference,

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Discriminator, Field, Strict, Tag, model_validator
 
-from masonry_opt.scene.blocks import Block, Name, NonNegative, Number, Point, Positive, Record
+from masonry_opt.scene.blocks import Block, Name, NonNegative, Number, Point, Positive, Record, rectangle
 
 Lengths = Annotated[list[Number], Field(min_length=1)]
 Course = Annotated[
@@ -86,7 +86,7 @@ class Wall(Record):
                 x += abs(part)
             right = max(right, x)
         if self.base:
-            corners = _rectangle(-length, (right + 1) * length, -height, 0.0)
+            corners = rectangle(-length, (right + 1) * length, -height, 0.0)
             built.append(Block(name="base", vertices=corners, fixed=True))
         return built
 
@@ -95,11 +95,7 @@ class Wall(Record):
         weight = self.weight * part
         return Block(
             name=name,
-            vertices=_rectangle(left * length, right * length, row * height, (row + 1) * height),
+            vertices=rectangle(left * length, right * length, row * height, (row + 1) * height),
             weight=weight,
             live=(self.live[0] * weight, self.live[1] * weight),
         )
-
-
-def _rectangle(left: float, right: float, bottom: float, top: float) -> list[tuple[float, float]]:
-    return [(left, bottom), (right, bottom), (right, top), (left, top)]

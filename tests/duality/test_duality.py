@@ -14,8 +14,8 @@ from masonry_opt.solvers.driver import declare
 from masonry_opt.solvers.registry import SOLVERS, find_solver
 from masonry_opt.timing import Stopwatch
 
-SMALL = [path for path in ALL_CASES if path.parent.name != "orduna_lourenco"]
-LARGE = [path for path in ALL_CASES if path.parent.name == "orduna_lourenco"]
+LARGE = [path for path in ALL_CASES if path.parent.name == "orduna_lourenco" or "facade" in path.stem]
+SMALL = [path for path in ALL_CASES if path not in LARGE]
 
 
 @pytest.mark.parametrize(

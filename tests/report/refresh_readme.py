@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from masonry_opt.report.table1 import table1
 from masonry_opt.report.terminal import markdown
+from masonry_opt.reproduce.table1 import table1
 
 #: Times are of one run on one machine: they are printed, not kept.
 LEFT_OUT = ["method", "NLPs", "time (s)", "published (s)"]
@@ -14,9 +14,10 @@ LEFT_OUT = ["method", "NLPs", "time (s)", "published (s)"]
 
 def refresh(readme: Path, cases: Path) -> None:
     """Replace what stands between the markers of each table."""
-    table, text = table1(cases, print), readme.read_text()
-    loops = table.residuals[table.residuals["method"] == "loop"].drop(columns=LEFT_OUT)
-    parts = {"table1": table.load_factors, "residuals": loops}
+    tables, text = table1(cases, print).tables, readme.read_text()
+    residuals = tables["table1_residuals"]
+    loops = residuals[residuals["method"] == "loop"].drop(columns=LEFT_OUT)
+    parts = {"table1": tables["table1"], "residuals": loops}
     for name, frame in parts.items():
         between = re.compile(rf"(<!-- {name} -->\n).*?(<!-- /{name} -->)", re.DOTALL)
         text = between.sub(lambda match, frame=frame: match[1] + markdown(frame) + match[2], text)

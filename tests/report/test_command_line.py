@@ -14,8 +14,9 @@ from scenes import CASES, block_on_floor
 import masonry_opt as mo
 from masonry_opt.cli import main
 from masonry_opt.report.mechanism_plot import joint_motion
-from masonry_opt.report.table1 import table1
-from masonry_opt.report.terminal import markdown, table1_text
+from masonry_opt.report.terminal import markdown
+from masonry_opt.reproduce.table1 import table1
+from masonry_opt.reproduce.text import report_text
 
 README = Path(__file__).parents[2] / "README.md"
 WALL_1 = CASES / "ferris_tinloi" / "wall_1.toml"
@@ -167,7 +168,7 @@ def test_reproduce_table1(monkeypatch, capsys, tmp_path):
     """All six walls, every column within the tolerance of its case file; minutes."""
     code, out, err = run(monkeypatch, capsys, "reproduce", "table1", "--out", tmp_path, "--cases", CASES)
     assert code == 0, out
-    assert "every value is within the tolerance" in out
+    assert "every value is within its tolerance" in out
     table = pd.read_csv(tmp_path / "table1.csv")
     assert list(table["wall"]) == [1, 2, 3, 4, 5, 6]
     assert list(table["assoc. paper"]) == [0.64286, 0.58, 0.40369, 0.33195, 0.23964, 0.34782]
@@ -175,7 +176,8 @@ def test_reproduce_table1(monkeypatch, capsys, tmp_path):
     assert (table["refined"] <= most).all()
     assert (table["mpec"] / table["MPEC publ."] - 1).abs().max() < 1e-4
     assert (table["refined"] <= table["mpec"] + 1e-7).all()
-    assert "table1.csv" in err
+    assert "index.html" in err
+    assert 'href="table1.csv"' in (tmp_path / "index.html").read_text()
     residuals = pd.read_csv(tmp_path / "table1_residuals.csv")
     assert (residuals["status"] == "converged").all()
     parts = ["equilibrium", "yield", "flow", "complementarity"]
@@ -192,12 +194,12 @@ def test_table1_says_which_value_misses(tmp_path):
     (cases / WALL_1.name).write_text(text)
     table = table1(tmp_path, walls=[1])
     missed = "\n".join(table.missed)
-    assert "83 joints, published: 84" in missed
-    assert "wall_1.toml: nonassociative" in missed
+    assert "wall 1: joints: 83, published 84" in missed
+    assert "wall 1 (cvxpy, clarabel): nonassociative" in missed
     assert "published 0.64082" in missed
     assert ": associative" not in missed
-    assert missed in table1_text(table).replace("\n  ", "\n")
-    assert set(table.residuals["method"]) == {"loop", "mpec", "refined"}
+    assert missed in report_text("Table 1", table).replace("\n  ", "\n")
+    assert set(table.tables["table1_residuals"]["method"]) == {"loop", "mpec", "refined"}
 
 
 def test_reproduce_without_case_files_or_folder(monkeypatch, capsys, tmp_path):

@@ -1,0 +1,1 @@
+"""The paper's results rebuilt from case files, each beside what was published."""

@@ -1,0 +1,124 @@
+"""The ``[facade]`` generator: one pattern of blocks round an opening, repeated across and upwards."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Annotated
+
+from pydantic import Field, Strict, model_validator
+
+from masonry_opt.scene.blocks import Block, NonNegative, Point, Positive, Record, rectangle
+
+Count = Annotated[int, Strict(), Field(ge=1, le=1000)]
+
+
+class Facade(Record):
+    """Running bond with x × y equal openings, each under a lintel, on a fixed base whose top is y = 0.
+
+    Courses alternate, whole blocks first; where a block of the shifted course would cross the edge of
+    an opening, its inner half is left away, so that both jambs are straight. A storey is ``sill``
+    courses, the ``opening``'s, and those of the lintel and the ``spandrel`` above it.
+
+    Parameters
+    ----------
+    openings:
+        Numbers of openings across and upwards.
+    block:
+        Length and height of a full block.
+    jamb:
+        Width, in blocks, of the masonry on either side of an opening: piers between openings are twice
+        as wide as those at the ends.
+    opening:
+        Width in blocks and height in courses of an opening.
+    sill, spandrel:
+        Courses below an opening, and above its lintel, within its storey.
+    weight:
+        Weight of a full block; shorter blocks weigh in proportion.
+    lintel_weight:
+        Weight of a lintel, which bears half a block on either side.
+    live:
+        Live force on every block as a multiple of its weight, ``[fx, fy]``, at the centroid.
+    omit_top_left:
+        Whether the leftmost block of the top course is left away.
+
+    Raises
+    ------
+    pydantic.ValidationError
+        If the lintel's course is not one of shifted blocks, in which it bears on whole ones.
+    """
+
+    openings: tuple[Count, Count]
+    block: tuple[Positive, Positive]
+    jamb: Count
+    opening: tuple[Count, Count]
+    sill: Annotated[int, Strict(), Field(ge=0, le=1000)]
+    spandrel: Count
+    weight: NonNegative
+    lintel_weight: NonNegative
+    live: Point = (0.0, 0.0)
+    omit_top_left: Annotated[bool, Strict()] = True
+
+    @model_validator(mode="after")
+    def _lintel_fits_the_bond(self) -> Facade:
+        if (self.sill + self.opening[1]) % 2 == 0:
+            raise ValueError("'sill' and the height of 'opening' must add up to an odd number of courses")
+        if self.storey % 2:
+            raise ValueError(
+                "'sill', the height of 'opening', one for the lintel and 'spandrel' must add up to an even "
+                "number of courses"
+            )
+        return self
+
+    @property
+    def storey(self) -> int:
+        """Courses of a storey."""
+        return self.sill + self.opening[1] + 1 + self.spandrel
+
+    @property
+    def width(self) -> int:
+        """Width in blocks."""
+        return self.openings[0] * (self.opening[0] + 2 * self.jamb)
+
+    def blocks(self) -> list[Block]:
+        """The blocks, course by course from the left, named ``course-block``, the base last."""
+        length, height = self.block
+        built: list[Block] = []
+        for row in range(self.openings[1] * self.storey):
+            pieces = self._course(row)
+            if self.omit_top_left and row == self.openings[1] * self.storey - 1:
+                pieces = pieces[1:]
+            for number, (left, right, weight) in enumerate(pieces, start=1):
+                built.append(
+                    Block(
+                        name=f"{row + 1}-{number}",
+                        vertices=rectangle(left * length, right * length, row * height, (row + 1) * height),
+                        weight=weight,
+                        live=(self.live[0] * weight, self.live[1] * weight),
+                    )
+                )
+        corners = rectangle(-length, (self.width + 1) * length, -height, 0.0)
+        return [*built, Block(name="base", vertices=corners, fixed=True)]
+
+    def _course(self, row: int) -> list[tuple[float, float, float]]:
+        """Left end, right end (in blocks) and weight of the pieces of a course."""
+        level = row % self.storey - self.sill
+        bond = [x + 0.5 * (row % 2) for x in range(self.width)]
+        gaps: list[tuple[float, float]] = []
+        if 0 <= level < self.opening[1]:
+            gaps = [(left, left + self.opening[0]) for left in self._openings()]
+        elif level == self.opening[1]:
+            gaps = [(left - 0.5, left + self.opening[0] + 0.5) for left in self._openings()]
+        ends = sorted({0.0, *bond, float(self.width), *(end for gap in gaps for end in gap)})
+        pieces = [
+            (left, right, self.weight * (right - left))
+            for left, right in itertools.pairwise(ends)
+            if not any(start <= left < end for start, end in gaps)
+        ]
+        if level == self.opening[1]:
+            pieces += [(left, right, self.lintel_weight) for left, right in gaps]
+        return sorted(pieces)
+
+    def _openings(self) -> list[float]:
+        """Left ends of the openings, in blocks."""
+        step = self.opening[0] + 2 * self.jamb
+        return [float(self.jamb + number * step) for number in range(self.openings[0])]
