@@ -31,8 +31,8 @@ LIMITS: dict[str, dict[str, float]] = {
 #: Kind of each method that is not exact.
 _KINDS = {"static": "associative", "kinematic": "associative", "nonassociative": "loop"}
 
-#: Gaps to the best exact Coulomb state below this are none: states are exact to 1e-8.
-GAP_FLOOR = 1e-8
+#: Gaps to the best exact Coulomb state below this are none: the MPEC leaves some 1e-8 of λ.
+GAP_FLOOR = 1e-7
 
 #: Error at which profiles and scaling count an answer as reached: digits for the linear program, and for
 #: Coulomb the one per cent by which the loop is known to end above the lowest state on the walls.
@@ -50,7 +50,7 @@ def judge(row: dict[str, Any], bounds: Bounds | None, best: BestKnown | None) ->
     Returns
     -------
     ``question``; ``verdict`` (one of VERDICTS) and ``reason`` ("" if good); ``error``: distance of λ from
-    the certified one, half the bracket's width at least, or from the best exact Coulomb state, 1e-8 at least,
+    the certified one, half the bracket's width at least, or from the best exact Coulomb state, 1e-7 at least,
     both relative; ``below``: whether λ is below that state, which no exact one is known to be;
     ``violation``: largest violation of yield, in median block weights. None where there is no such number.
     """

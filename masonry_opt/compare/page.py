@@ -172,17 +172,24 @@ def _time_error(summary: pd.DataFrame, asks: str, error: str, word: str) -> go.F
             visible=not traces_of or traces_of[0] == scene,
         )
         traces_of.append(str(scene))
+    scenes = dict.fromkeys(traces_of)
     buttons = [
         {
-            "label": escape(str(scene)),
+            "label": escape(of),
             "method": "update",
-            "args": [{"visible": [of == scene for of in traces_of]}],
+            "args": [{"visible": [*(t == of for t in traces_of), True]}],
         }
-        for scene in dict.fromkeys(traces_of)
+        for of in scenes
     ]
-    figure.add_hrect(y0=band / 3, y1=band * 5, fillcolor="grey", opacity=0.12, line_width=0)
-    figure.add_annotation(
-        xref="paper", x=0.01, yref="y", y=float(np.log10(band * 3)), text="no good answer", showarrow=False
+    figure.add_scatter(
+        x=[float(asked["time"].min()), float(asked["time"].max())],
+        y=[band / 3] * 2,
+        mode="lines+text",
+        text=["above: no good answer", ""],
+        textposition="top right",
+        line={"color": "grey", "dash": "dot"},
+        showlegend=False,
+        hoverinfo="skip",
     )
     _axes(figure, "time (s)", word)
     figure.update_layout(updatemenus=[{"buttons": buttons, "x": 0, "xanchor": "left", "y": 1.12}])

@@ -64,7 +64,7 @@ def _time_error_panel(
     axes: Axes, frame: pd.DataFrame, error: str, shown: dict[str, Look], decades: tuple[float, float]
 ) -> None:
     low, high = decades
-    line, top = high * 10**0.3, high * 10 ** (0.3 + 0.16 * (math.log10(high / low) + 0.3))
+    line, top = high * 10**0.3, high * 10 ** (0.3 + 0.2 * (math.log10(high / low) + 0.3))
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_ylim(low / 3, top)
@@ -94,10 +94,10 @@ def _time_error_panel(
     failures = frame[frame["verdict"] != GOOD].to_dict("records")
     for number, failure in enumerate(failures):
         # Alternate heights keep letters at near times apart.
-        height = 0.25 + 0.5 * (number % 3) / 2
+        height = 0.15 + 0.5 * (number % 3) / 2
         axes.plot(
             failure["time"],
-            line * (top / line) ** (0.85 * height),
+            line * (top / line) ** height,
             marker=f"${letter(failure)}$",
             linestyle="",
             color=shown[failure["pair"]].colour,
@@ -138,7 +138,8 @@ def profile(summary: pd.DataFrame, asks: str) -> Figure:
     count = times["scene"].nunique()
     axes.set_title(f"Performance profile: {asks} λ to {TARGET[asks]:g}, {count} scenes", fontsize=11)
     axes.grid(color="0.9", linewidth=0.5)
-    figure.legend(loc="outside right upper", fontsize=8, frameon=False)
+    if axes.get_legend_handles_labels()[0]:
+        figure.legend(loc="outside right upper", fontsize=8, frameon=False)
     return figure
 
 
@@ -171,7 +172,8 @@ def size(summary: pd.DataFrame, asks: str) -> Figure:
     axes.set_ylabel("time (s)")
     axes.set_title(f"Time to reach {asks} λ to {TARGET[asks]:g}, against size", fontsize=11)
     axes.grid(color="0.9", linewidth=0.5)
-    figure.legend(loc="outside right upper", fontsize=8, frameon=False)
+    if axes.get_legend_handles_labels()[0]:
+        figure.legend(loc="outside right upper", fontsize=8, frameon=False)
     return figure
 
 

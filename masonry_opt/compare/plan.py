@@ -124,6 +124,11 @@ def _reason(method: str, model: str, solver: str) -> str:
     allowed = own.solvers[model]
     if allowed and solver not in allowed:
         return f"the method takes there: {', '.join(allowed)}"
+    driven = [language for language, name in SOLVERS if name == solver]
+    if driven and model not in driven:
+        return f"the solver is driven from {', '.join(driven)} only"
+    if model != "cvxpy" and not driven and solver not in IPOPT:
+        return "the solver is driven from cvxpy only"
     try:
         if solver in IPOPT:
             if allowed:
