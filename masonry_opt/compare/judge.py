@@ -34,6 +34,9 @@ _KINDS = {"static": "associative", "kinematic": "associative", "nonassociative":
 #: Gaps to the best exact Coulomb state below this are none: the MPEC leaves some 1e-8 of λ.
 GAP_FLOOR = 1e-7
 
+#: Violations below this are rounding.
+VIOLATION_FLOOR = 1e-10
+
 #: Error at which profiles and scaling count an answer as reached: digits for the linear program, and for
 #: Coulomb the one per cent by which the loop is known to end above the lowest state on the walls.
 TARGET = {ASSOCIATIVE: 1e-6, COULOMB: 1e-2}
@@ -52,7 +55,8 @@ def judge(row: dict[str, Any], bounds: Bounds | None, best: BestKnown | None) ->
     ``question``; ``verdict`` (one of VERDICTS) and ``reason`` ("" if good); ``error``: distance of λ from
     the certified one, half the bracket's width at least, or from the best exact Coulomb state, 1e-7 at least,
     both relative; ``below``: whether λ is below that state, which no exact one is known to be;
-    ``violation``: largest violation of yield, in median block weights. None where there is no such number.
+    ``violation``: largest violation of yield, in median block weights, 1e-10 at least. None
+    where there is no such number.
     """
     asks = question(row["method"])
     verdict, reason = _verdict(row)
@@ -70,7 +74,7 @@ def judge(row: dict[str, Any], bounds: Bounds | None, best: BestKnown | None) ->
         "reason": reason,
         "error": error,
         "below": below,
-        "violation": row["yield"],
+        "violation": None if row["yield"] is None else max(row["yield"], VIOLATION_FLOOR),
     }
 
 

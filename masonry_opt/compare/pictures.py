@@ -64,7 +64,7 @@ def _time_error_panel(
     axes: Axes, frame: pd.DataFrame, error: str, shown: dict[str, Look], decades: tuple[float, float]
 ) -> None:
     low, high = decades
-    line, top = high * 10**0.3, high * 10 ** (0.3 + 0.2 * (math.log10(high / low) + 0.3))
+    line, top = high * 10**0.3, high * 10 ** (0.3 + 0.22 * (math.log10(high / low) + 0.3))
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_ylim(low / 3, top)
@@ -94,7 +94,7 @@ def _time_error_panel(
     failures = frame[frame["verdict"] != GOOD].to_dict("records")
     for number, failure in enumerate(failures):
         # Alternate heights keep letters at near times apart.
-        height = 0.15 + 0.5 * (number % 3) / 2
+        height = 0.12 + 0.24 * (number % 3)
         axes.plot(
             failure["time"],
             line * (top / line) ** height,
@@ -103,6 +103,8 @@ def _time_error_panel(
             color=shown[failure["pair"]].colour,
             markersize=5,
         )
+    count = round(math.log10(high / low))
+    axes.set_yticks([low * 10.0**power for power in range(0, count + 1, math.ceil(count / 6))])
     axes.tick_params(labelsize=8)
     axes.grid(which="major", color="0.9", linewidth=0.5)
 

@@ -12,6 +12,7 @@ from masonry_opt.compare.measure import DIED, MEMORY_LIMIT, TIME_LIMIT, Ended
 from masonry_opt.compare.plan import Pair, Run
 from masonry_opt.compare.scenes import CaseScene
 from masonry_opt.errors import OptionError
+from masonry_opt.files import write_whole
 from masonry_opt.timing import PARTS
 
 #: What a run is: a line with the same is not measured again.
@@ -94,7 +95,7 @@ class Store:
             if not whole:
                 whole = _line(COLUMNS)
             if whole != data:
-                path.write_bytes(whole)
+                write_whole(path, whole)
         except OSError as error:
             raise OptionError(f"{path}: cannot be written: {error.strerror}") from None
         lines = list(csv.reader(io.StringIO(whole.decode("utf-8", errors="replace"))))

@@ -49,6 +49,16 @@ def test_a_run_returns_the_answer_and_its_cost():
     assert ended.peak > 50  # the libraries alone
 
 
+def test_time_is_split_once_between_solves_of_one_model():
+    """HiGHS's clock runs on in a model that stays loaded: the parts must not exceed the whole."""
+    case = CASES / "ferris_tinloi" / "wall_1.toml"
+    value = run_limited(
+        run_pair, (case, Pair("nonassociative", "pyomo", "highs-ipm", 1e-8), 60.0), 60, 4000
+    ).value
+    assert value["lp_solves"] > 3
+    assert sum(value["seconds"].values()) <= value["wall"]
+
+
 def test_a_wrong_case_is_refused():
     ended = run_limited(run_pair, ("missing.toml", Pair("static", "cvxpy", "clarabel", 1e-9), 30.0), 30, 4000)
     assert ended.how == REFUSED
