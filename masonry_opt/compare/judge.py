@@ -20,11 +20,12 @@ VERDICTS = (GOOD, CERTIFICATE_FAILS, NAMED_STATUS, FAILED)
 #:   more than that: the four digits in which published load factors agree. What is beyond is the error axis.
 #: loop: it turns shear limits about the last normal forces and so never meets Coulomb's law exactly. A tenth
 #:   of a block's weight is what the published parameters leave on the walls of Table 1 (README); more says
-#:   that forces, and not only digits, are wrong. The small cohesion c0 costs some 1e-4 of complementarity.
+#:   that forces, and not only digits, are wrong. Its last step takes what the small cohesion dissipates off
+#:   λ and not off the forces: some 1e-4 of equilibrium and of complementarity, by construction.
 #: exact: a hundred times what the MPEC's last relaxation leaves; the refinement leaves less than 1e-8.
 LIMITS: dict[str, dict[str, float]] = {
     "associative": dict.fromkeys(("equilibrium", "yield", "flow", "complementarity"), 1e-4),
-    "loop": {"equilibrium": 1e-4, "yield": 0.1, "flow": 1e-3, "complementarity": 1e-2},
+    "loop": {"equilibrium": 1e-3, "yield": 0.1, "flow": 1e-3, "complementarity": 1e-2},
     "exact": dict.fromkeys(("equilibrium", "yield", "flow", "complementarity"), 1e-6),
 }
 

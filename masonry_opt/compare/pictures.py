@@ -46,7 +46,7 @@ def time_error(summary: pd.DataFrame, asks: str, error: str = "error") -> Figure
     figure.suptitle(f"{asks.capitalize()} load factor: time against {_error_word(asks, error)}", fontsize=12)
     handles = [_handle(pair, shown[pair]) for pair in dict.fromkeys(asked["pair"])]
     handles.append(Line2D([], [], color="0.4", linewidth=1, label="Pareto front"))
-    if asked["below"].any() and error == "error":
+    if (asked["below"] & (asked["verdict"] == GOOD)).any() and error == "error":
         handles.append(
             Line2D([], [], color="0.4", marker="v", linestyle="", label="below the best exact state (|gap|)")
         )
