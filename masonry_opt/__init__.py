@@ -12,9 +12,22 @@ from masonry_opt.analysis.solve import solve
 from masonry_opt.analysis.status import Status
 from masonry_opt.errors import CaseError, MasonryError, OptionError
 from masonry_opt.problem.certificate import Certificate
-from masonry_opt.scene import Block, Facade, Joint, JointDefaults, Reference, Scene, Wall, load, save
+from masonry_opt.scene import (
+    Arch,
+    Block,
+    Facade,
+    Joint,
+    JointDefaults,
+    PointLoad,
+    Reference,
+    Scene,
+    Wall,
+    load,
+    save,
+)
 
 __all__ = [
+    "Arch",
     "Block",
     "CaseError",
     "Certificate",
@@ -24,6 +37,7 @@ __all__ = [
     "JointDefaults",
     "MasonryError",
     "OptionError",
+    "PointLoad",
     "Reference",
     "Result",
     "Scene",

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import contextlib
+import math
+import os
+import signal
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from importlib.metadata import version as package_version
+from io import TextIOWrapper
 from json import loads as parse_json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NoReturn
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.status import Status
 
 from masonry_opt.analysis.check import check as check_duality
@@ -19,7 +25,13 @@ from masonry_opt.analysis.methods import METHODS
 from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.solve import solve as solve_scene
 from masonry_opt.compare.command import compare
-from masonry_opt.errors import MasonryError, OptionError
+from masonry_opt.errors import (
+    InterruptedByUserError,
+    MasonryError,
+    OptionError,
+    OutputError,
+    printable,
+)
 from masonry_opt.report.mechanism_plot import plot_mechanism, refuse_picture
 from masonry_opt.report.terminal import duality_text, result_text
 from masonry_opt.reproduce.folder import write_report
@@ -69,13 +81,22 @@ def solve(
         refuse_picture(plot)
     options = dict(_name_and_value(text) for text in option or [])
     errors = Console(stderr=True)
-    with errors.status(f"solving {case}") as status:
+    steps: list[str] = []
+    with errors.status(f"solving {escape(printable(str(case)))}") as status, _interrupts() as check_interrupt:
 
         def progress(step: Any) -> None:
-            status.update(f"{type(step).__name__.lower()}: λ = {step.load_factor:.6f}")
+            check_interrupt()
+            if math.isfinite(step.load_factor):
+                steps.append(f"{type(step).__name__.lower()} {len(steps) + 1}: λ = {step.load_factor:.6f}")
+                status.update(steps[-1])
 
-        result = solve_scene(case, method, model=model, solver=solver, progress=progress, **options)
-    print(result.to_json() if json else result_text(result))
+        try:
+            result = solve_scene(case, method, model=model, solver=solver, progress=progress, **options)
+            check_interrupt()
+        except KeyboardInterrupt:
+            last = f"the last was {steps[-1]}, not the answer" if steps else "before the first λ"
+            raise InterruptedByUserError(f"interrupted: {last}; nothing was written") from None
+    _print(result.to_json() if json else result_text(result))
     if plot is not None:
         _plot(result, plot)
     if not result.status.usable:
@@ -89,7 +110,7 @@ def check(case: Case) -> None:
     Exit code 0: they agree; 1: they do not; 2: wrong case file.
     """
     report = check_duality(case)
-    print(duality_text(report))
+    _print(duality_text(report))
     if not report.passed:
         raise typer.Exit(1)
 
@@ -144,13 +165,79 @@ def _plot(result: Result, path: Path) -> None:
     try:
         plot_mechanism(result, path)
     except OSError as error:
-        raise OptionError(f"{path}: cannot be written: {error.strerror}") from None
+        raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+@contextlib.contextmanager
+def _interrupts() -> Iterator[Callable[[], None]]:
+    """Within it Ctrl-C is remembered: a solver may take it for a wish to stop itself alone, and the
+    analysis go on from there. What is yielded raises KeyboardInterrupt if there was one."""
+    pressed = False
+
+    def remember(*_: object) -> None:
+        nonlocal pressed
+        pressed = True
+        raise KeyboardInterrupt
+
+    def check() -> None:
+        if pressed:
+            raise KeyboardInterrupt
+
+    before = signal.getsignal(signal.SIGINT)
+    if before is signal.default_int_handler:  # else the caller has its own, or ignores it
+        signal.signal(signal.SIGINT, remember)
+    try:
+        yield check
+    finally:
+        if before is signal.default_int_handler:
+            signal.signal(signal.SIGINT, before)
+
+
+def _print(text: str) -> None:
+    """Print a result; a full disk or a reader that went away is an error, told while it can be."""
+    try:
+        print(text, flush=True)
+    except OSError as error:
+        raise OutputError(f"standard output cannot be written: {error.strerror}") from None
 
 
 def main() -> None:
     """Run the command line; every foreseeable mistake ends as one message and an exit code."""
+    if sys.stdout is None:  # closed by the caller
+        _end("standard output is closed: give it a file or a pipe", OutputError.exit_code)
+    for stream in (sys.stdout, sys.stderr):
+        # What a stream cannot encode (a file's name in foreign bytes) is written as an escape.
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
     try:
-        app()
+        try:
+            app()
+        except SystemExit:
+            sys.stdout.flush()
+            raise
     except MasonryError as error:
-        print(f"error: {error}", file=sys.stderr)
-        sys.exit(error.exit_code)
+        _end(str(error), error.exit_code)
+    except OSError as error:
+        _end(f"the output cannot be written: {error.strerror}", OutputError.exit_code)
+    except MemoryError:
+        _end("the scene does not fit in memory: split it", MasonryError.exit_code)
+    except KeyboardInterrupt:
+        _end("interrupted", InterruptedByUserError.exit_code)
+    except SystemExit as end:
+        if end.code == InterruptedByUserError.exit_code:  # typer's word for Ctrl-C in a command
+            _end("interrupted: files already written are whole", InterruptedByUserError.exit_code)
+        raise
+
+
+def _end(message: str, code: int) -> NoReturn:
+    """One line on standard error, and out."""
+    with contextlib.suppress(OSError):
+        if sys.stderr is not None:
+            print(f"error: {message}", file=sys.stderr, flush=True)
+    try:
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError:
+        # Python flushes once more as it ends: let what cannot be written go nowhere.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    sys.exit(code)

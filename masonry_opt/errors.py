@@ -1,11 +1,27 @@
 """What a user can put right: every error here ends as one message, never as a traceback."""
 
 
+def printable(text: str) -> str:
+    """The text with everything but printable characters and line ends written as escapes.
+
+    What a case file or a path contains must not move a terminal's cursor, colour it, turn its
+    direction of writing round, or fail to be encoded.
+    """
+    if text.isprintable():
+        return text
+    return "".join(
+        letter if letter == "\n" or letter.isprintable() else ascii(letter)[1:-1] for letter in text
+    )
+
+
 class MasonryError(Exception):
-    """Base of the errors whose message tells a user what to do."""
+    """Base of the errors whose message tells a user what to do; the message is printable."""
 
     #: What the command line ends with.
     exit_code = 2
+
+    def __init__(self, message: object) -> None:
+        super().__init__(printable(str(message)))
 
 
 class CaseError(MasonryError):
@@ -16,7 +32,17 @@ class OptionError(MasonryError):
     """A method, model, solver or option is wrong or not available here."""
 
 
+class OutputError(MasonryError):
+    """What was asked for could not be written; the message says where and why."""
+
+
 class NoLoadFactorError(MasonryError):
     """What was asked for needs a load factor and the scene has none; the message says why."""
 
     exit_code = 1
+
+
+class InterruptedByUserError(MasonryError):
+    """The user stopped the run; the message says what was found until then."""
+
+    exit_code = 130

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import tempfile
 from pathlib import Path
@@ -10,18 +11,20 @@ from pathlib import Path
 def write_whole(path: str | Path, content: str | bytes) -> None:
     """Write a file so that a reader sees the old content or the new, never a part.
 
-    Raises OSError if the folder is missing or cannot be written; the old file then stands.
+    Raises OSError if the folder is missing, full or cannot be written; the old file then stands.
     """
     path = Path(path)
     data = content.encode("utf-8") if isinstance(content, str) else content
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    # A name of its own for every writer: of two that write at once, the last to end is kept whole.
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".writing.")
     try:
         with os.fdopen(handle, "wb") as stream:
             stream.write(data)
         os.chmod(temporary, 0o666 & ~_umask())
         os.replace(temporary, path)
     except BaseException:
-        os.unlink(temporary)
+        with contextlib.suppress(OSError):  # the folder may be gone: the first error is the cause
+            os.unlink(temporary)
         raise
 
 

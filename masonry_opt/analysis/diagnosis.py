@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from masonry_opt.analysis.status import Status
-from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.problem.certificate import finite, rates
+from masonry_opt.problem.problem import Problem, ShearLimits, joint_rates
 from masonry_opt.solvers.answer import Answer, Outcome
 from masonry_opt.solvers.cvxpy_driver import driven_mechanism
 from masonry_opt.solvers.driver import declare
@@ -14,6 +17,9 @@ from masonry_opt.timing import Stopwatch
 
 #: Power of a bounded mechanism, in median block weights, below which nothing moves.
 _NOTHING = 1e-7
+
+#: Share of the largest (velocity or force) below which a joint has no part in locking.
+_LITTLE = 1e-2
 
 
 class DeadLoadUndecided(Exception):
@@ -73,6 +79,46 @@ def _live_load_drives(problem: Problem, slope: np.ndarray) -> bool | None:
     solver, force = find_solver("cvxpy", "clarabel"), problem.live / problem.live_norm
     driven = driven_mechanism(problem, force, ShearLimits(slope), solver, Stopwatch())
     return None if driven is None else driven[0] > _NOTHING
+
+
+def locking_joints(problem: Problem, status: Status, q: np.ndarray | None) -> np.ndarray:
+    """Indices of the joints that keep the live load from causing collapse, those that do most first.
+
+    Locked by dilatancy: those that slide in the mechanism that the live load drives without
+    dilatancy, and cannot open there as associative flow demands, by how much they cannot. Unlimited:
+    those that carry the live load alone in a state of equilibrium with no more shear than the joints'
+    own dilatancy allows (so that no mechanism lets it do work), by their normal force.
+    Jammed: those whose normal force ``q`` grows with λ. Empty if the solver fails.
+    """
+    if status is Status.LOCKED:
+        k = problem.sliding
+        driven = driven_mechanism(
+            problem,
+            problem.live / problem.live_norm,
+            ShearLimits(problem.dilatancy[k]),
+            find_solver("cvxpy", "clarabel"),
+            Stopwatch(),
+        )
+        if driven is None:
+            return np.array([], dtype=int)
+        u, slope = problem.B.T @ driven[1], finite(problem.friction)
+        departure = u - joint_rates(problem, rates(problem, driven[1], problem.friction), slope)
+        amount = np.where(np.abs(u[1::3]) > _LITTLE, np.abs(departure[0::3]), 0.0)
+    elif status is Status.UNLIMITED:
+        # The live load in place of the dead, scaled as the driven mechanism is.
+        live_only = replace(problem.without_live_load(), dead=problem.live / problem.live_norm)
+        limits = ShearLimits(problem.dilatancy[problem.sliding])
+        solver = find_solver("cvxpy", "clarabel")
+        answer = declare(live_only, "static", solver, Stopwatch(), limits).solve()
+        if answer.state is None:
+            return np.array([], dtype=int)
+        amount = np.abs(answer.state.q[0::3])
+    elif status is Status.JAMMED and q is not None:
+        amount = q[0::3]
+    else:
+        return np.array([], dtype=int)
+    order = np.argsort(-amount, kind="stable")
+    return order[amount[order] > max(_LITTLE * amount.max(), _NOTHING)]
 
 
 def moving_blocks(d: np.ndarray) -> np.ndarray:

@@ -106,19 +106,19 @@ def derive_bounds(problem: Problem, refiner: Refiner, highest: float, imposed: f
 
 
 def global_bounds(
-    problem: Problem, start: Finding, associative: float, options: GlobalOptions, watch: Stopwatch
+    problem: Problem, start: Finding, upper: float, options: GlobalOptions, watch: Stopwatch
 ) -> Finding:
     """The least Coulomb load factor λ ≥ 0 of a scene that stands, and what is proven of it.
 
     Parameters
     ----------
     start: the refinement's finding; if its state is exact, λ is searched no higher.
-    associative: the associative load factor, an upper bound of λ.
+    upper: an upper bound of λ: the associative load factor, or that of an exact state.
     """
     began = time.perf_counter()
     refiner = Refiner(problem)
     best = start if _is_exact(problem, start) else None
-    highest = associative
+    highest = upper
     if best is not None and best.load_factor is not None:
         highest = min(highest, best.load_factor)
     # A trace above, so that rounding does not cut off the best state itself.

@@ -125,10 +125,16 @@ def _refined(task: Task) -> Finding:
 
 def _global(task: Task) -> Finding:
     upper = associative(task.problem, "static", find_solver("cvxpy", None), task.watch)
-    if upper.load_factor is None:
+    if upper.load_factor is None and upper.status is not Status.LOCKED:
         return upper
     start = _refined(dataclasses.replace(task, options=RefinedOptions(kicks=0)))
-    found = global_bounds(task.problem, start, upper.load_factor, task.options, task.watch)
+    highest = upper.load_factor
+    if highest is None:
+        # Where dilatancy locks the associative flow, an exact state bounds λ instead.
+        if start.stationary is None or start.load_factor is None:
+            return upper
+        highest = start.load_factor
+    found = global_bounds(task.problem, start, highest, task.options, task.watch)
     found.lp_solves += upper.lp_solves
     found.flow_rule_matters = start.flow_rule_matters
     return found

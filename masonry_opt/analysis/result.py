@@ -246,7 +246,7 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
     """
     problem = assembly.problem
     n, s, m = q[0::3], q[1::3], q[2::3] / problem.half_length
-    nothing = 1e-6 * np.abs(n).max()
+    nothing = 1e-6 * (np.abs(n).max() or 1.0)
     slide, _, rock, _ = yield_slacks(problem, q) + np.stack([q[1::3], -q[1::3], q[2::3], -q[2::3]])
     shear = np.abs(s) / np.maximum(slide, nothing)
     rocking = np.abs(m) / np.maximum(rock / problem.half_length, nothing)

@@ -6,9 +6,15 @@ import dataclasses
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import ValidationError
 
-from masonry_opt.analysis.diagnosis import DeadLoadUndecided, falling_mechanism, moving_blocks
+from masonry_opt.analysis.diagnosis import (
+    DeadLoadUndecided,
+    falling_mechanism,
+    locking_joints,
+    moving_blocks,
+)
 from masonry_opt.analysis.finding import Finding
 from masonry_opt.analysis.methods import IPOPT, METHODS, Method, Progress, Task
 from masonry_opt.analysis.result import Result, make_result
@@ -87,7 +93,8 @@ def solve(
     if finding is None:
         finding = chosen.run(Task(problem, asked, watch, own_options, progress))
         if finding.load_factor is not None and finding.load_factor < -_NEGATIVE:
-            finding = _held_by_wedging(finding)
+            finding = _held_by_wedging(assembly, finding)
+        _name_locking_joints(assembly, finding)
     return make_result(
         assembly,
         finding,
@@ -155,21 +162,42 @@ def _unless_it_stands(assembly: Assembly, watch: Stopwatch) -> Finding | None:
     return Finding(Status.UNSTABLE, _falls(assembly, falling), d=falling)
 
 
-def _held_by_wedging(finding: Finding) -> Finding:
+def _held_by_wedging(assembly: Assembly, finding: Finding) -> Finding:
     """A load factor below zero of a scene whose dead load has a state of equilibrium."""
     message = (
         f"the load factor found is {finding.load_factor:.4g}, below zero: the dead load is carried by "
         "wedging alone, which the joints' flow rule does not sustain"
     )
+    if finding.d is not None:
+        message += f"; support what moves, {_blocks(assembly, moving_blocks(finding.d))}"
     return dataclasses.replace(finding, status=Status.UNSTABLE, message=message, load_factor=None)
 
 
-def _falls(assembly: Assembly, velocities: Any) -> str:
-    moving = moving_blocks(velocities)
-    names = [repr(assembly.scene.blocks[assembly.movable[index]].name) for index in moving[:5]]
-    more = f" and {len(moving) - 5} more" if len(moving) > 5 else ""
-    blocks = "block" if len(moving) == 1 else "blocks"
-    return (
-        f"the dead load alone moves {blocks} {', '.join(names)}{more}: support what falls, or raise "
-        "the friction of its joints"
-    )
+def _name_locking_joints(assembly: Assembly, finding: Finding) -> None:
+    """Add to the message of an unlimited load factor the joints that make it so."""
+    joints = locking_joints(assembly.problem, finding.status, finding.q)
+    if len(joints) == 0:
+        return
+    what = {
+        Status.LOCKED: "the joints that slide there and have no room to open",
+        Status.UNLIMITED: "the joints that carry it",
+        Status.JAMMED: "the joints whose normal forces grow most",
+    }[finding.status]
+    name, found = [block.name for block in assembly.scene.blocks], assembly.joints
+    pairs = [f"{name[found.first[joint]]!r}–{name[found.second[joint]]!r}" for joint in joints]
+    finding.message += f"; {what}: {_some(pairs)}"
+
+
+def _falls(assembly: Assembly, velocities: np.ndarray) -> str:
+    blocks = _blocks(assembly, moving_blocks(velocities))
+    return f"the dead load alone moves {blocks}: support what falls, or raise the friction of its joints"
+
+
+def _blocks(assembly: Assembly, indices: np.ndarray) -> str:
+    names = [repr(assembly.scene.blocks[assembly.movable[index]].name) for index in indices]
+    return f"{'block' if len(names) == 1 else 'blocks'} {_some(names)}"
+
+
+def _some(names: list[str]) -> str:
+    """The first five, and how many more."""
+    return ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")

@@ -12,7 +12,7 @@ from masonry_opt.compare.comparison import Limits
 from masonry_opt.compare.comparison import compare as run_comparison
 from masonry_opt.compare.plan import plan
 from masonry_opt.compare.scenes import find_scenes
-from masonry_opt.errors import OptionError
+from masonry_opt.errors import InterruptedByUserError, OptionError, printable
 
 #: What is compared when nothing is named: every method that a wall of Table 1 takes seconds for, with the
 #: solvers of the package, at a loose and at the package's own tolerance.
@@ -39,8 +39,8 @@ def compare(
 ) -> None:
     """Time methods and solvers on scenes, judge their answers, write tables, charts and a report.
 
-    An interrupted comparison continues where it stopped. Exit code 0: done; 1: interrupted; 2: wrong case
-    file or option.
+    An interrupted comparison continues where it stopped. Exit code 0: done; 130: interrupted; 2: wrong
+    case file or option.
     """
     # Charts and pages are slow to import and no other command needs them.
     from masonry_opt.compare.report import summary_text, write_report
@@ -55,10 +55,10 @@ def compare(
         )
         status.update("report")
         written = write_report(comparison, out)
-    print(summary_text(comparison))
-    errors.print(f"written: {', '.join(map(str, written))}", markup=False)
+    print(printable(summary_text(comparison)))
+    errors.print(f"written: {', '.join(map(str, written))}", markup=False, soft_wrap=True)
     if comparison.interrupted:
-        raise typer.Exit(1)
+        raise InterruptedByUserError("interrupted: the same command continues where it stopped")
 
 
 def _split(text: str) -> list[str]:

@@ -76,7 +76,9 @@ def compare(
     Raises
     ------
     OptionError
-        If the folder cannot be written, or holds a comparison with other columns.
+        If the folder holds a comparison with other columns.
+    OutputError
+        If the folder cannot be written.
     CaseError
         If a registry of best known states is wrong.
     """

@@ -12,7 +12,7 @@ from masonry_opt.compare import frames, pictures
 from masonry_opt.compare.comparison import REPEATED_BELOW, Comparison
 from masonry_opt.compare.judge import ASSOCIATIVE, COULOMB, TARGET
 from masonry_opt.compare.page import page
-from masonry_opt.errors import OptionError
+from masonry_opt.errors import OutputError
 from masonry_opt.files import write_whole
 
 _DPI = 150
@@ -21,7 +21,7 @@ _DPI = 150
 def write_report(comparison: Comparison, folder: Path) -> list[Path]:
     """Write summary.csv, pictures (PNG and SVG) and report.html; their paths.
 
-    Raises OptionError if the folder cannot be written.
+    Raises OutputError if the folder cannot be written.
     """
     files: dict[str, str | bytes] = {"summary.csv": comparison.summary.to_csv(index=False)}
     for name, figure in _figures(comparison.summary).items():
@@ -34,7 +34,7 @@ def write_report(comparison: Comparison, folder: Path) -> list[Path]:
         for name, content in files.items():
             write_whole(folder / name, content)
     except OSError as error:
-        raise OptionError(f"{folder}: cannot be written: {error.strerror}") from None
+        raise OutputError(f"{folder}: cannot be written: {error.strerror}") from None
     return [folder / "results.csv", *(folder / name for name in files)]
 
 

@@ -59,8 +59,12 @@ def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tu
 
 
 def content_of(scene: Scene) -> str:
-    """Hash of what a scene's answer depends on, 12 hexadecimal digits."""
-    return hashlib.sha256(repr(scene.model_dump(exclude=_WORDS)).encode()).hexdigest()[:12]
+    """Hash of what a scene's answer depends on, 12 hexadecimal digits.
+
+    Keys at their defaults do not count: a key that a later version adds changes no hash.
+    """
+    keys = scene.model_dump(exclude=_WORDS, exclude_defaults=True)
+    return hashlib.sha256(repr(keys).encode()).hexdigest()[:12]
 
 
 def _path(case: str | Path, folder: Path) -> Path:

@@ -11,7 +11,7 @@ from typing import Any
 from masonry_opt.compare.measure import DIED, MEMORY_LIMIT, TIME_LIMIT, Ended
 from masonry_opt.compare.plan import Pair, Run
 from masonry_opt.compare.scenes import CaseScene
-from masonry_opt.errors import OptionError
+from masonry_opt.errors import OptionError, OutputError
 from masonry_opt.files import write_whole
 from masonry_opt.timing import PARTS
 
@@ -83,7 +83,9 @@ class Store:
     Raises
     ------
     OptionError
-        If the file has other columns, or cannot be read or written.
+        If the file has other columns.
+    OutputError
+        If it cannot be read or written.
     """
 
     def __init__(self, path: Path) -> None:
@@ -97,7 +99,7 @@ class Store:
             if whole != data:
                 write_whole(path, whole)
         except OSError as error:
-            raise OptionError(f"{path}: cannot be written: {error.strerror}") from None
+            raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
         lines = list(csv.reader(io.StringIO(whole.decode("utf-8", errors="replace"))))
         if tuple(lines[0]) != COLUMNS:
             raise OptionError(f"{path}: has other columns: of another version; choose another --out")
@@ -113,7 +115,7 @@ class Store:
                 stream.flush()
                 os.fsync(stream.fileno())
         except OSError as error:
-            raise OptionError(f"{self.path}: cannot be written: {error.strerror}") from None
+            raise OutputError(f"{self.path}: cannot be written: {error.strerror}") from None
         self.rows.append(line)
         self._done[_identity(line)] = line
 

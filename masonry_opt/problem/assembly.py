@@ -124,7 +124,6 @@ def _loads(scene: Scene, shapes: Geometry, movable: np.ndarray) -> tuple[np.ndar
         return np.column_stack([forces, moment]).ravel()
 
     dead = load([block.dead for block in blocks], [block.dead_at for block in blocks])
-    dead[0::3] += weight * gravity[0]
-    dead[1::3] += weight * gravity[1]
+    dead += load([(w * gravity[0], w * gravity[1]) for w in weight], [block.weight_at for block in blocks])
     live = load([block.live for block in blocks], [block.live_at for block in blocks])
     return dead, live

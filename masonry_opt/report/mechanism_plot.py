@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import textwrap
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from masonry_opt.analysis.result import Result
-from masonry_opt.errors import OptionError
+from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import write_whole
 
 #: Okabe & Ito's colours, told apart by colour-blind readers and in grey.
@@ -108,6 +109,9 @@ def refuse_picture(path: str | Path) -> None:
         raise OptionError(f"{path}: a picture's name ends in {', '.join('.' + f for f in FORMATS)}")
     if not path.parent.is_dir():
         raise OptionError(f"{path}: cannot be written: there is no folder {path.parent}")
+    if path.is_dir() or not os.access(path.parent, os.W_OK):
+        why = "is a folder" if path.is_dir() else f"folder {path.parent} does not let files be written"
+        raise OptionError(f"{path}: cannot be written: {why}")
 
 
 def draw_mechanism(result: Result, axes: Axes) -> None:
@@ -144,7 +148,7 @@ def draw_mechanism(result: Result, axes: Axes) -> None:
 
 
 def _title(result: Result) -> str:
-    name = textwrap.fill(result.assembly.scene.title or Path(result.case).stem, 60)
+    name = printable(textwrap.fill(result.assembly.scene.title or Path(result.case).stem, 60))
     if result.load_factor is not None:
         return f"{name}\nload factor λ = {result.load_factor:.5f} ({result.method})"
     return f"{name}\nno load factor: {result.status}"

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from masonry_opt.analysis.check import DualityReport
 from masonry_opt.analysis.result import Result
+from masonry_opt.errors import printable
 
 #: Columns shown as small numbers.
 _RESIDUALS = (
@@ -40,7 +41,7 @@ def result_text(result: Result) -> str:
         "published": _published(result),
         "not modelled": "\n                 ".join(result.size.left_out),
     }
-    return "\n".join(f"{name:<16} {value}" for name, value in lines.items() if value)
+    return printable("\n".join(f"{name:<16} {value}" for name, value in lines.items() if value))
 
 
 def _programs(result: Result) -> str:

@@ -7,7 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from masonry_opt.errors import OptionError
+from masonry_opt.reproduce.arch import fig9
 from masonry_opt.reproduce.example import Progress, Report
+from masonry_opt.reproduce.rib import rib
 from masonry_opt.reproduce.table1 import table1
 
 
@@ -29,6 +31,8 @@ class Example:
 
 #: In the order of the paper.
 EXAMPLES: dict[str, Example] = {
+    "fig9": Example("Fig. 9: least thickness of a semicircular arch", fig9),
+    "rib": Example("Section 5.2: arch rib of Pippard & Ashby", rib),
     "table1": Example("Table 1: walls of Ferris & Tin-Loi", table1),
 }
 

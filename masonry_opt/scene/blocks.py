@@ -25,6 +25,9 @@ from pydantic import (
 #: Beyond this, squares and products of lengths and forces leave what double precision can carry.
 LARGEST_NUMBER = 1e30
 
+#: Blocks, openings and gaps that a generator builds: more than can be solved, and soon built.
+MOST_BLOCKS = 100_000
+
 #: Beyond this a friction row is nothing but rounding.
 LARGEST_FRICTION = 1e6
 
@@ -59,9 +62,11 @@ Friction = Annotated[
     AfterValidator(_friction),
     PlainSerializer(lambda v: "inf" if math.isinf(v) else v, when_used="json"),
 ]
-Name = Annotated[
-    str, Strict(), StringConstraints(min_length=1, max_length=200, pattern=r"^[^\x00-\x1f\x7f]*$")
-]
+#: Control characters, line ends, and marks that turn the direction of writing round.
+_UNSEEN = r"\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
+Name = Annotated[str, Strict(), StringConstraints(min_length=1, max_length=200, pattern=rf"^[^{_UNSEEN}]*$")]
+#: What a person reads about a scene; it may have several lines.
+Text = Annotated[str, Strict(), StringConstraints(max_length=2000, pattern=rf"^(?:[^{_UNSEEN}]|[\t\n\r])*$")]
 
 
 class Record(BaseModel):
@@ -82,9 +87,11 @@ class Block(Record):
     vertices:
         Corners of a convex polygon in order, ``[[x, y], ...]``; clockwise order is turned round.
     weight:
-        Dead weight, acting along the scene's gravity at the centroid.
+        Dead weight, acting along the scene's gravity.
     unit_weight:
         Weight per unit area, in place of ``weight``.
+    weight_at:
+        The point where the weight acts (default: the centroid).
     live, live_at:
         Live force ``[fx, fy]`` (scaled by the load factor) and the point where it acts
         (default: the centroid).
@@ -103,6 +110,7 @@ class Block(Record):
     vertices: Annotated[list[Point], Field(min_length=3)]
     weight: NonNegative | None = None
     unit_weight: NonNegative | None = None
+    weight_at: Point | None = None
     live: Point = (0.0, 0.0)
     live_at: Point | None = None
     dead: Point = (0.0, 0.0)
@@ -117,6 +125,8 @@ class Block(Record):
             raise ValueError("give 'weight' or 'unit_weight', not both")
         if not self.fixed and self.weight is None and self.unit_weight is None:
             raise ValueError("give 'weight' or 'unit_weight' (or 'fixed = true' for a support)")
+        if self.weight_at is not None and self.weight is None and self.unit_weight is None:
+            raise ValueError("'weight_at' needs a 'weight' or 'unit_weight'")
         for force, at in (("live", self.live_at), ("dead", self.dead_at)):
             if at is not None and not any(getattr(self, force)):
                 raise ValueError(f"'{force}_at' needs a force '{force}'")
@@ -196,7 +206,7 @@ class Reference(Record):
     """A published number, with its source and the relative tolerance a computed one must meet."""
 
     value: Number
-    source: Annotated[str, Strict()]
+    source: Text
     tolerance: Positive | None = None
 
 

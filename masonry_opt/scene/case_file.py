@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
-import tomllib
+import reprlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
@@ -12,11 +12,13 @@ from typing import Any, Literal
 import tomli_w
 from pydantic import ConfigDict, ValidationError
 
-from masonry_opt.errors import CaseError
+from masonry_opt.errors import CaseError, printable
 from masonry_opt.files import write_whole
+from masonry_opt.scene.arch import Arch
 from masonry_opt.scene.blocks import Block, Joint, JointDefaults, Record, Reference
 from masonry_opt.scene.facade import Facade
 from masonry_opt.scene.scene import Scene, SceneKeys
+from masonry_opt.scene.tables import read_tables
 from masonry_opt.scene.wall import Wall
 
 
@@ -28,21 +30,22 @@ class CaseFile(SceneKeys):
 
     wall: Wall | None = None
     facade: Facade | None = None
+    arch: Arch | None = None
 
     def scene(self) -> Scene:
         """The scene, its generators expanded after the blocks written out.
 
         Raises pydantic.ValidationError if the blocks do not make a scene.
         """
-        generated = [
-            block for generator in (self.wall, self.facade) if generator for block in generator.blocks()
-        ]
+        generators = [generator for generator in (self.wall, self.facade, self.arch) if generator]
+        generated = [block for generator in generators for block in generator.blocks()]
         keys = {name: getattr(self, name) for name in SceneKeys.model_fields}
         return Scene(**(keys | {"blocks": [*self.blocks, *generated]}))
 
 
 #: The record that each table of a case file fills, to suggest the key that was meant.
 TABLES: dict[str, type[Record]] = {
+    "arch": Arch,
     "block": Block,
     "facade": Facade,
     "joint": Joint,
@@ -69,7 +72,17 @@ _MESSAGES = {
     "string_pattern_mismatch": "must not hold control characters",
     "greater_than": "must be greater than {gt}",
     "greater_than_equal": "must be {ge} or more",
+    "string_unicode": "must be text of whole characters",
 }
+
+#: Mistakes named in one message; who makes more makes the same one again and again.
+_MOST_MISTAKES = 20
+
+#: Characters of a message that quotes names.
+_LONGEST = 500
+
+_SHORT = reprlib.Repr()
+_SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
 
 
 def load(path: str | Path) -> Scene:
@@ -91,10 +104,19 @@ def load(path: str | Path) -> Scene:
         If the file cannot be read or does not describe a scene; the message names the file, the
         key and the block.
     """
+    return load_with_arch(path)[0]
+
+
+def load_with_arch(path: str | Path) -> tuple[Scene, Arch | None]:
+    """Read a case file's scene and, unexpanded, its ``[arch]`` (None if it has none).
+
+    Raises CaseError as :func:`load` does.
+    """
     path = Path(path)
-    case = _read(path)
+    case = read_tables(path)
     try:
-        return CaseFile.model_validate(case).scene().read_from(path)
+        file = CaseFile.model_validate(case)
+        return file.scene().read_from(path), file.arch
     except ValidationError as error:
         raise CaseError("\n".join(f"{path}: {line}" for line in explain(error, case))) from None
 
@@ -119,54 +141,24 @@ def save(scene: Scene, path: str | Path) -> None:
 
 
 def explain(error: ValidationError, case: Mapping[str, Any]) -> list[str]:
-    """One line per mistake: the table or block, the key, what is wrong."""
-    return [_explain_one(dict(item), case) for item in error.errors(include_url=False)]
-
-
-def _read(path: Path) -> dict[str, Any]:
-    try:
-        text = path.read_bytes().decode("utf-8-sig")
-    except FileNotFoundError:
-        raise CaseError(f"{path}: no such file") from None
-    except IsADirectoryError:
-        raise CaseError(f"{path}: is a folder, not a case file") from None
-    except UnicodeDecodeError:
-        raise CaseError(f"{path}: is not UTF-8 text; save it as UTF-8") from None
-    except OSError as error:
-        raise CaseError(f"{path}: cannot be read: {error.strerror}") from None
-    try:
-        match path.suffix.lower():
-            case ".toml":
-                return tomllib.loads(text)
-            case ".json":
-                case = json.loads(text, object_pairs_hook=_without_repeats)
-            case _:
-                raise CaseError(f"{path}: a case file's name ends in .toml or .json")
-    except _RepeatedKeyError as error:
-        raise CaseError(f"{path}: key '{error}' is given twice in one object") from None
-    except (tomllib.TOMLDecodeError, json.JSONDecodeError) as error:
-        raise CaseError(f"{path}: not valid {path.suffix[1:].upper()}: {error}") from None
-    except RecursionError:
-        raise CaseError(f"{path}: is nested too deeply to be a case file") from None
-    if not isinstance(case, dict):
-        raise CaseError(f"{path}: must be one JSON object with the keys of a case file")
-    return case
+    """One line per mistake, at most twenty: the table or block, the key, what is wrong."""
+    mistakes = error.errors(include_url=False)
+    lines = [_explain_one(dict(item), case) for item in mistakes[:_MOST_MISTAKES]]
+    more = len(mistakes) - len(lines)
+    return [*lines, f"and {more} more mistakes"] if more else lines
 
 
 def _keys(scene: Scene, mode: Literal["python", "json"]) -> dict[str, Any]:
     return scene.model_dump(mode=mode, by_alias=True, exclude_defaults=True)
 
 
-class _RepeatedKeyError(Exception):
-    """A JSON object holds a key twice, of which a parser would keep the last in silence."""
-
-
-def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    table = dict(pairs)
-    if len(table) < len(pairs):
-        keys = [key for key, _ in pairs]
-        raise _RepeatedKeyError(next(key for key in keys if keys.count(key) > 1))
-    return table
+def _shown(value: Any) -> str:
+    """A value from a case file in one short line, however large or deep it is."""
+    try:
+        shown = _SHORT.repr(value)
+    except ValueError:  # Python writes out no whole number of thousands of digits
+        return "a number of thousands of digits"
+    return shown if len(shown) <= _SHORT.maxother else f"{shown[: _SHORT.maxother - 3]}..."
 
 
 def _explain_one(item: dict[str, Any], case: Mapping[str, Any]) -> str:
@@ -177,7 +169,7 @@ def _explain_one(item: dict[str, Any], case: Mapping[str, Any]) -> str:
         where.append(_named_entry(table, loc[1], case.get(table)))
         loc = loc[2:]
     elif len(loc) > 1 or table in TABLES:
-        where.append(f"[{table}]")
+        where.append(f"[{_one_line(table)}]")
         loc = loc[1:]
     key = _dotted(loc)
     if item["type"] == "extra_forbidden":
@@ -188,11 +180,13 @@ def _explain_one(item: dict[str, Any], case: Mapping[str, Any]) -> str:
         return ": ".join([*where, f"key '{_dotted(loc[:-1])}': needs two numbers, [x, y]"])
     if item["type"] == "missing":
         return ": ".join([*where, f"missing key '{key}'" if key else "missing table"])
-    message = _MESSAGES.get(item["type"], item["msg"].removeprefix("Value error, "))
-    message = message[0].lower() + message[1:].format(**item.get("ctx", {}))
+    if item["type"] in _MESSAGES:
+        message = _MESSAGES[item["type"]].format(**item.get("ctx", {}))
+    else:
+        message = item["msg"].removeprefix("Value error, ")
+        message = message[:1].lower() + message[1:_LONGEST]
     if item["type"] != "value_error" or key:
-        shown = repr(item["input"])
-        message += f" (found {shown if len(shown) <= 60 else shown[:57] + '...'})"
+        message += f" (found {_shown(item['input'])})"
     return ": ".join([*where, *([f"key '{key}'"] if key else []), message])
 
 
@@ -200,7 +194,13 @@ def _named_entry(table: str, index: int, entries: Any) -> str:
     name = None
     if isinstance(entries, list) and index < len(entries) and isinstance(entries[index], dict):
         name = entries[index].get("name", entries[index].get("between"))
-    return f"{table} no. {index + 1}" + (f" ({name!r})" if name else "")
+    return f"{table} no. {index + 1}" + (f" ({_shown(name)})" if name else "")
+
+
+def _one_line(text: str) -> str:
+    """A key as it is shown: keys are a case file's own words, of any length."""
+    text = printable(text).replace("\n", "\\n")
+    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def _dotted(loc: list[Any]) -> str:
@@ -210,7 +210,7 @@ def _dotted(loc: list[Any]) -> str:
             key += f"[{part}]"
         elif part not in ("name", "lengths"):  # the two kinds of an entry of a wall's courses
             key += f".{part}" if key else str(part)
-    return key
+    return _one_line(key)
 
 
 def _suggestion(key: str, table: str) -> str:

@@ -19,6 +19,13 @@ _PARALLEL = 1e-3
 #: Facing edges nearer than this, over the root of the smaller block's area, were perhaps meant to touch.
 _NEAR_MISS = 1e-3
 
+#: Pairs of blocks near each other: this many, and so many more for each block. Side by side a block has
+#: some six neighbours; blocks that lie on one another are all each other's.
+_MOST_PAIRS, _MOST_PAIRS_PER_BLOCK = 1_000_000, 40
+
+#: Pairs of edges compared (of blocks that are near each other, in each other's box).
+_MOST_EDGES = 20_000_000
+
 
 @dataclass(frozen=True)
 class Joints:
@@ -62,14 +69,14 @@ def find_joints(scene: Scene, geometry: Geometry) -> Joints:
     Raises
     ------
     CaseError
-        If blocks overlap, a movable block touches nothing, or an exception names two blocks that
-        do not touch.
+        If blocks overlap, a movable block touches nothing, an exception names two blocks that do not
+        touch, or there are more pairs to compare than memory holds.
     """
     fixed = np.array([block.fixed for block in scene.blocks])
-    pairs = _near_pairs(geometry)
+    pairs = _near_pairs(scene, geometry)
     both_fixed = fixed[pairs].all(axis=1)
     _refuse_overlaps(scene, geometry, pairs[~both_fixed])
-    touching, start, end, near = _shared_edges(geometry, pairs)
+    touching, start, end, near = _shared_edges(scene, geometry, pairs)
     joined, near = ~both_fixed[touching], near[~both_fixed[near]]
     fixed_pairs = int((~joined).sum())
     touching, start, end = touching[joined], start[joined], end[joined]
@@ -95,12 +102,25 @@ def find_joints(scene: Scene, geometry: Geometry) -> Joints:
     )
 
 
-def _near_pairs(geometry: Geometry) -> np.ndarray:
+def _near_pairs(scene: Scene, geometry: Geometry) -> np.ndarray:
     """Index pairs (i < j) of blocks that touch or nearly do, sorted, shape (pairs, 2)."""
     tree = shapely.STRtree(geometry.polygons)
     reach = np.maximum(geometry.tolerance, _NEAR_MISS * np.sqrt(geometry.area))
-    pairs = tree.query(geometry.polygons, predicate="dwithin", distance=reach).T
-    return np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0)
+    count = len(geometry.polygons)
+    found: list[np.ndarray] = []
+    pairs = 0
+    for first in range(0, count, 100):
+        some = slice(first, first + 100)
+        near = tree.query(geometry.polygons[some], predicate="dwithin", distance=reach[some]).T
+        found.append(near + np.array([first, 0]))
+        pairs += len(near)
+        if pairs > _MOST_PAIRS + _MOST_PAIRS_PER_BLOCK * count:
+            raise CaseError(
+                f"{scene.origin}: blocks lie on one another: the first {min(first + 100, count)} have "
+                f"{pairs} neighbours; give each block a place of its own"
+            )
+    both_ways = np.concatenate(found)
+    return np.unique(np.sort(both_ways[both_ways[:, 0] != both_ways[:, 1]], axis=1), axis=0)
 
 
 def _refuse_floating(scene: Scene, fixed: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
@@ -140,7 +160,7 @@ def _refuse_overlaps(scene: Scene, geometry: Geometry, pairs: np.ndarray) -> Non
 
 
 def _shared_edges(
-    geometry: Geometry, pairs: np.ndarray
+    scene: Scene, geometry: Geometry, pairs: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Which pairs share a length of edge, its two ends along the first block's edge, and which
     pairs face each other across a small gap only."""
@@ -150,7 +170,13 @@ def _shared_edges(
     reach = np.maximum(
         geometry.tolerance, _NEAR_MISS * np.sqrt(geometry.area[pairs].min(axis=1, initial=np.inf))
     )
-    pair, i, j = edges.combinations(pairs, reach, shapely.bounds(geometry.polygons))
+    corners_of = np.bincount(edges.owner, minlength=len(geometry.polygons))
+    if corners_of[pairs].sum() > _MOST_EDGES:
+        raise _too_fine(scene, corners_of)
+    near_edges = edges.combinations(pairs, reach, shapely.bounds(geometry.polygons))
+    if near_edges is None:
+        raise _too_fine(scene, corners_of)
+    pair, i, j = near_edges
 
     edge = edges.tip[i] - edges.tail[i]
     length = np.hypot(edge[:, 0], edge[:, 1])
@@ -182,6 +208,14 @@ def _shared_edges(
     return touching, start, end, near
 
 
+def _too_fine(scene: Scene, corners: np.ndarray) -> CaseError:
+    finest = int(corners.argmax())
+    return CaseError(
+        f"{scene.origin}: outlines are too fine to find joints (block {scene.blocks[finest].name!r} has "
+        f"{corners[finest]} corners): raise 'tolerance', or give fewer corners"
+    )
+
+
 @dataclass(frozen=True)
 class _Edges:
     """Edges of all blocks in turn: their ends, shape (edges, 2), and their blocks, shape (edges,)."""
@@ -192,14 +226,16 @@ class _Edges:
 
     def combinations(
         self, pairs: np.ndarray, reach: np.ndarray, bounds: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
         """Pair, edge of its first and edge of its second block, of all that could touch: an edge
-        that stays out of the other block's box cannot."""
+        that stays out of the other block's box cannot. None if they are too many."""
         pair1, i = self._beside(pairs[:, 0], bounds[pairs[:, 1]], reach)
         pair2, j = self._beside(pairs[:, 1], bounds[pairs[:, 0]], reach)
         count2 = np.bincount(pair2, minlength=len(pairs))
         first2 = np.cumsum(count2) - count2
         repeat = count2[pair1]
+        if repeat.sum() > _MOST_EDGES:
+            return None
         position = np.arange(repeat.sum()) - np.repeat(np.cumsum(repeat) - repeat, repeat)
         pair = np.repeat(pair1, repeat)
         return pair, np.repeat(i, repeat), j[first2[pair] + position]

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field, Strict, model_validator
 
-from masonry_opt.scene.blocks import Block, NonNegative, Point, Positive, Record, rectangle
+from masonry_opt.scene.blocks import MOST_BLOCKS, Block, NonNegative, Point, Positive, Record, rectangle
 
 Count = Annotated[int, Strict(), Field(ge=1, le=1000)]
 
@@ -44,7 +44,8 @@ class Facade(Record):
     Raises
     ------
     pydantic.ValidationError
-        If the lintel's course is not one of shifted blocks, in which it bears on whole ones.
+        If the lintel's course is not one of shifted blocks, in which it bears on whole ones, or the
+        façade is larger than 100,000 blocks.
     """
 
     openings: tuple[Count, Count]
@@ -59,7 +60,7 @@ class Facade(Record):
     omit_top_left: Annotated[bool, Strict()] = True
 
     @model_validator(mode="after")
-    def _lintel_fits_the_bond(self) -> Facade:
+    def _can_be_built(self) -> Facade:
         if (self.sill + self.opening[1]) % 2 == 0:
             raise ValueError("'sill' and the height of 'opening' must add up to an odd number of courses")
         if self.storey % 2:
@@ -67,6 +68,8 @@ class Facade(Record):
                 "'sill', the height of 'opening', one for the lintel and 'spandrel' must add up to an even "
                 "number of courses"
             )
+        if (size := self.width * self.storey * self.openings[1]) > MOST_BLOCKS:
+            raise ValueError(f"is {size} blocks large; the most is {MOST_BLOCKS}")
         return self
 
     @property

@@ -7,16 +7,26 @@ import math
 from pathlib import Path
 from typing import Annotated
 
-from pydantic import Field, PrivateAttr, Strict, model_validator
+from pydantic import Field, PrivateAttr, model_validator
 
-from masonry_opt.scene.blocks import Block, Joint, JointDefaults, Name, Point, Positive, Record, Reference
+from masonry_opt.scene.blocks import (
+    Block,
+    Joint,
+    JointDefaults,
+    Name,
+    Point,
+    Positive,
+    Record,
+    Reference,
+    Text,
+)
 
 
 class SceneKeys(Record):
     """The keys that a scene and a case file share."""
 
-    title: Annotated[str, Strict()] = ""
-    source: Annotated[str, Strict()] = ""
+    title: Text = ""
+    source: Text = ""
     gravity: Point = (0.0, -1.0)
     tolerance: Positive | None = None
     joints: JointDefaults

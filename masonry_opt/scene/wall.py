@@ -6,7 +6,17 @@ from typing import Annotated
 
 from pydantic import Discriminator, Field, Strict, Tag, model_validator
 
-from masonry_opt.scene.blocks import Block, Name, NonNegative, Number, Point, Positive, Record, rectangle
+from masonry_opt.scene.blocks import (
+    MOST_BLOCKS,
+    Block,
+    Name,
+    NonNegative,
+    Number,
+    Point,
+    Positive,
+    Record,
+    rectangle,
+)
 
 Lengths = Annotated[list[Number], Field(min_length=1)]
 Course = Annotated[
@@ -52,22 +62,32 @@ class Wall(Record):
 
     @model_validator(mode="after")
     def _known_courses(self) -> Wall:
+        blocks_of: dict[str, int] = {}
+        count = 0
         for number, entry in enumerate(self.courses, start=1):
-            if isinstance(entry, str) and entry not in self.course:
+            if not isinstance(entry, str):
+                count += self._count(number, entry)
+                continue
+            if entry not in self.course:
                 known = ", ".join(self.course) or "none"
                 raise ValueError(f"course no. {number}: no course is named '{entry}' (named: {known})")
-            lengths = self._lengths(entry)
-            if any(length == 0 for length in lengths):
-                raise ValueError(f"course no. {number}: a length is 0 (blocks > 0, gaps < 0)")
-            if all(length < 0 for length in lengths):
-                raise ValueError(f"course no. {number}: has gaps only, no block")
-        for name in set(self.course) - set(self.courses_by_name()):
+            if entry not in blocks_of:
+                blocks_of[entry] = self._count(number, self.course[entry])
+            count += blocks_of[entry]
+        if count * self.repeat > MOST_BLOCKS:
+            raise ValueError(f"has {count * self.repeat} blocks and gaps; the most is {MOST_BLOCKS}")
+        for name in set(self.course) - set(blocks_of):
             raise ValueError(f"course '{name}' is never used in 'courses'")
         return self
 
-    def courses_by_name(self) -> list[str]:
-        """Names used in ``courses``, in order."""
-        return [entry for entry in self.courses if isinstance(entry, str)]
+    @staticmethod
+    def _count(number: int, lengths: list[float]) -> int:
+        """How many blocks and gaps a course has; refuse a course that cannot be built."""
+        if any(length == 0 for length in lengths):
+            raise ValueError(f"course no. {number}: a length is 0 (blocks > 0, gaps < 0)")
+        if all(length < 0 for length in lengths):
+            raise ValueError(f"course no. {number}: has gaps only, no block")
+        return len(lengths)
 
     def _lengths(self, entry: str | list[float]) -> list[float]:
         return self.course[entry] if isinstance(entry, str) else entry

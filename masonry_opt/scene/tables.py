@@ -1,0 +1,109 @@
+"""Case files as plain tables, read in bounded time and memory whatever the file holds."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import stat
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from masonry_opt.errors import CaseError
+
+#: Bytes: some 90,000 blocks written out, far more than can be solved (larger walls are generated: see
+#: ``[wall]``). Memory takes some 80 times the file; for a file made to be dear, up to 400 times.
+LARGEST_FILE = 10_000_000
+
+#: Entries of one list of tables: each wrong one is a mistake to be told.
+_MOST_ENTRIES = 200_000
+
+#: Parts of a dotted key. The deepest key of a case file has three; the parser's memory grows with the
+#: square of their number.
+_MOST_PARTS = 9
+
+_PART = r"""(?:"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+'|(?<![\w-])[\w-]++)"""
+_LONG_KEY = re.compile(rf"{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{_MOST_PARTS}}}")
+
+
+def read_tables(path: Path) -> dict[str, Any]:
+    """The tables of a ``.toml`` or ``.json`` file.
+
+    Raises
+    ------
+    CaseError
+        If there is no such file, or it is no regular file, too large, no UTF-8 text, or not valid.
+    """
+    text = _read_text(path)
+    try:
+        match path.suffix.lower():
+            case ".toml":
+                if found := _LONG_KEY.search(text):
+                    line = text.count("\n", 0, found.start()) + 1
+                    raise ValueError(f"a key has more than {_MOST_PARTS} parts (line {line})")
+                case = tomllib.loads(text, parse_float=_number)
+            case ".json":
+                case = json.loads(text, object_pairs_hook=_without_repeats, parse_float=_number)
+            case _:
+                raise CaseError(f"{path}: a case file's name ends in .toml or .json")
+    except RecursionError:
+        raise CaseError(f"{path}: is nested too deeply to be a case file") from None
+    except ValueError as error:
+        # Beside what the parsers find: whole numbers of more digits than Python converts.
+        reason = str(error)
+        if "integer string conversion" in reason:
+            reason = "a whole number has thousands of digits"
+        reason = reason if len(reason) <= 300 else reason[:297] + "..."
+        raise CaseError(f"{path}: not valid {path.suffix[1:].upper()}: {reason}") from None
+    if not isinstance(case, dict):
+        raise CaseError(f"{path}: must be one JSON object with the keys of a case file")
+    for key, value in case.items():
+        if isinstance(value, list) and len(value) > _MOST_ENTRIES:
+            raise CaseError(
+                f"{path}: '{key[:60]}' has {len(value)} entries; the most is {_MOST_ENTRIES}: split the scene"
+            )
+    return case
+
+
+def _read_text(path: Path) -> str:
+    try:
+        mode = path.stat().st_mode
+        if stat.S_ISDIR(mode):
+            raise CaseError(f"{path}: is a folder, not a case file")
+        if not stat.S_ISREG(mode):  # reading a pipe or a device might never end
+            raise CaseError(f"{path}: is a pipe or device: write the case to a file")
+        with path.open("rb") as stream:
+            data = stream.read(LARGEST_FILE + 1)
+    except FileNotFoundError:
+        raise CaseError(f"{path}: no such file") from None
+    except OSError as error:
+        raise CaseError(f"{path}: cannot be read: {error.strerror}") from None
+    except ValueError as error:  # a path no file can have
+        raise CaseError(f"{path}: cannot be read: {error}") from None
+    if len(data) > LARGEST_FILE:
+        raise CaseError(
+            f"{path}: is larger than {LARGEST_FILE // 1_000_000} MB, more than a scene that can be solved "
+            "needs: split the scene, or generate its blocks with [wall]"
+        )
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise CaseError(f"{path}: is not UTF-8 text; save it as UTF-8") from None
+
+
+def _number(text: str) -> float:
+    value = float(text)
+    if math.isinf(value) and "inf" not in text:
+        raise ValueError(f"the number {text[:40]} is too large")
+    return value
+
+
+def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """A JSON object, refusing a key given twice, of which the parser would keep the last in silence."""
+    table: dict[str, Any] = {}
+    for key, value in pairs:
+        if key in table:
+            raise ValueError(f"key '{key}' is given twice in one object")
+        table[key] = value
+    return table

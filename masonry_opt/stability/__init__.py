@@ -1,0 +1,1 @@
+"""Where the methods fail: a registry of failures, and maps of the loop's parameters."""

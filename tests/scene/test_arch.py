@@ -1,0 +1,149 @@
+"""The ``[arch]`` generator: areas, centroids, symmetry, and what it refuses."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scenes import CASES
+
+import masonry_opt as mo
+from masonry_opt.problem.assembly import assemble
+
+RING = {"radius": 10.0, "angles": (180.0, 0.0), "thickness": 2.0, "voussoirs": 9, "unit_weight": 3.0}
+
+
+def arch(**changes):
+    return mo.Arch(**({"weights": "sector"} | RING | changes))
+
+
+def by_quadrature(inner, outer, angle):
+    """Area of an annular sector about the y axis, and its centroid's distance, by midpoint sums."""
+    r = np.linspace(inner, outer, 2001)
+    a = np.linspace(-angle / 2, angle / 2, 2001)
+    r, a = (r[1:] + r[:-1]) / 2, (a[1:] + a[:-1]) / 2
+    cell = (outer - inner) / 2000 * angle / 2000
+    area = (r.sum() * len(a)) * cell
+    return area, (r**2).sum() * np.cos(a).sum() * cell / area
+
+
+def test_sector_weights_are_those_of_annular_sectors():
+    first = arch().blocks()[0]
+    area, distance = by_quadrature(9.0, 11.0, math.pi / 9)
+    assert first.weight == pytest.approx(3 * area, rel=1e-6)
+    assert math.hypot(*first.weight_at) == pytest.approx(distance, rel=1e-6)
+
+
+def test_weights_along_the_centreline_balance_on_its_arc():
+    first = arch(weights="centreline").blocks()[0]
+    angle = math.pi / 9
+    assert first.weight == arch().blocks()[0].weight
+    assert math.hypot(*first.weight_at) == pytest.approx(10 * np.sinc(angle / 2 / math.pi), rel=1e-12)
+
+
+def test_straight_weights_are_those_of_the_polygons_drawn():
+    assembly = assemble(mo.Scene(joints={"friction": 0.5}, blocks=arch(weights="straight").blocks()))
+    for block, area, centroid in zip(
+        assembly.scene.blocks[:9], assembly.geometry.area, assembly.geometry.centroid, strict=False
+    ):
+        assert block.weight == pytest.approx(3 * area, rel=1e-12)
+        np.testing.assert_allclose(block.weight_at, centroid + assembly.geometry.origin, atol=1e-12)
+
+
+def test_joints_are_radial_and_as_long_as_the_arch_is_thick():
+    joints = assemble(mo.Scene(joints={"friction": 0.5}, blocks=arch().blocks())).joints
+    assert len(joints.length) == 10
+    np.testing.assert_allclose(joints.length, 2.0, rtol=1e-9)
+
+
+def test_numbering_follows_the_angles():
+    left_first = arch().blocks()
+    right_first = arch(angles=(0.0, 180.0)).blocks()
+    assert [block.name for block in left_first] == [
+        *(f"v{number}" for number in range(1, 10)),
+        "abutment 1",
+        "abutment 2",
+    ]
+    for one, other in zip(left_first[:9], right_first[:9], strict=True):
+        assert one.weight_at[0] == pytest.approx(-other.weight_at[0], abs=1e-12)
+        assert one.weight_at[1] == pytest.approx(other.weight_at[1], abs=1e-12)
+    assert left_first[0].weight_at[0] < 0
+
+
+@pytest.mark.parametrize("voussoir", [3, 5])
+def test_mirrored_arch_has_the_same_load_factor(voussoir):
+    factors = [
+        mo.solve(
+            mo.Scene(
+                joints={"friction": 0.6},
+                blocks=arch(
+                    angles=angles,
+                    point_loads=[mo.PointLoad(voussoir=voussoir, force=(0, -1))],
+                ).blocks(),
+            ),
+            "static",
+        ).load_factor
+        for angles in ((180.0, 0.0), (0.0, 180.0))
+    ]
+    assert factors[0] == pytest.approx(factors[1], rel=1e-7)
+
+
+def test_load_factor_does_not_know_units():
+    """Lengths times 1000 and weights times 7: point loads count in weights."""
+    small = mo.load(CASES / "pippard_ashby" / "rib.toml")
+    load = mo.PointLoad(voussoir=5, force=(0, -7e6))
+    rib = {"angles": (143.130102354156, 36.869897645844), "voussoirs": 15, "weights": "sector"}
+    large = mo.Arch(
+        **rib, radius=20e3 / 3, thickness=2.5e3 / 3, unit_weight=7 * 1.455847041797, point_loads=[load]
+    )
+    factor = mo.solve(mo.Scene(joints=small.joints, blocks=large.blocks()), "static").load_factor
+    assert factor == pytest.approx(mo.solve(small, "static").load_factor, rel=1e-7)
+
+
+WRONG = {
+    "'angles' sweep 0°": {"angles": (90.0, 90.0)},
+    "'angles' sweep 360°": {"angles": (0.0, 360.0)},
+    "raise 'voussoirs'": {"voussoirs": 1},
+    "less than twice the radius": {"thickness": 20.0},
+    "load on voussoir 10, of 9": {"point_loads": [{"voussoir": 10, "force": (0.0, -1.0)}]},
+    "two loads on voussoir 2": {"point_loads": [{"voussoir": 2, "force": (0.0, -1.0)}] * 2},
+    "not both": {"live": (1.0, 0.0), "point_loads": [{"voussoir": 2, "force": (0.0, -1.0)}]},
+}
+
+
+@pytest.mark.parametrize("message", WRONG)
+def test_what_makes_no_arch_is_refused(message):
+    with pytest.raises(ValueError, match=message):
+        arch(**WRONG[message])
+
+
+def test_a_case_file_names_the_key(tmp_path):
+    path = tmp_path / "arch.toml"
+    text = (CASES / "casapulla_lauro" / "arch.toml").read_text()
+    path.write_text(text.replace("voussoirs = 27", "vousoirs = 27"))
+    with pytest.raises(mo.CaseError, match=r"\[arch\]: unknown key 'vousoirs'; did you mean 'voussoirs'"):
+        mo.load(path)
+
+
+def test_weight_at_needs_a_weight():
+    with pytest.raises(ValueError, match="'weight_at' needs"):
+        mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 1)], weight_at=(0, 0), fixed=True)
+
+
+def test_weight_acts_where_it_is_said():
+    """A block of width 1 whose weight acts 0.1 right of the middle overturns to the right at 0.4 of it."""
+    scene = mo.Scene(
+        joints={"friction": 1.0},
+        blocks=[
+            mo.Block(
+                name="A",
+                vertices=[(0, 0), (1, 0), (1, 2), (0, 2)],
+                weight=1,
+                weight_at=(0.6, 1.0),
+                live=(1, 0),
+            ),
+            mo.Block(name="floor", vertices=[(-5, -1), (6, -1), (6, 0), (-5, 0)], fixed=True),
+        ],
+    )
+    assert mo.solve(scene, "static").load_factor == pytest.approx(0.4, rel=1e-7)

@@ -1,0 +1,127 @@
+"""Random scenes: walls, arches, stacks and irregular convex tessellations, each from its seed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+import shapely
+
+import masonry_opt as mo
+
+Rng = np.random.Generator
+Points = list[tuple[float, float]]
+
+
+def random_scene(kind: str, seed: int) -> mo.Scene:
+    """The scene of a kind (a key of ``KINDS``) and a seed: the same today and tomorrow."""
+    rng = np.random.default_rng([list(KINDS).index(kind), seed])
+    scene = KINDS[kind](rng)
+    return scene.model_copy(update={"title": f"{kind} {seed}"})
+
+
+def _scene(rng: Rng, outlines: list[Points], fixed: dict[str, Points]) -> mo.Scene:
+    """Blocks of unit weight per area on supports. The live load pushes all sideways in proportion
+    to their weights, or a few in any direction but upwards."""
+    areas = [shapely.Polygon(outline).area for outline in outlines]
+    live = np.zeros((len(outlines), 2))
+    if rng.random() < 0.5:
+        live[:, 0] = rng.choice([-1, 1]) * np.array(areas)
+    else:
+        for index in rng.integers(len(outlines), size=rng.integers(1, 4)):
+            angle = rng.uniform(-math.pi, 0)
+            live[index] = np.array([math.cos(angle), math.sin(angle)]) * sum(areas) / len(areas)
+    at_corner = rng.random() < 0.3
+    blocks = [
+        mo.Block(
+            name=f"b{index}",
+            vertices=outline,
+            weight=area,
+            live=tuple(force),
+            live_at=outline[-1] if at_corner and any(force) else None,
+        )
+        for index, (outline, area, force) in enumerate(zip(outlines, areas, live.tolist(), strict=True))
+    ]
+    supports = [mo.Block(name=name, vertices=outline, fixed=True) for name, outline in fixed.items()]
+    friction = float(rng.uniform(0.3, 0.9))
+    cohesion = float(rng.uniform(0, 0.1)) if rng.random() < 0.2 else 0.0
+    return mo.Scene(
+        joints=mo.JointDefaults(friction=friction, cohesion=cohesion), blocks=[*blocks, *supports]
+    )
+
+
+def _rectangle(left: float, right: float, bottom: float, top: float) -> Points:
+    return [(left, bottom), (right, bottom), (right, top), (left, top)]
+
+
+def wall(rng: Rng) -> mo.Scene:
+    """Courses of one length, cut at random, of random heights, some with an opening."""
+    length, bottom = float(rng.uniform(4, 8)), 0.0
+    outlines: list[Points] = []
+    for _ in range(rng.integers(2, 6)):
+        top = bottom + float(rng.uniform(0.5, 1.2))
+        parts = rng.uniform(0.7, 1.3, rng.integers(2, 5))
+        cuts = np.concatenate([[0], np.cumsum(parts) / parts.sum() * length]).tolist()
+        outlines += [_rectangle(left, right, bottom, top) for left, right in pairwise(cuts)]
+        bottom = top
+    return _scene(rng, outlines, {"base": _rectangle(-1, length + 1, -1, 0)})
+
+
+def stack(rng: Rng) -> mo.Scene:
+    """Trapezia one on another, their joints tilted by up to 6°, their sides leaning."""
+    width, outlines = float(rng.uniform(0.8, 2)), []
+    low_left, low_right = (0.0, 0.0), (width, 0.0)
+    for _ in range(rng.integers(2, 8)):
+        height, tilt = float(rng.uniform(0.4, 1.0)), float(rng.uniform(-0.1, 0.1))
+        shift = rng.uniform(-0.08, 0.08, 2)
+        left = (low_left[0] + float(shift[0]), low_left[1] + height)
+        across = low_right[0] + float(shift[1]) - left[0]
+        right = (left[0] + across, max(left[1] + tilt * across, low_right[1] + 0.2))
+        outlines.append([low_left, low_right, right, left])
+        low_left, low_right = left, right
+    return _scene(rng, outlines, {"base": _rectangle(-2, width + 2, -1, 0)})
+
+
+def arch(rng: Rng) -> mo.Scene:
+    """Voussoirs of a ring of random rise and thickness, of unequal lengths, between skewbacks."""
+    count, half = int(rng.integers(4, 12)), float(rng.uniform(0.7, math.pi / 2))
+    thickness = float(rng.uniform(0.16, 0.4))
+    parts = np.concatenate([[0], np.cumsum(rng.uniform(0.7, 1.3, count))])
+    angles = (math.pi / 2 - half + 2 * half * parts / parts[-1]).tolist()
+
+    def voussoir(start: float, end: float) -> Points:
+        ring = [(1, start), (1 + thickness, start), (1 + thickness, end), (1, end)]
+        return [(r * math.cos(angle), r * math.sin(angle)) for r, angle in ring]
+
+    outlines = [voussoir(start, end) for start, end in pairwise(angles)]
+    feet = {
+        "right": voussoir(angles[0] - 0.2, angles[0]),
+        "left": voussoir(angles[-1], angles[-1] + 0.2),
+    }
+    return _scene(rng, outlines, feet)
+
+
+def tessellation(rng: Rng) -> mo.Scene:
+    """Voronoi cells of a random or flattened set of points, clipped to a box that stands on a base."""
+    width, height = float(rng.uniform(2, 4)), float(rng.uniform(1, 2.5))
+    box = shapely.box(0, 0, width, height)
+    points = rng.uniform([0, 0], [width, height], size=(rng.integers(4, 22), 2))
+    squash = float(rng.uniform(1, 3))  # cells longer than high, as stones are laid
+    cells = shapely.get_parts(shapely.voronoi_polygons(shapely.MultiPoint(points * [1, squash])))
+    cells = shapely.transform(cells, lambda corners: corners / [1, squash])
+    outlines = [
+        [tuple(corner) for corner in shapely.get_coordinates(part)[:-1].tolist()]
+        for part in shapely.intersection(cells, box)
+        if part.area > 1e-3
+    ]
+    return _scene(rng, outlines, {"base": _rectangle(-1, width + 1, -1, 0)})
+
+
+KINDS: dict[str, Callable[[Rng], mo.Scene]] = {
+    "wall": wall,
+    "stack": stack,
+    "arch": arch,
+    "tessellation": tessellation,
+}

@@ -1,0 +1,73 @@
+"""Every run of the failure atlas answers as its entry says."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+from scenes import CASES
+
+import masonry_opt as mo
+from masonry_opt.reproduce.stability import atlas_row, difference_line
+from masonry_opt.stability.atlas import ATLAS
+from masonry_opt.stability.entry import Run, carry_out
+from masonry_opt.stability.heat_maps import scene_sheet
+
+
+def _runs():
+    for entry in ATLAS:
+        for run in entry.runs:
+            marks = [pytest.mark.slow] if run.slow else []
+            if run.defect:
+                # Strict: once the defect is mended, the entry has to say so.
+                marks.append(pytest.mark.xfail(strict=True, reason=run.defect))
+            yield pytest.param(entry, run, id=f"{entry.name}: {run.name}", marks=marks)
+
+
+@pytest.mark.parametrize(("entry", "run"), list(_runs()))
+def test_run_is_as_expected(entry, run):
+    assert carry_out(entry, run, CASES).difference == ""
+
+
+def test_names_are_unique():
+    names = [(entry.name, run.name) for entry in ATLAS for run in entry.runs]
+    assert len(set(names)) == len(names)
+
+
+ENTRY = next(entry for entry in ATLAS if entry.name == "joint 10⁻⁶ of a block long")
+RIGHT = Run(mo.Status.OPTIMAL, "static", load_factor=0.5, source="μ")
+
+
+@pytest.mark.parametrize(
+    ("wrong", "difference"),
+    [
+        ({"expected": mo.Status.UNSTABLE}, "optimal (), expected: unstable under dead load"),
+        ({"expected": mo.CaseError}, "optimal (), expected: CaseError"),
+        ({"load_factor": 0.5001}, "expected 0.5000995 to 0.5001005 (μ)"),
+        ({"load_factor": (0.1, 0.49)}, "expected 0.1 to 0.49 (μ)"),
+        ({"says": "cycle"}, "the message does not say 'cycle'"),
+        ({"flow": 0.5}, "does not show a departure from the flow rule of 0.5"),
+    ],
+)
+def test_what_is_not_as_expected_is_said(wrong, difference):
+    """The judge can fail: on the status, the error, λ, the message and the certificate."""
+    assert carry_out(ENTRY, RIGHT, CASES).difference == ""
+    outcome = carry_out(ENTRY, dataclasses.replace(RIGHT, **wrong), CASES)
+    assert difference in outcome.difference
+    assert atlas_row(outcome)["as expected"] == "no"
+    assert difference_line(outcome).startswith("joint 10⁻⁶ of a block long, static: ")
+
+
+def test_a_traceback_is_an_outcome():
+    def broken(_):
+        raise ZeroDivisionError("in the scene")
+
+    outcome = carry_out(dataclasses.replace(ENTRY, scene=broken), RIGHT, CASES)
+    assert outcome.got == "traceback of ZeroDivisionError"
+    assert "in the scene" in outcome.difference
+
+
+def test_scene_sheet_shows_each_scene_once():
+    outcomes = [carry_out(ENTRY, run, CASES) for run in ENTRY.runs[:2]]
+    titles = [axes.get_title() for axes in scene_sheet(outcomes).axes if axes.get_title()]
+    assert titles == ["joint 10⁻⁶ of a block long\nstatic: λ = 0.5"]

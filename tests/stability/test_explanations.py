@@ -1,0 +1,116 @@
+"""Why there is no load factor, in words and in pictures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scenes import block_on_floor
+
+import masonry_opt as mo
+from masonry_opt.analysis.finding import Finding
+from masonry_opt.analysis.result import make_result
+from masonry_opt.analysis.status import Status
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.report.mechanism_plot import plot_mechanism
+
+
+def slot(blocks: int) -> mo.Scene:
+    """Blocks in a row between a floor and a roof, the first pushed along; another stands outside."""
+    row = [
+        mo.Block(
+            name=f"b{number}",
+            vertices=[(number, 0), (number + 1, 0), (number + 1, 1), (number, 1)],
+            weight=1,
+            live=(0 if number else 1, 0),
+        )
+        for number in range(blocks)
+    ]
+    return mo.Scene(
+        joints=mo.JointDefaults(friction=0.5),
+        blocks=[
+            *row,
+            mo.Block(name="outside", vertices=[(-5, 0), (-4, 0), (-4, 1), (-5, 1)], weight=1),
+            mo.Block(name="floor", vertices=[(-9, -1), (20, -1), (20, 0), (-9, 0)], fixed=True),
+            mo.Block(name="roof", vertices=[(-2, 1), (20, 1), (20, 2), (-2, 2)], fixed=True),
+        ],
+    )
+
+
+def voussoirs(lean: float) -> mo.Scene:
+    """Two voussoirs with vertical faces between them, between skewbacks that lean out by ``lean``."""
+    corners = {
+        "left": [(0, 0), (1, 0), (1 - lean, 1), (0, 1)],
+        "key1": [(1, 0), (1.5, 0), (1.4, 1), (1 - lean, 1)],
+        "key2": [(1.5, 0), (2, 0), (2 + lean, 1), (1.4, 1)],
+        "right": [(2, 0), (3, 0), (3, 1), (2 + lean, 1)],
+    }
+    blocks = [
+        mo.Block(name=name, vertices=outline, fixed=True)
+        if name in ("left", "right")
+        else mo.Block(name=name, vertices=outline, weight=1, live=(0, -1 if name == "key1" else 0))
+        for name, outline in corners.items()
+    ]
+    return mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=blocks)
+
+
+def test_dilatancy_names_the_joints_that_lock():
+    result = mo.solve(slot(1), "static")
+    assert result.status is Status.LOCKED
+    assert "no room to open: " in result.message
+    named = set(result.message.split("no room to open: ")[1].split(", "))
+    assert named == {"'b0'–'floor'", "'b0'–'roof'"}
+
+
+def test_at_most_five_joints_are_named():
+    message = mo.solve(slot(4), "static").message.split("no room to open: ")[1]
+    assert message.count("–") == 5
+    assert message.endswith(" and 3 more")
+    assert "outside" not in message
+
+
+def test_unlimited_names_the_joints_that_carry_the_live_load():
+    scene = block_on_floor(live=(0.0, -1.0))
+    for method in ("static", "kinematic", "nonassociative"):
+        result = mo.solve(scene, method)
+        assert result.status is Status.UNLIMITED
+        assert result.message.endswith("the joints that carry it: 'A'–'floor'")
+
+
+def test_jammed_names_the_joints_that_wedge():
+    result = mo.solve(voussoirs(0.2))
+    assert result.status is Status.JAMMED
+    assert "'left'–'key1'" in result.message
+
+
+def test_wedging_alone_names_what_moves():
+    scene = voussoirs(-0.1)
+    key = mo.Block(name="plug", vertices=[(1, 0), (2, 0), (1.9, 1), (1.1, 1)], weight=1, live=(0, -1))
+    skewbacks = [block for block in scene.blocks if block.fixed]
+    result = mo.solve(scene.model_copy(update={"blocks": [*skewbacks, key]}))
+    assert result.status is Status.UNSTABLE
+    assert "wedging alone" in result.message
+    assert "support what moves, block 'plug'" in result.message
+
+
+@pytest.mark.parametrize("moves", [True, False], ids=["mechanism", "no mechanism"])
+@pytest.mark.parametrize("status", Status)
+def test_every_status_can_be_drawn(status, moves, tmp_path):
+    assembly = assemble(slot(2))
+    finding = Finding(status, "words", load_factor=0.5 if status.usable else None)
+    if moves:
+        finding.d = np.linspace(-1, 1, 3 * assembly.problem.blocks)
+        finding.q = np.ones(3 * assembly.problem.joints)
+    result = make_result(
+        assembly, finding, case="slot", method="static", model="cvxpy", solver="clarabel", seconds={}
+    )
+    plot_mechanism(result, tmp_path / "slot.svg")
+    text = (tmp_path / "slot.svg").read_text()
+    assert text.count("<path") > 5
+
+
+def test_scene_without_mechanism_says_so_in_its_picture(tmp_path):
+    import matplotlib as mpl
+
+    with mpl.rc_context({"svg.fonttype": "none"}):
+        plot_mechanism(mo.solve(slot(1), "static"), tmp_path / "slot.svg")
+    assert "no load factor: unlimited: dilatancy locks the blocks" in (tmp_path / "slot.svg").read_text()

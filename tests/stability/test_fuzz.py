@@ -1,0 +1,247 @@
+"""Case files that went wrong: whatever is in them, a message comes out, never a traceback."""
+
+from __future__ import annotations
+
+import json
+import random
+import tomllib
+
+import pytest
+import tomli_w
+from scenes import ALL_CASES
+
+import masonry_opt as mo
+from masonry_opt.errors import MasonryError
+from masonry_opt.problem.assembly import assemble
+
+SMALL = """
+title = "a stone beside a stone"
+source = "by hand"
+gravity = [0, -1]
+tolerance = 1e-6
+[joints]
+friction = 0.6
+cohesion = 0.1
+dilatancy = 0.05
+[[block]]
+name = "A"
+vertices = [[0, 0], [1, 0], [1, 1], [0, 1]]
+weight = 1.0
+live = [1.0, 0.0]
+live_at = [0.5, 1.0]
+dead = [0.0, -0.2]
+dead_at = [0.25, 1.0]
+[[block]]
+name = "B"
+vertices = [[1, 0], [2.5, 0], [2, 1], [1, 1]]
+unit_weight = 20
+[[block]]
+name = "base"
+vertices = [[-4, -1], [9, -1], [9, 0], [-4, 0]]
+fixed = true
+[[joint]]
+between = ["A", "B"]
+friction = inf
+[reference]
+associative = { value = 0.5, source = "by hand", tolerance = 1e-3 }
+"""
+WALL = """
+[joints]
+friction = 0.65
+[wall]
+block = [4, 1.75]
+weight = 1
+live = [1, 0]
+repeat = 2
+courses = ["H", [1, -0.25, 1], "H"]
+course = { H = [0.5, 1, 0.5] }
+base = true
+"""
+FACADE = """
+[joints]
+friction = 0.65
+[facade]
+openings = [1, 1]
+block = [2, 1]
+jamb = 1
+opening = [1, 1]
+sill = 2
+spandrel = 2
+weight = 1
+lintel_weight = 1
+live = [0.1, 0]
+"""
+SEEDS = [SMALL, WALL, FACADE]
+
+#: What is put in place of a value or a key: other types, edges of numbers, words a terminal or a file
+#: system would take for its own.
+ODD_VALUES = [
+    *(0, -1, 1, 2, 7, 0.5, -0.5, 1e-9, 1e-12, 1e-30, 1e-300, 5e-324, 1e6, 1e15),
+    *(1e29, 1e30, 1e31, 1e308, 10**18, float("inf"), float("-inf"), float("nan"), True, False),
+    *("", "inf", "nan", "A", "base", "H", "../../etc", "a" * 300, "\x1b[31m", "\u202e"),
+    *("{x}", "{0.__class__}", "%s", "[/red]", "\\", "$\\frac{$", "\U0001f9f1", "\ud800"),
+    *([], [1], [1, 2], [1, 2, 3], [[0, 0]], [[]], {}, {"name": "A"}, [{"name": "A"}], [None]),
+]  # fmt: skip
+ODD_KEYS = [
+    "",
+    "name",
+    "block",
+    "joints",
+    "x" * 200,
+    "a.b",
+    "a\nb",
+    "\x1b[2J",
+    "{x}",
+    "live_at",
+    "fixed",
+    "wall",
+]
+ODD_BYTES = [
+    b"\x00",
+    b"\xff\xfe",
+    b"\xc3\x28",
+    b"[",
+    b"]",
+    b'"',
+    b"'''",
+    b"=",
+    b"\n",
+    b"1e400",
+    b"9" * 5000,
+    b"#",
+]
+
+
+def places(tree):
+    """Every (container, key) of a tree of dictionaries and lists."""
+    for key, value in list(tree.items() if isinstance(tree, dict) else enumerate(tree)):
+        yield tree, key
+        if isinstance(value, dict | list):
+            yield from places(value)
+
+
+def mutate_tree(tree, rng):
+    """One change: a value scaled, replaced, copied, doubled or taken away, or a key renamed."""
+    found = list(places(tree))
+    numbers = [(part, key) for part, key in found if type(part[key]) in (int, float)]
+    if numbers and rng.random() < 0.5:  # what is likely to load
+        container, key = rng.choice(numbers)
+        container[key] = container[key] * rng.choice([0, -1, 1 + 1e-7, 1.001, 3, 1e-6, 1e12]) + rng.choice(
+            [0, 0, 1]
+        )
+        return
+    container, key = rng.choice(found)
+    other, other_key = rng.choice(found)
+    match rng.randrange(5):
+        case 0:
+            container[key] = rng.choice(ODD_VALUES)
+        case 1:
+            del container[key]
+        case 2:
+            container[key] = json.loads(json.dumps(other[other_key], default=str))
+        case 3 if isinstance(container, dict):
+            container[rng.choice(ODD_KEYS)] = container.pop(key)
+        case 3:
+            container.insert(key, container[key])
+        case _:
+            container[key] = None
+
+
+def mutate_bytes(data, rng):
+    """One change to the bytes: overwritten, inserted, cut or repeated."""
+    at = rng.randrange(len(data))
+    to = min(len(data), at + rng.randrange(1, 40))
+    return rng.choice(
+        [
+            data[:at] + bytes([rng.randrange(256)]) + data[at + 1 :],
+            data[:at] + rng.choice(ODD_BYTES) + data[at:],
+            data[:at] + data[to:],
+            data[:to] + data[at:],
+            data[:at],
+        ]
+    )
+
+
+def mutant(rng):
+    """A case file of one to four mutations: its ending and its bytes."""
+    text = rng.choice(SEEDS)
+    if rng.random() < 0.25:
+        data = text.encode()
+        for _ in range(rng.randint(1, 4)):
+            data = mutate_bytes(data, rng) or b"\n"
+        return ".toml", data
+    tree = tomllib.loads(text)
+    for _ in range(rng.randint(1, 3)):
+        mutate_tree(tree, rng)
+        if not any(True for _ in places(tree)):
+            break
+    if rng.random() < 0.5:
+        try:
+            return ".toml", tomli_w.dumps(tree).encode("utf-8", "surrogatepass")
+        except (TypeError, ValueError):  # TOML has no null
+            pass
+    return ".json", json.dumps(tree).encode()
+
+
+def outcome(path):
+    """What a user meets: "loads" (and solves, one way or the other), or the message."""
+    try:
+        scene = mo.load(path)
+        assemble(scene)
+        if len(scene.blocks) < 60:
+            mo.solve(scene, "static").to_json()
+    except MasonryError as error:
+        message = str(error)
+        assert message
+        assert len(message) < 20_000
+        assert all(letter == "\n" or letter.isprintable() for letter in message), ascii(message)
+        return message
+    return "loads"
+
+
+def fuzz(first, count, folder):
+    outcomes = []
+    for seed in range(first, first + count):
+        ending, data = mutant(random.Random(seed))
+        path = folder / f"case{ending}"
+        path.write_bytes(data)
+        try:
+            outcomes.append(outcome(path))
+        except Exception as error:
+            error.add_note(f"mutation of seed {seed}: {data!r}")
+            raise
+    return outcomes
+
+
+def test_seeds_are_valid(tmp_path):
+    for text in SEEDS:
+        (tmp_path / "case.toml").write_text(text)
+        assert outcome(tmp_path / "case.toml") == "loads"
+
+
+def test_mutated_case_files_end_in_a_message(tmp_path):
+    outcomes = fuzz(0, 250, tmp_path)
+    # The mutations bite, and not always in the same place.
+    assert 20 < outcomes.count("loads") < 150
+    assert len({message.split(": ", 1)[-1][:40] for message in outcomes}) > 40
+
+
+@pytest.mark.slow
+def test_many_mutated_case_files_end_in_a_message(tmp_path):
+    fuzz(1000, 3000, tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", ALL_CASES, ids=lambda path: f"{path.parent.name}/{path.stem}")
+def test_mutated_published_cases_end_in_a_message(path, tmp_path):
+    for seed in range(30):
+        rng = random.Random(f"{path.name} {seed}")
+        tree = tomllib.loads(path.read_text())
+        mutate_tree(tree, rng)
+        copy = tmp_path / "case.json"
+        copy.write_text(json.dumps(tree))
+        try:
+            outcome(copy)
+        except Exception as error:
+            error.add_note(f"{path.name}, seed {seed}: {tree!r}")
+            raise

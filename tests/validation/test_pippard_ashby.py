@@ -1,0 +1,42 @@
+"""The arch rib of section 5.2: where do associative and Coulomb load factors coincide?"""
+
+from __future__ import annotations
+
+import pytest
+from scenes import CASES
+
+import masonry_opt as mo
+from masonry_opt.reproduce.rib import friction_to_stand, with_friction
+from masonry_opt.scene.case_file import load_with_arch
+
+RIB, ARCH = load_with_arch(CASES / "pippard_ashby" / "rib.toml")
+
+
+@pytest.mark.parametrize("friction", [0.07, 0.11, 0.115, 0.15, 0.3, 0.6])
+def test_associative_and_coulomb_coincide(friction):
+    """Published: for μ above about 0.11. With the geometry assumed, below it too. The loop to its own
+    tolerance (1e-5), the exact refinement to 1e-7."""
+    scene = with_friction(RIB, friction)
+    associative = mo.solve(scene, "static").load_factor
+    assert mo.solve(scene, always=True).load_factor == pytest.approx(associative, rel=2e-5)
+    exact = mo.solve(scene, "refined", restarts=2)
+    assert exact.status is mo.Status.CONVERGED
+    assert exact.load_factor == pytest.approx(associative, rel=1e-7)
+
+
+def test_the_rib_stands_where_its_margin_says():
+    least = friction_to_stand(ARCH)
+    assert least < RIB.reference["coincide_above"].value
+    below, above = (mo.solve(with_friction(RIB, least + side), "static") for side in (-1e-4, 1e-4))
+    assert below.status is mo.Status.UNSTABLE
+    assert 0 < above.load_factor < 0.01
+
+
+def test_the_rib_has_the_geometry_stated():
+    """Intrados of span 10 ft and rise 2.5 ft, 10 in deep; a voussoir weighs 1."""
+    first, last = RIB.blocks[0].vertices[0], RIB.blocks[14].vertices[3]
+    intrados = ARCH.radius - ARCH.thickness / 2
+    assert last[0] - first[0] == pytest.approx(10, rel=1e-9)
+    assert intrados - first[1] == pytest.approx(2.5, rel=1e-9)
+    assert 12 * ARCH.thickness == pytest.approx(10, rel=1e-9)
+    assert RIB.blocks[0].weight == pytest.approx(1, rel=1e-9)
