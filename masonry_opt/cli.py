@@ -24,6 +24,7 @@ from masonry_opt.analysis.check import check as check_duality
 from masonry_opt.analysis.methods import METHODS
 from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.solve import solve as solve_scene
+from masonry_opt.compare.command import compare
 from masonry_opt.errors import (
     InterruptedByUserError,
     MasonryError,
@@ -139,6 +140,9 @@ def reproduce(
         missed = missed or bool(report.missed)
     if missed:
         raise typer.Exit(1)
+
+
+app.command()(compare)
 
 
 def _progress_line(status: Status, name: str) -> Callable[[str], None]:

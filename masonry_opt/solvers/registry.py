@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import cvxpy as cp
+import highspy
 
 from masonry_opt.errors import OptionError
 
@@ -53,6 +55,16 @@ def _highs_interior(tolerance: float) -> dict[str, Any]:
     }
 
 
+def _highs_hipo(tolerance: float) -> dict[str, Any]:
+    return _highs_interior(tolerance) | {"solver": "hipo"}
+
+
+def _has_hipo() -> bool:
+    highs = highspy.Highs()
+    highs.silent()
+    return bool(highs.setOptionValue("solver", "hipo") == highspy.HighsStatus.kOk)
+
+
 #: (language, name): engine, options by tolerance. The first of each language is its default.
 SOLVERS: dict[tuple[str, str], tuple[str, Any]] = {
     ("cvxpy", "clarabel"): ("CLARABEL", _clarabel),
@@ -62,13 +74,50 @@ SOLVERS: dict[tuple[str, str], tuple[str, Any]] = {
     ("pyomo", "highs-ipm"): ("highs", _highs_interior),
 }
 
+#: HiGHS's newer interior point, which not every wheel has.
+HIPO = "highs-hipo"
+if _has_hipo():
+    SOLVERS[("cvxpy", HIPO)] = ("HIGHS", _highs_hipo)
+    SOLVERS[("pyomo", HIPO)] = ("highs", _highs_hipo)
+
 LANGUAGES = tuple(dict.fromkeys(language for language, _ in SOLVERS))
+
+
+def _osqp(tolerance: float) -> dict[str, Any]:
+    # A first-order method: many cheap iterations. Its own limit is a tenth of SCS's.
+    return {"eps_abs": tolerance, "eps_rel": tolerance, "max_iter": 100_000}
+
+
+def _scs(tolerance: float) -> dict[str, Any]:
+    return {"eps_abs": tolerance, "eps_rel": tolerance, "max_iters": 100_000}
+
+
+def _scipy(tolerance: float) -> dict[str, Any]:
+    # SciPy's own HiGHS.
+    feasibility = max(tolerance, 1e-10)
+    names = ("primal_feasibility_tolerance", "dual_feasibility_tolerance")
+    return {"scipy_options": dict.fromkeys(names, feasibility)}
+
+
+#: Options by tolerance of further solvers that CVXPY may find. Others keep tolerances of their own.
+FOUND_BY_CVXPY: dict[str, Callable[[float], dict[str, Any]]] = {
+    "osqp": _osqp,
+    "scs": _scs,
+    "scipy": _scipy,
+}
+
+
+def found_by_cvxpy() -> tuple[str, ...]:
+    """Solvers of linear programs that CVXPY finds installed, beyond those of ``SOLVERS``."""
+    known = {solver for language, solver in SOLVERS if language == "cvxpy"}
+    return tuple(sorted({engine.lower() for engine in cp.installed_solvers()} - known))
 
 
 def find_solver(language: str, name: str | None, tolerance: float = TOLERANCE) -> Solver:
     """The solver of that name in that language, or the language's default.
 
-    CVXPY drives any further solver it finds installed, with that solver's own tolerances.
+    CVXPY drives any further solver it finds installed; the tolerance reaches those of
+    ``FOUND_BY_CVXPY``.
 
     Raises
     ------
@@ -82,12 +131,13 @@ def find_solver(language: str, name: str | None, tolerance: float = TOLERANCE) -
         raise OptionError(f"tolerance must be a number above 0, at most 0.1 (found {tolerance!r})")
     known = [solver for of, solver in SOLVERS if of == language]
     name = (name or known[0]).lower()
-    installed = {engine.lower() for engine in cp.installed_solvers()}
+    found = found_by_cvxpy()
     entry = SOLVERS.get((language, name))
     if entry is None:
-        if language == "cvxpy" and name in installed:
-            return Solver(name, language, name.upper(), {})
-        others = f" (CVXPY also finds: {', '.join(sorted(installed - set(known)))})"
+        if language == "cvxpy" and name in found:
+            own = FOUND_BY_CVXPY.get(name)
+            return Solver(name, language, name.upper(), own(tolerance) if own else {})
+        others = f" (CVXPY also finds: {', '.join(found)})"
         raise OptionError(
             f"solver '{name}' is unknown or not installed for model '{language}'; "
             f"choose from: {', '.join(known)}{others if language == 'cvxpy' else ''}"

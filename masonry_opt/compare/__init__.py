@@ -1,0 +1,1 @@
+"""The benchmark: scenes × methods × models × solvers × tolerances, timed and judged."""

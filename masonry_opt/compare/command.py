@@ -1,0 +1,73 @@
+"""The command `masonry-opt compare`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from masonry_opt.compare.comparison import Limits
+from masonry_opt.compare.comparison import compare as run_comparison
+from masonry_opt.compare.plan import plan
+from masonry_opt.compare.scenes import find_scenes
+from masonry_opt.errors import InterruptedByUserError, OptionError, printable
+
+#: What is compared when nothing is named: every method that a wall of Table 1 takes seconds for, with the
+#: solvers of the package, at a loose and at the package's own tolerance.
+_METHODS = "static,kinematic,nonassociative,mpec,refined"
+_MODELS = "cvxpy,pyomo"
+_SOLVERS = "clarabel,highs,highs-ipm"
+_TOLERANCES = "1e-6,1e-9"
+
+
+def compare(
+    cases: Annotated[
+        list[str], typer.Argument(metavar="CASE...", help="Case files, or names of those in cases/.")
+    ],
+    methods: Annotated[str, typer.Option(help="Separated by commas; also: global.")] = _METHODS,
+    solvers: Annotated[
+        str, typer.Option(help="Also: highs-hipo, and what CVXPY finds, such as osqp, scs, scipy.")
+    ] = _SOLVERS,
+    models: Annotated[str, typer.Option(help="Modelling languages.")] = _MODELS,
+    tolerances: Annotated[str, typer.Option(help="Asked of the solvers, such as 1e-4,1e-7.")] = _TOLERANCES,
+    repeats: Annotated[int, typer.Option(min=1, help="Runs of each; times are medians.")] = 3,
+    time_limit: Annotated[float, typer.Option(min=0.1, help="Seconds a run.")] = 60.0,
+    memory_limit: Annotated[float, typer.Option(min=1, help="MB a run, libraries included.")] = 4000.0,
+    out: Annotated[Path, typer.Option(help="Folder of results and report.")] = Path("results/compare"),
+) -> None:
+    """Time methods and solvers on scenes, judge their answers, write tables, charts and a report.
+
+    An interrupted comparison continues where it stopped. Exit code 0: done; 130: interrupted; 2: wrong
+    case file or option.
+    """
+    # Charts and pages are slow to import and no other command needs them.
+    from masonry_opt.compare.report import summary_text, write_report
+
+    asked = plan(_split(methods), _split(models), _split(solvers), _tolerances(tolerances))
+    scenes = find_scenes(cases)
+    errors = Console(stderr=True)
+    with errors.status("comparing") as status:
+        limits = Limits(time_limit, memory_limit, repeats)
+        comparison = run_comparison(
+            scenes, asked, limits, out, lambda line: status.update(line.replace("[", r"\["))
+        )
+        status.update("report")
+        written = write_report(comparison, out)
+    print(printable(summary_text(comparison)))
+    errors.print(f"written: {', '.join(map(str, written))}", markup=False, soft_wrap=True)
+    if comparison.interrupted:
+        raise InterruptedByUserError("interrupted: the same command continues where it stopped")
+
+
+def _split(text: str) -> list[str]:
+    names = [name.strip().lower() for name in text.split(",") if name.strip()]
+    return list(dict.fromkeys(names))
+
+
+def _tolerances(text: str) -> list[float]:
+    try:
+        return [float(name) for name in _split(text)]
+    except ValueError:
+        raise OptionError(f"--tolerances '{text}': numbers separated by commas, such as 1e-6,1e-9") from None

@@ -1,0 +1,83 @@
+"""The scenes of a comparison: case files, by path or by name. Adding a scene is adding its file."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.scene.case_file import load
+from masonry_opt.scene.scene import Scene
+
+#: What does not change an answer.
+_WORDS = {"title", "source", "reference"}
+
+
+@dataclass(frozen=True)
+class CaseScene:
+    """A scene of a comparison.
+
+    Attributes
+    ----------
+    name: folder and stem of its case file, such as "ferris_tinloi/wall_1".
+    path: the case file.
+    content: hash of blocks, joints, loads and gravity; words and references do not change it.
+    title: its title, as in the case file.
+    """
+
+    name: str
+    path: Path
+    content: str
+    title: str
+
+
+def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tuple[CaseScene, ...]:
+    """Read and name the scenes of a comparison.
+
+    Parameters
+    ----------
+    cases: paths of case files, or names of those in ``folder`` ("ferris_tinloi/wall_1" or "wall_1").
+
+    Raises
+    ------
+    CaseError
+        If a case file is missing or wrong.
+    OptionError
+        If two different files have one name.
+    """
+    scenes: dict[str, CaseScene] = {}
+    for case in cases:
+        path = _path(case, folder)
+        scene = load(path)
+        found = CaseScene(f"{path.resolve().parent.name}/{path.stem}", path, content_of(scene), scene.title)
+        before = scenes.setdefault(found.name, found)
+        if before.content != found.content:
+            raise OptionError(f"{before.path} and {path}: two scenes named '{found.name}': rename one")
+    return tuple(scenes.values())
+
+
+def content_of(scene: Scene) -> str:
+    """Hash of what a scene's answer depends on, 12 hexadecimal digits.
+
+    Keys at their defaults do not count: a key that a later version adds changes no hash.
+    """
+    keys = scene.model_dump(exclude=_WORDS, exclude_defaults=True)
+    return hashlib.sha256(repr(keys).encode()).hexdigest()[:12]
+
+
+def _path(case: str | Path, folder: Path) -> Path:
+    path = Path(case)
+    if path.exists() or path.suffix:
+        return path
+    named = [file for file in sorted(folder.glob("*/*.toml")) if str(case) in (file.stem, _name_of(file))]
+    if not named:
+        raise CaseError(f"{case}: no such file, and no case in {folder}/ has that name")
+    if len(named) > 1:
+        raise OptionError(f"'{case}' may be {', '.join(map(_name_of, named))}: name one in full")
+    return named[0]
+
+
+def _name_of(path: Path) -> str:
+    return f"{path.parent.name}/{path.stem}"

@@ -1,0 +1,87 @@
+"""Certified bounds hold closed forms between them, closely."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import pytest
+from scenes import CASES, block_on_floor, small_wall, two_blocks
+
+import masonry_opt as mo
+from masonry_opt.compare import accuracy
+from masonry_opt.compare.accuracy import CERTIFIED, Bounds, certified_bounds
+from masonry_opt.problem.assembly import assemble
+
+#: What arithmetic of double precision may take from a bound.
+_ROUNDING = 1e-12
+
+
+def assert_certified(bounds: Bounds, load_factor: float, rounding: float = _ROUNDING) -> None:
+    assert bounds.lower <= load_factor * (1 + rounding)
+    assert bounds.upper >= load_factor * (1 - rounding)
+    assert bounds.width <= CERTIFIED
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "friction"), [(1, 2, 0.6), (1, 2, 0.4), (3, 1, 0.7), (1, 4, 0.1)]
+)
+def test_single_block_overturns_or_slides(width, height, friction):
+    """min(w / h, μ)."""
+    problem = assemble(block_on_floor(width, height, friction)).problem
+    assert_certified(certified_bounds(problem), min(width / height, friction))
+
+
+def test_cohesion_holds_a_sliding_block():
+    """μ + c L / W with L = 3, W = 1."""
+    scene = block_on_floor(3, 0.2, 0.3)
+    scene = scene.model_copy(update={"joints": mo.JointDefaults(friction=0.3, cohesion=0.05)})
+    assert_certified(certified_bounds(assemble(scene).problem), 0.3 + 0.05 * 3)
+
+
+def test_two_blocks():
+    """2.5 μ, Fig. 6 of the paper; one joint cannot slide."""
+    assert_certified(certified_bounds(assemble(two_blocks(0.1)).problem), 0.25)
+
+
+def test_wedges():
+    """1 + (t9 − t1) / (t9 + t1) with t(x) = tan x°, Fig. 8; the case file's corners have 12 digits."""
+    problem = assemble(mo.load(CASES / "livesley" / "wedges.toml")).problem
+    nine, one = np.tan(np.radians([9, 1]))
+    assert_certified(certified_bounds(problem), 1 + (nine - one) / (nine + one), rounding=1e-10)
+
+
+def test_wall_1():
+    """0.64286 published (Table 1), to its last digit."""
+    bounds = certified_bounds(assemble(mo.load(CASES / "ferris_tinloi" / "wall_1.toml")).problem)
+    assert bounds.width <= CERTIFIED
+    assert bounds.middle == pytest.approx(0.64286, abs=5e-6)
+
+
+def test_bounds_hold_whatever_the_solver_says(monkeypatch):
+    """From answers that are off by 1e-3 come wider bounds, and still bounds."""
+    problem = assemble(small_wall()).problem
+    sharp = certified_bounds(problem)
+    declare, rng = accuracy.declare, np.random.default_rng(0)
+
+    class Wrong:
+        def __init__(self, *arguments):
+            self.driver = declare(*arguments)
+
+        def solve(self):
+            answer = self.driver.solve()
+            state = answer.state
+            off = dataclasses.replace(
+                state,
+                load_factor=state.load_factor * 1.001,
+                q=state.q + 1e-3 * rng.standard_normal(state.q.shape),
+                d=state.d + 1e-3 * rng.standard_normal(state.d.shape),
+            )
+            return dataclasses.replace(answer, state=off)
+
+    monkeypatch.setattr(accuracy, "declare", Wrong)
+    loose = certified_bounds(problem)
+    assert loose.finite
+    assert loose.width > 1e-6
+    assert loose.lower <= sharp.lower + _ROUNDING
+    assert loose.upper >= sharp.upper - _ROUNDING

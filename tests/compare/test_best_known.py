@@ -1,0 +1,111 @@
+"""The registry of best known states changes for exact lower states alone."""
+
+from __future__ import annotations
+
+import tomllib
+
+import pytest
+from lines import line
+from scenes import CASES, two_blocks
+
+import masonry_opt as mo
+from masonry_opt.compare.best_known import FILE, BestKnown, best_known, improve, lowest_exact, merged
+from masonry_opt.compare.scenes import find_scenes
+
+
+@pytest.fixture
+def case(tmp_path):
+    """A scene with a registry that knows 0.16 for it."""
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    mo.save(two_blocks(), folder / "two.toml")
+    (scene,) = find_scenes([folder / "two.toml"])
+    entry = f'["folder/two.toml"]\nload_factor = 0.16\nmethod = "by hand"\ncontent = "{scene.content}"\n'
+    (tmp_path / FILE).write_text(entry)
+    return scene
+
+
+def exact(case, **known):
+    return line(scene=case.name, method="refined") | known
+
+
+def known_after(case, *rows):
+    improve([case], lowest_exact(rows))
+    return best_known([case])[case.name]
+
+
+def test_a_lower_exact_state_is_kept_with_its_method(case):
+    assert known_after(case, exact(case, load_factor=0.15)) == BestKnown(0.15, "refined")
+
+
+@pytest.mark.parametrize(
+    "known",
+    [
+        {"load_factor": 0.17},
+        {"load_factor": 0.16 - 1e-11},  # no lower than rounding makes it
+        {"load_factor": 0.15, "yield": 1e-7},
+        {"load_factor": 0.15, "complementarity": None},
+        {"load_factor": 0.15, "flow": float("nan")},
+        {"load_factor": 0.15, "method": "nonassociative"},
+        {"load_factor": None},
+    ],
+)
+def test_nothing_else_is(case, known):
+    assert known_after(case, exact(case, **known)) == BestKnown(0.16, "by hand")
+
+
+def test_a_changed_scene_has_no_best_known_state(case):
+    mo.save(two_blocks(0.2), case.path)
+    (changed,) = find_scenes([case.path])
+    assert best_known([changed]) == {}
+
+
+def test_words_do_not_change_a_scene(case):
+    scene = mo.load(case.path).model_copy(update={"title": "other"})
+    mo.save(scene, case.path)
+    (renamed,) = find_scenes([case.path])
+    assert renamed.content == case.content
+
+
+def test_other_entries_stay(case, tmp_path):
+    registry = tmp_path / FILE
+    registry.write_text(
+        registry.read_text() + '["other.toml"]\nload_factor = 1.0\nmethod = "m"\ncontent = "c"\n'
+    )
+    known_after(case, exact(case, load_factor=0.15))
+    entries = tomllib.loads(registry.read_text())
+    assert entries["other.toml"] == {"load_factor": 1.0, "method": "m", "content": "c"}
+
+
+def test_an_unwritable_registry_is_named_and_no_error(case, monkeypatch):
+    def refuse(*_):
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr("masonry_opt.compare.best_known.write_whole", refuse)
+    (message,) = improve([case], lowest_exact([exact(case, load_factor=0.15)]))
+    assert "cannot be written (Permission denied)" in message
+    assert "0.15" in message
+
+
+def test_a_broken_registry_is_one_clear_error(case, tmp_path):
+    (tmp_path / FILE).write_text("load_factor = ")
+    with pytest.raises(mo.CaseError, match=FILE):
+        best_known([case])
+
+
+def test_the_lower_of_known_and_found_counts():
+    known, found = {"a": BestKnown(0.2, "x"), "b": BestKnown(0.2, "x")}, {"a": BestKnown(0.1, "y")}
+    assert merged(known, found | {"b": BestKnown(0.3, "y"), "c": BestKnown(1.0, "y")}) == {
+        "a": BestKnown(0.1, "y"),
+        "b": BestKnown(0.2, "x"),
+        "c": BestKnown(1.0, "y"),
+    }
+
+
+def test_the_packages_registry_knows_its_cases():
+    """Closed forms of Figs 6 and 8 among them."""
+    scenes = find_scenes(["two_blocks", "wedges", "wall_1", "wall_6"], CASES)
+    known = best_known(scenes)
+    assert set(known) == {scene.name for scene in scenes}
+    assert known["gilbert/two_blocks"].load_factor == pytest.approx(0.15, rel=1e-8)
+    assert known["livesley/wedges"].load_factor == pytest.approx(1.280338166517, rel=1e-8)

@@ -1,0 +1,179 @@
+"""A comparison from the command line to its report: resumed, interrupted, escaped, offline."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from lines import line
+from scenes import CASES, two_blocks
+from typer.testing import CliRunner
+
+import masonry_opt as mo
+from masonry_opt.cli import app
+from masonry_opt.compare import comparison
+from masonry_opt.compare.comparison import Limits, compare
+from masonry_opt.compare.measure import TIME_LIMIT, Ended
+from masonry_opt.compare.page import page
+from masonry_opt.compare.plan import plan
+from masonry_opt.compare.report import summary_text, write_report
+from masonry_opt.compare.scenes import find_scenes
+from masonry_opt.compare.store import Store
+
+TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
+PLAN = plan(["static"], ["cvxpy"], ["clarabel", "highs"], [1e-4, 1e-8])
+LIMITS = Limits(time=30, memory=4000, repeats=1)
+
+VALUE = {
+    "status": "optimal",
+    "message": "",
+    "load_factor": 0.25,
+    "wall": 0.5,
+    "seconds": {"scene": 0.1},
+    "blocks": 2,
+    "joints": 3,
+    "size": {"rows": 1},
+    "certificate": dict.fromkeys(("equilibrium", "yield", "flow", "complementarity"), 0.0),
+}
+
+
+class Machine:
+    """Stands for the processes: counts the runs, and stops everything before number ``stop``."""
+
+    def __init__(self, stop: int | None = None) -> None:
+        self.runs, self.stop = [], stop
+
+    def __call__(self, function, arguments, time_limit, memory_limit):
+        if function is comparison.bound_scene:
+            return Ended("finished", "", {"lower": 0.25, "upper": 0.25}, 0.1, 100.0)
+        if len(self.runs) == self.stop:
+            raise KeyboardInterrupt
+        self.runs.append(arguments[1])
+        return Ended("finished", "", VALUE, 0.6, 100.0)
+
+
+def run(folder, monkeypatch, stop=None, limits=LIMITS):
+    machine = Machine(stop)
+    monkeypatch.setattr(comparison, "run_limited", machine)
+    return machine, compare(find_scenes([TWO_BLOCKS]), PLAN, limits, folder, lambda _: None)
+
+
+def test_an_interrupted_comparison_reports_and_continues(tmp_path, monkeypatch):
+    machine, first = run(tmp_path, monkeypatch, stop=3)
+    assert (len(machine.runs), len(first.summary), first.interrupted) == (3, 3, True)
+    assert "interrupted" in summary_text(first)
+    machine, second = run(tmp_path, monkeypatch)
+    assert machine.runs == [PLAN.pairs[3]]
+    assert (len(second.summary), second.interrupted) == (4, False)
+    machine, _ = run(tmp_path, monkeypatch)
+    assert machine.runs == []
+
+
+def test_a_torn_last_line_is_run_again(tmp_path, monkeypatch):
+    run(tmp_path, monkeypatch)
+    path = tmp_path / "results.csv"
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-20])
+    machine, result = run(tmp_path, monkeypatch)
+    assert machine.runs == [PLAN.pairs[3]]
+    assert len(result.summary) == 4
+    assert path.read_bytes() == whole
+
+
+def test_lines_are_read_as_they_were_written(tmp_path):
+    store = Store(tmp_path / "results.csv")
+    kept = line(message='quotes " and, commas', tolerance=None, load_factor=0.1 + 0.2)
+    store.add(kept)
+    assert Store(tmp_path / "results.csv").rows == [kept]
+
+
+def test_a_changed_scene_is_run_again(tmp_path, monkeypatch):
+    case = tmp_path / "made" / "up.toml"
+    case.parent.mkdir()
+    machine = Machine()
+    monkeypatch.setattr(comparison, "run_limited", machine)
+    for friction, runs in ((0.1, 4), (0.1, 4), (0.2, 8)):
+        mo.save(two_blocks(friction), case)
+        compare(find_scenes([case]), PLAN, LIMITS, tmp_path, lambda _: None)
+        assert len(machine.runs) == runs
+
+
+def test_a_raised_limit_runs_again_what_it_killed(tmp_path, monkeypatch):
+    killed = Ended(TIME_LIMIT, "over 30 s", None, 30.0, 100.0)
+
+    def kill(function, arguments, *limits):
+        return machine(function, arguments, *limits) if function is comparison.bound_scene else killed
+
+    machine = Machine()
+    monkeypatch.setattr(comparison, "run_limited", kill)
+    result = compare(find_scenes([TWO_BLOCKS]), PLAN, LIMITS, tmp_path, lambda _: None)
+    assert set(result.summary["verdict"]) == {"failed"}
+    assert write_report(result, tmp_path)  # charts of failures alone
+    machine, _ = run(tmp_path, monkeypatch)
+    assert machine.runs == []
+    machine, _ = run(tmp_path, monkeypatch, limits=Limits(time=60, memory=4000, repeats=1))
+    assert len(machine.runs) == 4
+
+
+def test_results_of_another_version_are_refused(tmp_path, monkeypatch):
+    (tmp_path / "results.csv").write_text("other,columns\n")
+    with pytest.raises(mo.OptionError, match="choose another --out"):
+        run(tmp_path, monkeypatch)
+
+
+def test_the_page_works_offline_and_escapes_what_cases_say(tmp_path, monkeypatch):
+    evil = "<script>alert(1)</script><img src=x onerror=alert(2)>"
+    case = tmp_path / "a<b>" / "c<i>.toml"
+    case.parent.mkdir()
+    mo.save(two_blocks().model_copy(update={"title": evil}), case)
+    monkeypatch.setattr(comparison, "run_limited", Machine())
+    result = compare(find_scenes([case]), PLAN, LIMITS, tmp_path, lambda _: None)
+    result.summary.loc[0, ["verdict", "reason"]] = ["failed", f"crashed: {evil}"]
+    html = page(result)
+    assert "alert(1)" in html
+    for part in ("<script>alert", "<img src=x", "a<b>", "c<i>"):
+        assert part not in html
+    outside = re.findall(
+        r'<(?:script|link|img|iframe)[^>]*(?:src|href)\s*=\s*["\']?(?:https?:)?//[^>]*', html
+    )
+    assert outside == []
+    assert html.count("<script") >= 3  # plotly's own, the charts, the tables
+
+
+def test_report_files(tmp_path, monkeypatch):
+    _, result = run(tmp_path, monkeypatch)
+    names = {path.name for path in write_report(result, tmp_path)}
+    pictures = {"success", "time_error_associative", "profile_associative", "size_associative"}
+    assert names == {"results.csv", "summary.csv", "report.html"} | {
+        f"{name}.{kind}" for name in pictures for kind in ("png", "svg")
+    }
+    assert all((tmp_path / name).stat().st_size > 100 for name in names)
+
+
+def test_the_command_compares_for_real(tmp_path):
+    """2.5 μ and 1.5 μ by hand (Fig. 6 of the paper), on two solvers."""
+    arguments = [str(TWO_BLOCKS), "--methods", "static,nonassociative", "--solvers", "clarabel,highs"]
+    arguments += ["--models", "cvxpy", "--tolerances", "1e-9", "--repeats", "1", "--out", str(tmp_path)]
+    result = CliRunner().invoke(app, ["compare", *arguments])
+    assert result.exit_code == 0, result.output
+    rows = Store(tmp_path / "results.csv").rows
+    found = {(row["method"], row["solver"]): row["load_factor"] for row in rows}
+    assert found["static", "clarabel"] == pytest.approx(0.25, rel=1e-6)
+    assert found["static", "highs"] == pytest.approx(0.25, rel=1e-6)
+    assert found["nonassociative", "clarabel"] == pytest.approx(0.15, rel=1e-3)
+    assert (tmp_path / "report.html").stat().st_size > 1_000_000  # plotly is inside
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["nowhere.toml"], "no such file"),
+        (["nowhere"], "no case in cases/ has that name"),
+        ([str(TWO_BLOCKS), "--tolerances", "small"], "numbers separated by commas"),
+        ([str(TWO_BLOCKS), "--solvers", "nix"], "solver 'nix' is unknown"),
+    ],
+)
+def test_wrong_arguments_are_one_clear_error(arguments, message):
+    result = CliRunner().invoke(app, ["compare", *arguments])
+    assert isinstance(result.exception, mo.MasonryError)
+    assert message in str(result.exception)

@@ -1,0 +1,65 @@
+"""Runs in processes of their own: ended by time, by memory, by a crash; and what a good one returns."""
+
+from __future__ import annotations
+
+import hogs
+import pytest
+from scenes import CASES
+
+from masonry_opt.compare.measure import (
+    CRASHED,
+    DIED,
+    FINISHED,
+    MEMORY_LIMIT,
+    REFUSED,
+    TIME_LIMIT,
+    run_limited,
+)
+from masonry_opt.compare.plan import Pair
+from masonry_opt.compare.worker import run_pair
+
+
+def test_a_run_over_its_time_is_killed():
+    ended = run_limited(hogs.sleep, (30.0,), 0.3, 4000)
+    assert (ended.how, ended.reason, ended.value) == (TIME_LIMIT, "over 0.3 s", None)
+    assert ended.seconds < 10  # of 30
+
+
+def test_a_run_over_its_memory_is_killed():
+    ended = run_limited(hogs.hoard, (3000,), 30, 700)
+    assert (ended.how, ended.reason) == (MEMORY_LIMIT, "over 700 MB")
+    assert 700 < ended.peak < 3000
+
+
+def test_crashes_are_results():
+    died = run_limited(hogs.die, (), 10, 4000)
+    assert died.how == DIED
+    assert "exit code 7" in died.reason
+    failed = run_limited(hogs.fail, (), 10, 4000)
+    assert (failed.how, failed.reason) == (CRASHED, "ZeroDivisionError: by zero")
+
+
+def test_a_run_returns_the_answer_and_its_cost():
+    """2.5 μ by hand: Fig. 6 of the paper."""
+    case = CASES / "gilbert" / "two_blocks.toml"
+    ended = run_limited(run_pair, (case, Pair("static", "cvxpy", "clarabel", 1e-9), 30.0), 30, 4000)
+    assert ended.how == FINISHED
+    assert ended.value["load_factor"] == pytest.approx(0.25, rel=1e-7)
+    assert 0 < ended.value["seconds"]["solve"] < ended.value["wall"] < ended.seconds
+    assert ended.peak > 50  # the libraries alone
+
+
+def test_time_is_split_once_between_solves_of_one_model():
+    """HiGHS's clock runs on in a model that stays loaded: the parts must not exceed the whole."""
+    case = CASES / "ferris_tinloi" / "wall_1.toml"
+    value = run_limited(
+        run_pair, (case, Pair("nonassociative", "pyomo", "highs-ipm", 1e-8), 60.0), 60, 4000
+    ).value
+    assert value["lp_solves"] > 3
+    assert sum(value["seconds"].values()) <= value["wall"]
+
+
+def test_a_wrong_case_is_refused():
+    ended = run_limited(run_pair, ("missing.toml", Pair("static", "cvxpy", "clarabel", 1e-9), 30.0), 30, 4000)
+    assert ended.how == REFUSED
+    assert "missing.toml" in ended.reason

@@ -1,0 +1,63 @@
+"""What a plan holds, and that what it leaves out is said with its reason."""
+
+from __future__ import annotations
+
+import pytest
+
+import masonry_opt as mo
+from masonry_opt.compare.plan import Pair, plan
+from masonry_opt.solvers.registry import HIPO, SOLVERS
+
+
+def test_everything_admissible_is_planned_at_every_tolerance():
+    found = plan(["static", "kinematic"], ["cvxpy", "pyomo"], ["clarabel", "highs"], [1e-4, 1e-8])
+    combinations = {(pair.method, pair.model, pair.solver) for pair in found.pairs}
+    assert combinations == {
+        (method, model, solver)
+        for method in ("static", "kinematic")
+        for model, solver in (("cvxpy", "clarabel"), ("cvxpy", "highs"), ("pyomo", "highs"))
+    }
+    assert {pair.tolerance for pair in found.pairs} == {1e-4, 1e-8}
+    assert len(found.pairs) == 12
+    assert {(item.model, item.solver) for item in found.left_out} == {("pyomo", "clarabel")}
+    assert all("driven from cvxpy only" in item.reason for item in found.left_out)
+
+
+def test_a_method_with_tolerances_of_its_own_has_one_rung_and_its_own_solver():
+    found = plan(["refined"], ["cvxpy"], ["clarabel"], [1e-4, 1e-8])
+    assert found.pairs == (Pair("refined", "pyomo", "highs", None),)
+
+
+def test_a_solver_the_method_does_not_take_is_left_out_with_a_reason():
+    found = plan(["static", "nonassociative"], ["cvxpy", "pyomo"], ["scipy"], [1e-6])
+    assert ("nonassociative", "pyomo", "scipy") in {(i.method, i.model, i.solver) for i in found.left_out}
+    assert all(item.reason for item in found.left_out)
+
+
+def test_the_newer_interior_point_is_planned_or_its_absence_said():
+    found = plan(["static"], ["cvxpy"], ["highs", HIPO], [1e-6])
+    planned = HIPO in {pair.solver for pair in found.pairs}
+    said = [item.reason for item in found.left_out if item.solver == HIPO]
+    assert planned == (("cvxpy", HIPO) in SOLVERS)
+    assert said == ([] if planned else ["not in the installed wheel of HiGHS"])
+
+
+def test_repeats_come_last():
+    found = plan(["static"], ["cvxpy"], ["clarabel"], [1e-6])
+    runs = list(found.runs(["a", "b"], 2))
+    assert [(run.scene, run.repeat) for run in runs] == [("a", 1), ("b", 1), ("a", 2), ("b", 2)]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((["magic"], ["cvxpy"], ["clarabel"], [1e-6]), "method 'magic' is unknown"),
+        ((["static"], ["ampl"], ["clarabel"], [1e-6]), "model 'ampl' is unknown"),
+        ((["static"], ["cvxpy"], ["nix"], [1e-6]), "solver 'nix' is unknown"),
+        ((["static"], ["cvxpy"], ["clarabel"], [0.0]), "tolerance must be"),
+        ((["static"], ["pyomo"], ["clarabel"], [1e-6]), "nothing to compare: static, pyomo, clarabel"),
+    ],
+)
+def test_wrong_names_are_refused(arguments, message):
+    with pytest.raises(mo.OptionError, match=message):
+        plan(*arguments)
