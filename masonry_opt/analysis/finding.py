@@ -28,7 +28,10 @@ class Iteration:
     sliding: energy dissipated in the sub-problem's sliding, in units of λ.
     coulomb_sliding: the same slips against the true law's shear limit (the paper's corrected
         energy), in units of λ.
+    mismatch: energy by which sliding joints are off the true law (the small cohesion apart), each
+        counted for itself, in units of λ.
     seconds: the solver's time.
+    attempt, remedy: which run of the loop it belongs to, and what that run changed.
     state, limits: forces, mechanism and shear limits; for whoever follows the loop, not kept in a history.
     """
 
@@ -40,7 +43,10 @@ class Iteration:
     raising: float
     sliding: float
     coulomb_sliding: float
+    mismatch: float
     seconds: float
+    attempt: int = 1
+    remedy: str = ""
     state: State | None = field(default=None, repr=False)
     limits: ShearLimits | None = field(default=None, repr=False)
 

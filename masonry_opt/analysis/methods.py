@@ -11,8 +11,9 @@ import numpy as np
 from masonry_opt.analysis.associative import associative
 from masonry_opt.analysis.finding import Finding
 from masonry_opt.analysis.global_bounds import GlobalOptions, global_bounds
+from masonry_opt.analysis.loop_options import LoopOptions
 from masonry_opt.analysis.mpec import MpecOptions, mpec
-from masonry_opt.analysis.nonassociative import LoopOptions, nonassociative
+from masonry_opt.analysis.nonassociative import nonassociative
 from masonry_opt.analysis.refined import RefinedOptions, jittered, refined
 from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.status import Status

@@ -62,7 +62,7 @@ def solve(
         Called with every step: :class:`~.finding.Iteration` of the loop, :class:`~.mpec.Relaxation`,
         :class:`~.refined.Refinement`.
     **options:
-        The method's own: :class:`~.nonassociative.LoopOptions`, :class:`~.mpec.MpecOptions`,
+        The method's own: :class:`~.loop_options.LoopOptions`, :class:`~.mpec.MpecOptions`,
         :class:`~.refined.RefinedOptions`, :class:`~.global_bounds.GlobalOptions`.
 
     Returns

@@ -64,6 +64,7 @@ def assemble(scene: Scene) -> Assembly:
         friction=joints.friction,
         cohesion=joints.cohesion * joints.length / force_unit,
         dilatancy=joints.dilatancy,
+        dilatancy_force=joints.dilatancy_stress * joints.length[:, None] / force_unit,
         force_unit=force_unit,
         length_unit=length_unit,
     )

@@ -28,6 +28,8 @@ class Problem:
     friction: μ of each joint, ``inf`` where it cannot slide, shape (c,).
     cohesion: of each joint as a force (per unit length × L), shape (c,).
     dilatancy: tan φ₀ of each joint, shape (c,).
+    dilatancy_force: normal forces up to which the dilatancy is whole and from which there is none (``inf``
+        where it does not depend on them), shape (c, 2).
     force_unit, length_unit: what a dimensionless force or length is multiplied by.
     """
 
@@ -38,6 +40,7 @@ class Problem:
     friction: np.ndarray
     cohesion: np.ndarray
     dilatancy: np.ndarray
+    dilatancy_force: np.ndarray
     force_unit: float
     length_unit: float
 
@@ -96,6 +99,19 @@ class Problem:
         touches = blocks_of_row @ incidence @ joint_of_column
         _, part = connected_components(touches.T @ touches, directed=False)
         return part
+
+    @property
+    def dilatancy_depends_on_stress(self) -> bool:
+        """Whether the dilatancy of any joint falls with its normal force."""
+        return bool(np.isfinite(self.dilatancy_force).any())
+
+    def dilatancy_at(self, n: np.ndarray) -> np.ndarray:
+        """tan φ₀ of each joint under normal forces n, shape (c,) each (section 6.5)."""
+        depends = np.isfinite(self.dilatancy_force[:, 1])
+        full, none = self.dilatancy_force[depends].T
+        share = np.ones(self.joints)
+        share[depends] = np.clip((none - n[depends]) / (none - full), 0.0, 1.0)
+        return self.dilatancy * share
 
     def with_friction(self, friction: np.ndarray) -> Problem:
         """The same problem with other friction, shape (c,)."""

@@ -15,7 +15,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from masonry_opt.analysis.finding import Finding, Iteration
-from masonry_opt.analysis.nonassociative import LoopOptions, nonassociative
+from masonry_opt.analysis.loop_options import LoopOptions
+from masonry_opt.analysis.nonassociative import nonassociative
 from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.solve import solve
 from masonry_opt.problem.assembly import assemble

@@ -54,6 +54,7 @@ Number = Annotated[float, Strict(), AfterValidator(_bounded)]
 NonNegative = Annotated[Number, Field(ge=0)]
 Positive = Annotated[Number, Field(gt=0)]
 Point = tuple[Number, Number]
+Stresses = tuple[NonNegative, NonNegative]
 #: tan φ; ``inf`` (in JSON the string "inf") for a joint that cannot slide.
 Friction = Annotated[
     float,
@@ -154,21 +155,28 @@ class JointDefaults(Record):
         Force per unit length of joint.
     dilatancy:
         tan φ₀, the opening per unit slip; 0 is Coulomb's law, ``friction`` the associative one.
+    dilatancy_stress:
+        Mean normal stresses ``[full, none]`` (force per unit length of joint): up to the first the
+        dilatancy is whole, from the second there is none, in between it falls linearly (section
+        6.5). Default: the dilatancy does not depend on stress.
 
     Raises
     ------
     pydantic.ValidationError
-        If friction or cohesion is negative, or dilatancy exceeds friction.
+        If friction or cohesion is negative, dilatancy exceeds friction, or the stresses do not rise.
     """
 
     friction: Friction
     cohesion: NonNegative = 0.0
     dilatancy: Number = 0.0
+    dilatancy_stress: Stresses | None = None
 
     @model_validator(mode="after")
     def _dissipative(self) -> JointDefaults:
         if self.dilatancy > self.friction:
             raise ValueError("'dilatancy' must not exceed 'friction': sliding would create energy")
+        if self.dilatancy_stress and not self.dilatancy_stress[0] < self.dilatancy_stress[1]:
+            raise ValueError("'dilatancy_stress' needs two rising stresses: [full up to, none from]")
         return self
 
 
@@ -179,7 +187,7 @@ class Joint(Record):
     ----------
     between:
         Names of the two blocks; they must touch.
-    friction, cohesion, dilatancy:
+    friction, cohesion, dilatancy, dilatancy_stress:
         As in :class:`JointDefaults`; those not given keep the scene's defaults.
 
     Raises
@@ -192,6 +200,7 @@ class Joint(Record):
     friction: Friction | None = None
     cohesion: NonNegative | None = None
     dilatancy: Number | None = None
+    dilatancy_stress: Stresses | None = None
 
     def over(self, defaults: JointDefaults) -> JointDefaults:
         """The joint's properties: those given here, the rest from ``defaults``.

@@ -13,6 +13,9 @@ from masonry_opt.errors import CaseError
 from masonry_opt.scene.geometry import Geometry, raise_for
 from masonry_opt.scene.scene import Scene
 
+#: Stresses up to which dilatancy is whole and from which there is none, where it does not depend on them.
+_ANY_STRESS = (np.inf, np.inf)
+
 #: Edges that touch along a length are parallel up to this angle (radians).
 _PARALLEL = 1e-3
 
@@ -38,6 +41,8 @@ class Joints:
     normal: unit normal pointing from the second block into the first, shape (joints, 2).
     length: of each joint, shape (joints,).
     friction, cohesion, dilatancy: properties; cohesion per unit length, shape (joints,).
+    dilatancy_stress: mean normal stresses up to which dilatancy is whole and from which there is none,
+        ``inf`` where it does not depend on them, shape (joints, 2).
     fixed_pairs: how many touching pairs were left out because both blocks are fixed.
     near_misses: pairs of blocks (indices) whose edges face each other across a small gap.
     """
@@ -51,6 +56,7 @@ class Joints:
     friction: np.ndarray
     cohesion: np.ndarray
     dilatancy: np.ndarray
+    dilatancy_stress: np.ndarray
     fixed_pairs: int
     near_misses: list[tuple[int, int]]
 
@@ -85,7 +91,7 @@ def find_joints(scene: Scene, geometry: Geometry) -> Joints:
     edge = end - start
     length = np.hypot(edge[:, 0], edge[:, 1])
     along = edge / length[:, None]
-    friction, cohesion, dilatancy = _properties(scene, first, second)
+    friction, cohesion, dilatancy, dilatancy_stress = _properties(scene, first, second)
     return Joints(
         first=first,
         second=second,
@@ -97,6 +103,7 @@ def find_joints(scene: Scene, geometry: Geometry) -> Joints:
         friction=friction,
         cohesion=cohesion,
         dilatancy=dilatancy,
+        dilatancy_stress=dilatancy_stress,
         fixed_pairs=fixed_pairs,
         near_misses=[(int(i), int(j)) for i, j in pairs[near]],
     )
@@ -257,11 +264,12 @@ class _Edges:
 
 def _properties(
     scene: Scene, first: np.ndarray, second: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     defaults = scene.joints
     friction = np.full(len(first), defaults.friction)
     cohesion = np.full(len(first), defaults.cohesion)
     dilatancy = np.full(len(first), defaults.dilatancy)
+    stress = np.tile(defaults.dilatancy_stress or _ANY_STRESS, (len(first), 1))
     if scene.exceptions:
         index = {block.name: number for number, block in enumerate(scene.blocks)}
         joint_of = {pair: joint for joint, pair in enumerate(zip(first, second, strict=True))}
@@ -284,8 +292,9 @@ def _properties(
                 own.cohesion,
                 own.dilatancy,
             )
+            stress[joint] = own.dilatancy_stress or _ANY_STRESS
     # A joint with unlimited friction never slides: cohesion and dilatancy say nothing there.
     unlimited = np.isinf(friction)
     cohesion[unlimited] = 0.0
     dilatancy[unlimited] = 0.0
-    return friction, cohesion, dilatancy
+    return friction, cohesion, dilatancy, stress

@@ -9,12 +9,13 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
+from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
 from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
 from masonry_opt.models.cvxpy_mechanism import CvxpyMechanism
 from masonry_opt.models.cvxpy_static import CvxpyStatic
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.answer import Answer, LpSize, Outcome, outcome_of
-from masonry_opt.solvers.registry import Solver
+from masonry_opt.solvers.registry import Solver, find_solver
 from masonry_opt.timing import Stopwatch
 
 _MODELS: dict[str, type[CvxpyStatic] | type[CvxpyKinematic]] = {
@@ -83,6 +84,17 @@ def driven_mechanism(
     return float(model.program.value), model.read()
 
 
+def state_at_yield(
+    problem: Problem, at_yield: np.ndarray, near: float, watch: Stopwatch
+) -> tuple[float, np.ndarray] | None:
+    """λ and joint forces, shape (3c,), of the state with these faces at yield, shape (4, c), whose λ is
+    nearest to a given value; None if there is no such state or the solver fails."""
+    with watch.measure("build"):
+        model = CvxpyAtYield(problem, at_yield, near)
+    _solve(model.program, find_solver("cvxpy", "clarabel"), watch)
+    return model.read() if model.program.status == cp.OPTIMAL else None
+
+
 def _solve(program: cp.Problem, solver: Solver, watch: Stopwatch) -> tuple[str, int, float]:
     """Compile, solve and unpack; the solver's word, its iterations and its own seconds."""
     with watch.measure("compile"):
@@ -90,7 +102,7 @@ def _solve(program: cp.Problem, solver: Solver, watch: Stopwatch) -> tuple[str, 
     start = time.perf_counter()
     try:
         raw: Any = chain.solve_via_data(program, data, solver_opts=dict(solver.options))
-    except cp.SolverError as error:
+    except (cp.SolverError, ValueError) as error:  # ValueError: HiGHS's "unknown", without values
         program._status = cp.settings.SOLVER_ERROR
         return str(error), 0, 0.0
     elapsed = time.perf_counter() - start
@@ -100,14 +112,14 @@ def _solve(program: cp.Problem, solver: Solver, watch: Stopwatch) -> tuple[str, 
         warnings.simplefilter("ignore")  # "may be inaccurate": the status says so and is read
         try:
             program.unpack_results(raw, chain, inverse)
-        except cp.SolverError:
+        except (cp.SolverError, ValueError):
             program._status = cp.settings.SOLVER_ERROR
             return word, 0, 0.0
     stats = program.solver_stats
     seconds = elapsed if stats.solve_time is None else float(stats.solve_time)
     watch.add("solve", seconds)
     watch.add("compile", max(elapsed - seconds, 0.0))  # handing the matrices over
-    of_highs = isinstance(raw, dict) and "info" in raw
+    of_highs = isinstance(raw, dict) and "model_status" in raw
     iterations = _highs_iterations(raw["info"]) if of_highs else stats.num_iters or 0
     return word or program.status, int(iterations), seconds
 

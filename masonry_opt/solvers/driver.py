@@ -19,9 +19,11 @@ class Driver(Protocol):
     Attributes
     ----------
     solves: how often it was solved.
+    watch: where its time goes.
     """
 
     solves: int
+    watch: Stopwatch
 
     @property
     def model(self) -> Model:

@@ -14,6 +14,9 @@ from masonry_opt.errors import OptionError
 #: Feasibility and gap tolerance asked of every solver; looser values cost digits of λ.
 TOLERANCE = 1e-9
 
+#: From here on an answer is meant to be rough.
+_ROUGH = 1e-5
+
 
 @dataclass(frozen=True)
 class Solver:
@@ -25,16 +28,22 @@ class Solver:
     language: the modelling language that drives it.
     engine: its name in that language.
     options: its options, tolerances included.
+    tolerance: feasibility and gap asked of it.
     """
 
     name: str
     language: str
     engine: str
     options: dict[str, Any]
+    tolerance: float = TOLERANCE
 
 
 def _clarabel(tolerance: float) -> dict[str, Any]:
-    return {"tol_gap_abs": tolerance, "tol_gap_rel": tolerance, "tol_feas": tolerance}
+    options: dict[str, Any] = {"tol_gap_abs": tolerance, "tol_gap_rel": tolerance, "tol_feas": tolerance}
+    if tolerance >= _ROUGH:
+        # A third of the time goes into refining search directions, which so rough an answer does not need.
+        options["iterative_refinement_enable"] = False
+    return options
 
 
 def _highs_simplex(tolerance: float) -> dict[str, Any]:
@@ -136,11 +145,16 @@ def find_solver(language: str, name: str | None, tolerance: float = TOLERANCE) -
     if entry is None:
         if language == "cvxpy" and name in found:
             own = FOUND_BY_CVXPY.get(name)
-            return Solver(name, language, name.upper(), own(tolerance) if own else {})
+            return Solver(name, language, name.upper(), own(tolerance) if own else {}, tolerance)
         others = f" (CVXPY also finds: {', '.join(found)})"
         raise OptionError(
             f"solver '{name}' is unknown or not installed for model '{language}'; "
             f"choose from: {', '.join(known)}{others if language == 'cvxpy' else ''}"
         )
     engine, options = entry
-    return Solver(name, language, engine, options(tolerance))
+    return Solver(name, language, engine, options(tolerance), tolerance)
+
+
+def rougher(solver: Solver, tolerance: float) -> Solver:
+    """The same solver, asked for no more than this tolerance."""
+    return find_solver(solver.language, solver.name, max(tolerance, solver.tolerance))

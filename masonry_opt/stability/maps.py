@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from masonry_opt.analysis.nonassociative import LoopOptions
+from masonry_opt.analysis.loop_options import LoopOptions
 from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.solve import solve
 from masonry_opt.reproduce.example import open_case
@@ -27,7 +27,7 @@ CERTIFIED = 1e-3
 #: Status of a run that raised what no user should see.
 TRACEBACK = "traceback"
 
-DEFAULTS = LoopOptions()
+DEFAULTS = LoopOptions().parameters(joints=0)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,8 @@ import pytest
 from scenes import CASES, block_on_floor, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.analysis.nonassociative import LoopOptions, run_loop
+from masonry_opt.analysis.loop import run_loop
+from masonry_opt.analysis.loop_options import LoopOptions
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import ShearLimits
 from masonry_opt.solvers.driver import declare
@@ -38,7 +39,7 @@ def compiled_cvxpy(driver):
 def test_loop_changes_nothing_but_the_shear_limits_in_cvxpy():
     problem, driver = declared(mo.load(WALL_1))
     entries, rhs, cost = compiled_cvxpy(driver)
-    finding, _ = run_loop(problem, driver, LoopOptions())
+    finding, _ = run_loop(problem, driver, LoopOptions().parameters(problem.joints))
     assert len(finding.history) > 3
     entries_after, rhs_after, cost_after = compiled_cvxpy(driver)
 
@@ -71,7 +72,7 @@ def compiled_pyomo(driver):
 def test_loop_changes_nothing_but_the_shear_limits_in_pyomo():
     problem, driver = declared(mo.load(WALL_1), "pyomo")
     entries, bounds, columns = compiled_pyomo(driver)
-    finding, _ = run_loop(problem, driver, LoopOptions())
+    finding, _ = run_loop(problem, driver, LoopOptions().parameters(problem.joints))
     assert len(finding.history) > 3
     entries_after, bounds_after, columns_after = compiled_pyomo(driver)
 
@@ -181,7 +182,7 @@ def test_iteration_limit_is_named():
 def test_a_sub_problem_without_state_is_named():
     """A large slope caps normal forces at c / (αμ) and locks joints of wall 6."""
     problem, driver = declared(mo.load(WALL_6))
-    finding, _ = run_loop(problem, driver, LoopOptions(beta=0.2))
+    finding, _ = run_loop(problem, driver, LoopOptions(beta=0.2).parameters(problem.joints))
     assert finding.status is mo.Status.NO_STATE
     assert finding.load_factor is None
     assert "sub-problem 4" in finding.message

@@ -1,0 +1,121 @@
+"""Parameters of the loop: the paper's, and a faster pace for large scenes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+from pydantic import Field, Strict
+
+from masonry_opt.scene.blocks import Number, Positive, Record
+
+#: From so many joints on the loop runs at the fast pace: below, a sub-problem costs less than declaring it.
+FAST_FROM = 500
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """What one run of the loop works with (section 4.2).
+
+    Attributes
+    ----------
+    alpha, alpha_min: slope of the contracting shear limit over μ, at first and at last.
+    shrink: factor on alpha from one sub-problem to the next (the paper: 1/2).
+    beta: weight of the newest normal forces against those before.
+    tol: relative change of λ at which the loop stops.
+    c0: small cohesion, as a fraction of the largest normal force of each part.
+    start, trial_cohesion: first sub-problem.
+    max_iterations: sub-problems before the run gives up.
+    always: whether the loop runs even where the associative answer obeys the joints' own flow rule.
+    tolerance: feasibility and gap asked of the solver of sub-problems; None: the solver's own.
+    finish: whether the run ends with an exact state on its mechanism.
+    early: whether it ends as soon as there is one.
+    move_limit, only_at_yield: the variants of section 6.4.
+    """
+
+    alpha: float
+    alpha_min: float
+    shrink: float
+    beta: float
+    tol: float
+    c0: float
+    start: Literal["associative", "cohesive"]
+    trial_cohesion: float
+    max_iterations: int
+    always: bool
+    tolerance: float | None
+    finish: bool
+    early: bool
+    move_limit: float | None
+    only_at_yield: bool
+
+
+class LoopOptions(Record):
+    """Parameters of the loop; those not given are the pace's.
+
+    Attributes
+    ----------
+    pace: "paper": section 5's parameters (alpha 0.3, halved; beta 0.6), sub-problems solved as
+        exactly as any program. "fast": a shorter series (alpha 0.1, times 0.3; beta 0.8) of roughly solved
+        sub-problems (1e-5), which ends as soon as an exact state exists on its mechanism. Default: fast
+        from 500 joints on.
+    alpha: slope of the contracting shear limit over μ, at first.
+    alpha_min: from there on the slope stays at this value (the last step may undershoot it once).
+    beta: weight of the newest normal forces against those before, 0 < beta ≤ 1.
+    tol: relative change of λ at which the loop stops.
+    c0: small cohesion, as a fraction of the largest normal force of the first sub-problem (of each
+        part of the scene that stands by itself).
+    start: first sub-problem: "associative", or "cohesive" (|s| ≤ trial_cohesion).
+    trial_cohesion: of the cohesive start, in median block weights; raised while no state exists.
+    max_iterations: sub-problems before a run of the loop gives up.
+    always: run the loop even where the associative answer obeys the joints' own flow rule: a lower
+        load factor may exist elsewhere in the scene.
+    finish: end with one more linear program: of the states that hold the mechanism found at yield, the
+        one with the nearest load factor, so that forces obey the true Coulomb law.
+    remedies: what is tried where a run of the loop fails: "all", "slope" (only begin again with less
+        slope, after a sub-problem without a state), or "none".
+    move_limit: largest change of the normal force about which a shear limit turns, as a share of that
+        force and the mean one (section 6.4; none by default).
+    only_at_yield: turn only the shear limits of joints that slide or are about to (section 6.4).
+
+    Raises
+    ------
+    pydantic.ValidationError
+        If a parameter is of the wrong type or out of range.
+    """
+
+    pace: Literal["paper", "fast"] | None = None
+    alpha: Annotated[Number, Field(ge=0, le=10)] | None = None
+    alpha_min: Annotated[Number, Field(ge=0, le=10)] = 0.001
+    beta: Annotated[Number, Field(gt=0, le=1)] | None = None
+    tol: Annotated[Number, Field(gt=0, lt=1)] = 1e-5
+    c0: Annotated[Number, Field(ge=0, lt=1)] = 1e-5
+    start: Literal["associative", "cohesive"] = "associative"
+    trial_cohesion: Positive = 1.0
+    max_iterations: Annotated[int, Strict(), Field(ge=1)] = 200
+    always: Annotated[bool, Strict()] = False
+    finish: Annotated[bool, Strict()] = True
+    remedies: Literal["all", "slope", "none"] = "all"
+    move_limit: Positive | None = None
+    only_at_yield: Annotated[bool, Strict()] = False
+
+    def parameters(self, joints: int) -> Parameters:
+        """The parameters of a first run on a scene with so many joints."""
+        fast = self.pace == "fast" or (self.pace is None and joints >= FAST_FROM)
+        return Parameters(
+            alpha=(0.1 if fast else 0.3) if self.alpha is None else self.alpha,
+            alpha_min=self.alpha_min,
+            shrink=0.3 if fast else 0.5,
+            beta=(0.8 if fast else 0.6) if self.beta is None else self.beta,
+            tol=self.tol,
+            c0=self.c0,
+            start=self.start,
+            trial_cohesion=self.trial_cohesion,
+            max_iterations=self.max_iterations,
+            always=self.always,
+            tolerance=1e-5 if fast else None,
+            finish=self.finish,
+            early=fast and self.finish,
+            move_limit=self.move_limit,
+            only_at_yield=self.only_at_yield,
+        )
