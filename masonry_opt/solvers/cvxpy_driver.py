@@ -27,6 +27,11 @@ _INFEASIBLE = (cp.INFEASIBLE, cp.settings.INFEASIBLE_OR_UNBOUNDED)
 _UNBOUNDED = (cp.UNBOUNDED, cp.settings.INFEASIBLE_OR_UNBOUNDED)
 
 
+#: From so many joints on parameters are compiled as constants, anew for every solve: CVXPY's tensor over
+#: parameters costs memory that grows with the square of the joints, and more time than compiling again.
+_CONSTANTS_FROM = 1000
+
+
 class CvxpyDriver:
     """A declared CVXPY model and the solver that answers it."""
 
@@ -40,6 +45,7 @@ class CvxpyDriver:
     ) -> None:
         self.formulation, self.solver, self.watch = formulation, solver, watch
         self.solves = 0
+        self._as_constants = problem.joints >= _CONSTANTS_FROM
         with watch.measure("build"):
             self.model = _MODELS[formulation](problem, limits)
 
@@ -50,14 +56,16 @@ class CvxpyDriver:
 
     def size(self) -> LpSize:
         """Rows, columns and non-zeros as compiled."""
-        data, _, _ = self.model.program.get_problem_data(self.solver.engine, solver_opts={})
+        data, _, _ = self.model.program.get_problem_data(
+            self.solver.engine, ignore_dpp=self._as_constants, solver_opts={}
+        )
         rows, columns = data["A"].shape
         return LpSize(rows, columns, data["A"].nnz)
 
     def solve(self) -> Answer:
         """Solve with the present shear limits."""
         self.solves += 1
-        word, iterations, seconds = _solve(self.model.program, self.solver, self.watch)
+        word, iterations, seconds = _solve(self.model.program, self.solver, self.watch, self._as_constants)
         status = self.model.program.status
         if status == cp.OPTIMAL:
             with self.watch.measure("read"):
@@ -95,10 +103,14 @@ def state_at_yield(
     return model.read() if model.program.status == cp.OPTIMAL else None
 
 
-def _solve(program: cp.Problem, solver: Solver, watch: Stopwatch) -> tuple[str, int, float]:
+def _solve(
+    program: cp.Problem, solver: Solver, watch: Stopwatch, as_constants: bool = False
+) -> tuple[str, int, float]:
     """Compile, solve and unpack; the solver's word, its iterations and its own seconds."""
     with watch.measure("compile"):
-        data, chain, inverse = program.get_problem_data(solver.engine, solver_opts=dict(solver.options))
+        data, chain, inverse = program.get_problem_data(
+            solver.engine, ignore_dpp=as_constants, solver_opts=dict(solver.options)
+        )
     start = time.perf_counter()
     try:
         raw: Any = chain.solve_via_data(program, data, solver_opts=dict(solver.options))
