@@ -23,21 +23,22 @@ MOST_ENERGY, MOST_DEPARTURE = 1e-3, 1e-2
 
 @dataclass(frozen=True)
 class ExactForces:
-    """Joint forces (3c,) that obey equilibrium and the true law, at yield wherever the mechanism moves."""
+    """Joint forces (3c,) that obey equilibrium and the true law, at yield wherever the mechanism moves, and
+    the opening per unit slip that they allow each joint, shape (c,)."""
 
     load_factor: float
     q: np.ndarray
+    slope: np.ndarray
 
 
 def exact_finish(
-    problem: Problem, state: State, near: float | None, slope: np.ndarray, rough: bool, watch: Stopwatch
+    problem: Problem, state: State, near: float | None, rough: bool, watch: Stopwatch
 ) -> tuple[ExactForces | None, int]:
     """An exact state on the mechanism of a sub-problem, if there is one: the one whose λ is nearest to
     ``near``, or the least.
 
     Parameters
     ----------
-    slope: opening per unit slip under the flow rule the state is to obey, shape (c,).
     rough: whether the sub-problem was solved roughly.
 
     Returns
@@ -51,8 +52,9 @@ def exact_finish(
         if found is None:
             continue
         load_factor, q = found
+        slope = problem.dilatancy_at(q[0::3])
         left = certify(problem, load_factor, q, state.d, slope)
         allowed = MOST_ENERGY * max(abs(load_factor), 1e-6)
         if left.complementarity <= allowed and left.flow <= MOST_DEPARTURE:
-            return ExactForces(load_factor, q), solves
+            return ExactForces(load_factor, q, slope), solves
     return None, solves

@@ -235,7 +235,7 @@ class _Run:
         # A run that ends early has no λ of its own to stay near: the least on its mechanism is the safe one.
         near = None if self.parameters.early else self._corrected(step.state)
         rough = self.parameters.tolerance is not None
-        exact, solves = exact_finish(self.problem, step.state, near, step.slope, rough, self.driver.watch)
+        exact, solves = exact_finish(self.problem, step.state, near, rough, self.driver.watch)
         self.finding.lp_solves += solves
         if exact is None:
             return False
@@ -245,7 +245,7 @@ class _Run:
     def _take_exact(self, exact: ExactForces, step: _Step) -> None:
         finding = self.finding
         finding.status, finding.load_factor = Status.CONVERGED, min(exact.load_factor, self._bound())
-        finding.q, finding.slope = exact.q, step.slope
+        finding.q, finding.slope = exact.q, exact.slope
         finding.message = f"in {len(finding.history)} sub-problems, with an exact state on their mechanism"
 
     def _converged(self, step: _Step) -> bool:

@@ -10,6 +10,7 @@ import numpy as np
 
 from masonry_opt.analysis.associative import associative
 from masonry_opt.analysis.finding import Finding
+from masonry_opt.analysis.gate import ASSOCIATIVE, COULOMB, Gate
 from masonry_opt.analysis.global_bounds import GlobalOptions, global_bounds
 from masonry_opt.analysis.loop_options import LoopOptions
 from masonry_opt.analysis.mpec import MpecOptions, mpec
@@ -51,6 +52,7 @@ class Method:
     solvers: by language, those it can use, its default first; empty for any solver of linear programs.
         The first language is the method's default.
     fixed_tolerance: whether the method sets its own tolerances.
+    gate: residuals beyond which its load factor is not given out.
     """
 
     run: Callable[[Task], Finding]
@@ -59,6 +61,7 @@ class Method:
         default_factory=lambda: {"cvxpy": (), "pyomo": ()}
     )
     fixed_tolerance: bool = False
+    gate: Gate = COULOMB
 
 
 def _static(task: Task) -> Finding:
@@ -166,8 +169,8 @@ IPOPT: dict[str, type[CasadiIpopt] | type[ExecutableIpopt]] = {
 
 #: Every method by name. Adding one is one entry.
 METHODS: dict[str, Method] = {
-    "static": Method(_static),
-    "kinematic": Method(_kinematic),
+    "static": Method(_static, gate=ASSOCIATIVE),
+    "kinematic": Method(_kinematic, gate=ASSOCIATIVE),
     # A vertex has joints without normal force, which the loop then locks: prefer interior points.
     "nonassociative": Method(_nonassociative, LoopOptions, {"cvxpy": (), "pyomo": ("highs-ipm", "highs")}),
     "mpec": Method(_mpec, MpecOptions, {"pyomo": tuple(IPOPT)}, fixed_tolerance=True),

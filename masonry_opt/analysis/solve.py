@@ -16,6 +16,7 @@ from masonry_opt.analysis.diagnosis import (
     moving_blocks,
 )
 from masonry_opt.analysis.finding import Finding
+from masonry_opt.analysis.gate import failing_residuals, refused
 from masonry_opt.analysis.methods import IPOPT, METHODS, Method, Progress, Task
 from masonry_opt.analysis.result import Result, make_result
 from masonry_opt.analysis.status import Status
@@ -94,6 +95,8 @@ def solve(
         finding = chosen.run(Task(problem, asked, watch, own_options, progress))
         if finding.load_factor is not None and finding.load_factor < -_NEGATIVE:
             finding = _held_by_wedging(assembly, finding)
+        if failing := failing_residuals(problem, finding, chosen.gate):
+            finding = refused(finding, failing)
         _name_locking_joints(assembly, finding)
     return make_result(
         assembly,
