@@ -51,6 +51,7 @@ class Method:
     solvers: by language, those it can use, its default first; empty for any solver of linear programs.
         The first language is the method's default.
     fixed_tolerance: whether the method sets its own tolerances.
+    fixed_dilatancy: whether it takes the joints' dilatancy for a constant, whatever their stress.
     """
 
     run: Callable[[Task], Finding]
@@ -59,6 +60,7 @@ class Method:
         default_factory=lambda: {"cvxpy": (), "pyomo": ()}
     )
     fixed_tolerance: bool = False
+    fixed_dilatancy: bool = False
 
 
 def _static(task: Task) -> Finding:
@@ -170,7 +172,11 @@ METHODS: dict[str, Method] = {
     "kinematic": Method(_kinematic),
     # A vertex has joints without normal force, which the loop then locks: prefer interior points.
     "nonassociative": Method(_nonassociative, LoopOptions, {"cvxpy": (), "pyomo": ("highs-ipm", "highs")}),
-    "mpec": Method(_mpec, MpecOptions, {"pyomo": tuple(IPOPT)}, fixed_tolerance=True),
-    "refined": Method(_refined, RefinedOptions, {"pyomo": ("highs",)}, fixed_tolerance=True),
-    "global": Method(_global, GlobalOptions, {"pyomo": ("highs",)}, fixed_tolerance=True),
+    "mpec": Method(_mpec, MpecOptions, {"pyomo": tuple(IPOPT)}, fixed_tolerance=True, fixed_dilatancy=True),
+    "refined": Method(
+        _refined, RefinedOptions, {"pyomo": ("highs",)}, fixed_tolerance=True, fixed_dilatancy=True
+    ),
+    "global": Method(
+        _global, GlobalOptions, {"pyomo": ("highs",)}, fixed_tolerance=True, fixed_dilatancy=True
+    ),
 }
