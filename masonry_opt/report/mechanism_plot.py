@@ -118,7 +118,7 @@ def refuse_picture(path: str | Path) -> None:
 def draw_mechanism(result: Result, axes: Axes, marked: Collection[int] = ()) -> None:
     """Draw a result on given axes: displaced blocks, marked joints, the load factor as title.
 
-    Of the sliding joints those ``marked``, by their numbers in ``result.joints``, stand out.
+    Joints ``marked``, by their numbers in ``result.joints``, stand out.
     """
     assembly = result.assembly
     shapes, origin = assembly.geometry, assembly.geometry.origin
@@ -168,7 +168,7 @@ def _mark_joints(result: Result, axes: Axes, scale: float, marked: Collection[in
         velocity = sum(motion.at(block, point[None])[0] for block in blocks) / 2
         return point + scale * velocity + origin
 
-    sliding = np.flatnonzero(joint_moves.slides).tolist()
+    sliding = sorted({*np.flatnonzero(joint_moves.slides).tolist(), *marked})
     hinging = np.flatnonzero(joint_moves.hinges).tolist()
     slid = [[displaced(j, joints.start[j]), displaced(j, joints.end[j])] for j in sliding]
     colours = [_MARKED if j in marked else _SLIDES for j in sliding]

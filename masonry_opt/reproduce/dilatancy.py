@@ -284,7 +284,7 @@ def _draw(
                 markerfacecolor="white",
                 label="loop, off the flow rule",
             )
-        for level, style, label in ((lower, "--", "Coulomb"), (upper, ":", "no law")):
+        for level, style, label in ((lower, "--", "Coulomb"), (upper, ":", "one dilatancy at any stress")):
             if level is not None:
                 axes.axhline(level, color="black", linewidth=1, linestyle=style, label=label, zorder=0)
         missing = rows["none from"][rows["λ"].isna()]
@@ -294,7 +294,7 @@ def _draw(
         axes.set_title(name, loc="left", fontsize=10)
         axes.set_ylabel("load factor λ")
         axes.grid(color="#EEEEEE")
-        axes.legend(fontsize=8, loc="center left")
+        axes.legend(fontsize=8, loc="center right")
     panels[-1].set_xscale("log")
     panels[-1].set_xlabel("stress at which dilatancy vanishes (block weights per unit of length)")
     return figure

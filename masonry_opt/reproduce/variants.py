@@ -172,4 +172,5 @@ def _draw(table: pd.DataFrame, scenes: list[str]) -> Figure:
     rise.set_xticks(range(len(scenes)), scenes)
     for axes in (count, rise):
         axes.grid(color="#EEEEEE", axis="y")
+        axes.set_axisbelow(True)
     return figure
