@@ -30,9 +30,10 @@ class ExactForces:
 
 
 def exact_finish(
-    problem: Problem, state: State, near: float, slope: np.ndarray, rough: bool, watch: Stopwatch
+    problem: Problem, state: State, near: float | None, slope: np.ndarray, rough: bool, watch: Stopwatch
 ) -> tuple[ExactForces | None, int]:
-    """The exact state on the mechanism of a sub-problem whose λ is nearest to ``near``, if there is one.
+    """An exact state on the mechanism of a sub-problem, if there is one: the one whose λ is nearest to
+    ``near``, or the least.
 
     Parameters
     ----------

@@ -232,7 +232,9 @@ class _Run:
         """Whether an exact state on the mechanism ends the run."""
         if not self.parameters.finish:
             return False
-        near, rough = self._corrected(step.state), self.parameters.tolerance is not None
+        # A run that ends early has no λ of its own to stay near: the least on its mechanism is the safe one.
+        near = None if self.parameters.early else self._corrected(step.state)
+        rough = self.parameters.tolerance is not None
         exact, solves = exact_finish(self.problem, step.state, near, step.slope, rough, self.driver.watch)
         self.finding.lp_solves += solves
         if exact is None:
@@ -242,7 +244,7 @@ class _Run:
 
     def _take_exact(self, exact: ExactForces, step: _Step) -> None:
         finding = self.finding
-        finding.status, finding.load_factor = Status.CONVERGED, exact.load_factor
+        finding.status, finding.load_factor = Status.CONVERGED, min(exact.load_factor, self._bound())
         finding.q, finding.slope = exact.q, step.slope
         finding.message = f"in {len(finding.history)} sub-problems, with an exact state on their mechanism"
 
@@ -252,14 +254,16 @@ class _Run:
         finding.message = f"in {len(finding.history)} sub-problems"
         if self.parameters.finish:
             finding.message += "; no state on their mechanism is exact: the certificate says what is left"
-        bound = finding.history[0].load_factor
-        if self.parameters.start == "associative" and corrected > bound:
-            # No state with less dilatancy exceeds the associative load factor.
+        bound = self._bound()
+        if corrected > bound:
             finding.load_factor = bound
-            finding.message += (
-                f"; ended {corrected - bound:.1e} above the associative bound, which is reported"
-            )
+            finding.message += f"; ended {corrected - bound:.1e} above the associative bound, reported here"
         return True
+
+    def _bound(self) -> float:
+        """The associative load factor, which no state with less dilatancy exceeds; inf where unknown."""
+        known = self.parameters.start == "associative" and self.parameters.tolerance is None
+        return self.finding.history[0].load_factor if known else float("inf")
 
     def _turn(self, alpha: float) -> None:
         """Steps 4 and 5: the next shear limits."""

@@ -84,8 +84,8 @@ def _labelled(progress: Progress, attempt: _Attempt, number: int) -> Progress:
 
 
 def _gather(runs: list[tuple[_Attempt, Finding]]) -> Finding:
-    """The last run's finding if it has an answer, else the first one's, with the history of all."""
-    answered = runs[-1][1].status.usable
+    """The last run's finding if it decides the matter, else the first one's; with the history of all."""
+    answered = runs[-1][1].status.usable or runs[-1][1].status is Status.JAMMED
     finding = runs[-1][1] if answered else runs[0][1]
     tried = [attempt.remedy for attempt, _ in runs[1:]]
     if tried:

@@ -85,10 +85,10 @@ def driven_mechanism(
 
 
 def state_at_yield(
-    problem: Problem, at_yield: np.ndarray, near: float, watch: Stopwatch
+    problem: Problem, at_yield: np.ndarray, near: float | None, watch: Stopwatch
 ) -> tuple[float, np.ndarray] | None:
-    """λ and joint forces, shape (3c,), of the state with these faces at yield, shape (4, c), whose λ is
-    nearest to a given value; None if there is no such state or the solver fails."""
+    """λ and joint forces, shape (3c,), of the state with these faces at yield, shape (4, c), whose λ is the
+    least, or nearest to a given value; None if there is no such state or the solver fails."""
     with watch.measure("build"):
         model = CvxpyAtYield(problem, at_yield, near)
     _solve(model.program, find_solver("cvxpy", "clarabel"), watch)
