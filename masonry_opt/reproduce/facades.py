@@ -27,7 +27,7 @@ _PAPER_LOOP = ("1x3", "2x6")
 #: Section 5.3 relaxes the convergence tolerance for the façades; sub-problems end the loop, nothing else.
 _AS_PUBLISHED: dict[str, Any] = PAPER | {"tol": 2e-5, "pace": "paper", "finish": False}
 
-#: Sub-problems that the paper's problems took: section 7.
+#: Sub-problems that the paper's problems took: section 5.3.
 _SUB_PROBLEMS = (10, 100)
 
 #: Ratios of load factors, which depend little on the pattern: the published two differ by 0.3 %.
@@ -36,7 +36,7 @@ _NEARLY = 1e-2
 _PATTERN = "the pattern round an opening is ours: the paper's is lost with its figures"
 _SOURCE = "section 5.3 and Fig. 16"
 
-_ASSOCIATIVE, _LOOP, _PUBLISHED_LOOP = "associative", "Coulomb, loop", "Coulomb, the paper's own loop"
+_ASSOCIATIVE, _LOOP, _PUBLISHED_LOOP = "associative", "Coulomb, fast loop", "Coulomb, the paper's own loop"
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def facades(cases: Path, progress: Progress = lambda _: None) -> Report:
         progress(f"{size}: associative")
         runs.append(_Run(size, _ASSOCIATIVE, "associative", solve(scene, "static")))
         progress(f"{size}: loop")
-        runs.append(_Run(size, _LOOP, "nonassociative", solve(scene, "nonassociative")))
+        runs.append(_Run(size, _LOOP, "nonassociative", solve(scene, "nonassociative", pace="fast")))
         if size in _PAPER_LOOP:
             progress(f"{size}: the paper's own loop")
             published = solve(scene, "nonassociative", **_AS_PUBLISHED)
@@ -108,7 +108,7 @@ def facades(cases: Path, progress: Progress = lambda _: None) -> Report:
     }
     report.remarks = [
         "The paper's own loop is not run on 3 × 9 and 4 × 12 openings, where it takes minutes: the loop's "
-        "default pace solves roughly and ends with an exact state.",
+        "fast pace, its default for large scenes, solves roughly and ends with an exact state.",
         f"Associative time grows with the variables to the power {slopes[_ASSOCIATIVE]:.2f}, the paper's to "
         f"{published_slopes[_ASSOCIATIVE]:.2f}. The loop's to {slopes[_LOOP]:.2f}, the paper's "
         f"to {published_slopes[_LOOP]:.2f}: its exponent hangs on the numbers of sub-problems (ours: "
@@ -153,13 +153,15 @@ def _comparisons(
         )
     for run in runs:
         if run.answer != _ASSOCIATIVE:
+            as_published = run.answer == _PUBLISHED_LOOP
             found.append(
                 Comparison(
                     f"{_name(run)}: sub-problems",
                     _SUB_PROBLEMS,
                     len(run.result.history),
-                    "section 7",
-                    tolerance=0.0,
+                    "section 5.3",
+                    tolerance=0.0 if as_published else None,
+                    cause="" if as_published else "the fast pace is meant to need fewer",
                 )
             )
     for answer, slope in slopes.items():
