@@ -21,6 +21,9 @@ from masonry_opt.reproduce.sheet import mechanism_sheet
 #: Openings across × upwards of Fig. 16.
 SIZES = ("1x3", "2x6", "3x9", "4x12")
 
+#: Associative solves of each, the quickest counting: they are short enough for other work to disturb.
+_REPEATS = 3
+
 #: Those that the paper's own loop is run on: larger ones take it minutes.
 _PAPER_LOOP = ("1x3", "2x6")
 
@@ -51,7 +54,11 @@ class _Run:
     @property
     def seconds(self) -> float:
         """The solver's own: the paper's times are those of the linear programs alone."""
-        return self.result.seconds["solve"]
+        return _solver_seconds(self.result)
+
+
+def _solver_seconds(result: Result) -> float:
+    return result.seconds["solve"]
 
 
 def facade_file(size: str) -> str:
@@ -76,7 +83,8 @@ def facades(cases: Path, progress: Progress = lambda _: None) -> Report:
     for size in SIZES:
         scene = open_case(cases, facade_file(size))
         progress(f"{size}: associative")
-        runs.append(_Run(size, _ASSOCIATIVE, "associative", solve(scene, "static")))
+        quickest = min((solve(scene, "static") for _ in range(_REPEATS)), key=_solver_seconds)
+        runs.append(_Run(size, _ASSOCIATIVE, "associative", quickest))
         progress(f"{size}: loop")
         runs.append(_Run(size, _LOOP, "nonassociative", solve(scene, "nonassociative", pace="fast")))
         if size in _PAPER_LOOP:
@@ -96,7 +104,8 @@ def facades(cases: Path, progress: Progress = lambda _: None) -> Report:
             "fig15": "Fig. 15: mechanism of the façade with 4 × 12 openings at the loop's end",
             "fig16": "Fig. 16: time of the linear programs against their size. The paper gives no numbers of "
             "variables in words: its times are drawn at ours for the same openings, to compare slopes",
-            "fig16_runs": "Fig. 16: façades as solved; 'time (s)' is the solvers' alone, as published",
+            "fig16_runs": "Fig. 16: façades as solved; 'time (s)' is the solvers' alone, as published; associative: "
+            f"the quickest of {_REPEATS}",
             "fig16_slopes": "Fig. 16: exponent a of time ~ variablesᵃ, fitted to four façades (the paper's "
             "to its two published times, at our numbers of variables)",
         },
