@@ -104,8 +104,8 @@ def facades(cases: Path, progress: Progress = lambda _: None) -> Report:
             "fig15": "Fig. 15: mechanism of the façade with 4 × 12 openings at the loop's end",
             "fig16": "Fig. 16: time of the linear programs against their size. The paper gives no numbers of "
             "variables in words: its times are drawn at ours for the same openings, to compare slopes",
-            "fig16_runs": "Fig. 16: façades as solved; 'time (s)' is the solvers' alone, as published; associative: "
-            f"the quickest of {_REPEATS}",
+            "fig16_runs": "Fig. 16: façades as solved; 'time (s)' is the solvers' alone, as published "
+            f"(associative: the quickest of {_REPEATS})",
             "fig16_slopes": "Fig. 16: exponent a of time ~ variablesᵃ, fitted to four façades (the paper's "
             "to its two published times, at our numbers of variables)",
         },
