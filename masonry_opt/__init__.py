@@ -7,6 +7,7 @@ after Gilbert, Casapulla & Ahmed (2006), Computers and Structures 84, 873-887.
 """
 
 from masonry_opt.analysis.check import DualityReport, check
+from masonry_opt.analysis.dilatancy_check import stressed_joints
 from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.solve import solve
 from masonry_opt.analysis.status import Status
@@ -47,4 +48,5 @@ __all__ = [
     "load",
     "save",
     "solve",
+    "stressed_joints",
 ]

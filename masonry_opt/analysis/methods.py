@@ -53,6 +53,7 @@ class Method:
         The first language is the method's default.
     fixed_tolerance: whether the method sets its own tolerances.
     gate: residuals beyond which its load factor is not given out.
+    fixed_dilatancy: whether it takes the joints' dilatancy for a constant, whatever their stress.
     """
 
     run: Callable[[Task], Finding]
@@ -62,6 +63,7 @@ class Method:
     )
     fixed_tolerance: bool = False
     gate: Gate = COULOMB
+    fixed_dilatancy: bool = False
 
 
 def _static(task: Task) -> Finding:
@@ -173,7 +175,11 @@ METHODS: dict[str, Method] = {
     "kinematic": Method(_kinematic, gate=ASSOCIATIVE),
     # A vertex has joints without normal force, which the loop then locks: prefer interior points.
     "nonassociative": Method(_nonassociative, LoopOptions, {"cvxpy": (), "pyomo": ("highs-ipm", "highs")}),
-    "mpec": Method(_mpec, MpecOptions, {"pyomo": tuple(IPOPT)}, fixed_tolerance=True),
-    "refined": Method(_refined, RefinedOptions, {"pyomo": ("highs",)}, fixed_tolerance=True),
-    "global": Method(_global, GlobalOptions, {"pyomo": ("highs",)}, fixed_tolerance=True),
+    "mpec": Method(_mpec, MpecOptions, {"pyomo": tuple(IPOPT)}, fixed_tolerance=True, fixed_dilatancy=True),
+    "refined": Method(
+        _refined, RefinedOptions, {"pyomo": ("highs",)}, fixed_tolerance=True, fixed_dilatancy=True
+    ),
+    "global": Method(
+        _global, GlobalOptions, {"pyomo": ("highs",)}, fixed_tolerance=True, fixed_dilatancy=True
+    ),
 }

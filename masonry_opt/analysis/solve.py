@@ -76,7 +76,8 @@ def solve(
     CaseError
         If the case file or scene is wrong, or nothing carries a live load.
     OptionError
-        If a method, model, solver or option is unknown or not available.
+        If a method, model, solver or option is unknown or not available, or the method does not know
+        dilatancy that falls with stress.
     """
     chosen, own_options = _choose(method, options)
     asked = _solver(method, chosen, model, solver, tolerance)
@@ -89,6 +90,11 @@ def solve(
         raise CaseError(
             f"{scene.origin}: no block carries a live load: give one 'live = [fx, fy]' "
             "(a [wall]: 'live', as a multiple of its weight)"
+        )
+    if chosen.fixed_dilatancy and problem.dilatancy_depends_on_stress:
+        raise OptionError(
+            f"method '{method}' does not know dilatancy that falls with stress: use 'nonassociative', or "
+            "leave 'dilatancy_stress' out"
         )
     finding = _unless_it_stands(assembly, watch)
     if finding is None:

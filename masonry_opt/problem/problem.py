@@ -103,7 +103,7 @@ class Problem:
     @property
     def dilatancy_depends_on_stress(self) -> bool:
         """Whether the dilatancy of any joint falls with its normal force."""
-        return bool(np.isfinite(self.dilatancy_force).any())
+        return bool((np.isfinite(self.dilatancy_force[:, 1]) & (self.dilatancy != 0)).any())
 
     def dilatancy_at(self, n: np.ndarray) -> np.ndarray:
         """tan φ₀ of each joint under normal forces n, shape (c,) each (section 6.5)."""

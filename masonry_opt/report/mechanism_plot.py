@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import textwrap
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -22,7 +23,7 @@ from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import write_whole
 
 #: Okabe & Ito's colours, told apart by colour-blind readers and in grey.
-_SLIDES, _HINGES = "#0072B2", "#D55E00"
+_SLIDES, _HINGES, _MARKED = "#0072B2", "#D55E00", "#CC79A7"
 _BLOCK, _FIXED, _OUTLINE = "#F2E2C4", "#9A9A9A", "#BBBBBB"
 
 #: The fastest corner moves by this share of the scene's size.
@@ -114,8 +115,11 @@ def refuse_picture(path: str | Path) -> None:
         raise OptionError(f"{path}: cannot be written: {why}")
 
 
-def draw_mechanism(result: Result, axes: Axes) -> None:
-    """Draw a result on given axes: displaced blocks, marked joints, the load factor as title."""
+def draw_mechanism(result: Result, axes: Axes, marked: Collection[int] = ()) -> None:
+    """Draw a result on given axes: displaced blocks, marked joints, the load factor as title.
+
+    Joints ``marked``, by their numbers in ``result.joints``, stand out.
+    """
     assembly = result.assembly
     shapes, origin = assembly.geometry, assembly.geometry.origin
     fixed = np.setdiff1d(np.arange(len(shapes.polygons)), assembly.movable)
@@ -136,7 +140,7 @@ def draw_mechanism(result: Result, axes: Axes) -> None:
     width = 0.8 if len(moved) < 300 else 0.3
     axes.add_collection(PolyCollection(moved, facecolor=_BLOCK, edgecolor="black", linewidth=width))
     if moved is not rest:
-        _mark_joints(result, axes, scale)
+        _mark_joints(result, axes, scale, marked)
 
     margin = 1.5 * _DISPLACEMENT * size
     axes.set_xlim(low[0] + origin[0] - margin, high[0] + origin[0] + margin)
@@ -154,7 +158,7 @@ def _title(result: Result) -> str:
     return f"{name}\nno load factor: {result.status}"
 
 
-def _mark_joints(result: Result, axes: Axes, scale: float) -> None:
+def _mark_joints(result: Result, axes: Axes, scale: float, marked: Collection[int]) -> None:
     joints, origin = result.assembly.joints, result.assembly.geometry.origin
     joint_moves, motion = joint_motion(result), _Velocities(result)
 
@@ -164,18 +168,20 @@ def _mark_joints(result: Result, axes: Axes, scale: float) -> None:
         velocity = sum(motion.at(block, point[None])[0] for block in blocks) / 2
         return point + scale * velocity + origin
 
-    sliding = np.flatnonzero(joint_moves.slides).tolist()
+    sliding = sorted({*np.flatnonzero(joint_moves.slides).tolist(), *marked})
     hinging = np.flatnonzero(joint_moves.hinges).tolist()
     slid = [[displaced(j, joints.start[j]), displaced(j, joints.end[j])] for j in sliding]
-    axes.add_collection(LineCollection(slid, color=_SLIDES, linewidth=2.2, capstyle="round", zorder=3))
+    colours = [_MARKED if j in marked else _SLIDES for j in sliding]
+    widths = [4.0 if j in marked else 2.2 for j in sliding]
+    axes.add_collection(LineCollection(slid, color=colours, linewidth=widths, capstyle="round", zorder=3))
     if hinging:
         x, y = np.array([displaced(j, joint_moves.hinge[j]) for j in hinging]).T
         size = 22 if len(joints.first) < 1000 else 8
         axes.scatter(x, y, s=size, color=_HINGES, edgecolor="white", linewidth=0.4, zorder=4)
 
 
-def legend_handles(result: Result) -> list[Line2D | Patch]:
-    """What a legend shows of a drawn result."""
+def legend_handles(result: Result, marked: str = "") -> list[Line2D | Patch]:
+    """What a legend shows of a drawn result; ``marked`` says what its marked joints are."""
     handles: list[Line2D | Patch] = [
         Patch(facecolor=_BLOCK, edgecolor="black", label="block"),
         Patch(facecolor=_FIXED, label="fixed"),
@@ -184,6 +190,8 @@ def legend_handles(result: Result) -> list[Line2D | Patch]:
         motion = joint_motion(result)
         if motion.slides.any():
             handles.append(Line2D([], [], color=_SLIDES, linewidth=2.2, label="sliding joint"))
+        if marked:
+            handles.append(Line2D([], [], color=_MARKED, linewidth=4.0, label=marked))
         if motion.hinges.any():
             handles.append(Line2D([], [], color=_HINGES, linestyle="none", marker="o", label="hinging joint"))
     return handles

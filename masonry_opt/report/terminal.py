@@ -5,12 +5,14 @@ from __future__ import annotations
 import io
 import math
 
+import numpy as np
 import pandas as pd
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
 from masonry_opt.analysis.check import DualityReport
+from masonry_opt.analysis.dilatancy_check import stressed_joints
 from masonry_opt.analysis.result import Result
 from masonry_opt.errors import printable
 
@@ -36,6 +38,7 @@ def result_text(result: Result) -> str:
         "load factor": "none" if result.load_factor is None else f"{result.load_factor:.7f}",
         "blocks × joints": f"{result.size.blocks} × {result.size.joints}",
         "certificate": "   ".join(f"{name} {value:.1e}" for name, value in certificate.items()),
+        "dilatancy": _dilatancy(result),
         "programs": _programs(result),
         "seconds": "   ".join(f"{part} {value:.3f}" for part, value in result.seconds.items()),
         "published": _published(result),
@@ -47,6 +50,21 @@ def result_text(result: Result) -> str:
 def _programs(result: Result) -> str:
     nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""
     return f"{result.lp_solves} linear{nonlinear} ({result.iterations} solver iterations)"
+
+
+def _dilatancy(result: Result) -> str:
+    """What an associative answer owes to joints too highly stressed to dilate, by the scene's own law."""
+    has_law = np.isfinite(result.assembly.problem.dilatancy_force[:, 1]).any()
+    if not has_law or result.load_factor is None or result.method not in ("static", "kinematic"):
+        return ""
+    stressed = stressed_joints(result)
+    if stressed.empty:
+        return ""
+    worst = max(stressed.to_dict("records"), key=lambda joint: joint["stress"])
+    return (
+        f"not credible in {len(stressed)} sliding joints, with {stressed['energy'].sum():.3g} of λ: stressed "
+        f"above 'dilatancy_stress', most in {worst['first']!r}–{worst['second']!r} ({worst['stress']:.3g})"
+    )
 
 
 def _published(result: Result) -> str:

@@ -9,14 +9,17 @@ from pathlib import Path
 from masonry_opt.errors import OptionError
 from masonry_opt.reproduce.arch import fig9
 from masonry_opt.reproduce.convergence import fig11
+from masonry_opt.reproduce.dilatancy import dilatancy
 from masonry_opt.reproduce.energy import fig12
 from masonry_opt.reproduce.example import Progress, Report
+from masonry_opt.reproduce.facades import facades
 from masonry_opt.reproduce.livesley import fig8
 from masonry_opt.reproduce.rib import rib
 from masonry_opt.reproduce.stability import stability
 from masonry_opt.reproduce.table1 import table1
 from masonry_opt.reproduce.two_blocks import fig6
 from masonry_opt.reproduce.two_blocks_loop import fig7
+from masonry_opt.reproduce.variants import variants
 from masonry_opt.reproduce.walls import fig10, fig13
 
 
@@ -48,6 +51,9 @@ EXAMPLES: dict[str, Example] = {
     "fig11": Example("Fig. 11: convergence, wall 6", fig11),
     "fig12": Example("Fig. 12: energy, wall 6", fig12),
     "fig13": Example("Fig. 13: wall of Orduña & Lourenço", fig13),
+    "facades": Example("Figs 14 to 16: façades", facades, also=("fig14", "fig15", "fig16")),
+    "variants": Example("Section 6.4: variants of the loop", variants),
+    "dilatancy": Example("Section 6.5: dilatancy that falls with normal stress", dilatancy),
     "stability": Example("Where methods fail, and what happens then", stability),
 }
 

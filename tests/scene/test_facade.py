@@ -1,0 +1,107 @@
+"""The ``[facade]`` generator, counted by hand on a façade of 30 blocks."""
+
+from __future__ import annotations
+
+import itertools
+
+import pytest
+
+import masonry_opt as mo
+
+TINY = {
+    "openings": (1, 1),
+    "block": (2.0, 1.0),
+    "jamb": 2,
+    "opening": (1, 2),
+    "sill": 1,
+    "spandrel": 2,
+    "weight": 3.0,
+    "lintel_weight": 5.0,
+    "live": (1.0, 0.0),
+}
+
+
+def facade(**changed):
+    return mo.Facade(**TINY | changed)
+
+
+def courses(built):
+    """Blocks by course, bottom first, without the base."""
+    rows = {}
+    for block in built.blocks()[:-1]:
+        rows.setdefault(int(block.name.split("-")[0]), []).append(block)
+    return [rows[number] for number in sorted(rows)]
+
+
+def test_blocks_are_those_counted_by_hand():
+    """Five blocks wide, six courses. Sill: 5 whole. Opening: half, 1, half on either side; then 2 on
+    either side. Lintel: half, 1, lintel (which bears half a block left and right), 1, half. Spandrel: 5
+    whole; half, 4, half, of which the leftmost is left away."""
+    assert [len(course) for course in courses(facade())] == [5, 6, 4, 5, 5, 5]
+    assert len(courses(facade(omit_top_left=False))[-1]) == 6
+
+
+def test_jambs_are_straight_and_the_lintel_spans_the_opening():
+    rows = courses(facade())
+    for course in rows[1:3]:
+        ends = {x for block in course for x, _ in block.vertices}
+        assert {4.0, 6.0} <= ends  # from two to three blocks of length 2
+        assert not any(4.0 < x < 6.0 for x in ends)
+    lintel = rows[3][2]
+    assert lintel.vertices == [(3.0, 3.0), (7.0, 3.0), (7.0, 4.0), (3.0, 4.0)]
+    assert lintel.weight == 5.0
+    assert lintel.live == (5.0, 0.0)
+
+
+def test_weights_go_with_lengths():
+    for course in courses(facade()):
+        for block in course:
+            if block.weight != 5.0:
+                length = block.vertices[1][0] - block.vertices[0][0]
+                assert block.weight == pytest.approx(3.0 * length / 2.0)
+
+
+def test_joints_are_those_counted_by_hand():
+    """Joints within courses, and between each course and what it lies on."""
+    rows = courses(facade())
+    within = sum(
+        left.vertices[1][0] == right.vertices[0][0]
+        for course in rows
+        for left, right in itertools.pairwise(course)
+    )
+    assert within == 4 + 4 + 2 + 4 + 4 + 4  # two of these courses have a gap
+    # On the base 5. Jamb courses on wholes, and wholes on them: 1 + 2 + 1 on either side, twice. The
+    # lintel's course on wholes: 1 + 2 on either side and the lintel's two bearings. Wholes on that: 2 each,
+    # but the middle one lies on the lintel alone. Half blocks on wholes, the leftmost left away: 4 · 2 + 1.
+    between = 5 + 8 + 8 + 8 + 9 + 9
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.75), blocks=facade().blocks())
+    size = mo.solve(scene, "static").size
+    assert (size.blocks, size.joints) == (30, within + between)
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"sill": 2}, "odd number of courses"),
+        ({"spandrel": 1}, "even number of courses"),
+        ({"openings": (1000, 1000)}, "blocks large"),
+        ({"jamb": 0}, "jamb"),
+        ({"opening": (0, 2)}, "opening"),
+        ({"weight": -1.0}, "weight"),
+    ],
+)
+def test_what_cannot_be_built_is_refused(changed, words):
+    with pytest.raises(ValueError, match=words):
+        facade(**changed)
+
+
+def test_a_case_file_with_a_facade_is_its_blocks(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(
+        "[joints]\nfriction = 0.75\n[facade]\nopenings = [1, 1]\nblock = [2, 1]\njamb = 2\nopening = [1, 2]\n"
+        "sill = 1\nspandrel = 2\nweight = 3\nlintel_weight = 5\nlive = [1, 0]\n"
+    )
+    assert mo.load(path).blocks == facade().blocks()
+    path.write_text(path.read_text().replace("sill = 1", "sill = 2"))
+    with pytest.raises(mo.CaseError, match=r"\[facade\].*odd number of courses"):
+        mo.load(path)
