@@ -34,7 +34,7 @@ from masonry_opt.errors import (
 )
 from masonry_opt.report.mechanism_plot import plot_mechanism, refuse_picture
 from masonry_opt.report.terminal import duality_text, result_text
-from masonry_opt.reproduce.folder import write_report
+from masonry_opt.reproduce.folder import open_folder, write_report
 from masonry_opt.reproduce.registry import EXAMPLES, find_examples
 from masonry_opt.reproduce.text import report_text
 from masonry_opt.solvers.registry import LANGUAGES
@@ -128,15 +128,17 @@ def reproduce(
     Exit code 0: every value is within its tolerance; 1: one is not; 2: wrong example or folder.
     """
     errors, missed = Console(stderr=True), False
-    for name in find_examples(example):
+    names = find_examples(example)
+    open_folder(out)  # said now, not after minutes
+    for name in names:
         start = time.perf_counter()
         with errors.status(name) as status:
             report = EXAMPLES[name].run(cases, _progress_line(status, name))
             seconds = time.perf_counter() - start
             page = write_report(out, name, report, seconds)[-1]
         # Each example is printed and on disk before the next begins: an interrupt loses one at most.
-        print(report_text(EXAMPLES[name].title, report), flush=True)
-        errors.print(f"{name}: {seconds:.1f} s, written to {page}")
+        _print(report_text(EXAMPLES[name].title, report))
+        errors.print(f"{name}: {seconds:.1f} s, written to {page}", markup=False, highlight=False)
         missed = missed or bool(report.missed)
     if missed:
         raise typer.Exit(1)
@@ -146,7 +148,7 @@ app.command()(compare)
 
 
 def _progress_line(status: Status, name: str) -> Callable[[str], None]:
-    return lambda line: status.update(f"{name}: {line}")
+    return lambda line: status.update(escape(f"{name}: {line}"))
 
 
 def _name_and_value(text: str) -> tuple[str, Any]:

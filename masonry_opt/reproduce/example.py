@@ -72,7 +72,7 @@ class Comparison:
         return {
             "what": self.what,
             "published": " to ".join(f"{value:g}" for value in _ends(self.published)),
-            "computed": float("nan") if self.computed is None else self.computed,
+            "computed": "–" if self.computed is None else f"{self.computed:.7g}",
             "diff %": 100 * self.off,
             "source": self.source,
         }

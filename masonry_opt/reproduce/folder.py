@@ -14,7 +14,7 @@ from typing import Any
 
 import matplotlib as mpl
 
-from masonry_opt.errors import CaseError
+from masonry_opt.errors import OutputError
 from masonry_opt.files import write_whole
 from masonry_opt.report.terminal import format_cell
 from masonry_opt.reproduce.example import Report
@@ -22,6 +22,9 @@ from masonry_opt.reproduce.registry import EXAMPLES
 
 #: Packages whose versions decide what comes out.
 _PACKAGES = ("masonry_opt", "clarabel", "cvxpy", "highspy", "pyomo", "numpy", "scipy")
+
+#: Of the records that the index page is made from.
+_FORMAT = "masonry_opt reproduced example, 1"
 
 #: Tables with more rows are folded away.
 _LONG = 20
@@ -38,6 +41,16 @@ figure { margin: 0 0 1rem; }
 """
 
 
+def open_folder(folder: Path) -> None:
+    """Make the folder. Raises OutputError if it cannot be made or written to."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_whole(folder / ".masonry_opt", "")
+        (folder / ".masonry_opt").unlink()
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written: {error.strerror}") from None
+
+
 def write_report(folder: Path, name: str, report: Report, seconds: float) -> list[Path]:
     """Write an example's tables (CSV) and figures (PNG, SVG), then the index page anew.
 
@@ -45,11 +58,10 @@ def write_report(folder: Path, name: str, report: Report, seconds: float) -> lis
 
     Raises
     ------
-    CaseError
+    OutputError
         If the folder cannot be written.
     """
     try:
-        folder.mkdir(parents=True, exist_ok=True)
         written = []
         for stem, frame in report.tables.items():
             written.append(folder / f"{stem}.csv")
@@ -67,12 +79,13 @@ def write_report(folder: Path, name: str, report: Report, seconds: float) -> lis
         written.append(folder / "index.html")
         write_whole(written[-1], _page(folder))
     except OSError as error:
-        raise CaseError(f"{folder}: cannot be written: {error.strerror}") from None
+        raise OutputError(f"{folder}: cannot be written: {error.strerror}") from None
     return written
 
 
 def _record(report: Report, seconds: float) -> dict[str, Any]:
     return {
+        "format": _FORMAT,
         "seconds": round(seconds, 2),
         "comparisons": [[*_cells(entry.as_row()), entry.missed] for entry in report.comparisons],
         "columns": list(report.comparisons[0].as_row()) if report.comparisons else [],
@@ -98,11 +111,7 @@ def _machine() -> str:
 
 
 def _page(folder: Path) -> str:
-    records = {
-        name: json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
-        for name in EXAMPLES
-        if (folder / f"{name}.json").exists()
-    }
+    records = {name: record for name in EXAMPLES if (record := _read(folder / f"{name}.json"))}
     contents = "".join(
         f'<tr><td><a href="#{name}">{name}</a></td><td>{html.escape(EXAMPLES[name].title)}</td>'
         f'<td class="number">{len(record["comparisons"])}</td>'
@@ -131,6 +140,15 @@ def _page(folder: Path) -> str:
     )
 
 
+def _read(path: Path) -> dict[str, Any] | None:
+    """An example's record; None if there is none, or one of another version of this program."""
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+        return record if record["format"] == _FORMAT else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+
+
 def _section(name: str, record: dict[str, Any]) -> str:
     parts = [
         f'<h2 id="{name}">{html.escape(EXAMPLES[name].title)}</h2>\n',
@@ -139,13 +157,13 @@ def _section(name: str, record: dict[str, Any]) -> str:
     if record["comparisons"]:
         parts.append(_table([*record["columns"], ""], map(_with_verdict, record["comparisons"])))
     captions = {stem: html.escape(text) for stem, text in record["captions"].items()}
-    for stem in record["figures"]:
+    for stem in _escaped(record["figures"]):
         caption = captions.get(stem, "")
         parts.append(
             f'<figure><img src="{stem}.png" alt="{caption}"><figcaption>{caption} '
             f'(<a href="{stem}.svg">SVG</a>)</figcaption></figure>\n'
         )
-    for stem, table in record["tables"].items():
+    for stem, table in zip(_escaped(record["tables"]), record["tables"].values(), strict=True):
         shown = _table(table["columns"], table["rows"])
         if len(table["rows"]) > _LONG:
             shown = f"<details><summary>{len(table['rows'])} rows</summary>{shown}</details>\n"
