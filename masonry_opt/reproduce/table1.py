@@ -11,7 +11,6 @@ import pandas as pd
 from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.solve import solve
 from masonry_opt.reproduce.example import Comparison, Progress, Report, against_reference, open_case
-from masonry_opt.reproduce.paper_loop import PAPER
 from masonry_opt.scene.scene import Scene
 
 WALLS = (1, 2, 3, 4, 5, 6)
@@ -23,7 +22,7 @@ RESTARTS = 60
 _RUNS: dict[str, tuple[str, dict[str, Any], str]] = {
     "CVXPY + Clarabel": ("static", {}, "associative"),
     "Pyomo + HiGHS": ("static", {"model": "pyomo"}, "associative"),
-    "loop": ("nonassociative", PAPER, "nonassociative"),
+    "loop": ("nonassociative", {}, "nonassociative"),
     "mpec": ("mpec", {}, "mpec"),
     "refined": ("refined", {"restarts": RESTARTS}, "refined"),
 }

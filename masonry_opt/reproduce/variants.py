@@ -20,9 +20,6 @@ from masonry_opt.reproduce.table1 import WALLS, wall_file
 #: Relative rise of λ that counts as one: more than the loop's own end leaves open.
 _HIGHER = 1e-3
 
-#: The loop as published; without an exact end, which would make up for where the loop went.
-_AS_PUBLISHED: dict[str, Any] = PAPER | {"pace": "paper", "finish": False}
-
 
 @dataclass(frozen=True)
 class Variation:
@@ -70,13 +67,13 @@ def variants(cases: Path, progress: Progress = lambda _: None) -> Report:
     for name, file in files.items():
         scene = open_case(cases, file)
         progress(f"{name}: {BASE.label}")
-        base = solve(scene, "nonassociative", **_AS_PUBLISHED)
+        base = solve(scene, "nonassociative", **PAPER)
         if "nonassociative" in scene.reference:
             report.comparisons.append(against_reference(scene, "nonassociative", base, name))
         rows.append(_row(name, BASE, base, base))
         for variation in VARIATIONS:
             progress(f"{name}: {variation.label}")
-            result = solve(scene, "nonassociative", **_AS_PUBLISHED | variation.options)
+            result = solve(scene, "nonassociative", **PAPER | variation.options)
             rows.append(_row(name, variation, result, base))
     table = pd.DataFrame(rows)
     summary = pd.DataFrame([_summary(variation, table) for variation in VARIATIONS])

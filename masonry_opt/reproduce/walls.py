@@ -9,7 +9,6 @@ import pandas as pd
 from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.solve import solve
 from masonry_opt.reproduce.example import Comparison, Progress, Report, against_reference, open_case
-from masonry_opt.reproduce.paper_loop import PAPER
 from masonry_opt.reproduce.sheet import mechanism_sheet
 from masonry_opt.reproduce.table1 import WALLS, counts, wall_file
 
@@ -52,7 +51,7 @@ def fig10(cases: Path, progress: Progress = lambda _: None) -> Report:
     for number in WALLS:
         progress(f"wall {number}")
         scene = open_case(cases, wall_file(number))
-        result = solve(scene, "nonassociative", **PAPER)
+        result = solve(scene)
         share = sliding_share(result)
         comparison = against_reference(scene, "nonassociative", result, f"wall {number}")
         report.comparisons.append(comparison)
@@ -104,7 +103,7 @@ def fig13(cases: Path, progress: Progress = lambda _: None) -> Report:
     progress("associative")
     associative = solve(scene, "static")
     progress("loop")
-    loop = solve(scene, "nonassociative", **PAPER)
+    loop = solve(scene)
     report = Report(
         comparisons=[
             *counts(scene, loop, "wall"),
