@@ -207,7 +207,8 @@ def _draw(runs: list[tuple[Variation, Result]], published: float) -> Figure:
 
 
 def _draw_run(axes: Axes, variation: Variation, result: Result, colour: str, style: str) -> None:
-    k, load_factor = result.history["iteration"], result.history["load_factor"]
+    history = last_run(result)
+    k, load_factor = history["iteration"], history["load_factor"]
     outcome = f"{len(k)} sub-problems" if result.status.usable else str(result.status)
     label = f"{variation.label}: {outcome}"
     axes.plot(k, load_factor, style, color=colour, linewidth=1.4, label=label)
