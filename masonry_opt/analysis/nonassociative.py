@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from masonry_opt.analysis.diagnosis import explain_no_answer
-from masonry_opt.analysis.exact_finish import MOST_ENERGY
+from masonry_opt.analysis.exact_finish import MOST_DEPARTURE, MOST_ENERGY
 from masonry_opt.analysis.finding import Finding
 from masonry_opt.analysis.loop import Progress, first_limits, run_loop
 from masonry_opt.analysis.loop_options import LoopOptions, Parameters
@@ -19,7 +19,7 @@ from masonry_opt.solvers.registry import Solver, find_solver, rougher
 from masonry_opt.timing import Stopwatch
 
 #: Runs of the loop after which a scene is given up.
-_MOST_RUNS = 10
+_MOST_RUNS = 14
 
 #: Tolerance that a solver reaches where its own is too tight for a scene.
 _LOOSER = 1e-7
@@ -158,7 +158,15 @@ def _more_damping(last: _Attempt) -> _Attempt | None:
 
 def _more_cohesion(last: _Attempt) -> _Attempt | None:
     """Joints that lost their normal force keep some room; the exact end takes it off."""
-    c0 = max(10 * last.parameters.c0, 1e-5)
+    c0 = max(10 * last.parameters.c0, 1e-3)
+    return replace(last, parameters=replace(last.parameters, c0=c0), remedy=f"with c0 = {c0:.0e}")
+
+
+def _less_cohesion(last: _Attempt) -> _Attempt | None:
+    """So much small cohesion may carry what no exact state does."""
+    if last.parameters.c0 <= 1e-5:
+        return None
+    c0 = last.parameters.c0 / 10
     return replace(last, parameters=replace(last.parameters, c0=c0), remedy=f"with c0 = {c0:.0e}")
 
 
@@ -185,13 +193,31 @@ def _another_solver(last: _Attempt) -> _Attempt | None:
 
 _DAMPED = (_accurately, _more_damping, _more_cohesion, _more_damping, _cohesive_start)
 
+#: Room for joints that lost their normal force.
+_ROOM = (
+    *(_less_slope,) * 3,
+    _accurately,
+    _more_cohesion,
+    _cohesive_start,
+    _more_damping,
+    _more_cohesion,
+    _more_damping,
+)
+
 #: What is tried after each way to fail, in this order, each entry once.
 REMEDIES: dict[Status | Doubt, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
-    Status.NO_STATE: (_less_slope,) * 6 + (_accurately, _more_cohesion, _cohesive_start, _another_solver),
+    Status.NO_STATE: (*_ROOM, _another_solver, *(_less_slope,) * 3),
     Status.CYCLING: _DAMPED,
     Status.ITERATION_LIMIT: _DAMPED,
-    Doubt.INEXACT: _DAMPED,
+    Doubt.INEXACT: (
+        _accurately,
+        _less_cohesion,
+        _cohesive_start,
+        _less_cohesion,
+        _more_damping,
+        _more_cohesion,
+    ),
     Status.SOLVER_FAILED: (_looser_solver, _another_solver, _accurately, _cohesive_start),
     Doubt.ROUGH: (_accurately,),
 }
@@ -201,22 +227,23 @@ def _failure(problem: Problem, attempt: _Attempt, finding: Finding) -> Status | 
     """How a run failed; None if what it found decides the matter."""
     if not finding.status.usable:
         return None if finding.status is Status.JAMMED else finding.status
-    if attempt.parameters.tolerance is not None and not finding.flow_rule_matters:
-        return Doubt.ROUGH
-    if attempt.parameters.finish and _energy_left(problem, finding) > MOST_ENERGY:
+    if not finding.flow_rule_matters:
+        return None if attempt.parameters.tolerance is None else Doubt.ROUGH
+    if attempt.parameters.finish and _far_from_exact(problem, finding):
         return Doubt.INEXACT
     return None
 
 
-def _energy_left(problem: Problem, finding: Finding) -> float:
-    """Energy of what moves without being at yield, over λ."""
+def _far_from_exact(problem: Problem, finding: Finding) -> bool:
+    """Whether more is left than the exact end allows: of energy of what moves without being at yield, or of
+    departure from the flow rule (blocks that pass into each other)."""
     load_factor, q, d, slope = finding.load_factor, finding.q, finding.d, finding.slope
     assert load_factor is not None  # the run converged
     assert q is not None
     assert d is not None
     assert slope is not None
     left = certify(problem, load_factor, q, d, slope)
-    return left.complementarity / max(abs(load_factor), 1e-6)
+    return left.complementarity > MOST_ENERGY * max(abs(load_factor), 1e-6) or left.flow > MOST_DEPARTURE
 
 
 def _next(
@@ -230,8 +257,7 @@ def _next(
     while remedies:
         remedy = remedies.pop(0)
         asked_for = {"all": True, "slope": remedy is _less_slope, "none": False}[options.remedies]
-        if not (asked_for or last.failure is Doubt.ROUGH):
-            return None
-        if (following := remedy(last.attempt)) is not None:
+        following = remedy(last.attempt) if asked_for or last.failure is Doubt.ROUGH else None
+        if following is not None:
             return following
     return None
