@@ -6,7 +6,6 @@ from masonry_opt.analysis.status import Status
 from masonry_opt.errors import CaseError
 from masonry_opt.stability.entry import Entry, Run
 from masonry_opt.stability.expectations import (
-    AGAIN,
     COARSE,
     LOCKS,
     LOOP,
@@ -156,7 +155,8 @@ ENTRIES: tuple[Entry, ...] = (
     ),
     Entry(
         "μ large: wall 3",
-        "With μ = 10 the cap c / (αμ) on normal forces is so low that every slope locks joints: small cohesion rescues.",
+        "With μ = 10 the cap c / (αμ) on normal forces is so low that every slope locks joints; "
+        "more small cohesion gives them room.",
         ferris_tinloi(3, friction=10.0),
         (
             *loops(Status.NO_STATE, options=RAW, says="no equilibrium state"),

@@ -211,13 +211,26 @@ def test_order_of_the_load_factors_on_many_scenes(kind, seed):
     check_order(kind, seed)
 
 
+#: Sliding contracts by α_min μ < 1e-3 of its slip, which may be several times the largest block velocity.
+LAST_SLOPE = 3e-3
+
+
 @pytest.mark.slow
-def test_loop_finds_nearly_every_load_factor():
-    """It found 168 of 173 when this was written; which it misses depends on the solver's last digits."""
-    scenes = [random_scene(kind, seed) for kind, seed in SLOW]
-    standing = [scene for scene in scenes if mo.solve(scene, "static").load_factor is not None]
-    found = [scene for scene in standing if mo.solve(scene).load_factor is not None]
-    assert len(found) >= 0.95 * len(standing)
+def test_loop_with_remedies_certifies_nearly_every_random_scene():
+    """Of 240 scenes; each ends in a certified answer or a status that says why not."""
+    scenes = [random_scene(kind, seed) for seed in range(100, 160) for kind in KINDS]
+    missed, known = [], 0
+    for scene in scenes:
+        result = mo.solve(scene)
+        left = result.certificate
+        if left and max(left.equilibrium, left.yield_) < 1e-6 and left.complementarity < 1e-3:
+            assert left.flow < LAST_SLOPE, scene.title
+            known += 1
+        elif mo.solve(scene, "static").load_factor is not None and result.status is not Status.UNSTABLE:
+            missed.append(f"{scene.title}: {result.status}")
+        assert result.status.usable or result.message, scene.title
+    print(f"{known} certified; not: {missed}")
+    assert known >= 0.99 * (known + len(missed)), missed
 
 
 @pytest.mark.parametrize("kind", KINDS)
