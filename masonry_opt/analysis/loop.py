@@ -28,6 +28,9 @@ _TRIALS = 8
 #: As often in a row must λ more than double for the loop to diverge.
 _DOUBLINGS = 5
 
+#: Or rises by so much at a time, as often in a row, to so many times where it began.
+_RISE, _RISES, _GROWN = 1e-2, 30, 1e3
+
 #: Longest cycle looked for, and the drift from one to the next, over its swing, that still is one.
 _LONGEST_PERIOD = 6
 _STEADY = 0.05
@@ -330,11 +333,13 @@ def _no_influence(problem: Problem, state: State) -> bool:
 
 
 def _diverges(load_factors: list[float]) -> bool:
-    """Whether λ has more than doubled time and again, to far beyond where it began."""
-    last = np.array(load_factors[-_DOUBLINGS - 1 :])
-    if len(last) <= _DOUBLINGS or last[0] <= 0:
-        return False
-    return bool((last[1:] > 2 * last[:-1]).all())
+    """Whether λ has more than doubled, or risen, time and again, to far beyond where it began."""
+
+    def rose(by: float, times: int) -> bool:
+        last = np.array(load_factors[-times - 1 :])
+        return len(last) > times and last[0] > 0 and bool((last[1:] > (1 + by) * last[:-1]).all())
+
+    return rose(1, _DOUBLINGS) or (rose(_RISE, _RISES) and load_factors[-1] > _GROWN * load_factors[0] > 0)
 
 
 def _period(load_factors: list[float], normal: list[np.ndarray]) -> int:

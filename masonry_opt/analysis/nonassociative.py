@@ -4,19 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from enum import StrEnum
 
 from masonry_opt.analysis.diagnosis import explain_no_answer
+from masonry_opt.analysis.exact_finish import MOST_DEPARTURE, MOST_ENERGY
 from masonry_opt.analysis.finding import Finding
 from masonry_opt.analysis.loop import Progress, first_limits, run_loop
 from masonry_opt.analysis.loop_options import LoopOptions, Parameters
 from masonry_opt.analysis.status import Status
+from masonry_opt.problem.certificate import certify
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Driver, declare
 from masonry_opt.solvers.registry import Solver, find_solver, rougher
 from masonry_opt.timing import Stopwatch
 
 #: Runs of the loop after which a scene is given up.
-_MOST_RUNS = 10
+_MOST_RUNS = 14
 
 #: Tolerance that a solver reaches where its own is too tight for a scene.
 _LOOSER = 1e-7
@@ -29,6 +32,22 @@ class _Attempt:
     parameters: Parameters
     solver: Solver
     remedy: str = ""
+
+
+class Doubt(StrEnum):
+    """Why a load factor that a run converged to is not taken, while something is left to try."""
+
+    INEXACT = "converged to no exact state"
+    ROUGH = "converged roughly where the flow rule has no influence"
+
+
+@dataclass(frozen=True)
+class _Ran:
+    """A run of the loop: what it worked with, what it found, and how it failed (None: it did not)."""
+
+    attempt: _Attempt
+    finding: Finding
+    failure: Status | Doubt | None
 
 
 def nonassociative(
@@ -44,11 +63,12 @@ def nonassociative(
     recorded in the history and the message. ``progress`` is called after every sub-problem.
     """
     attempt = _Attempt(options.parameters(problem.joints), solver)
-    runs: list[tuple[_Attempt, Finding]] = []
+    runs: list[_Ran] = []
+    left = {failure: list(remedies) for failure, remedies in REMEDIES.items()}
     driver: Driver | None = None
     solves = 0
     while True:
-        if driver is None or _needs_another(attempt, runs[-1][0]):
+        if driver is None or _needs_another(attempt, runs[-1].attempt):
             solves += driver.solves if driver else 0
             driver = _declare(problem, attempt, watch)
         finding, answer = run_loop(
@@ -56,8 +76,8 @@ def nonassociative(
         )
         if answer is not None and not finding.history:
             finding.status, finding.message = explain_no_answer(problem, answer)
-        runs.append((attempt, finding))
-        following = _next(runs, options)
+        runs.append(_Ran(attempt, finding, _failure(problem, attempt, finding)))
+        following = _next(runs, left, options)
         if following is None:
             break
         attempt = following
@@ -83,24 +103,29 @@ def _labelled(progress: Progress, attempt: _Attempt, number: int) -> Progress:
     return lambda step: progress(replace(step, attempt=number, remedy=attempt.remedy))
 
 
-def _gather(runs: list[tuple[_Attempt, Finding]]) -> Finding:
-    """The last run's finding if it decides the matter, else the first one's; with the history of all."""
-    answered = runs[-1][1].status.usable or runs[-1][1].status is Status.JAMMED
-    finding = runs[-1][1] if answered else runs[0][1]
-    tried = [attempt.remedy for attempt, _ in runs[1:]]
+def _gather(runs: list[_Ran]) -> Finding:
+    """The finding of the last run if it decides the matter, else of the first with a load factor, else of
+    the first; with the history of all."""
+    answered = runs[-1].failure is None
+    kept = runs[-1] if answered else next((run for run in runs if run.finding.status.usable), runs[0])
+    finding, tried = kept.finding, [run.attempt.remedy for run in runs[1:]]
+    if kept.failure is Status.LOCKED and tried:
+        finding.message = (
+            "sliding joints that dilate jam the blocks, so that they carry any multiple of the live load; "
+            "without dilatancy they can move, but no run of the loop tells at which load"
+        )
     if tried:
-        why = runs[0][1]
-        words = f"the first run ended '{why.status}', so the loop began again {', then '.join(tried)}"
+        words = f"the first run ended '{runs[0].failure}', so the loop began again {', then '.join(tried)}"
         finding.message = (
             f"{words}; {finding.message}" if answered else f"{finding.message} ({words}: in vain)"
         )
     history = [
-        replace(entry, attempt=number, remedy=attempt.remedy)
-        for number, (attempt, run) in enumerate(runs, start=1)
-        for entry in run.history
+        replace(entry, attempt=number, remedy=run.attempt.remedy)
+        for number, run in enumerate(runs, start=1)
+        for entry in run.finding.history
     ]
-    finding.iterations = sum(run.iterations for _, run in runs)
-    finding.lp_solves = sum(run.lp_solves for _, run in runs)
+    finding.iterations = sum(run.finding.iterations for run in runs)
+    finding.lp_solves = sum(run.finding.lp_solves for run in runs)
     finding.history = history
     return finding
 
@@ -133,7 +158,15 @@ def _more_damping(last: _Attempt) -> _Attempt | None:
 
 def _more_cohesion(last: _Attempt) -> _Attempt | None:
     """Joints that lost their normal force keep some room; the exact end takes it off."""
-    c0 = max(10 * last.parameters.c0, 1e-5)
+    c0 = max(10 * last.parameters.c0, 1e-3)
+    return replace(last, parameters=replace(last.parameters, c0=c0), remedy=f"with c0 = {c0:.0e}")
+
+
+def _less_cohesion(last: _Attempt) -> _Attempt | None:
+    """So much small cohesion may carry what no exact state does."""
+    if last.parameters.c0 <= 1e-5:
+        return None
+    c0 = last.parameters.c0 / 10
     return replace(last, parameters=replace(last.parameters, c0=c0), remedy=f"with c0 = {c0:.0e}")
 
 
@@ -160,32 +193,71 @@ def _another_solver(last: _Attempt) -> _Attempt | None:
 
 _DAMPED = (_accurately, _more_damping, _more_cohesion, _more_damping, _cohesive_start)
 
+#: Room for joints that lost their normal force.
+_ROOM = (
+    *(_less_slope,) * 3,
+    _accurately,
+    _more_cohesion,
+    _cohesive_start,
+    _more_damping,
+    _more_cohesion,
+    _more_damping,
+)
+
 #: What is tried after each way to fail, in this order, each entry once.
-REMEDIES: dict[Status, tuple[Remedy, ...]] = {
+REMEDIES: dict[Status | Doubt, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
-    Status.NO_STATE: (_less_slope,) * 6 + (_accurately, _more_cohesion, _cohesive_start, _another_solver),
+    Status.NO_STATE: (*_ROOM, _another_solver, *(_less_slope,) * 3),
     Status.CYCLING: _DAMPED,
     Status.ITERATION_LIMIT: _DAMPED,
+    Doubt.INEXACT: (
+        _accurately,
+        _less_cohesion,
+        _cohesive_start,
+        _less_cohesion,
+        _more_damping,
+        _more_cohesion,
+    ),
     Status.SOLVER_FAILED: (_looser_solver, _another_solver, _accurately, _cohesive_start),
+    Doubt.ROUGH: (_accurately,),
 }
 
 
-def _next(runs: list[tuple[_Attempt, Finding]], options: LoopOptions) -> _Attempt | None:
-    """What to try after the last run; None if it has an answer or nothing is left to try."""
-    last, finding = runs[-1]
-    status = finding.status
-    if status.usable:
-        # That the flow rule has no influence is not said of a rough answer.
-        rough = not finding.flow_rule_matters and last.parameters.tolerance is not None
-        return _accurately(last) if rough else None
-    if options.remedies == "none" or len(runs) >= _MOST_RUNS:
+def _failure(problem: Problem, attempt: _Attempt, finding: Finding) -> Status | Doubt | None:
+    """How a run failed; None if what it found decides the matter."""
+    if not finding.status.usable:
+        return None if finding.status is Status.JAMMED else finding.status
+    if not finding.flow_rule_matters:
+        return None if attempt.parameters.tolerance is None else Doubt.ROUGH
+    if attempt.parameters.finish and _far_from_exact(problem, finding):
+        return Doubt.INEXACT
+    return None
+
+
+def _far_from_exact(problem: Problem, finding: Finding) -> bool:
+    """Whether more is left than the exact end allows: of energy of what moves without being at yield, or of
+    departure from the flow rule (blocks that pass into each other)."""
+    load_factor, q, d, slope = finding.load_factor, finding.q, finding.d, finding.slope
+    assert load_factor is not None  # the run converged
+    assert q is not None
+    assert d is not None
+    assert slope is not None
+    left = certify(problem, load_factor, q, d, slope)
+    return left.complementarity > MOST_ENERGY * max(abs(load_factor), 1e-6) or left.flow > MOST_DEPARTURE
+
+
+def _next(
+    runs: list[_Ran], left: dict[Status | Doubt, list[Remedy]], options: LoopOptions
+) -> _Attempt | None:
+    """What to try after the last run, taken from what is left; None if nothing is, or need not."""
+    last = runs[-1]
+    if last.failure is None or len(runs) >= _MOST_RUNS:
         return None
-    if options.remedies == "slope" and status is not Status.NO_STATE:
-        return None
-    failed_so = sum(run.status is status for _, run in runs)
-    for remedy in REMEDIES.get(status, ())[failed_so - 1 :]:
-        if options.remedies == "slope" and remedy is not _less_slope:
-            return None
-        if (following := remedy(last)) is not None:
+    remedies = left.get(last.failure, [])
+    while remedies:
+        remedy = remedies.pop(0)
+        asked_for = {"all": True, "slope": remedy is _less_slope, "none": False}[options.remedies]
+        following = remedy(last.attempt) if asked_for or last.failure is Doubt.ROUGH else None
+        if following is not None:
             return following
     return None

@@ -21,8 +21,11 @@ MPEC = 1e-7
 FEW_KICKS = 10
 
 WITHOUT_HALVING = {"alpha": 0.0, "alpha_min": 0.0}
+#: The paper's loop and nothing else: no exact state at its end, no further runs.
+RAW: dict[str, Any] = {"finish": False, "remedies": "none"}
 AGAIN = "began again with alpha"
-LOCKS = "dilatancy locks the associative start, so the loop started cohesive"
+LOCKS = "'unlimited: dilatancy locks the blocks', so the loop began again from a cohesive start"
+REMEDIED = "so the loop began again"
 NO_INFLUENCE = "the flow rule has no influence"
 
 TWO_FORMULATIONS = "MPEC and refinement, which agree"

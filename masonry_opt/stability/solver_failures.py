@@ -8,6 +8,8 @@ from masonry_opt.stability.expectations import (
     AGAIN,
     LOOP,
     OTHERS,
+    RAW,
+    REMEDIED,
     TWO_FORMULATIONS,
     WITHOUT_HALVING,
     associative,
@@ -19,8 +21,6 @@ from masonry_opt.stability.scenes import (
     bonded,
     ferris_tinloi,
 )
-
-LETS_UNKNOWN_THROUGH = "CVXPY raises ValueError on HiGHS's 'unknown', which the driver lets through"
 
 #: Two paths to the base, round an opening, whose load factors lie near each other.
 TWO_PATHS = bonded([[0.5, 1, 1, 0.5], [1, -1, 1], [0.5, 1, 1, 0.5]], (4, 1), 0.8)
@@ -35,8 +35,21 @@ ENTRIES: tuple[Entry, ...] = (
         "With β = 1 the shear limits follow the last normal forces alone and the loop swings between states.",
         ferris_tinloi(6),
         (
-            Run(Status.CYCLING, options={"beta": 1.0, **WITHOUT_HALVING}, says="lower 'beta'"),
-            Run(Status.CYCLING, options={"beta": 1.0}, says="lower 'beta'", slow=True),
+            Run(Status.CYCLING, options={"beta": 1.0, **WITHOUT_HALVING, **RAW}, says="lower 'beta'"),
+            Run(
+                Status.CONVERGED,
+                options={"beta": 1.0, **WITHOUT_HALVING},
+                load_factor=0.30040907,
+                source="an exact state on the mechanism of the cycle, 1.3 % above the paper's",
+                says="repeats itself every 2 iterations",
+            ),
+            Run(
+                Status.CONVERGED,
+                options={"beta": 1.0},
+                load_factor=(0.291786, 0.29649 * 1.01),
+                source="lowest exact state known, to 1 % above the paper's",
+                says=REMEDIED,
+            ),
             Run(Status.CONVERGED, load_factor=0.29649, tolerance=3e-4, source="paper, Table 1 (β = 0.6)"),
         ),
     ),
@@ -46,7 +59,15 @@ ENTRIES: tuple[Entry, ...] = (
         "other way.",
         TWO_PATHS,
         (
-            *loops(Status.CYCLING, options={"beta": 1.0}, says="every 2 iterations"),
+            *loops(Status.CYCLING, options={"beta": 1.0, **RAW}, says="every 2 iterations"),
+            *loops(
+                Status.CONVERGED,
+                13 / 17,
+                TWO_FORMULATIONS,
+                options={"beta": 1.0},
+                says="this state is exact",
+                tolerance=1e-6,
+            ),
             *loops(Status.CONVERGED, 13 / 17, TWO_FORMULATIONS, tolerance=2e-4),
             *associative(Status.OPTIMAL, 79 / 101, OTHERS),
             *references(13 / 17, TWO_FORMULATIONS),
@@ -73,10 +94,19 @@ ENTRIES: tuple[Entry, ...] = (
             Run(
                 Status.CONVERGED,
                 solver="highs",
-                options={"c0": 0.0},
+                options={"c0": 0.0, **RAW},
                 load_factor=0.7483785,
                 source="4 % below the least Coulomb state known: blocks penetrate",
                 flow=0.9,
+            ),
+            Run(
+                Status.CONVERGED,
+                solver="highs",
+                options={"c0": 0.0},
+                load_factor=0.7784431,
+                tolerance=5e-5,
+                source=TWO_FORMULATIONS,
+                says="converged to no exact state",
             ),
             *loops(
                 Status.CONVERGED,
@@ -159,37 +189,46 @@ ENTRIES: tuple[Entry, ...] = (
         "neither is an answer.",
         STEPPED,
         (
-            Run(
-                Status.SOLVER_FAILED,
-                solver="highs-ipm",
-                options={"c0": 0.0, "start": "cohesive"},
-                says="nknown",
-                defect=LETS_UNKNOWN_THROUGH,
+            *loops(
+                Status.NO_STATE,
+                solvers=("highs", "highs-ipm"),
+                options={"c0": 0.0, "start": "cohesive", **RAW},
+                says="no equilibrium state",
             ),
-            Run(
-                Status.SOLVER_FAILED,
-                solver="highs",
+            *loops(
+                Status.CONVERGED,
+                0.364840847,
+                TWO_FORMULATIONS,
+                ("highs", "highs-ipm"),
                 options={"c0": 0.0, "start": "cohesive"},
-                says="nknown",
-                defect=LETS_UNKNOWN_THROUGH,
+                says="with c0 = 1e-03;",
             ),
-            *loops(Status.NO_STATE, solvers=("highs-ipm",), says=AGAIN),
-            *loops(Status.CONVERGED, 0.364840847, TWO_FORMULATIONS, ("clarabel", "highs"), says=AGAIN),
+            *loops(Status.NO_STATE, options=RAW, says="no equilibrium state"),
+            *loops(Status.CONVERGED, 0.364840847, TWO_FORMULATIONS, says=AGAIN),
             *associative(Status.OPTIMAL, 0.4190270, OTHERS),
             *references(0.364840847, TWO_FORMULATIONS),
         ),
     ),
     Entry(
         "a vertex from a cohesive start: wall 1",
-        "From trial cohesion simplex soon ends with 'unknown', which must be a status and no traceback.",
+        "From trial cohesion simplex soon ends in a vertex from which no state is left, or with 'unknown', "
+        "which must be a status and no traceback; another solver goes on.",
         ferris_tinloi(1),
         (
             Run(
-                Status.SOLVER_FAILED,
+                Status.NO_STATE,
+                solver="highs",
+                options={"start": "cohesive", **RAW},
+                says="no equilibrium state",
+            ),
+            Run(
+                Status.CONVERGED,
                 solver="highs",
                 options={"start": "cohesive"},
-                says="nknown",
-                defect=LETS_UNKNOWN_THROUGH,
+                load_factor=0.63982,
+                tolerance=1e-3,
+                source="paper, Table 1",
+                says=REMEDIED,
             ),
             Run(
                 Status.CONVERGED,
@@ -212,7 +251,6 @@ ENTRIES: tuple[Entry, ...] = (
                 load_factor=0.5,
                 tolerance=1e-3,
                 source="w / h",
-                defect="the driver takes SCS's report for one of HiGHS: AttributeError",
             ),
             Run(Status.OPTIMAL, "static", solver="osqp", load_factor=0.5, tolerance=1e-3, source="w / h"),
         ),
@@ -221,7 +259,17 @@ ENTRIES: tuple[Entry, ...] = (
         "a solver that ends 'unknown': wall 6",
         "The warm-started simplex of Pyomo's HiGHS gives up at the fourth sub-problem.",
         ferris_tinloi(6),
-        (Run(Status.SOLVER_FAILED, model="pyomo", solver="highs", says="'unknown'"),),
+        (
+            Run(Status.SOLVER_FAILED, model="pyomo", solver="highs", options=RAW, says="'unknown'"),
+            Run(
+                Status.CONVERGED,
+                model="pyomo",
+                solver="highs",
+                load_factor=(0.291786, 0.29649 * 1.01),
+                source="lowest exact state known, to 1 % above the paper's",
+                says="with tolerance 1e-07",
+            ),
+        ),
     ),
     Entry(
         "MPEC from a cold start: wall 1",

@@ -207,9 +207,20 @@ def test_joints_of_every_kind(friction, joints, method):
 
 def test_a_state_with_residuals_is_not_called_exact():
     """Joints that contract may sink into each other in both senses at once: no such state is given."""
-    result = mo.solve(small_wall(4, 3, 0.3, dilatancy=-0.05), "refined", kicks=0)
+    scene = small_wall(4, 3, 0.3, dilatancy=-0.05)
+    rough = mo.solve(scene, finish=False)
+    assert rough.certificate.worst > 1e-3
+    result = mo.solve(scene, "refined", kicks=0, start=rough)
     assert "not refined" in result.message
-    assert result.load_factor == mo.solve(small_wall(4, 3, 0.3, dilatancy=-0.05)).load_factor
+    assert result.load_factor == rough.load_factor
+
+
+def test_an_exact_end_of_the_loop_is_refined_where_a_rough_one_is_not():
+    """The bottom course slides at λ = μ without opening: where it moves as a whole, no joint contracts."""
+    result = mo.solve(small_wall(4, 3, 0.3, dilatancy=-0.05), "refined", kicks=0)
+    assert result.message.startswith("exact")
+    assert result.load_factor == pytest.approx(0.3, rel=1e-9)
+    assert result.certificate.worst < EXACT
 
 
 def test_a_start_without_exact_statics_is_repaired():

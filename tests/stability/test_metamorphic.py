@@ -174,12 +174,10 @@ def check_order(kind: str, seed: int) -> None:
     else:
         # The loop's sub-problems violate the true law a little; no λ reported exceeds the bound.
         assert loop.load_factor <= associative + RANDOM
-        # The forces are those of the last sub-problem, in equilibrium with its own λ; the λ reported
-        # lacks what the small cohesion dissipates (step 6).
-        problem, last = loop.assembly.problem, loop.history["load_factor"].iloc[-1]
-        residual = problem.B @ loop.finding.q + last * problem.live + problem.dead
+        # The forces are in equilibrium with the load factor reported beside them.
+        problem = loop.assembly.problem
+        residual = problem.B @ loop.finding.q + loop.load_factor * problem.live + problem.dead
         assert np.abs(residual).max() < 1e-8 * np.abs(problem.dead).sum()
-        assert loop.load_factor == pytest.approx(last, rel=1e-2, abs=1e-3)
     if refined.load_factor is None:
         assert loop.load_factor is None
         return
@@ -213,13 +211,26 @@ def test_order_of_the_load_factors_on_many_scenes(kind, seed):
     check_order(kind, seed)
 
 
+#: Sliding contracts by α_min μ < 1e-3 of its slip, which may be several times the largest block velocity.
+LAST_SLOPE = 3e-3
+
+
 @pytest.mark.slow
-def test_loop_finds_nearly_every_load_factor():
-    """It found 168 of 173 when this was written; which it misses depends on the solver's last digits."""
-    scenes = [random_scene(kind, seed) for kind, seed in SLOW]
-    standing = [scene for scene in scenes if mo.solve(scene, "static").load_factor is not None]
-    found = [scene for scene in standing if mo.solve(scene).load_factor is not None]
-    assert len(found) >= 0.95 * len(standing)
+def test_loop_with_remedies_certifies_nearly_every_random_scene():
+    """Of 240 scenes; each ends in a certified answer or a status that says why not."""
+    scenes = [random_scene(kind, seed) for seed in range(100, 160) for kind in KINDS]
+    missed, known = [], 0
+    for scene in scenes:
+        result = mo.solve(scene)
+        left = result.certificate
+        if left and max(left.equilibrium, left.yield_) < 1e-6 and left.complementarity < 1e-3:
+            assert left.flow < LAST_SLOPE, scene.title
+            known += 1
+        elif mo.solve(scene, "static").load_factor is not None and result.status is not Status.UNSTABLE:
+            missed.append(f"{scene.title}: {result.status}")
+        assert result.status.usable or result.message, scene.title
+    print(f"{known} certified; not: {missed}")
+    assert known >= 0.99 * (known + len(missed)), missed
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -38,6 +38,14 @@ def test_coulomb():
     assert result.load_factor == pytest.approx(coulomb, rel=1e-9)
 
 
+def test_the_loop_ends_exactly_there():
+    """Its own λ is 9e-5 below, where the small cohesion and the last slope leave it; the exact end, 1e-6."""
+    result = mo.solve(WEDGES)
+    assert result.load_factor == pytest.approx(coulomb, rel=1e-6)
+    assert result.certificate.complementarity < 1e-7
+    assert mo.solve(WEDGES, finish=False).load_factor == pytest.approx(coulomb, rel=2e-4)
+
+
 def test_mechanisms_differ_in_the_sense_of_the_unloaded_wedge():
     """Fig. 8: it rises in (a) and does not in (b); the loaded one, of live load 1, rises by 1 in both."""
     dilatant, true = (mo.solve(WEDGES, method).blocks for method in ("static", "global"))
