@@ -81,7 +81,7 @@ def nonassociative(
         if following is None:
             break
         attempt = following
-    finding = _gather(runs)
+    finding = _gather(runs, options)
     finding.lp_solves += solves + driver.solves
     finding.size = driver.size()
     return finding
@@ -103,11 +103,12 @@ def _labelled(progress: Progress, attempt: _Attempt, number: int) -> Progress:
     return lambda step: progress(replace(step, attempt=number, remedy=attempt.remedy))
 
 
-def _gather(runs: list[_Ran]) -> Finding:
-    """The finding of the last run if it decides the matter, else of the first with a load factor, else of
-    the first; with the history of all."""
+def _gather(runs: list[_Ran], options: LoopOptions) -> Finding:
+    """The finding of the last run if it decides the matter (or is the loop as it is, with less slope), else
+    of the first with a load factor, else of the first; with the history of all."""
     answered = runs[-1].failure is None
-    kept = runs[-1] if answered else next((run for run in runs if run.finding.status.usable), runs[0])
+    bare = options.remedies == "slope" and runs[-1].failure is not Status.NO_STATE
+    kept = runs[-1] if answered or bare else next((run for run in runs if run.finding.status.usable), runs[0])
     finding, tried = kept.finding, [run.attempt.remedy for run in runs[1:]]
     if kept.failure is Status.LOCKED and tried:
         finding.message = (
@@ -117,7 +118,7 @@ def _gather(runs: list[_Ran]) -> Finding:
     if tried:
         words = f"the first run ended '{runs[0].failure}', so the loop began again {', then '.join(tried)}"
         finding.message = (
-            f"{words}; {finding.message}" if answered else f"{finding.message} ({words}: in vain)"
+            f"{words}; {finding.message}" if answered or bare else f"{finding.message} ({words}: in vain)"
         )
     history = [
         replace(entry, attempt=number, remedy=run.attempt.remedy)
