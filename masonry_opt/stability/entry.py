@@ -28,8 +28,6 @@ class Run:
     tolerance: relative, of λ (absolute where λ is 0).
     source: of λ: a closed form, another formulation, or what is wrong with it.
     says: what the message must contain, such as the remedy that was taken.
-    flow: the certificate must show at least that departure from the flow rule: an answer that
-        penetrates must be seen to.
     defect: why the run is known not to meet this expectation yet.
     slow: takes more than a few seconds.
     """
@@ -43,7 +41,6 @@ class Run:
     tolerance: float = 1e-6
     source: str = ""
     says: str = ""
-    flow: float | None = None
     defect: str = ""
     slow: bool = False
 
@@ -123,9 +120,6 @@ class Outcome:
         found, interval = self.result.load_factor, self.run.interval
         if interval and (found is None or not interval[0] <= found <= interval[1]):
             return f"λ = {found}, expected {interval[0]:.7g} to {interval[1]:.7g} ({self.run.source})"
-        certificate = self.result.certificate
-        if self.run.flow is not None and (certificate is None or certificate.flow < self.run.flow):
-            return f"the certificate does not show a departure from the flow rule of {self.run.flow:g}"
         return ""
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import multiprocessing
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -145,20 +147,33 @@ def run_grid(
     CaseError
         If a case file is missing or wrong.
     """
-    rows = []
-    for wall in walls:
-        progress(f"{grid.title}: wall {wall}")
-        scene = open_case(cases, f"ferris_tinloi/wall_{wall}.toml")
-        for row, row_keys in grid.rows.values.items():
-            for column, column_keys in grid.columns.values.items():
-                cell = {"wall": wall, grid.rows.name: row, grid.columns.name: column}
-                try:
-                    result = solve(scene, "nonassociative", **options, **row_keys, **column_keys)
-                except Exception as error:  # a map shows where even this happens
-                    rows.append(cell | _no_answer(f"{TRACEBACK} of {type(error).__name__}"))
-                else:
-                    rows.append(cell | _measures(scene, result))
+    # Each wall in a process of its own, the largest first: the maps are the dearest of what is reproduced.
+    context = multiprocessing.get_context("forkserver")
+    with ProcessPoolExecutor(mp_context=context) as pool:
+        waiting = {
+            wall: pool.submit(_run_wall, grid, cases, wall, dict(options))
+            for wall in sorted(walls, reverse=True)
+        }
+        rows: list[dict[str, object]] = []
+        for wall in walls:
+            progress(f"{grid.title}: wall {wall}")
+            rows += waiting[wall].result()
     return pd.DataFrame(rows)
+
+
+def _run_wall(grid: Grid, cases: Path, wall: int, options: dict[str, Any]) -> list[dict[str, object]]:
+    scene = open_case(cases, f"ferris_tinloi/wall_{wall}.toml")
+    rows: list[dict[str, object]] = []
+    for row, row_keys in grid.rows.values.items():
+        for column, column_keys in grid.columns.values.items():
+            cell = {"wall": wall, grid.rows.name: row, grid.columns.name: column}
+            try:
+                result = solve(scene, "nonassociative", **options, **row_keys, **column_keys)
+            except Exception as error:  # a map shows where even this happens
+                rows.append(cell | _no_answer(f"{TRACEBACK} of {type(error).__name__}"))
+            else:
+                rows.append(cell | _measures(scene, result))
+    return rows
 
 
 def _no_answer(status: str) -> dict[str, object]:

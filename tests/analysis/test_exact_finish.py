@@ -86,6 +86,6 @@ def test_no_exact_state_on_faces_that_cannot_all_be_at_yield():
     p = np.zeros((4, 1))
     p[:2] = 1.0  # slides to both sides at once
     broken = type("State", (), {"p": p, "q": state.q, "d": state.d})()
-    exact, solves = exact_finish(problem, broken, None, np.zeros(1), False, Stopwatch())
+    exact, solves = exact_finish(problem, broken, None, False, Stopwatch())
     assert exact is None
     assert solves == 2

@@ -77,6 +77,7 @@ def test_every_case_has_something_to_meet() -> None:
     arches, of which it gives thicknesses and frictions."""
     met = {parameter.values[0] for parameter in references()}
     without = {path.relative_to(CASES).as_posix() for path in ALL_CASES if path not in met}
+    without = {name for name in without if not name.startswith("facades/")}  # of no source: for timing
     assert without <= {
         "gilbert/facade_1x3.toml",
         "gilbert/facade_3x9.toml",
