@@ -151,7 +151,7 @@ def run_grid(
     context = multiprocessing.get_context("forkserver")
     with ProcessPoolExecutor(mp_context=context) as pool:
         waiting = {
-            wall: pool.submit(_run_wall, grid, cases, wall, dict(options))
+            wall: pool.submit(run_wall, grid, cases, wall, dict(options))
             for wall in sorted(walls, reverse=True)
         }
         rows: list[dict[str, object]] = []
@@ -161,7 +161,8 @@ def run_grid(
     return pd.DataFrame(rows)
 
 
-def _run_wall(grid: Grid, cases: Path, wall: int, options: dict[str, Any]) -> list[dict[str, object]]:
+def run_wall(grid: Grid, cases: Path, wall: int, options: Mapping[str, Any]) -> list[dict[str, object]]:
+    """The rows of one wall in the frame of :func:`run_grid`."""
     scene = open_case(cases, f"ferris_tinloi/wall_{wall}.toml")
     rows: list[dict[str, object]] = []
     for row, row_keys in grid.rows.values.items():

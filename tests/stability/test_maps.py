@@ -70,7 +70,7 @@ def test_a_traceback_is_shown_not_raised(monkeypatch):
         raise ZeroDivisionError
 
     monkeypatch.setattr(maps, "solve", broken)
-    frame = run_grid(SMALL, CASES, walls=[1])
+    frame = pd.DataFrame(maps.run_wall(SMALL, CASES, 1, {}))
     assert (frame["status"] == "traceback of ZeroDivisionError").all()
     assert letter(frame["status"][0]) == "T"
     assert not frame["safe"].any()
