@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from masonry_opt.analysis.associative import associative_answer
 from masonry_opt.analysis.solve import solve
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.models.interface import State
 from masonry_opt.problem.certificate import finite
 from masonry_opt.problem.problem import Problem, joint_rates, yield_slacks
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solvers.driver import declare
 from masonry_opt.solvers.registry import LANGUAGES, find_solver
 from masonry_opt.timing import Stopwatch
 
@@ -74,7 +74,7 @@ def check(scene: Scene | str | Path) -> DualityReport:
     for language in LANGUAGES:
         solver = find_solver(language, None, _SOLVER_TOLERANCE)
         for formulation in ("static", "kinematic"):
-            answer = declare(problem, formulation, solver, Stopwatch()).solve()
+            answer, _ = associative_answer(problem, formulation, solver, Stopwatch())
             if answer.state is None:
                 raise NoLoadFactorError(
                     f"{result.case}: {formulation}, {language}: the solver stopped with '{answer.word}'"

@@ -117,6 +117,17 @@ class Problem:
         """The same problem with other friction, shape (c,)."""
         return replace(self, friction=friction)
 
+    def in_units_of(self, force: float) -> Problem:
+        """The same problem with forces in units of ``force`` (itself in units of ``force_unit``)."""
+        return replace(
+            self,
+            dead=self.dead / force,
+            live=self.live / force,
+            cohesion=self.cohesion / force,
+            dilatancy_force=self.dilatancy_force / force,
+            force_unit=self.force_unit * force,
+        )
+
     def without_live_load(self) -> Problem:
         """The same problem with no live load: does the scene stand under its dead load?"""
         return replace(self, live=np.zeros_like(self.live))
