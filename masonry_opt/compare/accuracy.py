@@ -33,13 +33,19 @@ _SOURCES = (("pyomo", "highs", 1e-10), ("cvxpy", "clarabel", 1e-11))
 #: Largest residual left in the equations (forces in median block weights, velocities near 1).
 _RESIDUAL = 1e-12
 
+#: How scipy's linprog says that a program has no point, and that its optimum is unlimited.
+_INFEASIBLE, _UNBOUNDED = 2, 3
+
 #: A margin below this is none.
 _MARGIN = 1e-9
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """lower ≤ λ ≤ upper; infinite where nothing feasible was found."""
+    """lower ≤ λ ≤ upper; infinite where nothing feasible was found.
+
+    Both −∞: the dead load alone has no state of equilibrium. Both +∞: λ is unlimited.
+    """
 
     lower: float
     upper: float
@@ -58,6 +64,16 @@ class Bounds:
     def finite(self) -> bool:
         """Whether there are both bounds."""
         return bool(np.isfinite(self.lower) and np.isfinite(self.upper))
+
+    @property
+    def unstable(self) -> bool:
+        """Whether the scene does not stand."""
+        return self.upper == -np.inf
+
+    @property
+    def unlimited(self) -> bool:
+        """Whether every λ has a state of equilibrium."""
+        return self.lower == np.inf
 
 
 @dataclass(frozen=True)
@@ -98,6 +114,22 @@ class _Polyhedron:
         )
         return self._projected(found.x[:-1]) if found.x is not None and found.x[-1] > _MARGIN else None
 
+    def extreme(self, fixed: bool) -> int:
+        """How HiGHS ends that maximises the last unknown, or with that ``fixed`` at 0 looks for any point:
+        scipy's number."""
+        columns = self.A.shape[1]
+        return int(
+            linprog(
+                c=np.zeros(columns) if fixed else -self.cost,
+                A_ub=-self.G,
+                b_ub=self.g,
+                A_eq=self.A,
+                b_eq=self.b,
+                bounds=[(None, None)] * (columns - 1) + [(0, 0) if fixed else (None, None)],
+                method="highs",
+            ).status
+        )
+
     def _projected(self, x: np.ndarray) -> np.ndarray:
         """The nearest point with A x = b, by least squares, refined."""
         normal = self.A @ self.A.T
@@ -109,12 +141,15 @@ class _Polyhedron:
 
 
 def certified_bounds(problem: Problem) -> Bounds:
-    """Bounds of λ from feasible points of eq. (9) and of eq. (10), of a scene that stands.
+    """Bounds of λ from feasible points of eq. (9) and of eq. (10).
 
     Feasible: equations to 1e-12 in units of a median block weight and of the mean velocity, inequalities
     to the last bit. A scene that admits no point inside its inequalities may be left without a bound.
+    That a scene does not stand, or that λ is unlimited, is the word of HiGHS on eq. (9) as posed here.
     """
     statics, kinematics = _statics(problem), _kinematics(problem)
+    if statics.extreme(fixed=True) == _INFEASIBLE:
+        return Bounds(-np.inf, -np.inf)
     within, opening = statics.interior(), kinematics.interior()
     lower, upper = [-np.inf], [np.inf]
     for language, name, tolerance in _SOURCES:
@@ -123,7 +158,10 @@ def certified_bounds(problem: Problem) -> Bounds:
             continue
         lower.append(statics.inside(np.append(state.q, state.load_factor), within))
         upper.append(kinematics.inside(_mechanism(problem, state), opening))
-    return Bounds(float(np.nanmax(lower)), float(np.nanmin(upper)))
+    bounds = Bounds(float(np.nanmax(lower)), float(np.nanmin(upper)))
+    if not bounds.finite and statics.extreme(fixed=False) == _UNBOUNDED:
+        return Bounds(np.inf, np.inf)
+    return bounds
 
 
 def _mechanism(problem: Problem, state: State) -> np.ndarray:

@@ -18,10 +18,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scenes import CASES, small_wall
-from stability.random_scenes import KINDS, random_scene
 
 import masonry_opt as mo
 from masonry_opt.analysis.status import Status
+from masonry_opt.stability.random_scenes import KINDS, random_scene
 
 #: Programs solved to 1e-9, twice. Random scenes have sliver cells and light blocks, which cost digits.
 EXACT, RANDOM = 1e-7, 1e-6
