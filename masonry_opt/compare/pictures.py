@@ -24,7 +24,7 @@ _COLUMNS = 4
 _PANELS = 24
 
 #: Share of a bar that has room for its count.
-_LABELLED = 0.025
+_LABELLED = 0.01
 
 
 def time_error(summary: pd.DataFrame, asks: str, error: str = "error") -> Figure:
