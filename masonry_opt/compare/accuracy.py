@@ -13,6 +13,7 @@ from functools import cached_property
 import cvxpy as cp
 import numpy as np
 import scipy.sparse as sp
+from scipy.optimize import linprog
 from scipy.sparse.linalg import SuperLU, splu
 
 from masonry_opt.analysis.associative import associative_answer, in_units_of_load
@@ -28,10 +29,12 @@ CERTIFIED = 1e-9
 #: Load factors below this are compared as they are: near zero a relative difference says nothing.
 SMALLEST = 1e-2
 
-#: The solvers whose answers are made exact, until the bracket is narrow enough: an interior point, and a
-#: vertex, which takes minutes from so many joints on.
+#: The solvers whose answers are made exact, until the bracket is narrow enough: an interior point, and of
+#: small scenes a vertex.
 _SOURCES = (("cvxpy", "clarabel", 1e-11), ("cvxpy", "clarabel", 1e-10), ("pyomo", "highs", 1e-10))
-_VERTEX_BELOW = 1000
+
+#: From so many joints on HiGHS takes minutes.
+_SMALL = 1000
 
 #: Largest residual left in the equations (forces in units of the whole load, velocities near 1).
 _RESIDUAL = 1e-11
@@ -39,13 +42,19 @@ _RESIDUAL = 1e-11
 #: Shares by which a point is moved inside beyond need, because the sum is rounded: the first that does.
 _FURTHER = (0.0, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11)
 
+#: How scipy's linprog says that a program has no point, and that its optimum is unlimited.
+_INFEASIBLE, _UNBOUNDED = 2, 3
+
 #: A margin below this is none.
 _MARGIN = 1e-9
 
 
 @dataclass(frozen=True)
 class Bounds:
-    """lower ≤ λ ≤ upper; infinite where nothing feasible was found."""
+    """lower ≤ λ ≤ upper; infinite where nothing feasible was found.
+
+    Both −∞: the dead load alone has no state of equilibrium. Both +∞: λ is unlimited.
+    """
 
     lower: float
     upper: float
@@ -64,6 +73,16 @@ class Bounds:
     def finite(self) -> bool:
         """Whether there are both bounds."""
         return bool(np.isfinite(self.lower) and np.isfinite(self.upper))
+
+    @property
+    def unstable(self) -> bool:
+        """Whether the scene does not stand."""
+        return self.upper == -np.inf
+
+    @property
+    def unlimited(self) -> bool:
+        """Whether every λ has a state of equilibrium."""
+        return self.lower == np.inf
 
 
 @dataclass(frozen=True)
@@ -108,6 +127,22 @@ class _Polyhedron:
             return None
         return self._projected(np.asarray(x.value))
 
+    def extreme(self, fixed: bool) -> int:
+        """How HiGHS ends that maximises the last unknown, or with that ``fixed`` at 0 looks for any point:
+        scipy's number."""
+        columns = self.A.shape[1]
+        return int(
+            linprog(
+                c=np.zeros(columns) if fixed else -self.cost,
+                A_ub=-self.G,
+                b_ub=self.g,
+                A_eq=self.A,
+                b_eq=self.b,
+                bounds=[(None, None)] * (columns - 1) + [(0, 0) if fixed else (None, None)],
+                method="highs",
+            ).status
+        )
+
     def _projected(self, x: np.ndarray) -> np.ndarray:
         """The nearest point with A x = b, by least squares, refined."""
         for _ in range(6):
@@ -122,17 +157,22 @@ class _Polyhedron:
 
 
 def certified_bounds(problem: Problem) -> Bounds:
-    """Bounds of λ from feasible points of eq. (9) and of eq. (10), of a scene that stands.
+    """Bounds of λ from feasible points of eq. (9) and of eq. (10).
 
     Feasible: equations to 1e-11 in units of the whole load and of the mean velocity, inequalities to the
-    last bit. A scene that admits no point inside its inequalities may be left without a bound.
+    last bit. A scene that admits no point inside its inequalities may be left without a bound. That a
+    scene does not stand, or that λ is unlimited, is the word of HiGHS on eq. (9) as posed here; a scene so
+    large that HiGHS takes minutes is taken to stand.
     """
     problem = in_units_of_load(problem)
     statics, kinematics = _statics(problem), _kinematics(problem)
+    small = problem.joints < _SMALL
+    if small and statics.extreme(fixed=True) == _INFEASIBLE:
+        return Bounds(-np.inf, -np.inf)
     within, opening = statics.interior(), kinematics.interior()
     bounds = Bounds(-np.inf, np.inf)
     for language, name, tolerance in _SOURCES:
-        if name == "highs" and problem.joints >= _VERTEX_BELOW:
+        if name == "highs" and not small:
             continue
         solver = find_solver(language, name, tolerance)
         answer, _ = associative_answer(problem, "static", solver, Stopwatch())
@@ -144,6 +184,8 @@ def certified_bounds(problem: Problem) -> Bounds:
         bounds = Bounds(float(np.fmax(bounds.lower, lower)), float(np.fmin(bounds.upper, upper)))
         if bounds.width <= CERTIFIED:
             break
+    if small and not bounds.finite and statics.extreme(fixed=False) == _UNBOUNDED:
+        return Bounds(np.inf, np.inf)
     return bounds
 
 

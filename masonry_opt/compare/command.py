@@ -10,8 +10,9 @@ from rich.console import Console
 
 from masonry_opt.compare.comparison import Limits
 from masonry_opt.compare.comparison import compare as run_comparison
+from masonry_opt.compare.made_scenes import write_atlas, write_random
 from masonry_opt.compare.plan import plan
-from masonry_opt.compare.scenes import find_scenes
+from masonry_opt.compare.scenes import CaseScene, find_scenes
 from masonry_opt.errors import InterruptedByUserError, OptionError, printable
 
 #: What is compared when nothing is named: every method that a wall of Table 1 takes seconds for, with the
@@ -24,8 +25,12 @@ _TOLERANCES = "1e-6,1e-9"
 
 def compare(
     cases: Annotated[
-        list[str], typer.Argument(metavar="CASE...", help="Case files, or names of those in cases/.")
-    ],
+        list[str] | None, typer.Argument(metavar="CASE...", help="Case files, or names of those in cases/.")
+    ] = None,
+    atlas: Annotated[
+        bool, typer.Option("--atlas", help="Also the scenes of the failure atlas, with their right answers.")
+    ] = False,
+    random: Annotated[int, typer.Option(min=0, help="Also so many random scenes, by seed.")] = 0,
     methods: Annotated[str, typer.Option(help="Separated by commas; also: global.")] = _METHODS,
     solvers: Annotated[
         str, typer.Option(help="Also: highs-hipo, and what CVXPY finds, such as osqp, scs, scipy.")
@@ -46,7 +51,7 @@ def compare(
     from masonry_opt.compare.report import summary_text, write_report
 
     asked = plan(_split(methods), _split(models), _split(solvers), _tolerances(tolerances))
-    scenes = find_scenes(cases)
+    scenes = _scenes(cases or [], atlas, random, out / "scenes")
     errors = Console(stderr=True)
     with errors.status("comparing") as status:
         limits = Limits(time_limit, memory_limit, repeats)
@@ -59,6 +64,13 @@ def compare(
     errors.print(f"written: {', '.join(map(str, written))}", markup=False, soft_wrap=True)
     if comparison.interrupted:
         raise InterruptedByUserError("interrupted: the same command continues where it stopped")
+
+
+def _scenes(cases: list[str], atlas: bool, random: int, folder: Path) -> tuple[CaseScene, ...]:
+    if not (cases or atlas or random):
+        raise OptionError("nothing to compare: name case files, --atlas or --random")
+    expected = write_atlas(folder) if atlas else {}
+    return find_scenes([*cases, *expected, *write_random(folder, random)], expected=expected)
 
 
 def _split(text: str) -> list[str]:

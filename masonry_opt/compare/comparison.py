@@ -18,6 +18,7 @@ from masonry_opt.compare.measure import FINISHED, Ended, run_limited
 from masonry_opt.compare.plan import Plan, Run
 from masonry_opt.compare.scenes import CaseScene
 from masonry_opt.compare.store import Store, row
+from masonry_opt.compare.truth import ANSWER, ASSOCIATIVE
 from masonry_opt.compare.worker import bound_scene, run_pair
 from masonry_opt.files import write_whole
 
@@ -99,7 +100,7 @@ def compare(
     found = lowest_exact(rows)
     notes += improve(scenes, found)
     best = merged(known, found)
-    summary = frames.summary(rows, bounds, best)
+    summary = frames.summary(rows, bounds, best, {scene.name: scene.expected for scene in scenes})
     return Comparison(tuple(scenes), plan, limits, bounds, best, summary, tuple(notes), interrupted)
 
 
@@ -141,6 +142,8 @@ def _bounds(
         cached = {}
     found, notes = {}, []
     for scene in scenes:
+        if scene.expected.get(ASSOCIATIVE, ANSWER) != ANSWER:
+            continue  # nothing to bound
         if scene.content not in cached:
             progress(f"certified bounds of {scene.name}")
             time_limit = max(limits.time, _BOUNDS_TIME)

@@ -5,7 +5,7 @@ Both reports draw from these frames and compute nothing of their own.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ import pandas as pd
 
 from masonry_opt.compare.accuracy import Bounds
 from masonry_opt.compare.best_known import BestKnown
-from masonry_opt.compare.judge import GOOD, TARGET, VERDICTS, judge
+from masonry_opt.compare.judge import CERTIFIED, NAMED, TARGET, VERDICTS, judge
 from masonry_opt.compare.store import pair_of
 
 #: Scenes with fewer joints do not count in the fit of time against size: fixed costs rule there.
@@ -23,9 +23,12 @@ _PAIR = ["method", "model", "solver", "tolerance"]
 
 
 def summary(
-    rows: Iterable[dict[str, Any]], bounds: dict[str, Bounds], best: dict[str, BestKnown]
+    rows: Iterable[dict[str, Any]],
+    bounds: Mapping[str, Bounds],
+    best: Mapping[str, BestKnown],
+    expected: Mapping[str, Mapping[str, str]],
 ) -> pd.DataFrame:
-    """One row a scene and pair: medians of the repeats' times, judged.
+    """One row a scene and pair: medians of the repeats' times, judged. What it is judged by is by scene.
 
     Columns: scene, pair (label), method, model, solver, tolerance, joints, blocks, repeats, ``time`` (seconds
     of the solve without reading the scene and the check of its dead load, which all pairs share), its
@@ -35,7 +38,8 @@ def summary(
     judged = []
     for row in rows:
         shared = (row["scene_seconds"] or 0.0) + (row["dead_load_seconds"] or 0.0)
-        verdict = judge(row, bounds.get(row["scene"]), best.get(row["scene"]))
+        scene = row["scene"]
+        verdict = judge(row, bounds.get(scene), best.get(scene), expected.get(scene, {}))
         label = {"pair": pair_of(row).label, "time": row["wall"] - shared}
         judged.append(row | label | verdict)
     frame = pd.DataFrame(judged)
@@ -77,14 +81,14 @@ def summary(
 
 
 def pareto(frame: pd.DataFrame, cost: str = "time", error: str = "error") -> pd.DataFrame:
-    """The good rows that no other good row beats in both columns, cheapest first."""
-    good = frame[(frame["verdict"] == GOOD) & frame[error].notna()].sort_values([cost, error])
-    before = good[error].cummin().shift(fill_value=np.inf)
-    return good[good[error] < before]
+    """The certified rows that no other such row beats in both columns, cheapest first."""
+    known = frame[(frame["verdict"] == CERTIFIED) & frame[error].notna()].sort_values([cost, error])
+    before = known[error].cummin().shift(fill_value=np.inf)
+    return known[known[error] < before]
 
 
 def reached(frame: pd.DataFrame, asks: str) -> pd.DataFrame:
-    """By scene and pair, the least time at any tolerance of a good answer with an error within TARGET.
+    """By scene and pair, the least time at any tolerance of a certified answer with an error within TARGET.
 
     Columns: scene, pair, joints, time (infinite where none reached it). Scenes of whose answer nothing is
     known, so that there is no error, are left out.
@@ -92,7 +96,7 @@ def reached(frame: pd.DataFrame, asks: str) -> pd.DataFrame:
     asked = frame[(frame["question"] == asks)]
     known = asked.groupby("scene")["error"].transform(lambda errors: errors.notna().any())
     asked = asked[known].copy()
-    there = (asked["verdict"] == GOOD) & (asked["error"] <= TARGET[asks])
+    there = (asked["verdict"] == CERTIFIED) & (asked["error"] <= TARGET[asks])
     asked["time"] = asked["time"].where(there, np.inf)
     joints = asked.groupby("scene")["joints"].transform("max")
     times = asked.assign(joints=joints).groupby(["scene", "pair"], as_index=False, sort=False)
@@ -139,22 +143,30 @@ def growth(times: pd.DataFrame) -> pd.DataFrame:
 
 
 def success(frame: pd.DataFrame) -> pd.DataFrame:
-    """How the scenes ended, one row a pair and tolerance: counts by verdict, the shares that are good, and
-    good with an error within TARGET, the geometric mean time and the largest error and violation of these."""
+    """How the scenes ended, one row a pair and tolerance.
+
+    Columns: pair, method, model, solver, tolerance, scenes, a count for each verdict, ``success`` (share that
+    is certified or named correctly), ``on target`` (share that is certified with an error within TARGET);
+    of the certified answers: ``time`` (median, and ``time 25 %``, ``time 75 %``), largest error and
+    violation; of all: peak_memory (MB).
+    """
     lines = []
     for key, group in frame.groupby(["pair", *_PAIR], dropna=False, sort=False):
-        good = group[group["verdict"] == GOOD]
+        certified = group[group["verdict"] == CERTIFIED]
         target = TARGET[str(group["question"].iloc[0])]
         counts = {verdict: int((group["verdict"] == verdict).sum()) for verdict in VERDICTS}
         lines.append(
             dict(zip(["pair", *_PAIR], key, strict=True))
+            | {"scenes": len(group)}
             | counts
             | {
-                "success": len(good) / len(group),
-                "on target": int((good["error"] <= target).sum()) / len(group),
-                "time": float(np.exp(np.log(good["time"]).mean())) if len(good) else np.nan,
-                "largest error": float(good["error"].max()),
-                "largest violation": float(good["violation"].max()),
+                "success": (counts[CERTIFIED] + counts[NAMED]) / len(group),
+                "on target": int((certified["error"] <= target).sum()) / len(group),
+                "time": float(certified["time"].median()),
+                "time 25 %": float(certified["time"].quantile(0.25)),
+                "time 75 %": float(certified["time"].quantile(0.75)),
+                "largest error": float(certified["error"].max()),
+                "largest violation": float(certified["violation"].max()),
                 "peak_memory": float(group["peak_memory"].max()),
             }
         )

@@ -11,8 +11,9 @@ import pandas as pd
 import plotly.graph_objects as go
 
 from masonry_opt.compare import frames
-from masonry_opt.compare.judge import ASSOCIATIVE, COULOMB, GOOD, VERDICTS
-from masonry_opt.compare.style import letter, looks
+from masonry_opt.compare.judge import CERTIFIED
+from masonry_opt.compare.style import VERDICT_COLOURS, letter, looks
+from masonry_opt.compare.truth import ASSOCIATIVE, COULOMB
 
 
 def interactive_charts(summary: pd.DataFrame) -> list[tuple[str, go.Figure]]:
@@ -34,15 +35,15 @@ def interactive_charts(summary: pd.DataFrame) -> list[tuple[str, go.Figure]]:
 
 def _time_error(summary: pd.DataFrame, asks: str, error: str, word: str) -> go.Figure:
     asked, shown = summary[summary["question"] == asks], looks(summary)
-    good = asked[(asked["verdict"] == GOOD) & (asked[error] > 0)]
-    band = 10 * float(good[error].max()) if len(good) else 1.0
-    least = float(good[error].min()) if len(good) else 1e-16
+    certified = asked[(asked["verdict"] == CERTIFIED) & (asked[error] > 0)]
+    band = 10 * float(certified[error].max()) if len(certified) else 1.0
+    least = float(certified[error].min()) if len(certified) else 1e-16
     figure = go.Figure()
     traces_of: list[str] = []  # the scene of each trace
     for scene, frame in asked.groupby("scene", sort=False):
         for pair, group in frame.groupby("pair", sort=False):
             look = shown[str(pair)]
-            fine = (group["verdict"] == GOOD) & group[error].notna()
+            fine = (group["verdict"] == CERTIFIED) & group[error].notna()
             # An exact zero has no place on a logarithmic axis: it stands on the least error shown.
             height = group[error].clip(lower=least).where(fine, band)
             figure.add_scatter(
@@ -88,7 +89,7 @@ def _time_error(summary: pd.DataFrame, asks: str, error: str, word: str) -> go.F
         x=[float(asked["time"].min()), float(asked["time"].max())],
         y=[band / 3] * 2,
         mode="lines+text",
-        text=["above: no good answer", ""],
+        text=["above: not certified", ""],
         textposition="top right",
         line={"color": "grey", "dash": "dot"},
         showlegend=False,
@@ -157,15 +158,27 @@ def _success(summary: pd.DataFrame) -> go.Figure:
         for line in table.to_dict("records")
     ]
     figure = go.Figure()
-    for verdict, colour in zip(VERDICTS, ("#009E73", "#E69F00", "#999999", "#D55E00"), strict=True):
+    for verdict, colour in VERDICT_COLOURS.items():
         figure.add_bar(
             y=labels, x=table[verdict].tolist(), name=verdict, orientation="h", marker={"color": colour}
         )
+    times = ["" if pd.isna(time) else f"{time:.2g} s" for time in table["time"]]
+    figure.add_scatter(
+        x=table["scenes"].tolist(),
+        y=labels,
+        mode="text",
+        text=times,
+        textposition="middle right",
+        cliponaxis=False,
+        showlegend=False,
+        hoverinfo="skip",
+    )
     figure.update_layout(
         barmode="stack",
         template="simple_white",
         height=140 + 22 * len(table),
-        xaxis_title="scenes",
+        xaxis_title="scenes; at the right the median time of the certified answers",
+        margin={"r": 90},
         yaxis={"autorange": "reversed", "automargin": True},
     )
     return figure

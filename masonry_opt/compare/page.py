@@ -12,10 +12,12 @@ import pandas as pd
 import plotly.io
 
 from masonry_opt.compare import frames
+from masonry_opt.compare.accuracy import Bounds
 from masonry_opt.compare.comparison import REPEATED_BELOW, Comparison
 from masonry_opt.compare.interactive import interactive_charts, number
-from masonry_opt.compare.judge import ASSOCIATIVE, COULOMB, GAP_FLOOR, LIMITS, TARGET
+from masonry_opt.compare.judge import GAP_FLOOR, LIMITS, OUTSIDE, TARGET
 from masonry_opt.compare.machine import machine, versions
+from masonry_opt.compare.truth import ASSOCIATIVE, COULOMB
 
 _STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 1200px; padding: 0 1em }
@@ -58,12 +60,12 @@ def page(comparison: Comparison) -> str:
                 )
             )
         parts += [
-            "<h2>Success and time</h2>",
+            "<h2>Success rate and time, method × solver</h2>",
             _table(frames.success(summary).drop(columns="pair"), "success"),
         ]
         parts += [
             "<h2>All runs (medians of repeats)</h2>",
-            '<input data-table="runs" placeholder="filter: wall_6 clarabel good">',
+            '<input data-table="runs" placeholder="filter: wall_6 clarabel certified">',
             _table(summary.drop(columns="pair"), "runs"),
         ]
     parts += ["<h2>What answers are measured by</h2>", _table(_references(comparison), "references")]
@@ -84,7 +86,7 @@ def page(comparison: Comparison) -> str:
 def _meaning(comparison: Comparison) -> str:
     """What a reader must know before the charts."""
     limits = comparison.limits
-    good = "; ".join(
+    certificates = "; ".join(
         f"{kind}: " + ", ".join(f"{name} ≤ {value:g}" for name, value in of.items())
         for kind, of in LIMITS.items()
     )
@@ -93,14 +95,18 @@ def _meaning(comparison: Comparison) -> str:
         f"{limits.time:g} s and {limits.memory:g} MB; times are medians of {limits.repeats} runs (of one "
         f"where a run takes over {REPEATED_BELOW:g} s), without reading the scene and the check of its "
         "dead load, which all share.",
-        f"Good: there is a load factor and its certificate leaves at most ({good}). All else is counted and "
-        "marked, never drawn as a point of time and error.",
+        f"Certified: there is a load factor, its certificate leaves at most ({certificates}), and it lies no "
+        f"more than {OUTSIDE:g} outside the certified bounds. Named correctly: there is none, and the reason "
+        "is known to be the right one, by the failure atlas or by the bounds. Failed but said so: no answer "
+        "(not converged, solver failed, a limit), or a reason that nobody can confirm. Wrong: a load factor "
+        "without its certificate, or a load factor or reason known to be false. Success: certified or "
+        "named correctly. Only what is certified is drawn as a point of time and error.",
         "Error of the associative λ: relative distance from the middle of certified bounds. Error of "
         f"Coulomb's λ: relative gap to the best exact state known, {GAP_FLOOR:g} at least; beside it the "
         "largest violation of yield in median block weights. An answer below the best exact state is not "
         "exact. One above it may still be a state of Coulomb friction: there are many, and the least is the "
         "safe one.",
-        "Profiles and growth: least time, at any tolerance, to a good answer with an error of at most "
+        "Profiles and growth: least time, at any tolerance, to a certified answer with an error of at most "
         f"{TARGET[ASSOCIATIVE]:g} (associative) or {TARGET[COULOMB]:g} (Coulomb). Open marks and broken "
         "lines: Pyomo.",
         *comparison.notes,
@@ -118,12 +124,21 @@ def _references(comparison: Comparison) -> pd.DataFrame:
                 "title": scene.title,
                 "λ associative, at least": f"{bounds.lower:.12g}" if bounds else "",
                 "at most": f"{bounds.upper:.12g}" if bounds else "",
-                "certified to": f"{bounds.width:.0e}" if bounds else "no bounds",
+                "certified to": _certified_to(bounds),
+                "right by hand": "; ".join(f"{asks}: {claim}" for asks, claim in scene.expected.items()),
                 "best exact Coulomb λ": f"{best.load_factor:.9g}" if best else "none known",
                 "found by": best.method if best else "",
             }
         )
     return pd.DataFrame(lines)
+
+
+def _certified_to(bounds: Bounds | None) -> str:
+    if bounds is None:
+        return "no bounds"
+    if bounds.finite:
+        return f"{bounds.width:.0e}"
+    return "unstable" if bounds.unstable else "unlimited" if bounds.unlimited else "unknown"
 
 
 def _table(frame: pd.DataFrame, name: str) -> str:

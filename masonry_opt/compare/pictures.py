@@ -14,25 +14,31 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import PercentFormatter
 
 from masonry_opt.compare import frames
-from masonry_opt.compare.judge import COULOMB, GOOD, TARGET, VERDICTS
-from masonry_opt.compare.style import LETTERS, Look, letter, looks
-
-#: Colours of the verdicts in the success bars, best first (Okabe & Ito).
-_VERDICT_COLOURS = ("#009E73", "#E69F00", "#999999", "#D55E00")
+from masonry_opt.compare.judge import CERTIFIED, TARGET
+from masonry_opt.compare.style import LETTERS, VERDICT_COLOURS, Look, letter, looks
+from masonry_opt.compare.truth import COULOMB
 
 _COLUMNS = 4
 
+#: Panels of a picture; the interactive report has every scene.
+_PANELS = 24
+
+#: Share of a bar that has room for its count.
+_LABELLED = 0.01
+
 
 def time_error(summary: pd.DataFrame, asks: str, error: str = "error") -> Figure:
-    """Time against error, a panel a scene; what is not good stands in a band at the top."""
+    """Time against error, a panel a scene; what is not certified stands in a band at the top."""
     asked = summary[summary["question"] == asks]
-    scenes = list(dict.fromkeys(asked["scene"]))
+    every = list(dict.fromkeys(asked["scene"]))
+    scenes = every[:_PANELS]
+    asked = asked[asked["scene"].isin(scenes)]
     columns = min(_COLUMNS, len(scenes))
     rows = math.ceil(len(scenes) / columns)
     # Wide enough for two columns of legend even with one scene.
     figure = Figure(figsize=(max(3.4 * columns, 8.5), 3.1 * rows + 2.0), layout="constrained")
     shown = looks(summary)
-    low, high = _decades(asked[asked["verdict"] == GOOD][error])
+    low, high = _decades(asked[asked["verdict"] == CERTIFIED][error])
     axes: Axes | None = None
     for number, scene in enumerate(scenes):
         axes = figure.add_subplot(rows, columns, number + 1, sharex=axes, sharey=axes)
@@ -43,14 +49,16 @@ def time_error(summary: pd.DataFrame, asks: str, error: str = "error") -> Figure
             axes.tick_params(labelbottom=True)
             axes.set_xlabel("time (s)", fontsize=9)
     figure.supylabel(_error_label(asks, error), fontsize=10)
-    figure.suptitle(f"{asks.capitalize()} load factor: time against {_error_word(asks, error)}", fontsize=12)
+    first = "" if len(scenes) == len(every) else f" (first {len(scenes)} of {len(every)} scenes)"
+    title = f"{asks.capitalize()} load factor: time against {_error_word(asks, error)}{first}"
+    figure.suptitle(title, fontsize=12)
     handles = [_handle(pair, shown[pair]) for pair in dict.fromkeys(asked["pair"])]
     handles.append(Line2D([], [], color="0.4", linewidth=1, label="Pareto front"))
-    if (asked["below"] & (asked["verdict"] == GOOD)).any() and error == "error":
+    if (asked["below"] & (asked["verdict"] == CERTIFIED)).any() and error == "error":
         handles.append(
             Line2D([], [], color="0.4", marker="v", linestyle="", label="below the best exact state (|gap|)")
         )
-    letters = dict.fromkeys(letter(line) for line in asked[asked["verdict"] != GOOD].to_dict("records"))
+    letters = dict.fromkeys(letter(line) for line in asked[asked["verdict"] != CERTIFIED].to_dict("records"))
     handles += [
         Line2D([], [], linestyle="", marker=f"${mark}$", color="0.2", label=LETTERS[mark]) for mark in letters
     ]
@@ -69,9 +77,9 @@ def _time_error_panel(
     axes.set_yscale("log")
     axes.set_ylim(low / 3, top)
     axes.axhspan(line, top, color="0.93", zorder=0)
-    axes.text(0.02, 0.985, "no good answer", transform=axes.transAxes, fontsize=7, color="0.35", va="top")
-    good = frame[(frame["verdict"] == GOOD) & frame[error].notna()].sort_values("tolerance")
-    for pair, group in good.groupby("pair", sort=False):
+    axes.text(0.02, 0.985, "not certified", transform=axes.transAxes, fontsize=7, color="0.35", va="top")
+    certified = frame[(frame["verdict"] == CERTIFIED) & frame[error].notna()].sort_values("tolerance")
+    for pair, group in certified.groupby("pair", sort=False):
         look = shown[str(pair)]
         face = look.colour if look.filled else "white"
         y = np.maximum(group[error], low)
@@ -91,7 +99,7 @@ def _time_error_panel(
         axes.plot(below["time"], offset, "v", color="0.4", markersize=3, zorder=3)
     front = frames.pareto(frame, error=error)
     axes.step(front["time"], np.maximum(front[error], low), where="post", color="0.4", linewidth=1, zorder=1)
-    failures = frame[frame["verdict"] != GOOD].to_dict("records")
+    failures = frame[frame["verdict"] != CERTIFIED].to_dict("records")
     for number, failure in enumerate(failures):
         # Alternate heights keep letters at near times apart.
         height = 0.12 + 0.24 * (number % 3)
@@ -180,27 +188,54 @@ def size(summary: pd.DataFrame, asks: str) -> Figure:
 
 
 def success(summary: pd.DataFrame) -> Figure:
-    """How the scenes ended, a bar a pair and tolerance."""
+    """How the scenes ended, a bar a pair and tolerance; beside it the time of its certified answers."""
     table = frames.success(summary)
     labels = [_rung(line) for line in table.to_dict("records")]
-    figure = Figure(figsize=(9, 1.6 + 0.22 * len(table)), layout="constrained")
-    axes = figure.subplots()
+    figure = Figure(figsize=(11, 1.9 + 0.3 * len(table)), layout="constrained")
+    bars, times = figure.subplots(1, 2, sharey=True, width_ratios=(3, 1.3))
     left = np.zeros(len(table))
-    for verdict, colour in zip(VERDICTS, _VERDICT_COLOURS, strict=True):
-        share = (table[verdict] / table[list(VERDICTS)].sum(axis=1)).to_numpy(dtype=float)
-        axes.barh(labels, share, left=left, color=colour, label=verdict, height=0.8)
+    for verdict, colour in VERDICT_COLOURS.items():
+        share = (table[verdict] / table["scenes"]).to_numpy(dtype=float)
+        bars.barh(labels, share, left=left, color=colour, label=verdict, height=0.8)
+        for number, count in enumerate(table[verdict]):
+            if share[number] >= _LABELLED:
+                bars.text(
+                    left[number] + share[number] / 2, number, str(count), fontsize=7, ha="center", va="center"
+                )
         left += share
-    for number, time in enumerate(table["time"]):
-        if np.isfinite(time):
-            axes.text(1.01, number, f"{time:.3g} s", fontsize=7, va="center")
-    axes.invert_yaxis()
-    axes.set_xlim(0, 1)
-    axes.margins(y=0.01)
-    axes.xaxis.set_major_formatter(PercentFormatter(1.0))
-    axes.set_xlabel("scenes; at the right the mean time (geometric) of the good answers")
-    axes.tick_params(labelsize=8)
-    figure.legend(loc="outside upper center", ncols=4, fontsize=8, frameon=False)
+    bars.invert_yaxis()
+    bars.set_xlim(0, 1)
+    bars.margins(y=0.01)
+    bars.xaxis.set_major_formatter(PercentFormatter(1.0))
+    bars.set_xlabel(f"scenes ({_range(table['scenes'])}; counts in the bars)")
+    bars.set_title("How the scenes ended", fontsize=10)
+    _times(times, table)
+    for axes in (bars, times):
+        axes.tick_params(labelsize=8)
+    figure.legend(loc="outside upper center", ncols=len(VERDICT_COLOURS), fontsize=9, frameon=False)
     return figure
+
+
+def _times(axes: Axes, table: pd.DataFrame) -> None:
+    """Median time of the certified answers and its middle half, a row a pair and tolerance."""
+    axes.set_xscale("log")
+    rows, time = np.arange(len(table)), table["time"].to_numpy(dtype=float)
+    axes.hlines(rows, table["time 25 %"], table["time 75 %"], color="0.6", linewidth=2)
+    axes.plot(time, rows, "o", color="black", markersize=4)
+    for row, value in enumerate(time):
+        if np.isfinite(value):
+            text = f"{value:.2g} s"
+            axes.text(1.02, row, text, transform=axes.get_yaxis_transform(), fontsize=7, va="center")
+    axes.tick_params(axis="y", length=0)
+    axes.grid(axis="x", color="0.9", linewidth=0.5)
+    axes.set_xlabel("time (s)")
+    axes.set_title("Certified answers: median, middle half", fontsize=10)
+
+
+def _range(counts: pd.Series) -> str:
+    """ "12", or "9 to 12" where an interruption left some out."""
+    least, most = int(counts.min()), int(counts.max())
+    return str(most) if least == most else f"{least} to {most}"
 
 
 def _rung(line: Mapping[Any, Any]) -> str:

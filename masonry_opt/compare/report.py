@@ -10,8 +10,9 @@ from matplotlib.figure import Figure
 
 from masonry_opt.compare import frames, pictures
 from masonry_opt.compare.comparison import REPEATED_BELOW, Comparison
-from masonry_opt.compare.judge import ASSOCIATIVE, COULOMB, TARGET
+from masonry_opt.compare.judge import TARGET
 from masonry_opt.compare.page import page
+from masonry_opt.compare.truth import ASSOCIATIVE, COULOMB
 from masonry_opt.errors import OutputError
 from masonry_opt.files import write_whole
 
@@ -61,17 +62,18 @@ def summary_text(comparison: Comparison) -> str:
         table = frames.success(comparison.summary).drop(columns=["pair"])
         for name in ("tolerance", "largest error", "largest violation"):
             table[name] = table[name].map(lambda value: "–" if pd.isna(value) else f"{value:.0e}")
+        table = table.drop(columns=["time 25 %", "time 75 %"])
         for name in ("success", "on target"):
             table[name] = table[name].map("{:.0%}".format)
         table["time"] = table["time"].map(lambda value: "–" if pd.isna(value) else f"{value:.3g}")
         table["peak_memory"] = table["peak_memory"].map("{:.0f}".format)
-        table = table.rename(columns={"time": "time (s)", "peak_memory": "peak (MB)"})
+        table = table.rename(columns={"time": "median time (s)", "peak_memory": "peak (MB)"})
         lines.append(table.to_string(index=False))
         lines.append(
-            f"\n{len(comparison.scenes)} scenes; on target: good, with an error of at most "
-            f"{TARGET[ASSOCIATIVE]:g} (associative), {TARGET[COULOMB]:g} (Coulomb: gap to the best exact "
-            "state);\n"
-            "time (geometric mean), largest error and violation: of the good answers, medians of "
+            f"\n{len(comparison.scenes)} scenes; success: certified or named correctly;\n"
+            f"on target: certified, with an error of at most {TARGET[ASSOCIATIVE]:g} (associative), "
+            f"{TARGET[COULOMB]:g} (Coulomb: gap to the best exact state);\n"
+            "median time, largest error and violation: of the certified answers, each a median of "
             f"{comparison.limits.repeats} runs (of one where a run takes over {REPEATED_BELOW:g} s)"
         )
     if comparison.plan.left_out:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from masonry_opt.errors import CaseError, OptionError
@@ -25,20 +25,27 @@ class CaseScene:
     path: the case file.
     content: hash of blocks, joints, loads and gravity; words and references do not change it.
     title: its title, as in the case file.
+    expected: by question, what is known of its answer by hand (see :func:`~.truth.known_claims`).
     """
 
     name: str
     path: Path
     content: str
     title: str
+    expected: Mapping[str, str] = field(default_factory=dict)
 
 
-def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tuple[CaseScene, ...]:
+def find_scenes(
+    cases: Iterable[str | Path],
+    folder: Path = Path("cases"),
+    expected: Mapping[Path, Mapping[str, str]] | None = None,
+) -> tuple[CaseScene, ...]:
     """Read and name the scenes of a comparison.
 
     Parameters
     ----------
     cases: paths of case files, or names of those in ``folder`` ("ferris_tinloi/wall_1" or "wall_1").
+    expected: what is known of some of them, by path.
 
     Raises
     ------
@@ -51,7 +58,8 @@ def find_scenes(cases: Iterable[str | Path], folder: Path = Path("cases")) -> tu
     for case in cases:
         path = _path(case, folder)
         scene = load(path)
-        found = CaseScene(f"{path.resolve().parent.name}/{path.stem}", path, content_of(scene), scene.title)
+        name, known = f"{path.resolve().parent.name}/{path.stem}", (expected or {}).get(path, {})
+        found = CaseScene(name, path, content_of(scene), scene.title, known)
         before = scenes.setdefault(found.name, found)
         if before.content != found.content:
             raise OptionError(f"{before.path} and {path}: two scenes named '{found.name}': rename one")

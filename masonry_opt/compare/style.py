@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from masonry_opt.compare.judge import CERTIFICATE_FAILS, NAMED_STATUS
+from masonry_opt.compare.judge import CERTIFIED, FAILED, NAMED, WRONG
 from masonry_opt.compare.measure import MEMORY_LIMIT, TIME_LIMIT
 
 #: Okabe & Ito (2008), in the order in which solvers appear; black last.
@@ -28,10 +28,13 @@ _MARKERS = {
 LETTERS = {
     "T": "time limit",
     "M": "memory limit",
-    "C": "certificate fails",
-    "N": "no load factor, with a named status",
-    "F": "solver failed or crashed",
+    "W": "wrong",
+    "N": "no load factor, and the right reason why",
+    "F": "failed but said so",
 }
+
+#: Colours of the verdicts (Okabe & Ito), and grey for no answer.
+VERDICT_COLOURS = {CERTIFIED: "#009E73", NAMED: "#56B4E9", FAILED: "#BBBBBB", WRONG: "#D55E00"}
 
 
 @dataclass(frozen=True)
@@ -63,10 +66,10 @@ def looks(summary: pd.DataFrame) -> dict[str, Look]:
 
 
 def letter(line: Mapping[Any, Any]) -> str:
-    """The letter of a row that is not good."""
-    if line["verdict"] == CERTIFICATE_FAILS:
-        return "C"
-    if line["verdict"] == NAMED_STATUS:
+    """The letter of a row that is not certified."""
+    if line["verdict"] == WRONG:
+        return "W"
+    if line["verdict"] == NAMED:
         return "N"
     if str(line["reason"]).startswith(TIME_LIMIT):
         return "T"

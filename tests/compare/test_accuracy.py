@@ -12,6 +12,7 @@ import masonry_opt as mo
 from masonry_opt.compare import accuracy
 from masonry_opt.compare.accuracy import CERTIFIED, Bounds, certified_bounds
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.stability.scenes import block, chute, confined, overhanging
 
 #: What arithmetic of double precision may take from a bound.
 _ROUNDING = 1e-12
@@ -92,3 +93,19 @@ def test_a_facade_is_certified_at_default_settings():
     found = mo.solve(path, "static").load_factor
     assert found == pytest.approx(bounds.lower, rel=2e-7)
     assert found == pytest.approx(bounds.upper, rel=2e-7)
+
+
+def test_a_scene_that_falls_has_no_load_factor():
+    """A block whose centroid lies beyond the edge that bears it."""
+    problem = assemble(overhanging()(CASES)).problem
+    bounds = certified_bounds(problem)
+    assert bounds.unstable
+    assert not bounds.finite
+
+
+@pytest.mark.parametrize("scene", [confined(0.5), chute(), block(1, 1, 0.5, live=(0.0, -1.0))])
+def test_an_unlimited_load_factor_is_said_to_be(scene):
+    """Locked by dilatancy between fixed faces; no work done; pressed on the ground."""
+    bounds = certified_bounds(assemble(scene(CASES)).problem)
+    assert bounds.unlimited
+    assert not bounds.unstable

@@ -107,7 +107,7 @@ def test_a_raised_limit_runs_again_what_it_killed(tmp_path, monkeypatch):
     machine = Machine()
     monkeypatch.setattr(comparison, "run_limited", kill)
     result = compare(find_scenes([TWO_BLOCKS]), PLAN, LIMITS, tmp_path, lambda _: None)
-    assert set(result.summary["verdict"]) == {"failed"}
+    assert set(result.summary["verdict"]) == {"failed but said so"}
     assert write_report(result, tmp_path)  # charts of failures alone
     machine, _ = run(tmp_path, monkeypatch)
     assert machine.runs == []
@@ -128,7 +128,7 @@ def test_the_page_works_offline_and_escapes_what_cases_say(tmp_path, monkeypatch
     mo.save(two_blocks().model_copy(update={"title": evil}), case)
     monkeypatch.setattr(comparison, "run_limited", Machine())
     result = compare(find_scenes([case]), PLAN, LIMITS, tmp_path, lambda _: None)
-    result.summary.loc[0, ["verdict", "reason"]] = ["failed", f"crashed: {evil}"]
+    result.summary.loc[0, ["verdict", "reason"]] = ["wrong", f"crashed: {evil}"]
     html = page(result)
     assert "alert(1)" in html
     for part in ("<script>alert", "<img src=x", "a<b>", "c<i>"):
@@ -169,6 +169,7 @@ def test_the_command_compares_for_real(tmp_path):
     [
         (["nowhere.toml"], "no such file"),
         (["nowhere"], "no case in cases/ has that name"),
+        ([], "name case files, --atlas or --random"),
         ([str(TWO_BLOCKS), "--tolerances", "small"], "numbers separated by commas"),
         ([str(TWO_BLOCKS), "--solvers", "nix"], "solver 'nix' is unknown"),
     ],

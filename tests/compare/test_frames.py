@@ -19,19 +19,19 @@ def test_times_are_medians_without_what_all_share():
         line(repeat=repeat, wall=wall, scene_seconds=0.25, dead_load_seconds=0.25, scene="a")
         for repeat, wall in enumerate((1.5, 9.5, 2.5), start=1)
     ]
-    (only,) = frames.summary(rows, BOUNDS, {}).to_dict("records")
+    (only,) = frames.summary(rows, BOUNDS, {}, {}).to_dict("records")
     assert only["time"] == 2.0
     assert only["repeats"] == 3
 
 
 def test_one_bad_repeat_makes_a_bad_run():
     rows = [line(scene="a"), line(scene="a", repeat=2, flow=1.0), line(scene="a", repeat=3)]
-    (only,) = frames.summary(rows, BOUNDS, {}).to_dict("records")
-    assert only["verdict"] == "certificate fails"
+    (only,) = frames.summary(rows, BOUNDS, {}, {}).to_dict("records")
+    assert only["verdict"] == "wrong"
 
 
 def test_runs_without_a_tolerance_are_kept():
-    assert len(frames.summary([line(method="refined", tolerance=None)], {}, {})) == 1
+    assert len(frames.summary([line(method="refined", tolerance=None)], {}, {}, {})) == 1
 
 
 def test_pareto_front():
@@ -40,7 +40,7 @@ def test_pareto_front():
         {
             "time": [1.0, 2.0, 3.0, 4.0, 5.0],
             "error": [1e-3, 1e-2, 1e-6, 1e-9, 1e-6],
-            "verdict": ["good", "good", "good", "certificate fails", "good"],
+            "verdict": ["certified", "certified", "certified", "wrong", "certified"],
         }
     )
     assert list(frames.pareto(frame)["time"]) == [1.0, 3.0]
@@ -49,12 +49,12 @@ def test_pareto_front():
 def test_a_target_is_reached_at_the_cheapest_tolerance_that_is_good_enough():
     """The targets: 1e-6 for associative λ. Looser is too far off, tighter takes longer."""
     rows = [
-        line(scene="a", tolerance=1e-4, wall=1.0, load_factor=1.001),
+        line(scene="a", tolerance=1e-4, wall=1.0, load_factor=1.00005),
         line(scene="a", tolerance=1e-8, wall=2.0),
         line(scene="a", tolerance=1e-10, wall=3.0),
         line(scene="a", solver="highs", wall=1.0, ended="crashed", load_factor=None),
     ]
-    times = frames.reached(frames.summary(rows, BOUNDS, {}), "associative").set_index("pair")["time"]
+    times = frames.reached(frames.summary(rows, BOUNDS, {}, {}), "associative").set_index("pair")["time"]
     assert times["static · cvxpy · clarabel"] == 2.0
     assert times["static · cvxpy · highs"] == math.inf
 
@@ -85,12 +85,29 @@ def test_growth_finds_the_exponent_and_needs_three_sizes():
 
 
 def test_success_counts_every_end():
+    """Five ends of one pair: two certified in 1 s and 3 s, one of them off target; one named, ..."""
     rows = [
         line(scene="a"),
-        line(scene="b", load_factor=1.01),
-        line(scene="c", flow=1.0),
-        line(scene="d", load_factor=None, status="not converged: cycling"),
+        line(scene="b", load_factor=1.00005, wall=3.0),
+        line(scene="c", flow=1.0, wall=50.0),
+        line(scene="d", load_factor=None, status="not converged: cycling", wall=50.0),
+        line(scene="e", load_factor=None, status="unstable under dead load", wall=50.0),
     ]
-    (counted,) = frames.success(frames.summary(rows, BOUNDS, {})).to_dict("records")
-    assert [counted[v] for v in ("good", "certificate fails", "named status", "failed")] == [2, 1, 1, 0]
-    assert (counted["success"], counted["on target"]) == (0.5, 0.25)
+    unstable = {"e": {"associative": "unstable under dead load"}}
+    (counted,) = frames.success(frames.summary(rows, BOUNDS, {}, unstable)).to_dict("records")
+    assert counted["scenes"] == 5
+    assert [counted[v] for v in ("certified", "named correctly", "failed but said so", "wrong")] == [
+        2,
+        1,
+        1,
+        1,
+    ]
+    assert (counted["success"], counted["on target"]) == (0.6, 0.2)
+    assert (counted["time"], counted["time 25 %"], counted["time 75 %"]) == (2.0, 1.5, 2.5)
+
+
+def test_success_of_a_pair_that_never_answers_has_no_time():
+    rows = [line(scene="a", ended="crashed", load_factor=None)]
+    (counted,) = frames.success(frames.summary(rows, BOUNDS, {}, {})).to_dict("records")
+    assert counted["success"] == 0
+    assert math.isnan(counted["time"])

@@ -5,54 +5,122 @@ from __future__ import annotations
 import pytest
 from lines import line
 
+from masonry_opt.analysis.status import Status
 from masonry_opt.compare.accuracy import Bounds
 from masonry_opt.compare.best_known import BestKnown
-from masonry_opt.compare.judge import CERTIFICATE_FAILS, FAILED, GOOD, NAMED_STATUS, judge
+from masonry_opt.compare.judge import CERTIFIED, FAILED, NAMED, WRONG, judge
 
 BOUNDS = Bounds(0.5 - 1e-11, 0.5 + 1e-11)
 BEST = BestKnown(0.4, "refined")
 
 
 def test_the_error_of_an_associative_answer_is_its_distance_from_the_certified_one():
-    judged = judge(line(load_factor=0.5005), BOUNDS, BEST)
-    assert judged["verdict"] == GOOD
-    assert judged["error"] == pytest.approx(1e-3)
+    judged = judge(line(load_factor=0.50004), BOUNDS, BEST, {})
+    assert judged["verdict"] == CERTIFIED
+    assert judged["error"] == pytest.approx(8e-5)
 
 
 def test_no_error_is_smaller_than_what_is_certified():
-    assert judge(line(load_factor=0.5), BOUNDS, BEST)["error"] == pytest.approx(2e-11)
+    assert judge(line(load_factor=0.5), BOUNDS, BEST, {})["error"] == pytest.approx(2e-11)
 
 
 @pytest.mark.parametrize(
     ("load_factor", "gap", "below"), [(0.41, 0.025, False), (0.4, 1e-7, False), (0.39, 0.025, True)]
 )
 def test_the_gap_of_a_coulomb_answer_is_to_the_best_exact_state(load_factor, gap, below):
-    judged = judge(line(method="refined", load_factor=load_factor), BOUNDS, BEST)
+    judged = judge(line(method="refined", load_factor=load_factor), BOUNDS, BEST, {})
     assert judged["error"] == pytest.approx(gap)
     assert judged["below"] == below
 
 
 def test_without_a_reference_there_is_no_error():
-    assert judge(line(), None, None)["error"] is None
-    assert judge(line(method="refined"), BOUNDS, None)["error"] is None
+    assert judge(line(), None, None, {})["error"] is None
+    assert judge(line(method="refined"), BOUNDS, None, {})["error"] is None
 
 
 @pytest.mark.parametrize(
     ("known", "verdict", "reason"),
     [
-        ({"complementarity": 2e-4}, CERTIFICATE_FAILS, "complementarity 2.0e-04 > 1e-04"),
-        ({"flow": float("nan")}, CERTIFICATE_FAILS, "flow nan"),
-        ({"yield": None}, CERTIFICATE_FAILS, "no certificate"),
-        ({"method": "nonassociative", "yield": 0.05}, GOOD, ""),
-        ({"method": "nonassociative", "yield": 0.5}, CERTIFICATE_FAILS, "yield 5.0e-01 > 1e-01"),
-        ({"method": "mpec", "yield": 1e-5}, CERTIFICATE_FAILS, "yield 1.0e-05 > 1e-06"),
-        ({"load_factor": None, "status": "not converged: cycling"}, NAMED_STATUS, "cycling"),
+        ({"complementarity": 2e-4}, WRONG, "complementarity 2.0e-04 > 1e-04"),
+        ({"flow": float("nan")}, WRONG, "flow nan"),
+        ({"yield": None}, WRONG, "no certificate"),
+        ({"method": "nonassociative", "yield": 0.05}, CERTIFIED, ""),
+        ({"method": "nonassociative", "yield": 0.5}, WRONG, "yield 5.0e-01 > 1e-01"),
+        ({"method": "mpec", "yield": 1e-5}, WRONG, "yield 1.0e-05 > 1e-06"),
+        ({"load_factor": None, "status": "not converged: cycling"}, FAILED, "cycling"),
         ({"load_factor": None, "status": "solver failed", "message": "at 3"}, FAILED, "solver failed: at 3"),
+        ({"load_factor": 0.5002}, WRONG, "λ above its certified bound 0.5"),
+        ({"load_factor": 0.4998}, WRONG, "λ below its certified bound 0.5"),
+        ({"method": "refined", "load_factor": 0.5002}, WRONG, "λ above its certified bound 0.5"),
+        ({"method": "refined", "load_factor": 0.4}, CERTIFIED, ""),
+        ({"load_factor": None, "status": Status.UNSTABLE}, WRONG, "(right: answer)"),
+        ({"load_factor": None, "status": Status.LOCKED}, WRONG, "(right: answer)"),
+        ({"method": "mpec", "load_factor": None, "status": Status.JAMMED}, WRONG, "(right: not this)"),
+        ({"method": "mpec", "load_factor": None, "status": Status.UNSTABLE}, FAILED, "unstable"),
+        ({"load_factor": None, "ended": "refused"}, FAILED, "refused"),
         ({"load_factor": None, "ended": "time limit", "message": "over 2 s"}, FAILED, "time limit: over 2 s"),
         ({"load_factor": None, "ended": "crashed", "message": "why"}, FAILED, "crashed: why"),
     ],
 )
 def test_verdicts(known, verdict, reason):
-    judged = judge(line(**known), BOUNDS, BEST)
+    judged = judge(line(**({"load_factor": 0.5} | known)), BOUNDS, BEST, {})
     assert judged["verdict"] == verdict
     assert reason in judged["reason"]
+
+
+INF = float("inf")
+FALLS, UNLIMITED, UNKNOWN = Bounds(-INF, -INF), Bounds(INF, INF), Bounds(-INF, INF)
+
+
+@pytest.mark.parametrize(
+    ("bounds", "method", "claim", "verdict"),
+    [
+        (FALLS, "static", Status.UNSTABLE, NAMED),
+        (FALLS, "refined", Status.UNSTABLE, NAMED),
+        (FALLS, "static", 0.5, WRONG),
+        (FALLS, "nonassociative", 0.5, WRONG),
+        (FALLS, "static", Status.UNLIMITED, WRONG),
+        (UNLIMITED, "static", Status.LOCKED, NAMED),
+        (UNLIMITED, "kinematic", Status.UNLIMITED, NAMED),
+        (UNLIMITED, "static", Status.UNSTABLE, WRONG),
+        (UNLIMITED, "static", 0.5, WRONG),
+        # Without dilatancy there may be a load factor all the same, or not.
+        (UNLIMITED, "refined", 0.5, CERTIFIED),
+        (UNLIMITED, "refined", Status.JAMMED, FAILED),
+        (UNKNOWN, "static", 0.5, CERTIFIED),
+        (UNKNOWN, "static", Status.UNSTABLE, FAILED),
+        (None, "static", Status.LOCKED, FAILED),
+    ],
+)
+def test_what_the_bounds_say_of_a_scene_decides_what_is_right(bounds, method, claim, verdict):
+    assert judge(_claiming(method, claim), bounds, None, {})["verdict"] == verdict
+
+
+@pytest.mark.parametrize(
+    ("method", "claim", "verdict"),
+    [
+        ("static", Status.LOCKED, NAMED),
+        ("static", Status.UNLIMITED, WRONG),
+        ("static", 0.5, WRONG),
+        ("static", Status.SOLVER_FAILED, FAILED),
+        ("refined", 0.5, CERTIFIED),
+        ("refined", Status.UNSTABLE, WRONG),
+        ("refined", Status.CYCLING, FAILED),
+    ],
+)
+def test_what_the_atlas_says_of_a_scene_is_what_is_right(method, claim, verdict):
+    confined = {"associative": Status.LOCKED, "Coulomb": "answer"}
+    assert judge(_claiming(method, claim), None, None, confined)["verdict"] == verdict
+
+
+def test_a_scene_that_must_be_refused():
+    expected = {"associative": "refused"}
+    assert judge(line(ended="refused", load_factor=None), None, None, expected)["verdict"] == NAMED
+    assert judge(line(), None, None, expected)["verdict"] == WRONG
+
+
+def _claiming(method, claim):
+    """A line with a load factor and a clean certificate, or with a status alone."""
+    if isinstance(claim, Status):
+        return line(method=method, load_factor=None, status=claim)
+    return line(method=method, load_factor=claim)

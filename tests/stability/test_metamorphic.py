@@ -18,10 +18,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scenes import CASES, small_wall
-from stability.random_scenes import KINDS, random_scene
 
 import masonry_opt as mo
 from masonry_opt.analysis.status import Status
+from masonry_opt.compare.judge import LIMITS
+from masonry_opt.stability.random_scenes import KINDS, random_scene
 
 #: Programs solved to 1e-9, twice. Random scenes have sliver cells and light blocks, which cost digits.
 EXACT, RANDOM = 1e-7, 1e-6
@@ -211,10 +212,6 @@ def test_order_of_the_load_factors_on_many_scenes(kind, seed):
     check_order(kind, seed)
 
 
-#: Sliding contracts by α_min μ < 1e-3 of its slip, which may be several times the largest block velocity.
-LAST_SLOPE = 3e-3
-
-
 @pytest.mark.slow
 def test_loop_with_remedies_certifies_nearly_every_random_scene():
     """Of 240 scenes; each ends in a certified answer or a status that says why not."""
@@ -224,7 +221,7 @@ def test_loop_with_remedies_certifies_nearly_every_random_scene():
         result = mo.solve(scene)
         left = result.certificate
         if left and max(left.equilibrium, left.yield_) < 1e-6 and left.complementarity < 1e-3:
-            assert left.flow < LAST_SLOPE, scene.title
+            assert left.flow < LIMITS["loop"]["flow"], scene.title
             known += 1
         elif mo.solve(scene, "static").load_factor is not None and result.status is not Status.UNSTABLE:
             missed.append(f"{scene.title}: {result.status}")

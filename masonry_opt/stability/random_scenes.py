@@ -9,20 +9,21 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
-import masonry_opt as mo
+from masonry_opt.scene.blocks import Block, JointDefaults
+from masonry_opt.scene.scene import Scene
 
 Rng = np.random.Generator
 Points = list[tuple[float, float]]
 
 
-def random_scene(kind: str, seed: int) -> mo.Scene:
+def random_scene(kind: str, seed: int) -> Scene:
     """The scene of a kind (a key of ``KINDS``) and a seed: the same today and tomorrow."""
     rng = np.random.default_rng([list(KINDS).index(kind), seed])
     scene = KINDS[kind](rng)
     return scene.model_copy(update={"title": f"{kind} {seed}"})
 
 
-def _scene(rng: Rng, outlines: list[Points], fixed: dict[str, Points]) -> mo.Scene:
+def _scene(rng: Rng, outlines: list[Points], fixed: dict[str, Points]) -> Scene:
     """Blocks of unit weight per area on supports. The live load pushes all sideways in proportion
     to their weights, or a few in any direction but upwards."""
     areas = [shapely.Polygon(outline).area for outline in outlines]
@@ -35,7 +36,7 @@ def _scene(rng: Rng, outlines: list[Points], fixed: dict[str, Points]) -> mo.Sce
             live[index] = np.array([math.cos(angle), math.sin(angle)]) * sum(areas) / len(areas)
     at_corner = rng.random() < 0.3
     blocks = [
-        mo.Block(
+        Block(
             name=f"b{index}",
             vertices=outline,
             weight=area,
@@ -44,19 +45,17 @@ def _scene(rng: Rng, outlines: list[Points], fixed: dict[str, Points]) -> mo.Sce
         )
         for index, (outline, area, force) in enumerate(zip(outlines, areas, live.tolist(), strict=True))
     ]
-    supports = [mo.Block(name=name, vertices=outline, fixed=True) for name, outline in fixed.items()]
+    supports = [Block(name=name, vertices=outline, fixed=True) for name, outline in fixed.items()]
     friction = float(rng.uniform(0.3, 0.9))
     cohesion = float(rng.uniform(0, 0.1)) if rng.random() < 0.2 else 0.0
-    return mo.Scene(
-        joints=mo.JointDefaults(friction=friction, cohesion=cohesion), blocks=[*blocks, *supports]
-    )
+    return Scene(joints=JointDefaults(friction=friction, cohesion=cohesion), blocks=[*blocks, *supports])
 
 
 def _rectangle(left: float, right: float, bottom: float, top: float) -> Points:
     return [(left, bottom), (right, bottom), (right, top), (left, top)]
 
 
-def wall(rng: Rng) -> mo.Scene:
+def wall(rng: Rng) -> Scene:
     """Courses of one length, cut at random, of random heights, some with an opening."""
     length, bottom = float(rng.uniform(4, 8)), 0.0
     outlines: list[Points] = []
@@ -69,7 +68,7 @@ def wall(rng: Rng) -> mo.Scene:
     return _scene(rng, outlines, {"base": _rectangle(-1, length + 1, -1, 0)})
 
 
-def stack(rng: Rng) -> mo.Scene:
+def stack(rng: Rng) -> Scene:
     """Trapezia one on another, their joints tilted by up to 6°, their sides leaning."""
     width, outlines = float(rng.uniform(0.8, 2)), []
     low_left, low_right = (0.0, 0.0), (width, 0.0)
@@ -84,7 +83,7 @@ def stack(rng: Rng) -> mo.Scene:
     return _scene(rng, outlines, {"base": _rectangle(-2, width + 2, -1, 0)})
 
 
-def arch(rng: Rng) -> mo.Scene:
+def arch(rng: Rng) -> Scene:
     """Voussoirs of a ring of random rise and thickness, of unequal lengths, between skewbacks."""
     count, half = int(rng.integers(4, 12)), float(rng.uniform(0.7, math.pi / 2))
     thickness = float(rng.uniform(0.16, 0.4))
@@ -103,7 +102,7 @@ def arch(rng: Rng) -> mo.Scene:
     return _scene(rng, outlines, feet)
 
 
-def tessellation(rng: Rng) -> mo.Scene:
+def tessellation(rng: Rng) -> Scene:
     """Voronoi cells of a random or flattened set of points, clipped to a box that stands on a base."""
     width, height = float(rng.uniform(2, 4)), float(rng.uniform(1, 2.5))
     box = shapely.box(0, 0, width, height)
@@ -119,7 +118,7 @@ def tessellation(rng: Rng) -> mo.Scene:
     return _scene(rng, outlines, {"base": _rectangle(-1, width + 1, -1, 0)})
 
 
-KINDS: dict[str, Callable[[Rng], mo.Scene]] = {
+KINDS: dict[str, Callable[[Rng], Scene]] = {
     "wall": wall,
     "stack": stack,
     "arch": arch,
