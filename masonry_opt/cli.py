@@ -117,7 +117,9 @@ def check(case: Case) -> None:
 
 @app.command()
 def reproduce(
-    example: Annotated[str, typer.Argument(help=f"One of: {', '.join(EXAMPLES)}, all.")] = "all",
+    example: Annotated[
+        str, typer.Argument(help=f"One of: {', '.join(EXAMPLES)}; or all of the paper's.")
+    ] = "all",
     out: Annotated[Path, typer.Option(help="Folder for tables, pictures and the index page.")] = Path(
         "results"
     ),

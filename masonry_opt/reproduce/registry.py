@@ -25,18 +25,20 @@ from masonry_opt.reproduce.walls import fig10, fig13
 
 @dataclass(frozen=True)
 class Example:
-    """An example of the paper.
+    """A result that can be rebuilt.
 
     Attributes
     ----------
     title: what it shows.
     run: rebuilds it, given the folder of case files and a place for progress lines.
     also: further names, such as those of figures that it holds beside the one that names it.
+    published: whether it is one of the paper's, which ``all`` rebuilds.
     """
 
     title: str
     run: Callable[[Path, Progress], Report]
     also: tuple[str, ...] = ()
+    published: bool = True
 
 
 #: In the order of the paper.
@@ -54,14 +56,15 @@ EXAMPLES: dict[str, Example] = {
     "facades": Example("Figs 14 to 16: façades", facades, also=("fig14", "fig15", "fig16")),
     "variants": Example("Section 6.4: variants of the loop", variants),
     "dilatancy": Example("Section 6.5: dilatancy that falls with normal stress", dilatancy),
-    "stability": Example("Where methods fail, and what happens then", stability),
+    "stability": Example("Where methods fail, and what happens then", stability, published=False),
 }
 
 
 def find_examples(name: str) -> list[str]:
-    """Names of the examples that a user means: one, or ``all``. Raises OptionError if there is none."""
+    """Names of the examples that a user means: one, or ``all`` of the paper. Raises OptionError if there is
+    none."""
     if name == "all":
-        return list(EXAMPLES)
+        return [known for known, example in EXAMPLES.items() if example.published]
     for known, example in EXAMPLES.items():
         if name == known or name in example.also:
             return [known]
