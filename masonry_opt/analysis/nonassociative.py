@@ -9,6 +9,7 @@ from enum import StrEnum
 from masonry_opt.analysis.diagnosis import explain_no_answer
 from masonry_opt.analysis.exact_finish import MOST_DEPARTURE, MOST_ENERGY
 from masonry_opt.analysis.finding import Finding
+from masonry_opt.analysis.gate import FINISHED, failing_residuals, refused
 from masonry_opt.analysis.loop import Progress, first_limits, run_loop
 from masonry_opt.analysis.loop_options import LoopOptions, Parameters
 from masonry_opt.analysis.status import Status
@@ -76,6 +77,8 @@ def nonassociative(
         )
         if answer is not None and not finding.history:
             finding.status, finding.message = explain_no_answer(problem, answer)
+        if attempt.parameters.finish and (failing := failing_residuals(problem, finding, FINISHED)):
+            finding = refused(finding, failing)
         runs.append(_Ran(attempt, finding, _failure(problem, attempt, finding)))
         following = _next(runs, left, options)
         if following is None:
