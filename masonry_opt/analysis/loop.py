@@ -115,9 +115,10 @@ class _Run:
             above = alpha > parameters.alpha_min
             next_alpha = parameters.shrink * alpha if above else parameters.alpha_min
             self._turn(alpha)
+        last = [entry.load_factor for entry in finding.history[-_LONGEST_PERIOD:]]
         finding.message = (
-            f"λ still changes after {parameters.max_iterations} sub-problems: raise 'max_iterations', or "
-            "lower 'beta'"
+            f"λ still changes after {parameters.max_iterations} sub-problems, of late between "
+            f"{min(last):.6g} and {max(last):.6g}: raise 'max_iterations', or lower 'beta'"
         )
         return finding, None
 
