@@ -10,6 +10,7 @@ import numpy as np
 
 from masonry_opt.analysis.exact_finish import ExactForces, exact_finish
 from masonry_opt.analysis.finding import Finding, Iteration
+from masonry_opt.analysis.gate import largest_acting, of_lesser_block
 from masonry_opt.analysis.loop_options import Parameters
 from masonry_opt.analysis.status import Status
 from masonry_opt.models.interface import State
@@ -42,6 +43,9 @@ _PAUSE = 2
 
 #: Sub-problems for which a run goes on after λ stands still, while there is no exact state yet.
 _PATIENCE = 30
+
+#: So many times what acts on a block, forces elsewhere in its part are no measure for its joints.
+_DWARFS = 1e3
 
 #: Share of its limit from which on a joint counts as about to slide (section 6.4).
 _ABOUT_TO_SLIDE = 1 - 1e-3
@@ -96,7 +100,7 @@ class _Run:
                 return _without_optimum(finding, answer, iteration), answer
             step = self._record(answer.state, alpha, answer.seconds)
             if iteration == 1:
-                largest = _largest_of_part(self.problem, self.normal[0])
+                largest = _largest_nearby(self.problem, answer.state)
                 self.small_cohesion = parameters.c0 * largest[self.problem.sliding]
                 if self._obeys_own_flow(answer.state):
                     return finding, None
@@ -111,9 +115,10 @@ class _Run:
             above = alpha > parameters.alpha_min
             next_alpha = parameters.shrink * alpha if above else parameters.alpha_min
             self._turn(alpha)
+        last = [entry.load_factor for entry in finding.history[-_LONGEST_PERIOD:]]
         finding.message = (
-            f"λ still changes after {parameters.max_iterations} sub-problems: raise 'max_iterations', or "
-            "lower 'beta'"
+            f"λ still changes after {parameters.max_iterations} sub-problems, of late between "
+            f"{min(last):.6g} and {max(last):.6g}: raise 'max_iterations', or lower 'beta'"
         )
         return finding, None
 
@@ -307,6 +312,13 @@ def _largest_of_part(problem: Problem, n: np.ndarray) -> np.ndarray:
     largest = np.zeros(problem.part.max() + 1)
     np.maximum.at(largest, problem.part, n)
     return largest[problem.part]
+
+
+def _largest_nearby(problem: Problem, state: State) -> np.ndarray:
+    """The same, as far as it does not dwarf what acts on the joint's own blocks, shape (c,): the small
+    cohesion must be small for each."""
+    own = of_lesser_block(problem, largest_acting(problem, state.load_factor, state.q))
+    return np.minimum(_largest_of_part(problem, state.q[0::3]), _DWARFS * own)
 
 
 def _without_optimum(finding: Finding, answer: Answer, iteration: int) -> Finding:

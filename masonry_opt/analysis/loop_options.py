@@ -64,7 +64,7 @@ class LoopOptions(Record):
     beta: weight of the newest normal forces against those before, 0 < beta ≤ 1.
     tol: relative change of λ at which the loop stops.
     c0: small cohesion, as a fraction of the largest normal force of the first sub-problem (of each
-        part of the scene that stands by itself).
+        part of the scene that stands by itself; of 1000 times what acts on a joint's own blocks at most).
     start: first sub-problem: "associative", or "cohesive" (|s| ≤ trial_cohesion).
     trial_cohesion: of the cohesive start, in median block weights; raised while no state exists.
     max_iterations: sub-problems before a run of the loop gives up.

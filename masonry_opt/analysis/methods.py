@@ -10,7 +10,7 @@ import numpy as np
 
 from masonry_opt.analysis.associative import associative
 from masonry_opt.analysis.finding import Finding
-from masonry_opt.analysis.gate import ASSOCIATIVE, COULOMB, Gate
+from masonry_opt.analysis.gate import COULOMB, EXACT, Gate
 from masonry_opt.analysis.global_bounds import GlobalOptions, global_bounds
 from masonry_opt.analysis.loop_options import LoopOptions
 from masonry_opt.analysis.mpec import MpecOptions, mpec
@@ -171,11 +171,13 @@ IPOPT: dict[str, type[CasadiIpopt] | type[ExecutableIpopt]] = {
 
 #: Every method by name. Adding one is one entry.
 METHODS: dict[str, Method] = {
-    "static": Method(_static, gate=ASSOCIATIVE),
-    "kinematic": Method(_kinematic, gate=ASSOCIATIVE),
+    "static": Method(_static, gate=EXACT),
+    "kinematic": Method(_kinematic, gate=EXACT),
     # A vertex has joints without normal force, which the loop then locks: prefer interior points.
     "nonassociative": Method(_nonassociative, LoopOptions, {"cvxpy": (), "pyomo": ("highs-ipm", "highs")}),
-    "mpec": Method(_mpec, MpecOptions, {"pyomo": tuple(IPOPT)}, fixed_tolerance=True, fixed_dilatancy=True),
+    "mpec": Method(
+        _mpec, MpecOptions, {"pyomo": tuple(IPOPT)}, fixed_tolerance=True, gate=EXACT, fixed_dilatancy=True
+    ),
     "refined": Method(
         _refined, RefinedOptions, {"pyomo": ("highs",)}, fixed_tolerance=True, fixed_dilatancy=True
     ),

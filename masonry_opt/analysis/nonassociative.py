@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from math import inf
 
 from masonry_opt.analysis.diagnosis import explain_no_answer
 from masonry_opt.analysis.exact_finish import MOST_DEPARTURE, MOST_ENERGY
-from masonry_opt.analysis.finding import Finding
+from masonry_opt.analysis.finding import Finding, Iteration
+from masonry_opt.analysis.gate import EXACT, FINISHED, failing_residuals, refused
 from masonry_opt.analysis.loop import Progress, first_limits, run_loop
 from masonry_opt.analysis.loop_options import LoopOptions, Parameters
 from masonry_opt.analysis.status import Status
@@ -67,24 +69,57 @@ def nonassociative(
     left = {failure: list(remedies) for failure, remedies in REMEDIES.items()}
     driver: Driver | None = None
     solves = 0
+    certified = _Certified(problem)
+
+    def follow(step: Iteration) -> None:
+        certified.see(step)
+        progress(step)
+
     while True:
         if driver is None or _needs_another(attempt, runs[-1].attempt):
             solves += driver.solves if driver else 0
             driver = _declare(problem, attempt, watch)
         finding, answer = run_loop(
-            problem, driver, attempt.parameters, _labelled(progress, attempt, len(runs) + 1)
+            problem, driver, attempt.parameters, _labelled(follow, attempt, len(runs) + 1)
         )
         if answer is not None and not finding.history:
             finding.status, finding.message = explain_no_answer(problem, answer)
+        if attempt.parameters.finish and (failing := failing_residuals(problem, finding, FINISHED)):
+            finding = refused(finding, failing)
         runs.append(_Ran(attempt, finding, _failure(problem, attempt, finding)))
         following = _next(runs, left, options)
         if following is None:
             break
         attempt = following
+    for run in runs:
+        if run.finding.status in (Status.CYCLING, Status.ITERATION_LIMIT):
+            run.finding.message += f"; {certified}"
     finding = _gather(runs, options)
     finding.lp_solves += solves + driver.solves
     finding.size = driver.size()
     return finding
+
+
+class _Certified:
+    """The least load factor among the sub-problems' own that pass as exact answers."""
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem, self.least = problem, inf
+
+    def see(self, step: Iteration) -> None:
+        """Certify a sub-problem's state under the joints' own flow rule."""
+        state = step.state
+        if state is None or state.load_factor >= self.least:
+            return
+        slope = self.problem.dilatancy_at(state.q[0::3])
+        answer = Finding(Status.CONVERGED, "", state.load_factor, state.q, state.d, slope)
+        if not failing_residuals(self.problem, answer, EXACT):
+            self.least = state.load_factor
+
+    def __str__(self) -> str:
+        if self.least == inf:
+            return "none of the load factors met is certified"
+        return f"the lowest certified load factor met is {self.least:.6g}"
 
 
 def _declare(problem: Problem, attempt: _Attempt, watch: Stopwatch) -> Driver:

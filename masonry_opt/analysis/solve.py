@@ -99,10 +99,10 @@ def solve(
     finding = _unless_it_stands(assembly, watch)
     if finding is None:
         finding = chosen.run(Task(problem, asked, watch, own_options, progress))
-        if finding.load_factor is not None and finding.load_factor < -_NEGATIVE:
-            finding = _held_by_wedging(assembly, finding)
         if failing := failing_residuals(problem, finding, chosen.gate):
             finding = refused(finding, failing)
+        if finding.load_factor is not None and finding.load_factor < -_NEGATIVE:
+            finding = _held_by_wedging(assembly, finding)
         _name_locking_joints(assembly, finding)
     return make_result(
         assembly,

@@ -36,11 +36,6 @@ from masonry_opt.stability.scenes import (
     two_blocks,
 )
 
-WRONG_BY_WEIGHT = (
-    "the live load is 1e-8 of the dead load: the forces out of balance that a solver leaves, or that the "
-    "small cohesion lets through, exceed it; such a λ must be refused if it cannot be found"
-)
-
 SOLID: list[list[float]] = [[0.5, 1, 1, 0.5], [1, 1, 1], [0.5, 1, 1, 0.5], [1, 1, 1]]
 
 ENTRIES: tuple[Entry, ...] = (
@@ -204,7 +199,8 @@ ENTRIES: tuple[Entry, ...] = (
     ),
     Entry(
         "sizes 1 : 10⁴, the small one pushed",
-        "The pebble slides at λ = μ, but its weight is lost in what solvers leave of the boulder's.",
+        "The pebble slides at λ = μ, but Clarabel leaves 1e-9 of the boulder's forces out of balance, a good "
+        "part of the pebble's weight: its answers are refused; HiGHS's are right.",
         pebble(1e4, push_both=False),
         (
             *(
@@ -216,24 +212,11 @@ ENTRIES: tuple[Entry, ...] = (
                 )
             ),
             *loops(Status.CONVERGED, 0.4, "μ", ("highs", "highs-ipm")),
-            *(
-                Run(
-                    Status.OPTIMAL if method == "static" else Status.CONVERGED,
-                    method,
-                    options=options,
-                    load_factor=0.4,
-                    tolerance=LOOP,
-                    source="μ",
-                    defect=WRONG_BY_WEIGHT,
-                )
-                for method, options in (
-                    ("static", {}),
-                    ("nonassociative", {}),
-                    ("nonassociative", {"start": "cohesive"}),
-                    ("refined", {}),
-                    ("mpec", {}),
-                )
-            ),
+            Run(Status.SOLVER_FAILED, "static", says="not borne out by its certificate"),
+            Run(Status.CYCLING, says="with solver highs-ipm"),
+            Run(Status.SOLVER_FAILED, options={"start": "cohesive"}, says="not borne out by its certificate"),
+            Run(Status.CYCLING, "refined", says="not refined"),
+            Run(Status.SOLVER_FAILED, "mpec", says="not borne out by its certificate"),
             Run(Status.SOLVER_FAILED, "global", says="no exact state"),
         ),
     ),

@@ -171,3 +171,25 @@ def test_a_cycle_with_an_exact_state_says_both():
     assert result.certificate.complementarity < 1e-6
     # The exact state is near the swing, and not above it.
     assert low - 1e-3 < result.load_factor < high
+
+
+def test_a_cycle_without_an_exact_state_says_what_of_it_is_certified():
+    result = mo.solve(WALL_6, alpha=0.0, alpha_min=0.0, beta=1.0, finish=False, remedies="none")
+    assert result.status is Status.CYCLING
+    low, high = sorted(result.history["load_factor"].iloc[-2:])
+    assert f"between load factors {low:.6g} and {high:.6g}" in result.message
+    assert result.message.endswith("none of the load factors met is certified")
+
+
+def test_the_lowest_certified_load_factor_of_a_loop_without_end_is_said():
+    """Wall 4 comes to its load factor, but a tolerance beyond the solver's is never met."""
+    wall_4 = CASES / "ferris_tinloi" / "wall_4.toml"
+    result = mo.solve(wall_4, tol=1e-14, max_iterations=25, finish=False, remedies="none")
+    assert result.status is Status.ITERATION_LIMIT
+    assert result.load_factor is None
+    low, high = (f"{end(result.history['load_factor'].iloc[-6:]):.6g}" for end in (min, max))
+    assert f"of late between {low} and {high}" in result.message
+    said = float(result.message.rpartition("the lowest certified load factor met is ")[2])
+    assert said in {float(f"{value:.6g}") for value in result.history["load_factor"]}
+    # Published MPEC; certified to 1e-3.
+    assert said == pytest.approx(0.263736, rel=1e-3)

@@ -6,6 +6,7 @@ import errno
 import json
 import os
 import signal
+import subprocess
 import sys
 import threading
 from types import SimpleNamespace
@@ -92,6 +93,39 @@ def test_ctrl_c_in_other_commands(monkeypatch, capsys):
     monkeypatch.setattr("masonry_opt.cli.check_duality", lambda _: press_ctrl_c())
     assert run(monkeypatch, "check", WALL_1) == 130
     assert capsys.readouterr().err == "error: interrupted: files already written are whole\n"
+
+
+#: A command that is interrupted 0.2 s into a solve of IPOPT's, which takes longer on wall 6.
+IN_IPOPT = """
+import os, signal, sys, threading
+from masonry_opt import cli
+from masonry_opt.solvers.ipopt import CasadiIpopt
+
+solve = CasadiIpopt.solve
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a parent in the background ignores it
+
+def interrupted(self, epsilon):
+    threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+    return solve(self, epsilon)
+
+CasadiIpopt.solve = interrupted
+sys.argv = ["masonry-opt", "solve", sys.argv[1], "--method", "mpec"]
+cli.main()
+"""
+
+
+def test_ctrl_c_in_ipopt_ends_with_what_is_known():
+    pytest.importorskip("casadi")
+    wall_6 = CASES / "ferris_tinloi" / "wall_6.toml"
+    command = [sys.executable, "-c", IN_IPOPT, str(wall_6)]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert ended.returncode == 130, ended.stderr
+    assert ended.stdout == ""
+    assert "Traceback" not in ended.stderr
+    # CasADi says in a line of its own that it was stopped, if IPOPT had begun.
+    last = ended.stderr.splitlines()[-1]
+    assert last.startswith("error: interrupted: the last was iteration ")
+    assert last.endswith("not the answer; nothing was written")
 
 
 # Output

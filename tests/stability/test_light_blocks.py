@@ -1,0 +1,84 @@
+"""A live load on blocks very much lighter than those they stand on: the right load factor, or none."""
+
+from __future__ import annotations
+
+from math import inf
+
+import pytest
+
+import masonry_opt as mo
+from masonry_opt.stability.scenes import rectangle
+
+RUNS = {
+    "static": ("static", {}),
+    "static, simplex": ("static", {"solver": "highs"}),
+    "kinematic, interior point": ("kinematic", {"solver": "highs-ipm"}),
+    "kinematic, Pyomo": ("kinematic", {"model": "pyomo"}),
+    "loop": ("nonassociative", {}),
+    "loop, simplex": ("nonassociative", {"solver": "highs"}),
+    "bare loop": ("nonassociative", {"finish": False, "remedies": "none"}),
+}
+
+
+def on_boulder(side, blocks, friction, rough=()):
+    """Small blocks on a square boulder of their unit weight; it carries no live load."""
+    boulder = rectangle("boulder", 0, 0, side, side, weight=side * side)
+    floor = rectangle("floor", -side, -side, 2 * side, 0)
+    exceptions = [mo.Joint(between=pair, friction=inf) for pair in rough]
+    joints = mo.JointDefaults(friction=friction)
+    return mo.Scene(title="", joints=joints, blocks=[boulder, *blocks, floor], exceptions=exceptions)
+
+
+def column(side):
+    """1 by 4: it overturns at λ = 1/4, and would slide at μ = 0.4."""
+    x = side / 2
+    return on_boulder(side, [rectangle("C", x, side, x + 1, side + 4, weight=4, live=(4, 0))], 0.4)
+
+
+def two_blocks(side):
+    """Fig. 6: A is pushed out from under B, which also rests on a rough support."""
+    x = side / 2
+    blocks = [
+        rectangle("A", x, side, x + 3, side + 1, weight=1, live=(1, 0)),
+        rectangle("B", x - 2, side + 1, x + 1, side + 2, weight=1),
+        rectangle("S", x - 2, side, x - 1, side + 1, weight=1),
+    ]
+    return on_boulder(side, blocks, 0.1, rough=[("B", "S"), ("S", "boulder")])
+
+
+#: λ associative and Coulomb, by hand.
+SCENES = {"column": (column, 0.25, 0.25), "two blocks": (two_blocks, 0.25, 0.15)}
+
+
+@pytest.mark.parametrize("side", [3e3, 1e5])
+@pytest.mark.parametrize("scene", SCENES)
+@pytest.mark.parametrize("run", RUNS)
+def test_the_load_factor_is_right_or_not_given(run, scene, side):
+    build, associative, coulomb = SCENES[scene]
+    method, options = RUNS[run]
+    result = mo.solve(build(side), method, **options)
+    if result.status.usable:
+        right = coulomb if method == "nonassociative" else associative
+        assert result.load_factor == pytest.approx(right, rel=2e-3)
+    else:
+        assert result.load_factor is None
+        assert result.message
+
+
+@pytest.mark.parametrize("run", RUNS)
+def test_a_moderate_ratio_is_no_reason_to_refuse(run):
+    """Weights 1 : 100."""
+    method, options = RUNS[run]
+    assert mo.solve(column(20.0), method, **options).load_factor == pytest.approx(0.25, rel=1e-4)
+
+
+def test_small_cohesion_is_small_for_light_blocks_too():
+    """A share of the boulder's forces alone would hold A, at λ = 9, until it overturns."""
+    result = mo.solve(two_blocks(1e3), solver="highs")
+    assert result.load_factor == pytest.approx(0.15, rel=2e-3)
+
+
+def test_a_live_load_that_a_solver_takes_for_zero_is_named():
+    result = mo.solve(column(1e5), "static", solver="highs")
+    assert result.status is mo.Status.SOLVER_FAILED
+    assert "the live load drives nothing" in result.message
