@@ -28,7 +28,6 @@ class Run:
     tolerance: relative, of λ (absolute where λ is 0).
     source: of λ: a closed form, another formulation, or what is wrong with it.
     says: what the message must contain, such as the remedy that was taken.
-    defect: why the run is known not to meet this expectation yet.
     slow: takes more than a few seconds.
     """
 
@@ -41,7 +40,6 @@ class Run:
     tolerance: float = 1e-6
     source: str = ""
     says: str = ""
-    defect: str = ""
     slow: bool = False
 
     @property

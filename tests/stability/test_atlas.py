@@ -18,9 +18,6 @@ def _runs():
     for entry in ATLAS:
         for run in entry.runs:
             marks = [pytest.mark.slow] if run.slow else []
-            if run.defect:
-                # Strict: once the defect is mended, the entry has to say so.
-                marks.append(pytest.mark.xfail(strict=True, reason=run.defect))
             yield pytest.param(entry, run, id=f"{entry.name}: {run.name}", marks=marks)
 
 

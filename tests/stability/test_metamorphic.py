@@ -306,8 +306,9 @@ def semicircle(voussoirs, friction):
 def test_arches_have_no_load_factor_above_the_associative_one(voussoirs, friction):
     """Section 5.2: for many single ring arches the flow rule has no influence."""
     associative = mo.solve(semicircle(voussoirs, friction), "static").load_factor
-    assert mo.solve(semicircle(voussoirs, friction)).load_factor == pytest.approx(associative, rel=1e-3)
-    assert mo.solve(semicircle(voussoirs, friction)).load_factor <= associative
+    loop = mo.solve(semicircle(voussoirs, friction)).load_factor
+    assert loop == pytest.approx(associative, rel=1e-3)
+    assert loop <= associative * (1 + 1e-8)  # what solvers leave, asked for 1e-9
 
 
 @pytest.mark.parametrize("number", range(1, 7))
