@@ -1,4 +1,5 @@
-"""Certified bounds of the associative load factor, from the matrices and no solver's word.
+"""Certified bounds of the associative load factor, from the matrices and no solver's word (but for scenes
+that do not stand, or of which it is unlimited).
 
 Every state of equilibrium within yield bounds λ from below, every mechanism with normal flow from above
 (the two theorems of limit analysis: weak duality of eqs (9) and (10)). A solver's answer is nearly both.
@@ -17,6 +18,7 @@ from scipy.optimize import linprog
 from scipy.sparse.linalg import SuperLU, splu
 
 from masonry_opt.analysis.associative import associative_answer, in_units_of_load
+from masonry_opt.analysis.diagnosis import falling_mechanism
 from masonry_opt.models.interface import State
 from masonry_opt.problem.certificate import finite
 from masonry_opt.problem.problem import Problem
@@ -36,7 +38,7 @@ _SOURCES = (("cvxpy", "clarabel", 1e-11), ("cvxpy", "clarabel", 1e-10), ("pyomo"
 #: From so many joints on HiGHS takes minutes.
 _SMALL = 1000
 
-#: Largest residual left in the equations (forces in units of the whole load, velocities near 1).
+#: Largest residual left in the equations (forces in units of the load, velocities near 1).
 _RESIDUAL = 1e-11
 
 #: Shares by which a point is moved inside beyond need, because the sum is rounded: the first that does.
@@ -159,15 +161,16 @@ class _Polyhedron:
 def certified_bounds(problem: Problem) -> Bounds:
     """Bounds of λ from feasible points of eq. (9) and of eq. (10).
 
-    Feasible: equations to 1e-11 in units of the whole load and of the mean velocity, inequalities to the
-    last bit. A scene that admits no point inside its inequalities may be left without a bound. That a
-    scene does not stand, or that λ is unlimited, is the word of HiGHS on eq. (9) as posed here; a scene so
-    large that HiGHS takes minutes is taken to stand.
+    Feasible: equations to 1e-11 in units of the load and of the mean velocity, inequalities to the last
+    bit. A scene that admits no point inside its inequalities may be left without a bound. That a scene does
+    not stand, or that λ is unlimited, is the word of HiGHS on eq. (9) as posed here; of a scene so large
+    that HiGHS takes minutes, that of the analysis' own check.
     """
-    problem = in_units_of_load(problem)
+    scaled = in_units_of_load(problem)
+    problem = scaled.problem
     statics, kinematics = _statics(problem), _kinematics(problem)
     small = problem.joints < _SMALL
-    if small and statics.extreme(fixed=True) == _INFEASIBLE:
+    if statics.extreme(fixed=True) == _INFEASIBLE if small else falling_mechanism(problem) is not None:
         return Bounds(-np.inf, -np.inf)
     within, opening = statics.interior(), kinematics.interior()
     bounds = Bounds(-np.inf, np.inf)
@@ -179,8 +182,8 @@ def certified_bounds(problem: Problem) -> Bounds:
         if answer.state is None:
             continue
         state = answer.state
-        lower = statics.inside(np.append(state.q, state.load_factor), within)
-        upper = kinematics.inside(_mechanism(problem, state), opening)
+        lower = scaled.load_factor * statics.inside(np.append(state.q, state.load_factor), within)
+        upper = scaled.load_factor * kinematics.inside(_mechanism(problem, state), opening)
         bounds = Bounds(float(np.fmax(bounds.lower, lower)), float(np.fmin(bounds.upper, upper)))
         if bounds.width <= CERTIFIED:
             break

@@ -24,8 +24,8 @@ _TOLERANCES = "1e-6,1e-9"
 
 
 def compare(
-    cases: Annotated[
-        list[str] | None, typer.Argument(metavar="CASE...", help="Case files, or names of those in cases/.")
+    scenes: Annotated[
+        list[str] | None, typer.Argument(metavar="CASE...", help="Case files, or names of those in --cases.")
     ] = None,
     atlas: Annotated[
         bool, typer.Option("--atlas", help="Also the scenes of the failure atlas, with their right answers.")
@@ -40,6 +40,7 @@ def compare(
     repeats: Annotated[int, typer.Option(min=1, help="Runs of each; times are medians.")] = 3,
     time_limit: Annotated[float, typer.Option(min=0.1, help="Seconds a run.")] = 60.0,
     memory_limit: Annotated[float, typer.Option(min=1, help="MB a run, libraries included.")] = 4000.0,
+    cases: Annotated[Path, typer.Option(help="Folder of the case files.")] = Path("cases"),
     out: Annotated[Path, typer.Option(help="Folder of results and report.")] = Path("results/compare"),
 ) -> None:
     """Time methods and solvers on scenes, judge their answers, write tables, charts and a report.
@@ -51,12 +52,12 @@ def compare(
     from masonry_opt.compare.report import summary_text, write_report
 
     asked = plan(_split(methods), _split(models), _split(solvers), _tolerances(tolerances))
-    scenes = _scenes(cases or [], atlas, random, out / "scenes")
+    compared = _scenes(scenes or [], cases, atlas, random, out / "scenes")
     errors = Console(stderr=True)
     with errors.status("comparing") as status:
         limits = Limits(time_limit, memory_limit, repeats)
         comparison = run_comparison(
-            scenes, asked, limits, out, lambda line: status.update(line.replace("[", r"\["))
+            compared, asked, limits, out, lambda line: status.update(line.replace("[", r"\["))
         )
         status.update("report")
         written = write_report(comparison, out)
@@ -66,11 +67,11 @@ def compare(
         raise InterruptedByUserError("interrupted: the same command continues where it stopped")
 
 
-def _scenes(cases: list[str], atlas: bool, random: int, folder: Path) -> tuple[CaseScene, ...]:
-    if not (cases or atlas or random):
+def _scenes(names: list[str], cases: Path, atlas: bool, random: int, folder: Path) -> tuple[CaseScene, ...]:
+    if not (names or atlas or random):
         raise OptionError("nothing to compare: name case files, --atlas or --random")
-    expected = write_atlas(folder) if atlas else {}
-    return find_scenes([*cases, *expected, *write_random(folder, random)], expected=expected)
+    expected = write_atlas(folder, cases) if atlas else {}
+    return find_scenes([*names, *expected, *write_random(folder, random)], cases, expected)
 
 
 def _split(text: str) -> list[str]:

@@ -18,7 +18,8 @@ from masonry_opt.compare.truth import ANSWER, ASSOCIATIVE, CLAIMS, COULOMB, know
 CERTIFIED, NAMED, FAILED, WRONG = "certified", "named correctly", "failed but said so", "wrong"
 VERDICTS = (CERTIFIED, NAMED, FAILED, WRONG)
 
-#: What a certificate may leave in a certified answer, by kind of method.
+#: What a certificate may leave in a certified answer, by kind of method; complementarity over |λ| (over
+#: ``SMALLEST`` at least).
 #: associative: no force out by more than a ten-thousandth (of the weight, of a median block), and λ by no
 #:   more than that: the four digits in which published load factors agree. What is beyond is the error axis.
 #: loop: exact forces on its mechanism leave next to nothing. Where there are none it keeps its last
@@ -105,11 +106,14 @@ def _verdict(row: dict[str, Any], bounds: Bounds | None, known: Mapping[str, boo
     if claim != ANSWER:
         return (NAMED if known.get(claim) else FAILED), words
     limits = LIMITS[_kind(row["method"])]
+    left = {name: row[name] for name in limits}
+    if left["complementarity"] is not None:
+        left["complementarity"] /= max(abs(row["load_factor"]), SMALLEST)
     # A residual that is missing or no number fails as well.
-    missed = [name for name, limit in limits.items() if not (row[name] is not None and row[name] <= limit)]
+    missed = [name for name, limit in limits.items() if not (left[name] is not None and left[name] <= limit)]
     if missed:
         residuals = [
-            f"{name} {row[name]:.1e} > {limits[name]:.0e}" for name in missed if row[name] is not None
+            f"{name} {left[name]:.1e} > {limits[name]:.0e}" for name in missed if left[name] is not None
         ]
         return WRONG, ", ".join(residuals) or "no certificate"
     return _within(row, bounds)

@@ -14,10 +14,11 @@ from matplotlib.figure import Figure
 from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.solve import solve
 from masonry_opt.analysis.status import Status
-from masonry_opt.reproduce.example import Comparison, Progress, Report, open_case
+from masonry_opt.reproduce.example import Comparison, Progress, Report
 from masonry_opt.reproduce.palette import COLOURS
 from masonry_opt.reproduce.paper_loop import PAPER, last_run
 from masonry_opt.reproduce.table1 import wall_file
+from masonry_opt.scene.library import open_case
 
 #: Section 5.3 calls every answer "equal or very close" to 0.29649: within one in a thousand.
 _VERY_CLOSE = 1e-3

@@ -22,10 +22,11 @@ from masonry_opt.analysis.dilatancy_check import stressed_joints
 from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.solve import solve
 from masonry_opt.report.mechanism_plot import draw_mechanism, legend_handles
-from masonry_opt.reproduce.example import Comparison, Progress, Report, open_case
+from masonry_opt.reproduce.example import Comparison, Progress, Report
 from masonry_opt.reproduce.palette import COLOURS
 from masonry_opt.reproduce.table1 import wall_file
 from masonry_opt.reproduce.two_blocks import TWO_BLOCKS
+from masonry_opt.scene.library import open_case
 from masonry_opt.scene.scene import Scene
 
 #: Stresses at which dilatancy vanishes; it is whole up to half of each. Block weights per unit of length.

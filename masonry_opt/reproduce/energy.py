@@ -8,10 +8,11 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from masonry_opt.analysis.solve import solve
-from masonry_opt.reproduce.example import Comparison, Progress, Report, against_reference, open_case
+from masonry_opt.reproduce.example import Comparison, Progress, Report, against_reference
 from masonry_opt.reproduce.palette import COLOURS
 from masonry_opt.reproduce.paper_loop import PAPER
 from masonry_opt.reproduce.table1 import wall_file
+from masonry_opt.scene.library import open_case
 
 _SOURCE = "section 5.3"
 

@@ -13,10 +13,11 @@ from matplotlib.figure import Figure
 
 from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.solve import solve
-from masonry_opt.reproduce.example import Comparison, Progress, Report, against_reference, open_case
+from masonry_opt.reproduce.example import Comparison, Progress, Report, against_reference
 from masonry_opt.reproduce.palette import COLOURS
 from masonry_opt.reproduce.paper_loop import PAPER
 from masonry_opt.reproduce.sheet import mechanism_sheet
+from masonry_opt.scene.library import open_case
 
 #: Openings across × upwards of Fig. 16.
 SIZES = ("1x3", "2x6", "3x9", "4x12")

@@ -8,9 +8,10 @@ from typing import Any
 import pandas as pd
 
 from masonry_opt.analysis.solve import solve
-from masonry_opt.reproduce.example import Comparison, Progress, Report, against_reference, open_case
+from masonry_opt.reproduce.example import Comparison, Progress, Report, against_reference
 from masonry_opt.reproduce.paper_loop import PAPER
 from masonry_opt.reproduce.sheet import mechanism_sheet
+from masonry_opt.scene.library import open_case
 
 WEDGES = "livesley/wedges.toml"
 

@@ -20,10 +20,11 @@ from masonry_opt.analysis.nonassociative import nonassociative
 from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.solve import solve
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.reproduce.example import Comparison, Progress, Report, open_case
+from masonry_opt.reproduce.example import Comparison, Progress, Report
 from masonry_opt.reproduce.palette import COLOURS
 from masonry_opt.reproduce.paper_loop import PAPER
 from masonry_opt.reproduce.two_blocks import TWO_BLOCKS
+from masonry_opt.scene.library import open_case
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import find_solver
 from masonry_opt.timing import Stopwatch

@@ -11,11 +11,12 @@ from matplotlib.figure import Figure
 
 from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.solve import solve
-from masonry_opt.reproduce.example import Progress, Report, against_reference, open_case
+from masonry_opt.reproduce.example import Progress, Report, against_reference
 from masonry_opt.reproduce.facades import facade_file
 from masonry_opt.reproduce.palette import COLOURS
 from masonry_opt.reproduce.paper_loop import PAPER
 from masonry_opt.reproduce.table1 import WALLS, wall_file
+from masonry_opt.scene.library import open_case
 
 #: Relative rise of λ that counts as one: more than the loop's own end leaves open.
 _HIGHER = 1e-3

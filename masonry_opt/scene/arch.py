@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from typing import Annotated, Literal
 
 from pydantic import Field, Strict, model_validator
@@ -76,13 +77,13 @@ class Arch(Record):
             raise ValueError(
                 f"'thickness' must be less than twice the radius {self.radius:g} (found {self.thickness:g})"
             )
-        numbers = [load.voussoir for load in self.point_loads]
-        for number in numbers:
+        numbers = Counter(load.voussoir for load in self.point_loads)
+        for number, loads in numbers.items():
             if number > self.voussoirs:
                 raise ValueError(
                     f"'point_loads' has a load on voussoir {number}, of {self.voussoirs}: count from 1"
                 )
-            if numbers.count(number) > 1:
+            if loads > 1:
                 raise ValueError(f"'point_loads' has two loads on voussoir {number}: add them up")
         if numbers and any(self.live):
             raise ValueError("give 'live' or 'point_loads', not both")

@@ -14,7 +14,7 @@ import pandas as pd
 from masonry_opt.analysis.loop_options import LoopOptions
 from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.solve import solve
-from masonry_opt.reproduce.example import open_case
+from masonry_opt.scene.library import open_case
 from masonry_opt.scene.scene import Scene
 
 WALLS = (1, 2, 3, 4, 5, 6)

@@ -7,8 +7,8 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
-from masonry_opt.reproduce.example import open_case
 from masonry_opt.scene.blocks import Block, Joint, JointDefaults
+from masonry_opt.scene.library import open_case
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.wall import Wall
 

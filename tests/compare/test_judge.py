@@ -41,7 +41,7 @@ def test_without_a_reference_there_is_no_error():
 @pytest.mark.parametrize(
     ("known", "verdict", "reason"),
     [
-        ({"complementarity": 2e-4}, WRONG, "complementarity 2.0e-04 > 1e-04"),
+        ({"complementarity": 2e-4}, WRONG, "complementarity 4.0e-04 > 1e-04"),
         ({"flow": float("nan")}, WRONG, "flow nan"),
         ({"yield": None}, WRONG, "no certificate"),
         ({"method": "nonassociative", "yield": 0.05}, CERTIFIED, ""),
@@ -124,3 +124,12 @@ def _claiming(method, claim):
     if isinstance(claim, Status):
         return line(method=method, load_factor=None, status=claim)
     return line(method=method, load_factor=claim)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e4])
+def test_complementarity_is_relative(scale):
+    """A live load 10⁴ times smaller makes λ and the energy in units of it so many times larger."""
+    bounds = Bounds(0.5 * scale, 0.5 * scale)
+    for left, verdict in ((2e-5, CERTIFIED), (2e-4, WRONG)):
+        row = line(load_factor=0.5 * scale, complementarity=left * scale)
+        assert judge(row, bounds, None, {})["verdict"] == verdict
