@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from math import inf
 
 from masonry_opt.analysis.diagnosis import explain_no_answer
@@ -12,42 +10,24 @@ from masonry_opt.analysis.exact_finish import MOST_DEPARTURE, MOST_ENERGY
 from masonry_opt.analysis.finding import Finding, Iteration
 from masonry_opt.analysis.gate import EXACT, FINISHED, failing_residuals, refused
 from masonry_opt.analysis.loop import Progress, first_limits, run_loop
-from masonry_opt.analysis.loop_options import LoopOptions, Parameters
+from masonry_opt.analysis.loop_options import LoopOptions
+from masonry_opt.analysis.remedies import REMEDIES, Attempt, Doubt, Remedy, less_slope
 from masonry_opt.analysis.status import Status
 from masonry_opt.problem.certificate import certify
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Driver, declare
-from masonry_opt.solvers.registry import Solver, find_solver, rougher
+from masonry_opt.solvers.registry import Solver, rougher
 from masonry_opt.timing import Stopwatch
 
 #: Runs of the loop after which a scene is given up.
 _MOST_RUNS = 14
-
-#: Tolerance that a solver reaches where its own is too tight for a scene.
-_LOOSER = 1e-7
-
-
-@dataclass(frozen=True)
-class _Attempt:
-    """What a run of the loop works with, and what was changed for it."""
-
-    parameters: Parameters
-    solver: Solver
-    remedy: str = ""
-
-
-class Doubt(StrEnum):
-    """Why a load factor that a run converged to is not taken, while something is left to try."""
-
-    INEXACT = "converged to no exact state"
-    ROUGH = "converged roughly where the flow rule has no influence"
 
 
 @dataclass(frozen=True)
 class _Ran:
     """A run of the loop: what it worked with, what it found, and how it failed (None: it did not)."""
 
-    attempt: _Attempt
+    attempt: Attempt
     finding: Finding
     failure: Status | Doubt | None
 
@@ -64,7 +44,7 @@ def nonassociative(
     Runs the loop; where a run fails, others follow with what ``REMEDIES`` lists for its failure, each
     recorded in the history and the message. ``progress`` is called after every sub-problem.
     """
-    attempt = _Attempt(options.parameters(problem.joints), solver)
+    attempt = Attempt(options.parameters(problem.joints), solver)
     runs: list[_Ran] = []
     left = {failure: list(remedies) for failure, remedies in REMEDIES.items()}
     driver: Driver | None = None
@@ -122,7 +102,7 @@ class _Certified:
         return f"the lowest certified load factor met is {self.least:.6g}"
 
 
-def _declare(problem: Problem, attempt: _Attempt, watch: Stopwatch) -> Driver:
+def _declare(problem: Problem, attempt: Attempt, watch: Stopwatch) -> Driver:
     solver, tolerance = attempt.solver, attempt.parameters.tolerance
     if tolerance is not None:
         solver = rougher(solver, tolerance)
@@ -130,11 +110,11 @@ def _declare(problem: Problem, attempt: _Attempt, watch: Stopwatch) -> Driver:
     return declare(problem, "static", solver, watch, first_limits(problem, attempt.parameters))
 
 
-def _needs_another(attempt: _Attempt, last: _Attempt) -> bool:
+def _needs_another(attempt: Attempt, last: Attempt) -> bool:
     return attempt.solver != last.solver or attempt.parameters.tolerance != last.parameters.tolerance
 
 
-def _labelled(progress: Progress, attempt: _Attempt, number: int) -> Progress:
+def _labelled(progress: Progress, attempt: Attempt, number: int) -> Progress:
     return lambda step: progress(replace(step, attempt=number, remedy=attempt.remedy))
 
 
@@ -166,100 +146,7 @@ def _gather(runs: list[_Ran], options: LoopOptions) -> Finding:
     return finding
 
 
-# Remedies -------------------------------------------------------------------------------------------
-
-Remedy = Callable[[_Attempt], _Attempt | None]
-
-
-def _accurately(last: _Attempt) -> _Attempt | None:
-    """Sub-problems solved as exactly as any program: a rough answer proves little."""
-    if last.parameters.tolerance is None:
-        return None
-    parameters = replace(last.parameters, tolerance=None, early=False)
-    return replace(last, parameters=parameters, remedy="with accurately solved sub-problems")
-
-
-def _less_slope(last: _Attempt) -> _Attempt | None:
-    """A contracting limit |s| ≤ c - αμn also caps n at c / (αμ): less slope, less of a cap."""
-    if last.parameters.alpha <= last.parameters.alpha_min:
-        return None
-    alpha = last.parameters.alpha / 3
-    return replace(last, parameters=replace(last.parameters, alpha=alpha), remedy=f"with alpha = {alpha:.2g}")
-
-
-def _more_damping(last: _Attempt) -> _Attempt | None:
-    beta = last.parameters.beta / 2
-    return replace(last, parameters=replace(last.parameters, beta=beta), remedy=f"with beta = {beta:.2g}")
-
-
-def _more_cohesion(last: _Attempt) -> _Attempt | None:
-    """Joints that lost their normal force keep some room; the exact end takes it off."""
-    c0 = max(10 * last.parameters.c0, 1e-3)
-    return replace(last, parameters=replace(last.parameters, c0=c0), remedy=f"with c0 = {c0:.0e}")
-
-
-def _less_cohesion(last: _Attempt) -> _Attempt | None:
-    """So much small cohesion may carry what no exact state does."""
-    if last.parameters.c0 <= 1e-5:
-        return None
-    c0 = last.parameters.c0 / 10
-    return replace(last, parameters=replace(last.parameters, c0=c0), remedy=f"with c0 = {c0:.0e}")
-
-
-def _cohesive_start(last: _Attempt) -> _Attempt | None:
-    """Section 6.3: a start that dilatancy cannot lock."""
-    if last.parameters.start == "cohesive":
-        return None
-    return replace(
-        last, parameters=replace(last.parameters, start="cohesive"), remedy="from a cohesive start"
-    )
-
-
-def _looser_solver(last: _Attempt) -> _Attempt | None:
-    solver = rougher(last.solver, _LOOSER)
-    if solver == last.solver:
-        return None
-    return replace(last, solver=solver, remedy=f"with tolerance {_LOOSER:.0e}")
-
-
-def _another_solver(last: _Attempt) -> _Attempt | None:
-    name = "clarabel" if last.solver.name != "clarabel" else "highs-ipm"
-    return replace(last, solver=find_solver("cvxpy", name), remedy=f"with solver {name}")
-
-
-_DAMPED = (_accurately, _more_damping, _more_cohesion, _more_damping, _cohesive_start)
-
-#: Room for joints that lost their normal force.
-_ROOM = (
-    *(_less_slope,) * 3,
-    _accurately,
-    _more_cohesion,
-    _cohesive_start,
-    _more_damping,
-    _more_cohesion,
-    _more_damping,
-)
-
-#: What is tried after each way to fail, in this order, each entry once.
-REMEDIES: dict[Status | Doubt, tuple[Remedy, ...]] = {
-    Status.LOCKED: (_cohesive_start,),
-    Status.NO_STATE: (*_ROOM, _another_solver, *(_less_slope,) * 3),
-    Status.CYCLING: _DAMPED,
-    Status.ITERATION_LIMIT: _DAMPED,
-    Doubt.INEXACT: (
-        _accurately,
-        _less_cohesion,
-        _cohesive_start,
-        _less_cohesion,
-        _more_damping,
-        _more_cohesion,
-    ),
-    Status.SOLVER_FAILED: (_looser_solver, _another_solver, _accurately, _cohesive_start),
-    Doubt.ROUGH: (_accurately,),
-}
-
-
-def _failure(problem: Problem, attempt: _Attempt, finding: Finding) -> Status | Doubt | None:
+def _failure(problem: Problem, attempt: Attempt, finding: Finding) -> Status | Doubt | None:
     """How a run failed; None if what it found decides the matter."""
     if not finding.status.usable:
         return None if finding.status is Status.JAMMED else finding.status
@@ -282,9 +169,7 @@ def _far_from_exact(problem: Problem, finding: Finding) -> bool:
     return left.complementarity > MOST_ENERGY * max(abs(load_factor), 1e-6) or left.flow > MOST_DEPARTURE
 
 
-def _next(
-    runs: list[_Ran], left: dict[Status | Doubt, list[Remedy]], options: LoopOptions
-) -> _Attempt | None:
+def _next(runs: list[_Ran], left: dict[Status | Doubt, list[Remedy]], options: LoopOptions) -> Attempt | None:
     """What to try after the last run, taken from what is left; None if nothing is, or need not."""
     last = runs[-1]
     if last.failure is None or len(runs) >= _MOST_RUNS:
@@ -292,7 +177,7 @@ def _next(
     remedies = left.get(last.failure, [])
     while remedies:
         remedy = remedies.pop(0)
-        asked_for = {"all": True, "slope": remedy is _less_slope, "none": False}[options.remedies]
+        asked_for = {"all": True, "slope": remedy is less_slope, "none": False}[options.remedies]
         following = remedy(last.attempt) if asked_for or last.failure is Doubt.ROUGH else None
         if following is not None:
             return following

@@ -10,15 +10,15 @@ from scenes import CASES
 import masonry_opt as mo
 from masonry_opt.analysis import nonassociative
 from masonry_opt.analysis.loop_options import LoopOptions
-from masonry_opt.analysis.nonassociative import REMEDIES, Doubt, _Attempt
+from masonry_opt.analysis.remedies import REMEDIES, Attempt, Doubt
 from masonry_opt.analysis.status import Status
 from masonry_opt.solvers.registry import find_solver
 from masonry_opt.stability.scenes import confined, ferris_tinloi
 from masonry_opt.stability.solver_failures import STEPPED, TWO_PATHS
 
 WALL_6 = CASES / "ferris_tinloi" / "wall_6.toml"
-FIRST = _Attempt(LoopOptions().parameters(joints=1), find_solver("cvxpy", None))
-FAST = _Attempt(LoopOptions(pace="fast").parameters(joints=1), find_solver("cvxpy", None))
+FIRST = Attempt(LoopOptions().parameters(joints=1), find_solver("cvxpy", None))
+FAST = Attempt(LoopOptions(pace="fast").parameters(joints=1), find_solver("cvxpy", None))
 
 
 def series(failure, attempt):
