@@ -74,7 +74,8 @@ class LoopOptions(Record):
         one with the nearest load factor (at the fast pace: the least), so that forces obey the true
         Coulomb law.
     remedies: what is tried where a run of the loop fails: "all", "slope" (only begin again with less
-        slope, after a sub-problem without a state), or "none".
+        slope, after a sub-problem without a state), or "none". Whatever is asked, an associative answer that
+        was found roughly is solved accurately.
     move_limit: largest change of the normal force about which a shear limit turns, as a share of that
         force and the mean one (section 6.4; none by default).
     only_at_yield: turn only the shear limits of joints that slide or are about to (section 6.4).

@@ -11,7 +11,8 @@ import pytest
 
 import masonry_opt as mo
 
-README = (Path(__file__).parents[2] / "README.md").read_text()
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text()
 
 
 def blocks(language):
@@ -35,3 +36,10 @@ def test_case_file_example_is_one(tmp_path):
     scene = mo.load(path)
     reference = scene.reference["associative"]
     assert mo.solve(scene, "static").load_factor == pytest.approx(reference.value, rel=reference.tolerance)
+
+
+def test_pictures_and_pages_exist():
+    linked = [link for link in re.findall(r"\]\(([^)]+)\)", README) if "://" not in link]
+    assert linked
+    for link in linked:
+        assert (ROOT / link).is_file(), link
