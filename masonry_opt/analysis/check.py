@@ -67,8 +67,7 @@ def check(scene: Scene | str | Path) -> DualityReport:
         If the scene has no associative load factor to compare.
     """
     result = solve(scene, "static")
-    if not result.status.usable:
-        raise NoLoadFactorError(f"{result.case}: {result.status}: {result.message}")
+    result.required()
     problem = result.assembly.problem
     rows = []
     for language in LANGUAGES:

@@ -100,26 +100,26 @@ def least_thickness(
 
     def at(thickness: float) -> Result:
         result = margin(arch, thickness, joints)
-        rows.append({"thickness": thickness, "margin": _factor(result)})
+        rows.append({"thickness": thickness, "margin": result.required()})
         progress(f"thickness {thickness:.9g}: margin {rows[-1]['margin']:+.3g}")
         return result
 
     thinnest, thickest = THINNEST * arch.radius, THICKEST * arch.radius
     at_most = at(thickest)
-    if _factor(at_most) < 0:
+    if at_most.required() < 0:
         return LeastThickness(None, at_most, None, None, pd.DataFrame(rows))
-    if _factor(at(thinnest)) >= 0:
+    if at(thinnest).required() >= 0:
         raise NoLoadFactorError(f"the arch stands even {thinnest:.3g} thick: no least thickness is found")
     known = {row["thickness"]: row["margin"] for row in rows}
     root = brentq(
-        lambda t: known[t] if t in known else _factor(at(t)),
+        lambda t: known[t] if t in known else at(t).required(),
         thinnest,
         thickest,
         xtol=ROOT_TOLERANCE * arch.radius,
         rtol=ROOT_TOLERANCE,
     )
     collapse, stands, falls = at(root), at(root * (1 + PROOF)), at(root * (1 - PROOF))
-    if not _factor(stands) > 0 > _factor(falls):
+    if not stands.required() > 0 > falls.required():
         raise NoLoadFactorError(
             f"the margin does not change its sign at the thickness found, {root:.9g}: solver accuracy"
         )
@@ -143,9 +143,3 @@ def margin(arch: Arch, thickness: float, joints: JointDefaults) -> Result:
         solver=solver.name,
         seconds=watch.seconds,
     )
-
-
-def _factor(result: Result) -> float:
-    if result.load_factor is None:
-        raise NoLoadFactorError(f"{result.case}: {result.status}: {result.message}")
-    return result.load_factor

@@ -252,7 +252,7 @@ class _Run:
 
     def _take_exact(self, exact: ExactForces, step: _Step) -> None:
         finding = self.finding
-        finding.status, finding.load_factor = Status.CONVERGED, min(exact.load_factor, self._bound())
+        finding.status, finding.load_factor = Status.CONVERGED, exact.load_factor
         finding.q, finding.slope = exact.q, exact.slope
         finding.message = f"in {len(finding.history)} sub-problems, with an exact state on their mechanism"
 

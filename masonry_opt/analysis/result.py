@@ -12,6 +12,7 @@ import pandas as pd
 
 from masonry_opt.analysis.finding import Finding
 from masonry_opt.analysis.status import Status
+from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.certificate import Certificate, certify
 from masonry_opt.problem.problem import yield_slacks
@@ -88,6 +89,12 @@ class Result:
     size: Size
     assembly: Assembly = field(repr=False)
     finding: Finding = field(repr=False)
+
+    def required(self) -> float:
+        """The load factor; NoLoadFactorError, with case, status and message, if there is none."""
+        if self.load_factor is None:
+            raise NoLoadFactorError(f"{self.case}: {self.status}: {self.message}")
+        return self.load_factor
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, strings, lists and dictionaries (NaN as None)."""

@@ -13,7 +13,6 @@ from scipy.optimize import brentq
 from masonry_opt.analysis.least_thickness import LeastThickness, least_thickness, margin, opened_scene
 from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.solve import solve
-from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.reproduce.arch_figures import draw_curve, draw_modes
 from masonry_opt.reproduce.continuous_arch import (
     least_friction_to_hinge,
@@ -155,10 +154,7 @@ def least_friction(arch: Arch) -> float:
     """
 
     def at(friction: float) -> float:
-        result = margin(arch, arch.radius, JointDefaults(friction=friction))
-        if result.load_factor is None:
-            raise NoLoadFactorError(f"{result.case}: {result.status}: {result.message}")
-        return result.load_factor
+        return margin(arch, arch.radius, JointDefaults(friction=friction)).required()
 
     return float(brentq(at, 0.05, 1.0, xtol=1e-10))
 

@@ -11,7 +11,6 @@ from scipy.optimize import bisect
 from masonry_opt.analysis.least_thickness import margin
 from masonry_opt.analysis.result import Result
 from masonry_opt.analysis.solve import solve
-from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.reproduce.example import Comparison, Progress, Report
 from masonry_opt.scene.arch import Arch
 from masonry_opt.scene.blocks import JointDefaults
@@ -113,10 +112,7 @@ def friction_to_stand(arch: Arch) -> float:
     """Least friction at which an arch stands under its own weight: where its margin changes sign."""
 
     def at(friction: float) -> float:
-        result = margin(arch, arch.thickness, JointDefaults(friction=friction))
-        if result.load_factor is None:
-            raise NoLoadFactorError(f"{result.case}: {result.status}: {result.message}")
-        return result.load_factor
+        return margin(arch, arch.thickness, JointDefaults(friction=friction)).required()
 
     return float(bisect(at, 1e-3, 1.0, xtol=1e-9))
 

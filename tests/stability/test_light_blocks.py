@@ -49,6 +49,9 @@ def two_blocks(side):
     return on_boulder(side, blocks, 0.1, rough=[("B", "S"), ("S", "boulder")])
 
 
+#: Runs that answer on all these scenes; interior points and the loop leave forces out of balance.
+ALWAYS = {"static, simplex", "kinematic, interior point", "kinematic, Pyomo"}
+
 #: λ associative and Coulomb, by hand.
 SCENES = {"column": (column, 0.25, 0.25), "two blocks": (two_blocks, 0.25, 0.15)}
 
@@ -64,6 +67,7 @@ def test_the_load_factor_is_right_or_not_given(run, scene, side):
         right = coulomb if method == "nonassociative" else associative
         assert result.load_factor == pytest.approx(right, rel=2e-3)
     else:
+        assert run not in ALWAYS
         assert result.load_factor is None
         assert result.message
 
