@@ -107,7 +107,7 @@ def solve(
 def check(case: Case) -> None:
     """Hold static against kinematic and CVXPY against Pyomo on CASE.
 
-    Exit code 0: they agree; 1: they do not; 2: wrong case file.
+    Exit code 0: they agree; 1: they do not, or there is no load factor; 2: wrong case file.
     """
     report = check_duality(case)
     _print(duality_text(report))

@@ -194,8 +194,9 @@ class _Run:
             finding.status = Status.JAMMED
             finding.message = (
                 f"the load factor grows without end ({load_factors[-1]:.3g} after {iteration} "
-                "sub-problems) as sliding ceases to contract: friction wedges the blocks, and real ones "
-                "would crush or break first; check supports and friction of the joints named"
+                "sub-problems) as sliding ceases to contract: friction that grows with the load holds or "
+                "wedges the blocks, and real ones would crush or break first; check the direction of "
+                "'live', and supports and friction of the joints named"
             )
             return True
         if period := _period(load_factors, self.normal):

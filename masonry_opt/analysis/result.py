@@ -53,7 +53,7 @@ class Result:
         second ``slip``, ``opening``, ``rotation``, and ``utilisation`` (force over its limit, NaN
         where a joint is idle). Forces and lengths in the case's units.
     blocks: frame, one row a movable block: ``block``, ``x``, ``y`` (centroid), ``vx``, ``vy``, ``omega``;
-        velocities scaled so that the live load moves at a mean rate of 1 along itself.
+        velocities scaled so that the live load does the work Σ|f_L|, the sum over its components.
     history: frame, one row a step: a sub-problem of the loop (see :class:`~.finding.Iteration`), a
         relaxation of the MPEC (:class:`~.mpec.Relaxation`), a lower state of the refinement
         (:class:`~.refined.Refinement`); empty for a single linear program.

@@ -11,7 +11,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import PercentFormatter
+from matplotlib.ticker import NullFormatter, PercentFormatter
 
 from masonry_opt.compare import frames
 from masonry_opt.compare.judge import CERTIFIED, TARGET
@@ -75,6 +75,7 @@ def _time_error_panel(
     line, top = high * 10**0.3, high * 10 ** (0.3 + 0.22 * (math.log10(high / low) + 0.3))
     axes.set_xscale("log")
     axes.set_yscale("log")
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_ylim(low / 3, top)
     axes.axhspan(line, top, color="0.93", zorder=0)
     axes.text(0.02, 0.985, "not certified", transform=axes.transAxes, fontsize=7, color="0.35", va="top")

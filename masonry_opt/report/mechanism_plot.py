@@ -19,6 +19,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from masonry_opt.analysis.result import Result
+from masonry_opt.analysis.status import Status
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import write_whole
 
@@ -155,7 +156,8 @@ def _title(result: Result) -> str:
     name = printable(textwrap.fill(result.assembly.scene.title or Path(result.case).stem, 60))
     if result.load_factor is not None:
         return f"{name}\nload factor λ = {result.load_factor:.5f} ({result.method})"
-    return f"{name}\nno load factor: {result.status}"
+    drawn = "" if result.status is Status.UNSTABLE else "; drawn: the last motion tried, no collapse"
+    return f"{name}\nno load factor ({result.status}){drawn if result.finding.d is not None else ''}"
 
 
 def _mark_joints(result: Result, axes: Axes, scale: float, marked: Collection[int]) -> None:

@@ -367,3 +367,19 @@ def test_outlines_too_fine_to_compare():
 @pytest.mark.parametrize("error", [CaseError, OptionError])
 def test_messages_show_what_they_quote(error):
     assert str(error("a\x1b[31m\u202e\ud800é\nλ")) == "a\\x1b[31m\\u202e\\ud800é\nλ"
+
+
+def test_ctrl_c_while_the_libraries_load_is_a_message():
+    """They take seconds, of which an interrupt may fall into any."""
+    program = """
+import sys
+class Interrupted:
+    def find_spec(self, name, *_):
+        if name == "cvxpy":
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Interrupted())
+from masonry_opt.command import main
+main()
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "error: interrupted\n")

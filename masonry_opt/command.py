@@ -1,0 +1,15 @@
+"""The command `masonry-opt`: what can be interrupted from its first moment on."""
+
+from __future__ import annotations
+
+import sys
+
+
+def main() -> None:
+    """Import the command line, which takes seconds, and run it."""
+    try:
+        from masonry_opt.cli import main as run
+    except KeyboardInterrupt:
+        print("error: interrupted", file=sys.stderr)
+        sys.exit(130)
+    run()
