@@ -182,7 +182,7 @@ class _Run:
         if step.alpha <= parameters.alpha_min:
             early = parameters.early and self._nearly_true() and iteration >= self.next_try
             still = self._stands_still()
-            self.still_since = (self.still_since or iteration) if still else 0
+            self.still_since = self.still_since or (iteration if still else 0)
             waited = self.still_since and iteration - self.still_since >= _PATIENCE
             if (early or still) and self._finish(step):
                 return True
@@ -263,6 +263,8 @@ class _Run:
         finding.message = f"in {len(finding.history)} sub-problems"
         if self.parameters.finish:
             finding.message += "; no state on their mechanism is exact: the certificate says what is left"
+        if not self._stands_still():
+            finding.message += "; λ stood still and changes again"
         bound = self._bound()
         if corrected > bound:
             finding.load_factor = bound

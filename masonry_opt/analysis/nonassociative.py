@@ -19,6 +19,9 @@ from masonry_opt.solvers.driver import Driver, declare
 from masonry_opt.solvers.registry import Solver, rougher
 from masonry_opt.timing import Stopwatch
 
+#: Largest violation of yield of an exact state, in median block weights.
+_EXACT_YIELD = 1e-6
+
 #: Runs of the loop after which a scene is given up.
 _MOST_RUNS = 14
 
@@ -64,9 +67,10 @@ def nonassociative(
         )
         if answer is not None and not finding.history:
             finding.status, finding.message = explain_no_answer(problem, answer)
+        failure = _failure(problem, attempt, finding)
         if attempt.parameters.finish and (failing := failing_residuals(problem, finding, FINISHED)):
-            finding = refused(finding, failing)
-        runs.append(_Ran(attempt, finding, _failure(problem, attempt, finding)))
+            finding, failure = refused(finding, failing), Doubt.INEXACT
+        runs.append(_Ran(attempt, finding, failure))
         following = _next(runs, left, options)
         if following is None:
             break
@@ -152,21 +156,25 @@ def _failure(problem: Problem, attempt: Attempt, finding: Finding) -> Status | D
         return None if finding.status is Status.JAMMED else finding.status
     if not finding.flow_rule_matters:
         return None if attempt.parameters.tolerance is None else Doubt.ROUGH
-    if attempt.parameters.finish and _far_from_exact(problem, finding):
+    if attempt.parameters.finish and _far_from_exact(problem, finding, attempt.parameters.tol):
         return Doubt.INEXACT
     return None
 
 
-def _far_from_exact(problem: Problem, finding: Finding) -> bool:
+def _far_from_exact(problem: Problem, finding: Finding, tol: float) -> bool:
     """Whether more is left than the exact end allows: of energy of what moves without being at yield, or of
-    departure from the flow rule (blocks that pass into each other)."""
+    departure from the flow rule (blocks that pass into each other); or λ still changes, by more than ``tol``
+    relative, and no exact state was found on the way."""
     load_factor, q, d, slope = finding.load_factor, finding.q, finding.d, finding.slope
     assert load_factor is not None  # the run converged
     assert q is not None
     assert d is not None
     assert slope is not None
     left = certify(problem, load_factor, q, d, slope)
-    return left.complementarity > MOST_ENERGY * max(abs(load_factor), 1e-6) or left.flow > MOST_DEPARTURE
+    if left.complementarity > MOST_ENERGY * max(abs(load_factor), 1e-6) or left.flow > MOST_DEPARTURE:
+        return True
+    last = [entry.load_factor for entry in finding.history[-2:]]
+    return left.yield_ > _EXACT_YIELD and abs(last[-1] - last[0]) > tol * abs(last[-1])
 
 
 def _next(runs: list[_Ran], left: dict[Status | Doubt, list[Remedy]], options: LoopOptions) -> Attempt | None:

@@ -116,6 +116,7 @@ REMEDIES: dict[Status | Doubt, tuple[Remedy, ...]] = {
         _less_cohesion,
         _more_damping,
         _more_cohesion,
+        _another_solver,
     ),
     Status.SOLVER_FAILED: (_looser_solver, _another_solver, _accurately, _cohesive_start),
     Doubt.ROUGH: (_accurately,),

@@ -45,6 +45,7 @@ def test_order_of_the_remedies():
         "from a cohesive start",
         "with beta = 0.3",
         "with c0 = 1e-03",
+        "with solver highs-ipm",
     ]
     roomy = replace(FIRST, parameters=replace(FIRST.parameters, c0=1e-3))
     assert series(Doubt.INEXACT, roomy)[:3] == ["with c0 = 1e-04", "from a cohesive start", "with c0 = 1e-05"]
