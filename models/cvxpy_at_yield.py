@@ -1,8 +1,8 @@
 """Statics with chosen faces at yield, in CVXPY.
 
 Of the states that hold the faces of a mechanism at the true yield condition, eq. (4), and keep all
-others within it, the one with the least λ, or the one whose λ is nearest to a given value. With that
-mechanism it satisfies complementarity, eq. (8).
+others within it, the one whose λ is nearest to a given value. With that mechanism it satisfies
+complementarity, eq. (8).
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from masonry_opt.problem.problem import Problem
 
 
 class CvxpyAtYield:
-    """Minimise λ, or |λ − ``near``|, subject to equilibrium, yield, and z = 0 on the faces ``at_yield``.
+    """Minimise |λ − ``near``| subject to equilibrium, yield, and z = 0 on the faces ``at_yield``.
 
     Parameters
     ----------
     at_yield: which faces slide (+, −) and rock (+, −), shape (4, c).
-    near: the load factor to stay near; None: the least.
+    near: the load factor to stay near.
     """
 
-    def __init__(self, problem: Problem, at_yield: np.ndarray, near: float | None) -> None:
+    def __init__(self, problem: Problem, at_yield: np.ndarray, near: float) -> None:
         self.problem = problem
         c, k = problem.joints, problem.sliding
         n, s, m = (cp.Variable(c, name=name) for name in "nsm")
@@ -38,8 +38,7 @@ class CvxpyAtYield:
             for chosen, hold in ((np.flatnonzero(held), True), (np.flatnonzero(~held), False)):
                 if len(chosen):
                     rows.append(slack[chosen] == 0 if hold else slack[chosen] >= 0)
-        objective = problem.live_norm * load_factor if near is None else cp.abs(load_factor - near)
-        self.program = cp.Problem(cp.Minimize(objective), rows)
+        self.program = cp.Problem(cp.Minimize(cp.abs(load_factor - near)), rows)
         self._load_factor, self._forces = load_factor, [n, s, m]
 
     def read(self) -> tuple[float, np.ndarray]:

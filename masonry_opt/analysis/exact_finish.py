@@ -2,59 +2,81 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from masonry_opt.analysis.load_units import in_units_of_load
 from masonry_opt.models.interface import State
 from masonry_opt.problem.certificate import certify
-from masonry_opt.problem.problem import Problem
-from masonry_opt.solvers.cvxpy_driver import state_at_yield
+from masonry_opt.problem.problem import Problem, yield_slacks
+from masonry_opt.solvers.cvxpy_driver import forces_for, motion_for, state_at_yield
 from masonry_opt.timing import Stopwatch
 
 #: A face belongs to the mechanism if its rate exceeds this share of the largest: well above what the
 #: solver's tolerance leaves of a zero. First the larger mechanism, then the surer one.
-_SHARES = {True: (1e-4,), False: (1e-6, 1e-4)}
+_SHARES = (1e-6, 1e-4)
 
 #: Energy of faces that move without being at yield, and departure from the flow rule, beyond which a state
 #: is none of the mechanism's (in units of λ, and of the largest velocity).
 MOST_ENERGY, MOST_DEPARTURE = 1e-3, 1e-2
 
+#: Weight of that energy over λ where a mechanism is known roughly: λ falls by as many times what it adds.
+_WEIGHT = 30.0
+
 
 @dataclass(frozen=True)
 class ExactForces:
-    """Joint forces (3c,) that obey equilibrium and the true law, at yield wherever the mechanism moves, and
-    the opening per unit slip that they allow each joint, shape (c,)."""
+    """Joint forces (3c,) that obey equilibrium and the true law, at yield where the mechanism moves, its
+    block velocities (3b,), and the opening per unit slip that the forces allow each joint, shape (c,)."""
 
     load_factor: float
     q: np.ndarray
+    d: np.ndarray
     slope: np.ndarray
 
 
 def exact_finish(
-    problem: Problem, state: State, near: float | None, rough: bool, watch: Stopwatch
+    problem: Problem, state: State, near: float, watch: Stopwatch
 ) -> tuple[ExactForces | None, int]:
-    """An exact state on the mechanism of a sub-problem, if there is one: the one whose λ is nearest to
-    ``near``, or the least.
-
-    Parameters
-    ----------
-    rough: whether the sub-problem was solved roughly.
+    """An exact state on the mechanism of an accurately solved sub-problem, if there is one: the one whose λ
+    is nearest to ``near``.
 
     Returns
     -------
     The forces or None, and how many linear programs were solved.
     """
     solves = 0
-    for share in _SHARES[rough]:
+    for share in _SHARES:
         found = state_at_yield(problem, state.p > share * state.p.max(), near, watch)
         solves += 1
-        if found is None:
-            continue
-        load_factor, q = found
-        slope = problem.dilatancy_at(q[0::3])
-        left = certify(problem, load_factor, q, state.d, slope)
-        allowed = MOST_ENERGY * max(abs(load_factor), 1e-6)
-        if left.complementarity <= allowed and left.flow <= MOST_DEPARTURE:
-            return ExactForces(load_factor, q, slope), solves
+        if found is not None and (exact := _accepted(problem, *found, state.d)):
+            return exact, solves
     return None, solves
+
+
+def rough_finish(problem: Problem, state: State, watch: Stopwatch) -> tuple[ExactForces | None, int]:
+    """The same after a sub-problem that was solved roughly, whose rates are zero nowhere.
+
+    First the forces that leave least energy z·p for its rates, with the least λ among them; then the
+    mechanism of the true flow rule that leaves least for those forces.
+    """
+    scaled = in_units_of_load(problem)
+    found = forces_for(scaled.problem, state.p, _WEIGHT, watch)
+    if found is None:
+        return None, 1
+    load_factor, q = found
+    slope = scaled.problem.dilatancy_at(q[0::3])[problem.sliding]
+    slacks = np.maximum(yield_slacks(scaled.problem, q), 0.0)
+    d = motion_for(scaled.problem, slacks, slope, watch)
+    whole = scaled.state(replace(state, load_factor=load_factor, q=q))
+    return _accepted(problem, whole.load_factor, whole.q, state.d if d is None else d), 2
+
+
+def _accepted(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> ExactForces | None:
+    slope = problem.dilatancy_at(q[0::3])
+    left = certify(problem, load_factor, q, d, slope)
+    allowed = MOST_ENERGY * max(abs(load_factor), 1e-6)
+    if left.complementarity <= allowed and left.flow <= MOST_DEPARTURE:
+        return ExactForces(load_factor, q, d, slope)
+    return None

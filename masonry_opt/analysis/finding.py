@@ -62,6 +62,7 @@ class Finding:
     q, d: joint forces (3c,) and block velocities (3b,), where there are any.
     slope: opening per unit slip under the flow rule the answer claims, shape (c,).
     flow_rule_matters: False if the associative answer already obeys the joints' own flow rule.
+    exact_end: whether the loop ended with forces that obey the true law exactly.
     history: the loop's sub-problems, or what another method records of its steps.
     iterations, lp_solves, nlp_solves: of the solver, and programs solved.
     stationary: of a refined state: True if no mechanism tried among the faces at yield lowers λ.
@@ -76,6 +77,7 @@ class Finding:
     d: np.ndarray | None = None
     slope: np.ndarray | None = None
     flow_rule_matters: bool = True
+    exact_end: bool = False
     history: list[Any] = field(default_factory=list)
     iterations: int = 0
     lp_solves: int = 0

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from masonry_opt.analysis.exact_finish import ExactForces, exact_finish
+from masonry_opt.analysis.exact_finish import ExactForces, exact_finish, rough_finish
 from masonry_opt.analysis.finding import Finding, Iteration
 from masonry_opt.analysis.gate import largest_acting, of_lesser_block
 from masonry_opt.analysis.loop_options import Parameters
@@ -38,7 +38,7 @@ _STEADY = 0.05
 
 #: Energy by which sliding joints are off the true law, over λ, from which on an early end is tried; after
 #: a failure so many sub-problems pass before the next.
-_NEARLY_TRUE = 1e-3
+_NEARLY_TRUE = 5e-3
 _PAUSE = 2
 
 #: Sub-problems for which a run goes on after λ stands still, while there is no exact state yet.
@@ -241,10 +241,11 @@ class _Run:
         """Whether an exact state on the mechanism ends the run."""
         if not self.parameters.finish:
             return False
-        # A run that ends early has no λ of its own to stay near: the least on its mechanism is the safe one.
-        near = None if self.parameters.early else self._corrected(step.state)
-        rough = self.parameters.tolerance is not None
-        exact, solves = exact_finish(self.problem, step.state, near, rough, self.driver.watch)
+        problem, state, watch = self.problem, step.state, self.driver.watch
+        if self.parameters.tolerance is not None:
+            exact, solves = rough_finish(problem, state, watch)
+        else:
+            exact, solves = exact_finish(problem, state, self._corrected(state), watch)
         self.finding.lp_solves += solves
         if exact is None:
             return False
@@ -254,7 +255,7 @@ class _Run:
     def _take_exact(self, exact: ExactForces, step: _Step) -> None:
         finding = self.finding
         finding.status, finding.load_factor = Status.CONVERGED, exact.load_factor
-        finding.q, finding.slope = exact.q, exact.slope
+        finding.q, finding.d, finding.slope, finding.exact_end = exact.q, exact.d, exact.slope, True
         finding.message = f"in {len(finding.history)} sub-problems, with an exact state on their mechanism"
 
     def _converged(self, step: _Step) -> bool:

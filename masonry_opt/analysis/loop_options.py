@@ -9,8 +9,8 @@ from pydantic import Field, Strict
 
 from masonry_opt.scene.blocks import Number, Positive, Record
 
-#: From so many joints on the loop runs at the fast pace: below, the paper's takes seconds.
-FAST_FROM = 3000
+#: From so many joints on the loop runs at the fast pace: below, the paper's takes a second at most.
+FAST_FROM = 1000
 
 
 @dataclass(frozen=True)
@@ -57,8 +57,8 @@ class LoopOptions(Record):
     ----------
     pace: "paper": section 5's parameters (alpha 0.3, halved; beta 0.6), sub-problems solved as
         exactly as any program. "fast": a shorter series (alpha 0.1, 0.01, 0.001; beta 0.8) of roughly solved
-        sub-problems (1e-4), which ends with the least load factor of an exact state as soon as there
-        is one on its mechanism. Default: fast from 3000 joints on.
+        sub-problems (1e-4, in units of the load), which ends as soon as there are exact forces on its
+        mechanism, with the least load factor they allow. Default: fast from 1000 joints on.
     alpha: slope of the contracting shear limit over μ, at first.
     alpha_min: from there on the slope stays at this value (the last step may undershoot it once).
     beta: weight of the newest normal forces against those before, 0 < beta ≤ 1.
@@ -70,9 +70,9 @@ class LoopOptions(Record):
     max_iterations: sub-problems before a run of the loop gives up.
     always: run the loop even where the associative answer obeys the joints' own flow rule: a lower
         load factor may exist elsewhere in the scene.
-    finish: end with one more linear program: of the states that hold the mechanism found at yield, the
-        one with the nearest load factor (at the fast pace: the least), so that forces obey the true
-        Coulomb law.
+    finish: end with exact forces: one more linear program finds, of the states that hold the mechanism
+        found at yield, the one with the nearest load factor. At the fast pace two do: forces that leave least
+        energy in faces that move without being at yield, then the mechanism that leaves least for them.
     remedies: what is tried where a run of the loop fails: "all", "slope" (only begin again with less
         slope, after a sub-problem without a state), or "none". Whatever is asked, an associative answer that
         was found roughly is solved accurately.

@@ -9,6 +9,7 @@ from masonry_opt.analysis.diagnosis import explain_no_answer
 from masonry_opt.analysis.exact_finish import MOST_DEPARTURE, MOST_ENERGY
 from masonry_opt.analysis.finding import Finding, Iteration
 from masonry_opt.analysis.gate import EXACT, FINISHED, failing_residuals, refused
+from masonry_opt.analysis.load_units import DriverInUnitsOfLoad
 from masonry_opt.analysis.loop import Progress, first_limits, run_loop
 from masonry_opt.analysis.loop_options import LoopOptions
 from masonry_opt.analysis.remedies import REMEDIES, Attempt, Doubt, Remedy, less_slope
@@ -18,9 +19,6 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Driver, declare
 from masonry_opt.solvers.registry import Solver, rougher
 from masonry_opt.timing import Stopwatch
-
-#: Largest violation of yield of an exact state, in median block weights.
-_EXACT_YIELD = 1e-6
 
 #: Runs of the loop after which a scene is given up.
 _MOST_RUNS = 14
@@ -107,11 +105,12 @@ class _Certified:
 
 
 def _declare(problem: Problem, attempt: Attempt, watch: Stopwatch) -> Driver:
-    solver, tolerance = attempt.solver, attempt.parameters.tolerance
-    if tolerance is not None:
-        solver = rougher(solver, tolerance)
+    tolerance = attempt.parameters.tolerance
     # Cohesion terms are declared even where the joints have none: steps 4 and 5 need them.
-    return declare(problem, "static", solver, watch, first_limits(problem, attempt.parameters))
+    limits = first_limits(problem, attempt.parameters)
+    if tolerance is None:
+        return declare(problem, "static", attempt.solver, watch, limits)
+    return DriverInUnitsOfLoad(problem, "static", rougher(attempt.solver, tolerance), watch, limits)
 
 
 def _needs_another(attempt: Attempt, last: Attempt) -> bool:
@@ -174,7 +173,7 @@ def _far_from_exact(problem: Problem, finding: Finding, tol: float) -> bool:
     if left.complementarity > MOST_ENERGY * max(abs(load_factor), 1e-6) or left.flow > MOST_DEPARTURE:
         return True
     last = [entry.load_factor for entry in finding.history[-2:]]
-    return left.yield_ > _EXACT_YIELD and abs(last[-1] - last[0]) > tol * abs(last[-1])
+    return not finding.exact_end and abs(last[-1] - last[0]) > tol * abs(last[-1])
 
 
 def _next(runs: list[_Ran], left: dict[Status | Doubt, list[Remedy]], options: LoopOptions) -> Attempt | None:

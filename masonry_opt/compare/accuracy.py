@@ -17,8 +17,9 @@ import scipy.sparse as sp
 from scipy.optimize import linprog
 from scipy.sparse.linalg import SuperLU, splu
 
-from masonry_opt.analysis.associative import associative_answer, in_units_of_load
+from masonry_opt.analysis.associative import associative_answer
 from masonry_opt.analysis.diagnosis import falling_mechanism
+from masonry_opt.analysis.load_units import in_units_of_load
 from masonry_opt.models.interface import State
 from masonry_opt.problem.certificate import finite
 from masonry_opt.problem.problem import Problem

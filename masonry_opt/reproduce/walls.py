@@ -104,7 +104,7 @@ def fig13(cases: Path, progress: Progress = lambda _: None) -> Report:
     progress("associative")
     associative = solve(scene, "static")
     progress("loop")
-    loop = solve(scene)
+    loop = solve(scene, pace="paper")
     report = Report(
         comparisons=[
             *counts(scene, loop, "wall"),

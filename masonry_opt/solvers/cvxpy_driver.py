@@ -10,6 +10,7 @@ import cvxpy as cp
 import numpy as np
 
 from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
+from masonry_opt.models.cvxpy_complementary import CvxpyForcesFor, CvxpyMotionFor
 from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
 from masonry_opt.models.cvxpy_mechanism import CvxpyMechanism
 from masonry_opt.models.cvxpy_static import CvxpyStatic
@@ -93,12 +94,34 @@ def driven_mechanism(
 
 
 def state_at_yield(
-    problem: Problem, at_yield: np.ndarray, near: float | None, watch: Stopwatch
+    problem: Problem, at_yield: np.ndarray, near: float, watch: Stopwatch
 ) -> tuple[float, np.ndarray] | None:
-    """λ and joint forces, shape (3c,), of the state with these faces at yield, shape (4, c), whose λ is the
-    least, or nearest to a given value; None if there is no such state or the solver fails."""
+    """λ and joint forces, shape (3c,), of the state with these faces at yield, shape (4, c), whose λ is
+    nearest to a given value; None if there is no such state or the solver fails."""
     with watch.measure("build"):
         model = CvxpyAtYield(problem, at_yield, near)
+    _solve(model.program, find_solver("cvxpy", "clarabel"), watch)
+    return model.read() if model.program.status == cp.OPTIMAL else None
+
+
+def forces_for(
+    problem: Problem, rates: np.ndarray, weight: float, watch: Stopwatch
+) -> tuple[float, np.ndarray] | None:
+    """λ and joint forces, shape (3c,), that leave least energy in faces moving at these rates, shape (4, c);
+    None if the solver fails."""
+    with watch.measure("build"):
+        model = CvxpyForcesFor(problem, rates, weight)
+    _solve(model.program, find_solver("cvxpy", "clarabel"), watch)
+    return model.read() if model.program.status == cp.OPTIMAL else None
+
+
+def motion_for(
+    problem: Problem, slacks: np.ndarray, slope: np.ndarray, watch: Stopwatch
+) -> np.ndarray | None:
+    """Block velocities, shape (3b,), that leave least energy in faces with these slacks, shape (4, c), under
+    a flow rule, shape (k,); None if there is no mechanism or the solver fails."""
+    with watch.measure("build"):
+        model = CvxpyMotionFor(problem, slacks, slope)
     _solve(model.program, find_solver("cvxpy", "clarabel"), watch)
     return model.read() if model.program.status == cp.OPTIMAL else None
 

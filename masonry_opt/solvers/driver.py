@@ -18,12 +18,14 @@ class Driver(Protocol):
 
     Attributes
     ----------
-    solves: how often it was solved.
     watch: where its time goes.
     """
 
-    solves: int
     watch: Stopwatch
+
+    @property
+    def solves(self) -> int:
+        """How often it was solved."""
 
     @property
     def model(self) -> Model:
