@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 from typing import Annotated
 
@@ -51,6 +52,8 @@ def compare(
     # Charts and pages are slow to import and no other command needs them.
     from masonry_opt.compare.report import summary_text, write_report
 
+    # `kill` and `timeout` end it as Ctrl-C does: else the run under way would go on by itself.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     asked = plan(_split(methods), _split(models), _split(solvers), _tolerances(tolerances))
     compared = _scenes(scenes or [], cases, atlas, random, out / "scenes")
     errors = Console(stderr=True)

@@ -2,6 +2,12 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import subprocess
+import sys
+import time
+
 import hogs
 import pytest
 from scenes import CASES
@@ -63,3 +69,27 @@ def test_a_wrong_case_is_refused():
     ended = run_limited(run_pair, ("missing.toml", Pair("static", "cvxpy", "clarabel", 1e-9), 30.0), 30, 4000)
     assert ended.how == REFUSED
     assert "missing.toml" in ended.reason
+
+
+def test_a_comparison_that_is_killed_takes_its_run_along(tmp_path):
+    """It is ended like Ctrl-C within a run of a minute, and no process is left."""
+    command = [sys.executable, "-c", "from masonry_opt.cli import main; main()", "compare"]
+    command += [str(CASES / "ferris_tinloi" / "wall_6.toml"), "--methods", "global", "--time-limit", "60"]
+    comparison = subprocess.Popen(
+        [*command, "--out", str(tmp_path)], stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+    deadline = time.monotonic() + 60
+    while not (tmp_path / "bounds.json").exists():  # before the first run
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
+    comparison.send_signal(signal.SIGTERM)
+    _, said = comparison.communicate(timeout=30)
+    assert comparison.returncode == 130, said
+    assert "continues where it stopped" in said
+    while time.monotonic() < deadline:
+        try:
+            os.killpg(comparison.pid, 0)
+        except ProcessLookupError:
+            return
+        time.sleep(0.1)
+    pytest.fail("a process is left")

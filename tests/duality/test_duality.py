@@ -11,7 +11,7 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.certificate import finite
 from masonry_opt.problem.problem import ShearLimits, joint_rates, yield_slacks
 from masonry_opt.solvers.driver import declare
-from masonry_opt.solvers.registry import SOLVERS, find_solver
+from masonry_opt.solvers.registry import HIPO, SOLVERS, find_solver
 from masonry_opt.timing import Stopwatch
 
 #: Cases on which HiGHS's simplex, Pyomo's default, needs minutes to hours.
@@ -20,6 +20,9 @@ TOO_LARGE = {"facade_3x9", "facade_4x12", "facade_6x18", "facade_8x24", "facade_
 LARGE = [path for path in ALL_CASES if path.parent.name == "orduna_lourenco" or "facade" in path.stem]
 SMALL = [path for path in ALL_CASES if path not in LARGE]
 SLOW = [path for path in LARGE if path.stem not in TOO_LARGE]
+
+#: HiPO, where it is installed, gives up on scenes so small ("unknown").
+DRIVEN = [pair for pair in SOLVERS if pair[1] != HIPO]
 
 
 @pytest.mark.parametrize(
@@ -52,7 +55,7 @@ def test_a_disagreement_does_not_pass():
 
 
 @pytest.mark.parametrize("formulation", ["static", "kinematic"])
-@pytest.mark.parametrize(("language", "solver"), SOLVERS, ids="-".join)
+@pytest.mark.parametrize(("language", "solver"), DRIVEN)
 def test_duals_satisfy_the_other_formulation(language, solver, formulation):
     """Tolerance 1e-6 as demanded of every model; forces in median block weights, velocities near 1."""
     problem = assemble(small_wall(cohesion=0.05)).problem
