@@ -10,6 +10,7 @@ from __future__ import annotations
 import cvxpy as cp
 import numpy as np
 
+from masonry_opt.models.cvxpy_terms import Statics
 from masonry_opt.problem.problem import Problem
 
 
@@ -24,24 +25,16 @@ class CvxpyAtYield:
 
     def __init__(self, problem: Problem, at_yield: np.ndarray, near: float) -> None:
         self.problem = problem
-        c, k = problem.joints, problem.sliding
-        n, s, m = (cp.Variable(c, name=name) for name in "nsm")
-        load_factor = cp.Variable(name="load_factor")
-        internal = problem.B_n @ n + problem.B_s @ s + problem.B_m @ m
-        rows = [internal + load_factor * problem.live + problem.dead == 0]
-
-        limit = problem.cohesion[k] + cp.multiply(problem.friction[k], n[k])
-        rocking = cp.multiply(problem.half_length, n)
-        faces = [(limit - s[k], at_yield[0, k]), (limit + s[k], at_yield[1, k])]
-        faces += [(rocking - m, at_yield[2]), (rocking + m, at_yield[3])]
-        for slack, held in faces:
+        k, statics = problem.sliding, Statics(problem)
+        rows = [statics.equilibrium]
+        chosen_faces = [at_yield[0, k], at_yield[1, k], at_yield[2], at_yield[3]]
+        for slack, held in zip(statics.slacks, chosen_faces, strict=True):
             for chosen, hold in ((np.flatnonzero(held), True), (np.flatnonzero(~held), False)):
                 if len(chosen):
                     rows.append(slack[chosen] == 0 if hold else slack[chosen] >= 0)
-        self.program = cp.Problem(cp.Minimize(cp.abs(load_factor - near)), rows)
-        self._load_factor, self._forces = load_factor, [n, s, m]
+        self.program = cp.Problem(cp.Minimize(cp.abs(statics.load_factor - near)), rows)
+        self._statics = statics
 
     def read(self) -> tuple[float, np.ndarray]:
         """λ and joint forces n, s, m in turn, shape (3c,), at the optimum."""
-        forces = np.stack([force.value for force in self._forces], axis=1).ravel()
-        return float(self._load_factor.value), forces
+        return self._statics.read()

@@ -1,8 +1,8 @@
 """The two halves of complementarity, eq. (8), in CVXPY: given one side of a state, the other side that
 leaves least energy z·p in faces that move without being at yield.
 
-Both always have an answer where there is a state and a mechanism at all. Where both leave nothing, forces
-and mechanism are a collapse state.
+Where both leave nothing, forces and mechanism are a collapse state. For an interior point, which large
+scenes need; `masonry_opt/analysis/refinement.py` solves the like by simplex, from basis to basis.
 """
 
 from __future__ import annotations
@@ -10,14 +10,15 @@ from __future__ import annotations
 import cvxpy as cp
 import numpy as np
 
-from masonry_opt.models.cvxpy_terms import Mechanism
+from masonry_opt.models.cvxpy_terms import Mechanism, Statics
 from masonry_opt.problem.problem import Problem
 
 
 class CvxpyForcesFor:
     """Minimise λ Σ|f_L| + ``weight`` z·p subject to equilibrium and yield, eq. (4), for given rates p.
 
-    A large weight leaves λ the choice among states that leave the same energy.
+    With a large weight λ decides only among states that leave nearly the same energy. Bounded below where the
+    rates are those of a mechanism that the live load drives and the weight is above one.
 
     Parameters
     ----------
@@ -25,26 +26,17 @@ class CvxpyForcesFor:
     """
 
     def __init__(self, problem: Problem, rates: np.ndarray, weight: float) -> None:
-        c, k = problem.joints, problem.sliding
-        n, s, m = (cp.Variable(c, name=name) for name in "nsm")
-        load_factor = cp.Variable(name="load_factor")
-        internal = problem.B_n @ n + problem.B_s @ s + problem.B_m @ m
-        equilibrium = internal + load_factor * problem.live + problem.dead == 0
-
-        limit = problem.cohesion[k] + cp.multiply(problem.friction[k], n[k])
-        rocking = cp.multiply(problem.half_length, n)
-        slacks = [limit - s[k], limit + s[k], rocking - m, rocking + m]
+        k, statics = problem.sliding, Statics(problem)
         moving = [rates[0, k], rates[1, k], rates[2], rates[3]]
-        energy = sum(rate @ slack for rate, slack in zip(moving, slacks, strict=True))
-
-        objective = cp.Minimize(problem.live_norm * load_factor + weight * energy)
-        self.program = cp.Problem(objective, [equilibrium, *(slack >= 0 for slack in slacks if slack.size)])
-        self._load_factor, self._forces = load_factor, [n, s, m]
+        energy = sum(rate @ slack for rate, slack in zip(moving, statics.slacks, strict=True))
+        within_yield = [slack >= 0 for slack in statics.slacks if slack.size]
+        objective = cp.Minimize(problem.live_norm * statics.load_factor + weight * energy)
+        self.program = cp.Problem(objective, [statics.equilibrium, *within_yield])
+        self._statics = statics
 
     def read(self) -> tuple[float, np.ndarray]:
         """λ and joint forces n, s, m in turn, shape (3c,), at the optimum."""
-        forces = np.stack([force.value for force in self._forces], axis=1).ravel()
-        return float(self._load_factor.value), forces
+        return self._statics.read()
 
 
 class CvxpyMotionFor:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cvxpy as cp
+import numpy as np
 
 from masonry_opt.models.interface import expect_same_terms
 from masonry_opt.problem.problem import Problem, ShearLimits
@@ -27,6 +28,31 @@ class ShearLimited:
         self.slope.value = limits.slope
         if self.cohesion is not None:
             self.cohesion.value = limits.cohesion
+
+
+class Statics:
+    """Joint forces and load factor, equilibrium, eq. (1), and the slack of every yield condition, eq. (4).
+
+    Attributes
+    ----------
+    slacks: of sliding (+, −) of the joints that can slide and of rocking (+, −) of all.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        c, k = problem.joints, problem.sliding
+        n, s, m = (cp.Variable(c, name=name) for name in "nsm")
+        self.load_factor = cp.Variable(name="load_factor")
+        internal = problem.B_n @ n + problem.B_s @ s + problem.B_m @ m
+        self.equilibrium = internal + self.load_factor * problem.live + problem.dead == 0
+        limit = problem.cohesion[k] + cp.multiply(problem.friction[k], n[k])
+        rocking = cp.multiply(problem.half_length, n)
+        self.slacks = [limit - s[k], limit + s[k], rocking - m, rocking + m]
+        self._forces = [n, s, m]
+
+    def read(self) -> tuple[float, np.ndarray]:
+        """λ and joint forces n, s, m in turn, shape (3c,), at the optimum."""
+        forces = np.stack([force.value for force in self._forces], axis=1).ravel()
+        return float(self.load_factor.value), forces
 
 
 class Mechanism:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from masonry_opt.models.interface import Model, State
+from masonry_opt.models.interface import State
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.answer import Answer, LpSize
 from masonry_opt.solvers.driver import declare
@@ -38,8 +38,8 @@ class Scaled:
 
 
 def in_units_of_load(problem: Problem) -> Scaled:
-    """The problem with forces in units of the dead load of the blocks that carry live load, and a live load
-    whose entries sum to one.
+    """The problem, which has a live load, with forces in units of the dead load of the blocks that carry it,
+    and a live load whose entries sum to one.
 
     The largest forces of a large scene are a thousand block weights. A solver starts from forces near one
     and takes its tolerances relative to the largest: in these units it ends a hundred times nearer the
@@ -68,11 +68,6 @@ class DriverInUnitsOfLoad:
     def solves(self) -> int:
         """How often it was solved."""
         return self._driver.solves
-
-    @property
-    def model(self) -> Model:
-        """The model as declared, in units of the load."""
-        return self._driver.model
 
     def set_shear_limits(self, limits: ShearLimits) -> None:
         """Change the model's shear limits, and nothing else."""

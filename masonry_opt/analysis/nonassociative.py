@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from math import inf
 
 from masonry_opt.analysis.diagnosis import explain_no_answer
-from masonry_opt.analysis.exact_finish import MOST_DEPARTURE, MOST_ENERGY
+from masonry_opt.analysis.exact_finish import leaves_little
 from masonry_opt.analysis.finding import Finding, Iteration
 from masonry_opt.analysis.gate import EXACT, FINISHED, failing_residuals, refused
 from masonry_opt.analysis.load_units import DriverInUnitsOfLoad
@@ -14,7 +14,6 @@ from masonry_opt.analysis.loop import Progress, first_limits, run_loop
 from masonry_opt.analysis.loop_options import LoopOptions
 from masonry_opt.analysis.remedies import REMEDIES, Attempt, Doubt, Remedy, less_slope
 from masonry_opt.analysis.status import Status
-from masonry_opt.problem.certificate import certify
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Driver, declare
 from masonry_opt.solvers.registry import Solver, rougher
@@ -45,7 +44,7 @@ def nonassociative(
     Runs the loop; where a run fails, others follow with what ``REMEDIES`` lists for its failure, each
     recorded in the history and the message. ``progress`` is called after every sub-problem.
     """
-    attempt = Attempt(options.parameters(problem.joints), solver)
+    attempt = Attempt(options.parameters(problem.joints, solver.name), solver)
     runs: list[_Ran] = []
     left = {failure: list(remedies) for failure, remedies in REMEDIES.items()}
     driver: Driver | None = None
@@ -169,8 +168,7 @@ def _far_from_exact(problem: Problem, finding: Finding, tol: float) -> bool:
     assert q is not None
     assert d is not None
     assert slope is not None
-    left = certify(problem, load_factor, q, d, slope)
-    if left.complementarity > MOST_ENERGY * max(abs(load_factor), 1e-6) or left.flow > MOST_DEPARTURE:
+    if not leaves_little(problem, load_factor, q, d, slope):
         return True
     last = [entry.load_factor for entry in finding.history[-2:]]
     return not finding.exact_end and abs(last[-1] - last[0]) > tol * abs(last[-1])

@@ -80,7 +80,7 @@ def _cohesive_start(last: Attempt) -> Attempt | None:
 
 def _looser_solver(last: Attempt) -> Attempt | None:
     solver = rougher(last.solver, _LOOSER)
-    if solver == last.solver:
+    if solver == last.solver or last.parameters.tolerance is not None:
         return None
     return replace(last, solver=solver, remedy=f"with tolerance {_LOOSER:.0e}")
 
@@ -118,6 +118,6 @@ REMEDIES: dict[Status | Doubt, tuple[Remedy, ...]] = {
         _more_cohesion,
         _another_solver,
     ),
-    Status.SOLVER_FAILED: (_looser_solver, _another_solver, _accurately, _cohesive_start),
+    Status.SOLVER_FAILED: (_accurately, _looser_solver, _another_solver, _cohesive_start),
     Doubt.ROUGH: (_accurately,),
 }

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import signal
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
@@ -34,7 +36,10 @@ def compare(
     random: Annotated[int, typer.Option(min=0, help="Also so many random scenes, by seed.")] = 0,
     methods: Annotated[str, typer.Option(help="Separated by commas; also: global.")] = _METHODS,
     solvers: Annotated[
-        str, typer.Option(help="Also: highs-hipo, and what CVXPY finds, such as osqp, scs, scipy.")
+        str,
+        typer.Option(
+            help="Also: highs-hipo, piqp (both in the extra 'solvers'), and what CVXPY finds: osqp, scs, ..."
+        ),
     ] = _SOLVERS,
     models: Annotated[str, typer.Option(help="Modelling languages.")] = _MODELS,
     tolerances: Annotated[str, typer.Option(help="Asked of the solvers, such as 1e-4,1e-7.")] = _TOLERANCES,
@@ -52,12 +57,10 @@ def compare(
     # Charts and pages are slow to import and no other command needs them.
     from masonry_opt.compare.report import summary_text, write_report
 
-    # `kill` and `timeout` end it as Ctrl-C does: else the run under way would go on by itself.
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
     asked = plan(_split(methods), _split(models), _split(solvers), _tolerances(tolerances))
     compared = _scenes(scenes or [], cases, atlas, random, out / "scenes")
     errors = Console(stderr=True)
-    with errors.status("comparing") as status:
+    with errors.status("comparing") as status, _ended_by_kill():
         limits = Limits(time_limit, memory_limit, repeats)
         comparison = run_comparison(
             compared, asked, limits, out, lambda line: status.update(line.replace("[", r"\["))
@@ -68,6 +71,16 @@ def compare(
     errors.print(f"written: {', '.join(map(str, written))}", markup=False, soft_wrap=True)
     if comparison.interrupted:
         raise InterruptedByUserError("interrupted: the same command continues where it stopped")
+
+
+@contextlib.contextmanager
+def _ended_by_kill() -> Iterator[None]:
+    """Within it `kill` and `timeout` do what Ctrl-C does: else the run under way would go on by itself."""
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _scenes(names: list[str], cases: Path, atlas: bool, random: int, folder: Path) -> tuple[CaseScene, ...]:

@@ -100,8 +100,7 @@ def state_at_yield(
     nearest to a given value; None if there is no such state or the solver fails."""
     with watch.measure("build"):
         model = CvxpyAtYield(problem, at_yield, near)
-    _solve(model.program, find_solver("cvxpy", "clarabel"), watch)
-    return model.read() if model.program.status == cp.OPTIMAL else None
+    return model.read() if _has_optimum(model.program, watch) else None
 
 
 def forces_for(
@@ -111,8 +110,7 @@ def forces_for(
     None if the solver fails."""
     with watch.measure("build"):
         model = CvxpyForcesFor(problem, rates, weight)
-    _solve(model.program, find_solver("cvxpy", "clarabel"), watch)
-    return model.read() if model.program.status == cp.OPTIMAL else None
+    return model.read() if _has_optimum(model.program, watch) else None
 
 
 def motion_for(
@@ -122,8 +120,12 @@ def motion_for(
     a flow rule, shape (k,); None if there is no mechanism or the solver fails."""
     with watch.measure("build"):
         model = CvxpyMotionFor(problem, slacks, slope)
-    _solve(model.program, find_solver("cvxpy", "clarabel"), watch)
-    return model.read() if model.program.status == cp.OPTIMAL else None
+    return model.read() if _has_optimum(model.program, watch) else None
+
+
+def _has_optimum(program: cp.Problem, watch: Stopwatch) -> bool:
+    _solve(program, find_solver("cvxpy", "clarabel"), watch)
+    return bool(program.status == cp.OPTIMAL)
 
 
 def _solve(

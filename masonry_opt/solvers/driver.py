@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from masonry_opt.models.interface import Model
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.answer import Answer, LpSize
 from masonry_opt.solvers.cvxpy_driver import CvxpyDriver
@@ -26,10 +25,6 @@ class Driver(Protocol):
     @property
     def solves(self) -> int:
         """How often it was solved."""
-
-    @property
-    def model(self) -> Model:
-        """The declared model."""
 
     def set_shear_limits(self, limits: ShearLimits) -> None:
         """Change the model's shear limits, and nothing else."""

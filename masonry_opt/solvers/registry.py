@@ -85,11 +85,15 @@ SOLVERS: dict[tuple[str, str], tuple[str, Any]] = {
     ("pyomo", "highs-ipm"): ("highs", _highs_interior),
 }
 
-#: HiGHS's newer interior point, which not every wheel has.
+#: HiGHS's newer interior point, of the extra "solvers".
 HIPO = "highs-hipo"
 if _has_hipo():
     SOLVERS[("cvxpy", HIPO)] = ("HIGHS", _highs_hipo)
     SOLVERS[("pyomo", HIPO)] = ("highs", _highs_hipo)
+
+#: Solvers that stop at whatever tolerance they are asked for. At 1e-4 HiGHS's interior points end "unknown",
+#: and its simplex ends in a vertex all the same.
+STOPS_EARLY = ("clarabel", "piqp")
 
 LANGUAGES = tuple(dict.fromkeys(language for language, _ in SOLVERS))
 

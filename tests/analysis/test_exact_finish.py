@@ -56,6 +56,17 @@ def test_pace_is_chosen_by_size():
     assert LoopOptions(pace="fast", alpha=0.2).parameters(1).alpha == 0.2
 
 
+@pytest.mark.parametrize("solver", ["highs", "highs-ipm"])
+def test_solvers_that_cannot_be_rough_keep_the_paper_s_pace(solver):
+    """HiGHS's interior point ends "unknown" at 1e-4, its simplex in a vertex all the same."""
+    options = LoopOptions()
+    assert options.parameters(FAST_FROM, solver) == LoopOptions(pace="paper").parameters(1)
+    asked = mo.solve(wall(1), solver=solver, pace="fast")
+    assert asked.status is mo.Status.CONVERGED
+    assert asked.solver == solver
+    assert "with solver" not in asked.message  # nor did another one help it out
+
+
 @pytest.mark.parametrize("name", ["clarabel", "highs", "highs-ipm"])
 def test_tolerance_of_rough_sub_problems_reaches_the_solver(name):
     solver = find_solver("cvxpy", name)

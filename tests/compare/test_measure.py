@@ -79,13 +79,16 @@ def test_a_comparison_that_is_killed_takes_its_run_along(tmp_path):
         [*command, "--out", str(tmp_path)], stderr=subprocess.PIPE, text=True, start_new_session=True
     )
     deadline = time.monotonic() + 60
-    while not (tmp_path / "bounds.json").exists():  # before the first run
+    while not (tmp_path / "bounds.json").exists():
         assert time.monotonic() < deadline
         time.sleep(0.1)
+    time.sleep(1.0)  # the run, of a minute, is under way
+    assert comparison.poll() is None
     comparison.send_signal(signal.SIGTERM)
     _, said = comparison.communicate(timeout=30)
     assert comparison.returncode == 130, said
     assert "continues where it stopped" in said
+    deadline = time.monotonic() + 10
     while time.monotonic() < deadline:
         try:
             os.killpg(comparison.pid, 0)

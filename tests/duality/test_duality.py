@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scenes import ALL_CASES, small_wall, two_blocks
+from scenes import ALL_CASES, CASES, small_wall, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.certificate import finite
 from masonry_opt.problem.problem import ShearLimits, joint_rates, yield_slacks
 from masonry_opt.solvers.driver import declare
-from masonry_opt.solvers.registry import HIPO, SOLVERS, find_solver
+from masonry_opt.solvers.registry import HIPO, SOLVERS, find_solver, found_by_cvxpy
 from masonry_opt.timing import Stopwatch
 
 #: Cases on which HiGHS's simplex, Pyomo's default, needs minutes to hours.
@@ -95,3 +95,15 @@ def test_limits_with_other_terms_than_declared_are_refused(language):
     slope = problem.friction[problem.sliding]
     with pytest.raises(ValueError, match="without its terms"):
         driver.set_shear_limits(ShearLimits(slope, np.zeros_like(slope)))
+
+
+@pytest.mark.parametrize("formulation", ["static", "kinematic"])
+@pytest.mark.parametrize("solver", ["piqp", HIPO])
+def test_solvers_of_the_extra_agree_where_they_are_installed(solver, formulation):
+    """On a façade: HiPO gives up on smaller scenes."""
+    if solver not in {*found_by_cvxpy(), *(name for _, name in SOLVERS)}:
+        pytest.skip("pip install 'masonry-opt[solvers]'")
+    facade = CASES / "gilbert" / "facade_1x3.toml"
+    expected, found = mo.solve(facade, "static"), mo.solve(facade, formulation, solver=solver)
+    assert found.load_factor == pytest.approx(expected.load_factor, rel=1e-7)
+    assert found.certificate.worst < 1e-5
