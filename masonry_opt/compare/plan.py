@@ -120,7 +120,7 @@ def _reason(method: str, model: str, solver: str) -> str:
     if model not in own.solvers:
         return f"the method is declared in {', '.join(own.solvers)} only"
     if solver == HIPO and (model, solver) not in SOLVERS:
-        return "not installed: pip install 'masonry-opt[solvers]'"
+        return "not installed: pip install 'masonry_opt[solvers]'"
     allowed = own.solvers[model]
     if allowed and solver not in allowed:
         return f"the method takes there: {', '.join(allowed)}"

@@ -39,7 +39,7 @@ def test_the_newer_interior_point_is_planned_or_its_absence_said():
     planned = HIPO in {pair.solver for pair in found.pairs}
     said = [item.reason for item in found.left_out if item.solver == HIPO]
     assert planned == (("cvxpy", HIPO) in SOLVERS)
-    assert said == ([] if planned else ["not installed: pip install 'masonry-opt[solvers]'"])
+    assert said == ([] if planned else ["not installed: pip install 'masonry_opt[solvers]'"])
 
 
 def test_repeats_come_last():

@@ -102,7 +102,7 @@ def test_limits_with_other_terms_than_declared_are_refused(language):
 def test_solvers_of_the_extra_agree_where_they_are_installed(solver, formulation):
     """On a façade: HiPO gives up on smaller scenes."""
     if solver not in {*found_by_cvxpy(), *(name for _, name in SOLVERS)}:
-        pytest.skip("pip install 'masonry-opt[solvers]'")
+        pytest.skip("pip install 'masonry_opt[solvers]'")
     facade = CASES / "gilbert" / "facade_1x3.toml"
     expected, found = mo.solve(facade, "static"), mo.solve(facade, formulation, solver=solver)
     assert found.load_factor == pytest.approx(expected.load_factor, rel=1e-7)
