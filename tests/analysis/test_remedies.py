@@ -59,7 +59,7 @@ def test_order_of_the_remedies():
 
 def test_rough_sub_problems_are_first_solved_accurately():
     """What a rough run could not do proves little; and no rough answer ends early."""
-    for failure in (Status.CYCLING, Doubt.ROUGH):
+    for failure in (Status.CYCLING, Status.SOLVER_FAILED, Doubt.ROUGH):
         assert series(failure, FAST)[0] == "with accurately solved sub-problems"
         accurate = REMEDIES[failure][0](FAST)
         assert accurate.parameters == replace(FAST.parameters, tolerance=None, early=False)
