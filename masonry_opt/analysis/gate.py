@@ -52,6 +52,9 @@ COULOMB = Gate(complementarity=5e-2, work=5e-2, flow=5e-2, equilibrium=1e-2, bal
 #: it judges itself.
 FINISHED = replace(COULOMB, complementarity=inf, flow=inf, yielding=0.5)
 
+#: Of a loop that looked for exact forces in vain: λ to one per cent.
+IN_VAIN = replace(COULOMB, complementarity=1e-2)
+
 
 def failing_residuals(problem: Problem, finding: Finding, gate: Gate) -> str:
     """The residuals with which an answer fails its gate, in words; empty if it passes."""

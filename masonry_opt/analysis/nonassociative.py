@@ -8,7 +8,7 @@ from math import inf
 from masonry_opt.analysis.diagnosis import explain_no_answer
 from masonry_opt.analysis.exact_finish import leaves_little
 from masonry_opt.analysis.finding import Finding, Iteration
-from masonry_opt.analysis.gate import EXACT, FINISHED, failing_residuals, refused
+from masonry_opt.analysis.gate import EXACT, FINISHED, IN_VAIN, failing_residuals, refused
 from masonry_opt.analysis.load_units import DriverInUnitsOfLoad
 from masonry_opt.analysis.loop import Progress, first_limits, run_loop
 from masonry_opt.analysis.loop_options import LoopOptions
@@ -76,6 +76,8 @@ def nonassociative(
         if run.finding.status in (Status.CYCLING, Status.ITERATION_LIMIT):
             run.finding.message += f"; {certified}"
     finding = _gather(runs, options)
+    if options.finish and (failing := failing_residuals(problem, finding, IN_VAIN)):
+        finding = refused(finding, failing)
     finding.lp_solves += solves + driver.solves
     finding.size = driver.size()
     return finding
