@@ -79,9 +79,10 @@ def _nonassociative(task: Task) -> Finding:
 
 
 def _loop(task: Task, problem: Problem) -> Finding:
-    """The loop with its defaults, as the start of another method."""
-    solver = find_solver("cvxpy", None)
-    return nonassociative(problem, solver, task.watch, LoopOptions(), task.progress)
+    """The loop as the start of another method: accurate at any size, for the refinement needs to know which
+    faces move."""
+    solver, options = find_solver("cvxpy", None), LoopOptions(pace="paper")
+    return nonassociative(problem, solver, task.watch, options, task.progress)
 
 
 def _mpec(task: Task) -> Finding:
