@@ -181,16 +181,17 @@ class _Run:
         parameters, finding = self.parameters, self.finding
         load_factors = [entry.load_factor for entry in finding.history]
         if step.alpha <= parameters.alpha_min:
-            ready = iteration >= self.next_try
-            early = parameters.early and self._nearly_true() and ready
+            early = parameters.early and self._nearly_true()
             still = self._stands_still()
+            # Only runs that may end early pause between their tries: the others stand still first.
+            tried = (early or still) and (iteration >= self.next_try or not parameters.early)
             self.still_since = self.still_since or (iteration if still else 0)
             waited = self.still_since and iteration - self.still_since >= _PATIENCE
-            if (early or (still and (ready or not parameters.early))) and self._finish(step):
+            if tried and self._finish(step):
                 return True
             if (still and not parameters.finish) or (waited and not parameters.early):
                 return self._converged(step)
-            if early or still:
+            if tried:
                 self.next_try = iteration + _PAUSE
         if _diverges(load_factors):
             finding.status = Status.JAMMED

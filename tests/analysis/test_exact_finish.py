@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from scenes import CASES, block_on_floor
 
 import masonry_opt as mo
 from masonry_opt.analysis.exact_finish import MOST_ENERGY, exact_finish
+from masonry_opt.analysis.loop import first_limits, run_loop
 from masonry_opt.analysis.loop_options import FAST_FROM, LoopOptions
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.solvers.driver import declare
 from masonry_opt.solvers.registry import find_solver, rougher
 from masonry_opt.timing import Stopwatch
 
@@ -101,3 +106,20 @@ def test_no_exact_state_on_faces_that_cannot_all_be_at_yield():
     exact, solves = exact_finish(problem, broken, state.load_factor, Stopwatch())
     assert exact is None
     assert solves == 2
+
+
+def test_an_early_end_that_fails_is_tried_again_after_a_pause(monkeypatch):
+    """Also where λ stands still all the while, as it does at every step for so large a tolerance."""
+    at = []
+    problem = assemble(mo.load(wall(1))).problem
+    parameters = replace(LoopOptions(pace="fast", tol=0.5).parameters(1), max_iterations=14)
+    limits = first_limits(problem, parameters)
+    driver = declare(problem, "static", find_solver("cvxpy", None), Stopwatch(), limits)
+    seen = []
+    monkeypatch.setattr(
+        "masonry_opt.analysis.loop.rough_finish", lambda *_: at.append(len(seen)) or (None, 2)
+    )
+    finding, _ = run_loop(problem, driver, parameters, seen.append)
+    assert finding.status is mo.Status.ITERATION_LIMIT
+    assert len(at) > 2
+    assert {later - before for before, later in pairwise(at)} == {2}
