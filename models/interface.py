@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
 
 import numpy as np
 
@@ -27,27 +26,6 @@ class State:
     q: np.ndarray
     d: np.ndarray
     p: np.ndarray
-
-
-class Model(Protocol):
-    """A declared linear program whose shear limits can be changed between solves.
-
-    Attributes
-    ----------
-    problem: what it was declared on.
-    """
-
-    problem: Problem
-
-    @property
-    def program(self) -> Any:
-        """The language's own object: ``cvxpy.Problem`` or ``pyomo.ConcreteModel``."""
-
-    def set_shear_limits(self, limits: ShearLimits) -> None:
-        """Change the shear limits, and nothing else."""
-
-    def read(self) -> State:
-        """The state at the solver's optimum."""
 
 
 def gather_state(
