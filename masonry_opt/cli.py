@@ -20,11 +20,9 @@ from rich.console import Console
 from rich.markup import escape
 from rich.status import Status
 
-from masonry_opt.analysis.check import check as check_duality
-from masonry_opt.analysis.methods import METHODS
-from masonry_opt.analysis.result import Result
-from masonry_opt.analysis.solve import solve as solve_scene
-from masonry_opt.compare.command import compare
+from masonry_opt.analysis import solve as solve_scene
+from masonry_opt.answer.result import Result
+from masonry_opt.duality import check as check_duality
 from masonry_opt.errors import (
     InterruptedByUserError,
     MasonryError,
@@ -32,12 +30,14 @@ from masonry_opt.errors import (
     OutputError,
     printable,
 )
+from masonry_opt.methods.registry import METHODS
 from masonry_opt.report.mechanism_plot import plot_mechanism, refuse_picture
 from masonry_opt.report.terminal import duality_text, result_text
-from masonry_opt.reproduce.folder import open_folder, write_report
-from masonry_opt.reproduce.registry import EXAMPLES, find_examples
-from masonry_opt.reproduce.text import report_text
 from masonry_opt.solvers.registry import LANGUAGES
+from masonry_opt.studies.compare.command import compare
+from masonry_opt.studies.paper.folder import open_folder, write_report
+from masonry_opt.studies.paper.registry import EXAMPLES, find_examples
+from masonry_opt.studies.paper.text import report_text
 
 app = typer.Typer(
     add_completion=False,

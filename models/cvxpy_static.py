@@ -5,8 +5,8 @@ from __future__ import annotations
 import cvxpy as cp
 
 from masonry_opt.models.cvxpy_terms import ShearLimited
-from masonry_opt.models.interface import State, gather_state
 from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.problem.state import State, gather_state
 
 
 class CvxpyStatic(ShearLimited):

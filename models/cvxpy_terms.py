@@ -5,8 +5,8 @@ from __future__ import annotations
 import cvxpy as cp
 import numpy as np
 
-from masonry_opt.models.interface import expect_same_terms
 from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.problem.state import expect_same_terms
 
 
 class ShearLimited:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pyomo.environ as pyo
 
-from masonry_opt.models.interface import State, gather_state
 from masonry_opt.models.pyomo_terms import ShearLimited, add_mechanism, dot, duals, values
 from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.problem.state import State, gather_state
 
 
 class PyomoKinematic(ShearLimited):

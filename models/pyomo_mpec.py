@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pyomo.environ as pyo
 
-from masonry_opt.models.pyomo_both_sides import PyomoBothSides
+from masonry_opt.models.pyomo_states import PyomoBothSides
 from masonry_opt.models.pyomo_terms import SENSES, values
 from masonry_opt.problem.problem import Problem
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import pyomo.environ as pyo
 
-from masonry_opt.models.interface import State, gather_state
 from masonry_opt.models.pyomo_terms import SENSES, ShearLimited, add_forces, duals, values
 from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.problem.state import State, gather_state
 
 
 class PyomoStatic(ShearLimited):

@@ -10,8 +10,8 @@ import pyomo.environ as pyo
 import scipy.sparse as sp
 from pyomo.core.expr import LinearExpression
 
-from masonry_opt.models.interface import expect_same_terms
 from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.problem.state import expect_same_terms
 
 #: The two senses of sliding and of rocking.
 SENSES = ("+", "-")

@@ -18,8 +18,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from masonry_opt.analysis.result import Result
-from masonry_opt.analysis.status import Status
+from masonry_opt.answer.result import Result
+from masonry_opt.answer.status import Status
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import write_whole
 

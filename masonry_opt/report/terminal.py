@@ -11,10 +11,10 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from masonry_opt.analysis.check import DualityReport
-from masonry_opt.analysis.dilatancy_check import stressed_joints
-from masonry_opt.analysis.result import Result
+from masonry_opt.answer.result import Result
+from masonry_opt.duality import DualityReport
 from masonry_opt.errors import printable
+from masonry_opt.explain.stressed_joints import stressed_joints
 
 #: Columns shown as small numbers.
 _RESIDUALS = (

@@ -9,15 +9,15 @@ from typing import Any
 import cvxpy as cp
 import numpy as np
 
+from masonry_opt.effort import Stopwatch
 from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
-from masonry_opt.models.cvxpy_complementary import CvxpyForcesFor, CvxpyMotionFor
 from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
+from masonry_opt.models.cvxpy_least_energy import CvxpyForcesFor, CvxpyMotionFor
 from masonry_opt.models.cvxpy_mechanism import CvxpyMechanism
 from masonry_opt.models.cvxpy_static import CvxpyStatic
 from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.solvers.answer import Answer, LpSize, Outcome, outcome_of
+from masonry_opt.solvers.lp import Answer, LpSize, Outcome, outcome_of
 from masonry_opt.solvers.registry import Solver, find_solver
-from masonry_opt.timing import Stopwatch
 
 _MODELS: dict[str, type[CvxpyStatic] | type[CvxpyKinematic]] = {
     "static": CvxpyStatic,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from masonry_opt.effort import Stopwatch
 from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.solvers.answer import Answer, LpSize
 from masonry_opt.solvers.cvxpy_driver import CvxpyDriver
+from masonry_opt.solvers.lp import Answer, LpSize
 from masonry_opt.solvers.pyomo_driver import PyomoDriver
 from masonry_opt.solvers.registry import Solver
-from masonry_opt.timing import Stopwatch
 
 
 class Driver(Protocol):

@@ -7,12 +7,12 @@ import time
 from pyomo.contrib.solver.common.results import TerminationCondition
 from pyomo.contrib.solver.solvers.highs import Highs
 
+from masonry_opt.effort import Stopwatch
 from masonry_opt.models.pyomo_kinematic import PyomoKinematic
 from masonry_opt.models.pyomo_static import PyomoStatic
 from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.solvers.answer import Answer, LpSize, Outcome, outcome_of
+from masonry_opt.solvers.lp import Answer, LpSize, Outcome, outcome_of
 from masonry_opt.solvers.registry import Solver
-from masonry_opt.timing import Stopwatch
 
 _MODELS: dict[str, type[PyomoStatic] | type[PyomoKinematic]] = {
     "static": PyomoStatic,

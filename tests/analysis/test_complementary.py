@@ -10,16 +10,16 @@ from scenes import CASES, small_wall
 
 import masonry_opt as mo
 from masonry_opt.analysis import exact_finish
-from masonry_opt.analysis.exact_finish import rough_finish
-from masonry_opt.analysis.refinement import Refiner
-from masonry_opt.models.interface import State
+from masonry_opt.answer.certificate import certify, rates
+from masonry_opt.effort import Stopwatch
+from masonry_opt.methods.loop.exact_end import rough_finish
+from masonry_opt.methods.refined.programs import Refiner
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.problem.certificate import certify, rates
 from masonry_opt.problem.problem import yield_slacks
+from masonry_opt.problem.state import State
 from masonry_opt.solvers.cvxpy_driver import forces_for, motion_for
 from masonry_opt.solvers.driver import declare
 from masonry_opt.solvers.registry import find_solver
-from masonry_opt.timing import Stopwatch
 
 WALLS = [CASES / "ferris_tinloi" / f"wall_{number}.toml" for number in (1, 3, 5)]
 #: Two solvers, each to 1e-9 of energies near one.

@@ -10,13 +10,13 @@ import pytest
 from scenes import CASES, block_on_floor
 
 import masonry_opt as mo
-from masonry_opt.analysis.exact_finish import MOST_ENERGY, exact_finish
-from masonry_opt.analysis.loop import first_limits, run_loop
-from masonry_opt.analysis.loop_options import FAST_FROM, LoopOptions
+from masonry_opt.effort import Stopwatch
+from masonry_opt.methods.loop.exact_end import MOST_ENERGY, exact_finish
+from masonry_opt.methods.loop.options import FAST_FROM, LoopOptions
+from masonry_opt.methods.loop.steps import first_limits, run_loop
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.solvers.driver import declare
 from masonry_opt.solvers.registry import find_solver, rougher
-from masonry_opt.timing import Stopwatch
 
 FACADE = CASES / "gilbert" / "facade_1x3.toml"
 #: One program more, solved to 1e-9 like every other; energy is a sum over joints.
@@ -86,7 +86,7 @@ def test_tolerance_of_rough_sub_problems_reaches_the_solver(name):
 def test_fast_pace_is_solved_roughly(monkeypatch):
     asked = []
     monkeypatch.setattr(
-        "masonry_opt.analysis.nonassociative.rougher",
+        "masonry_opt.methods.loop.runs.rougher",
         lambda solver, tolerance: asked.append(tolerance) or rougher(solver, tolerance),
     )
     mo.solve(wall(1), pace="paper")
@@ -117,7 +117,7 @@ def test_an_early_end_that_fails_is_tried_again_after_a_pause(monkeypatch):
     driver = declare(problem, "static", find_solver("cvxpy", None), Stopwatch(), limits)
     seen = []
     monkeypatch.setattr(
-        "masonry_opt.analysis.loop.rough_finish", lambda *_: at.append(len(seen)) or (None, 2)
+        "masonry_opt.methods.loop.steps.rough_finish", lambda *_: at.append(len(seen)) or (None, 2)
     )
     finding, _ = run_loop(problem, driver, parameters, seen.append)
     assert finding.status is mo.Status.ITERATION_LIMIT

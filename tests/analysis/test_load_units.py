@@ -7,12 +7,12 @@ import pytest
 from scenes import CASES
 
 import masonry_opt as mo
-from masonry_opt.analysis.load_units import DriverInUnitsOfLoad, in_units_of_load
+from masonry_opt.effort import Stopwatch
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import ShearLimits
 from masonry_opt.solvers.driver import declare
+from masonry_opt.solvers.load_units import DriverInUnitsOfLoad, in_units_of_load
 from masonry_opt.solvers.registry import find_solver
-from masonry_opt.timing import Stopwatch
 
 WALL = CASES / "ferris_tinloi" / "wall_3.toml"
 

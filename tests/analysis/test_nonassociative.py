@@ -8,13 +8,13 @@ import pytest
 from scenes import CASES, block_on_floor, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.analysis.loop import run_loop
-from masonry_opt.analysis.loop_options import LoopOptions
+from masonry_opt.effort import Stopwatch
+from masonry_opt.methods.loop.options import LoopOptions
+from masonry_opt.methods.loop.steps import run_loop
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import ShearLimits
 from masonry_opt.solvers.driver import declare
 from masonry_opt.solvers.registry import find_solver
-from masonry_opt.timing import Stopwatch
 
 WALL_1 = CASES / "ferris_tinloi" / "wall_1.toml"
 WALL_3 = CASES / "ferris_tinloi" / "wall_3.toml"

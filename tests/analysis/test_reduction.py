@@ -7,11 +7,11 @@ import pytest
 from scenes import small_wall, two_blocks
 
 import masonry_opt as mo
+from masonry_opt.effort import Stopwatch
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import ShearLimits
 from masonry_opt.solvers.driver import declare
 from masonry_opt.solvers.registry import find_solver
-from masonry_opt.timing import Stopwatch
 
 #: No joint of these scenes carries shear beyond this multiple of its normal force.
 AS_GOOD_AS_UNLIMITED = 1e4

@@ -10,7 +10,7 @@ import pytest
 from scenes import CASES, block_on_floor, small_wall
 
 import masonry_opt as mo
-from masonry_opt.analysis.refinement import Refiner
+from masonry_opt.methods.refined.programs import Refiner
 from masonry_opt.solvers import ipopt
 
 WALLS = [CASES / "ferris_tinloi" / f"wall_{number}.toml" for number in range(1, 7)]
@@ -159,7 +159,7 @@ def test_an_imposed_bound_is_no_proof_even_untouched():
 
 def test_a_start_that_is_not_exact_cuts_nothing_off(monkeypatch):
     """Livesley's loop ends 1e-4 below the least exact state: it must not pass for the answer."""
-    monkeypatch.setattr("masonry_opt.analysis.global_bounds._is_exact", lambda *_: False)
+    monkeypatch.setattr("masonry_opt.methods.global_search._is_exact", lambda *_: False)
     result = mo.solve(WEDGES, "global")
     assert result.status is mo.Status.OPTIMAL
     assert result.load_factor == pytest.approx(mo.load(WEDGES).reference["coulomb"].value, abs=1e-6)

@@ -9,12 +9,12 @@ from scenes import CASES
 
 import masonry_opt as mo
 from masonry_opt.analysis import nonassociative
-from masonry_opt.analysis.loop_options import LoopOptions
-from masonry_opt.analysis.remedies import REMEDIES, Attempt, Doubt
-from masonry_opt.analysis.status import Status
+from masonry_opt.answer.status import Status
+from masonry_opt.methods.loop.options import LoopOptions
+from masonry_opt.methods.loop.remedies import REMEDIES, Attempt, Doubt
 from masonry_opt.solvers.registry import find_solver
-from masonry_opt.stability.scenes import confined, ferris_tinloi
-from masonry_opt.stability.solver_failures import STEPPED, TWO_PATHS
+from masonry_opt.studies.atlas.small_scenes import confined, ferris_tinloi
+from masonry_opt.studies.atlas.solver_failures import STEPPED, TWO_PATHS
 
 WALL_6 = CASES / "ferris_tinloi" / "wall_6.toml"
 FIRST = Attempt(LoopOptions().parameters(joints=1), find_solver("cvxpy", None))
@@ -152,8 +152,8 @@ def test_runs_are_limited(monkeypatch):
 def test_a_load_factor_without_an_exact_state_is_not_taken(monkeypatch):
     """Where λ stands still far from any exact state the loop goes on; if all is in vain it is given, with
     what its certificate leaves."""
-    monkeypatch.setattr("masonry_opt.analysis.loop.exact_finish", lambda *_: (None, 1))
-    monkeypatch.setattr("masonry_opt.analysis.loop._PATIENCE", 1)
+    monkeypatch.setattr("masonry_opt.methods.loop.steps.exact_finish", lambda *_: (None, 1))
+    monkeypatch.setattr("masonry_opt.methods.loop.steps._PATIENCE", 1)
     raw = mo.solve(WALL_6, tol=1e-3, finish=False)
     assert raw.certificate.complementarity > 1e-3
     result = mo.solve(WALL_6, tol=1e-3)

@@ -9,10 +9,10 @@ import pytest
 from scenes import CASES, block_on_floor, small_wall, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.compare import accuracy
-from masonry_opt.compare.accuracy import CERTIFIED, Bounds, certified_bounds
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.stability.scenes import block, chute, confined, overhanging
+from masonry_opt.studies.atlas.small_scenes import block, chute, confined, overhanging
+from masonry_opt.studies.compare import accuracy
+from masonry_opt.studies.compare.accuracy import CERTIFIED, Bounds, certified_bounds
 
 #: What arithmetic of double precision may take from a bound.
 _ROUNDING = 1e-12

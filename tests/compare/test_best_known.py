@@ -9,8 +9,8 @@ from lines import line
 from scenes import CASES, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.compare.best_known import FILE, BestKnown, best_known, improve, lowest_exact, merged
-from masonry_opt.compare.scenes import find_scenes
+from masonry_opt.studies.compare.best_known import FILE, BestKnown, best_known, improve, lowest_exact, merged
+from masonry_opt.studies.compare.case_scenes import find_scenes
 
 
 @pytest.fixture
@@ -81,7 +81,7 @@ def test_an_unwritable_registry_is_named_and_no_error(case, monkeypatch):
     def refuse(*_):
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr("masonry_opt.compare.best_known.write_whole", refuse)
+    monkeypatch.setattr("masonry_opt.studies.compare.best_known.write_whole", refuse)
     (message,) = improve([case], lowest_exact([exact(case, load_factor=0.15)]))
     assert "cannot be written (Permission denied)" in message
     assert "0.15" in message

@@ -11,14 +11,14 @@ from typer.testing import CliRunner
 
 import masonry_opt as mo
 from masonry_opt.cli import app
-from masonry_opt.compare import comparison
-from masonry_opt.compare.comparison import Limits, compare
-from masonry_opt.compare.measure import TIME_LIMIT, Ended
-from masonry_opt.compare.page import page
-from masonry_opt.compare.plan import plan
-from masonry_opt.compare.report import summary_text, write_report
-from masonry_opt.compare.scenes import find_scenes
-from masonry_opt.compare.store import Store
+from masonry_opt.studies.compare import comparison
+from masonry_opt.studies.compare.case_scenes import find_scenes
+from masonry_opt.studies.compare.comparison import Limits, compare
+from masonry_opt.studies.compare.measure import TIME_LIMIT, Ended
+from masonry_opt.studies.compare.page import page
+from masonry_opt.studies.compare.plan import plan
+from masonry_opt.studies.compare.report import summary_text, write_report
+from masonry_opt.studies.compare.store import Store
 
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 PLAN = plan(["static"], ["cvxpy"], ["clarabel", "highs"], [1e-4, 1e-8])

@@ -8,8 +8,8 @@ import pandas as pd
 import pytest
 from lines import line
 
-from masonry_opt.compare import frames
-from masonry_opt.compare.accuracy import Bounds
+from masonry_opt.studies.compare import frames
+from masonry_opt.studies.compare.accuracy import Bounds
 
 BOUNDS = {name: Bounds(1 - 1e-12, 1 + 1e-12) for name in ("a", "b", "c")}
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from lines import line
 
-from masonry_opt.analysis.status import Status
-from masonry_opt.compare.accuracy import Bounds
-from masonry_opt.compare.best_known import BestKnown
-from masonry_opt.compare.judge import CERTIFIED, FAILED, NAMED, WRONG, judge
+from masonry_opt.answer.status import Status
+from masonry_opt.studies.compare.accuracy import Bounds
+from masonry_opt.studies.compare.best_known import BestKnown
+from masonry_opt.studies.compare.judge import CERTIFIED, FAILED, NAMED, WRONG, judge
 
 BOUNDS = Bounds(0.5 - 1e-11, 0.5 + 1e-11)
 BEST = BestKnown(0.4, "refined")

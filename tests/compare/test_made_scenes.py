@@ -7,14 +7,14 @@ from scenes import CASES
 from typer.testing import CliRunner
 
 import masonry_opt as mo
-from masonry_opt.analysis.status import Status
+from masonry_opt.answer.status import Status
 from masonry_opt.cli import app
-from masonry_opt.compare.made_scenes import right_claims, write_atlas, write_random
-from masonry_opt.compare.scenes import content_of, find_scenes
-from masonry_opt.compare.store import Store
-from masonry_opt.stability.atlas import ATLAS
-from masonry_opt.stability.entry import Entry, Run
-from masonry_opt.stability.random_scenes import random_scene
+from masonry_opt.studies.atlas.entries import ATLAS
+from masonry_opt.studies.atlas.entry import Entry, Run
+from masonry_opt.studies.atlas.random_scenes import random_scene
+from masonry_opt.studies.compare.case_scenes import content_of, find_scenes
+from masonry_opt.studies.compare.made_scenes import right_claims, write_atlas, write_random
+from masonry_opt.studies.compare.store import Store
 
 
 def test_the_atlas_is_written_scene_by_scene_with_its_answers(tmp_path):

@@ -12,7 +12,7 @@ import hogs
 import pytest
 from scenes import CASES
 
-from masonry_opt.compare.measure import (
+from masonry_opt.studies.compare.measure import (
     CRASHED,
     DIED,
     FINISHED,
@@ -21,8 +21,8 @@ from masonry_opt.compare.measure import (
     TIME_LIMIT,
     run_limited,
 )
-from masonry_opt.compare.plan import Pair
-from masonry_opt.compare.worker import run_pair
+from masonry_opt.studies.compare.plan import Pair
+from masonry_opt.studies.compare.worker import run_pair
 
 
 def test_a_run_over_its_time_is_killed():

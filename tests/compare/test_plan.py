@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 import masonry_opt as mo
-from masonry_opt.compare.plan import Pair, plan
 from masonry_opt.solvers.registry import HIPO, SOLVERS
+from masonry_opt.studies.compare.plan import Pair, plan
 
 
 def test_everything_admissible_is_planned_at_every_tolerance():

@@ -7,12 +7,12 @@ import pytest
 from scenes import ALL_CASES, CASES, small_wall, two_blocks
 
 import masonry_opt as mo
+from masonry_opt.answer.certificate import finite
+from masonry_opt.effort import Stopwatch
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.problem.certificate import finite
 from masonry_opt.problem.problem import ShearLimits, joint_rates, yield_slacks
 from masonry_opt.solvers.driver import declare
 from masonry_opt.solvers.registry import HIPO, SOLVERS, find_solver, found_by_cvxpy
-from masonry_opt.timing import Stopwatch
 
 #: Cases on which HiGHS's simplex, Pyomo's default, needs minutes to hours.
 TOO_LARGE = {"facade_3x9", "facade_4x12", "facade_6x18", "facade_8x24", "facade_10x30"}

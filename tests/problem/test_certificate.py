@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scenes import small_wall
 
+from masonry_opt.answer.certificate import certify, rates
+from masonry_opt.effort import Stopwatch
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.problem.certificate import certify, rates
 from masonry_opt.problem.problem import joint_rates
 from masonry_opt.solvers.driver import declare
 from masonry_opt.solvers.registry import find_solver
-from masonry_opt.timing import Stopwatch
 
 
 @pytest.fixture(scope="module")

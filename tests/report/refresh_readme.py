@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from masonry_opt.report.terminal import markdown
-from masonry_opt.reproduce.table1 import table1
+from masonry_opt.studies.paper.table1 import table1
 
 #: Times are of one run on one machine: they are printed, not kept.
 LEFT_OUT = ["method", "NLPs", "time (s)", "published (s)"]

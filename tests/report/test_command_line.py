@@ -16,8 +16,8 @@ import masonry_opt as mo
 from masonry_opt.cli import main
 from masonry_opt.report.mechanism_plot import joint_motion
 from masonry_opt.report.terminal import markdown
-from masonry_opt.reproduce.table1 import table1
-from masonry_opt.reproduce.text import report_text
+from masonry_opt.studies.paper.table1 import table1
+from masonry_opt.studies.paper.text import report_text
 
 README = Path(__file__).parents[2] / "README.md"
 WALL_1 = CASES / "ferris_tinloi" / "wall_1.toml"

@@ -6,8 +6,8 @@ import pytest
 from scenes import CASES
 
 from masonry_opt.errors import CaseError
-from masonry_opt.reproduce.folder import write_report
-from masonry_opt.reproduce.registry import EXAMPLES, find_examples
+from masonry_opt.studies.paper.folder import write_report
+from masonry_opt.studies.paper.registry import EXAMPLES, find_examples
 
 FIGURES = ["fig6", "fig7", "fig8", "fig10", "fig11", "fig12", "fig13", "facades", "variants", "dilatancy"]
 

@@ -8,10 +8,10 @@ import pytest
 from scenes import CASES
 
 import masonry_opt as mo
-from masonry_opt.reproduce.stability import atlas_row, difference_line
-from masonry_opt.stability.atlas import ATLAS
-from masonry_opt.stability.entry import Run, carry_out
-from masonry_opt.stability.heat_maps import scene_sheet
+from masonry_opt.studies.atlas.entries import ATLAS
+from masonry_opt.studies.atlas.entry import Run, carry_out
+from masonry_opt.studies.atlas.heat_maps import scene_sheet
+from masonry_opt.studies.paper.stability import atlas_row, difference_line
 
 
 def _runs():

@@ -7,9 +7,9 @@ import pytest
 from scenes import block_on_floor
 
 import masonry_opt as mo
-from masonry_opt.analysis.finding import Finding
-from masonry_opt.analysis.result import make_result
-from masonry_opt.analysis.status import Status
+from masonry_opt.answer.result import make_result
+from masonry_opt.answer.solution import Finding
+from masonry_opt.answer.status import Status
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.report.mechanism_plot import plot_mechanism
 

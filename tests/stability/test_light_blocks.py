@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import masonry_opt as mo
-from masonry_opt.analysis.gate import EXACT, failing_residuals
-from masonry_opt.stability.scenes import rectangle
+from masonry_opt.answer.acceptance import EXACT, failing_residuals
+from masonry_opt.studies.atlas.small_scenes import rectangle
 
 RUNS = {
     "static": ("static", {}),

@@ -7,9 +7,9 @@ import pytest
 from scenes import CASES
 
 import masonry_opt as mo
-from masonry_opt.stability import maps
-from masonry_opt.stability.heat_maps import heat_maps, letter
-from masonry_opt.stability.maps import GRIDS, Axis, Grid, describe, run_grid, safe_region
+from masonry_opt.studies.atlas import maps
+from masonry_opt.studies.atlas.heat_maps import heat_maps, letter
+from masonry_opt.studies.atlas.maps import GRIDS, Axis, Grid, describe, run_grid, safe_region
 
 SMALL = Grid(
     "limit and blending",

@@ -20,9 +20,9 @@ import pytest
 from scenes import CASES, small_wall
 
 import masonry_opt as mo
-from masonry_opt.analysis.status import Status
-from masonry_opt.compare.judge import LIMITS
-from masonry_opt.stability.random_scenes import KINDS, random_scene
+from masonry_opt.answer.status import Status
+from masonry_opt.studies.atlas.random_scenes import KINDS, random_scene
+from masonry_opt.studies.compare.judge import LIMITS
 
 #: Programs solved to 1e-9, twice. Random scenes have sliver cells and light blocks, which cost digits.
 EXACT, RANDOM = 1e-7, 1e-6

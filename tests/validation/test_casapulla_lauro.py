@@ -10,17 +10,17 @@ import pytest
 from scenes import CASES
 
 import masonry_opt as mo
-from masonry_opt.analysis.least_thickness import least_thickness, opened_scene
+from masonry_opt.answer.certificate import certify
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.problem.certificate import certify
 from masonry_opt.problem.problem import yield_slacks
-from masonry_opt.reproduce.arch import largest_obliquity, least_friction, mode_of
-from masonry_opt.reproduce.continuous_arch import (
+from masonry_opt.scene.case_file import load_with_arch
+from masonry_opt.studies.paper.arch import largest_obliquity, least_friction, mode_of
+from masonry_opt.studies.paper.continuous_arch import (
     least_friction_to_hinge,
     least_friction_to_stand,
     least_thickness_ratio,
 )
-from masonry_opt.scene.case_file import load_with_arch
+from masonry_opt.studies.paper.least_thickness import least_thickness, opened_scene
 
 SCENE, ARCH = load_with_arch(CASES / "casapulla_lauro" / "arch.toml")
 HINGED = mo.JointDefaults(friction=math.inf)

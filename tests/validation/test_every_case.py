@@ -9,8 +9,8 @@ import pytest
 from scenes import ALL_CASES, CASES
 
 import masonry_opt as mo
-from masonry_opt.reproduce.paper_loop import PAPER
-from masonry_opt.reproduce.table1 import RESTARTS
+from masonry_opt.studies.paper.paper_loop import PAPER
+from masonry_opt.studies.paper.table1 import RESTARTS
 
 #: The method that must meet a reference of that name, and its options.
 METHODS: dict[str, tuple[str, dict[str, Any]]] = {

@@ -9,8 +9,8 @@ import pytest
 from scenes import CASES, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.reproduce.paper_loop import PAPER
-from masonry_opt.reproduce.two_blocks import (
+from masonry_opt.studies.paper.paper_loop import PAPER
+from masonry_opt.studies.paper.two_blocks import (
     CONTRACTS,
     EXPANDS,
     FLAT,
@@ -18,7 +18,7 @@ from masonry_opt.reproduce.two_blocks import (
     jump_angle,
     with_dilatancy,
 )
-from masonry_opt.reproduce.two_blocks_loop import FLAT_LIMITS, SOLVERS, end_of_loop, follow
+from masonry_opt.studies.paper.two_blocks_loop import FLAT_LIMITS, SOLVERS, end_of_loop, follow
 
 #: An exact state, of a case file with twelve digits.
 EXACT = 1e-8

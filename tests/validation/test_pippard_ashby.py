@@ -6,8 +6,8 @@ import pytest
 from scenes import CASES
 
 import masonry_opt as mo
-from masonry_opt.reproduce.rib import friction_to_stand, with_friction
 from masonry_opt.scene.case_file import load_with_arch
+from masonry_opt.studies.paper.rib import friction_to_stand, with_friction
 
 RIB, ARCH = load_with_arch(CASES / "pippard_ashby" / "rib.toml")
 

@@ -1,1 +1,0 @@
-"""The analyses: a scene and a method to a result."""

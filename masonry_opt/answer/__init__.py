@@ -1,0 +1,1 @@
+"""What an answer is, and when it is good enough."""

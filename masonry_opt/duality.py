@@ -1,0 +1,105 @@
+"""Duality: static against kinematic, CVXPY against Pyomo, and each model's duals as kinematics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from masonry_opt.analysis import solve
+from masonry_opt.answer.certificate import finite
+from masonry_opt.effort import Stopwatch
+from masonry_opt.errors import NoLoadFactorError
+from masonry_opt.methods.associative import associative_answer
+from masonry_opt.problem.problem import Problem, joint_rates, yield_slacks
+from masonry_opt.problem.state import State
+from masonry_opt.scene.scene import Scene
+from masonry_opt.solvers.registry import LANGUAGES, find_solver
+
+#: Relative agreement demanded of load factors, and of every other condition.
+LOAD_FACTOR_TOLERANCE = 1e-7
+CONDITION_TOLERANCE = 1e-6
+
+#: Load factors below this are compared as they are: near zero a relative difference says nothing.
+_SMALLEST = 1e-2
+
+#: CVXPY with Clarabel leaves more digits here than the default tolerance asks for.
+_SOLVER_TOLERANCE = 1e-10
+
+
+@dataclass(frozen=True)
+class DualityReport:
+    """What :func:`check` found.
+
+    Attributes
+    ----------
+    table: one row a formulation and language: ``load_factor``, ``difference`` (relative, from the
+        median of all), and the residuals ``equilibrium``, ``yield``, ``kinematics`` (Bᵀd = D p with
+        p ≥ 0, over the largest velocity), ``virtual_work`` and ``complementarity`` (both over Σ|f_L|).
+    """
+
+    table: pd.DataFrame
+
+    @property
+    def passed(self) -> bool:
+        """Load factors agree to 1e-7 relative, every residual is below 1e-6."""
+        residuals = self.table.drop(columns=["formulation", "model", "load_factor", "difference"])
+        return bool(
+            (self.table["difference"] <= LOAD_FACTOR_TOLERANCE).all()
+            and (residuals <= CONDITION_TOLERANCE).all(axis=None)
+        )
+
+
+def check(scene: Scene | str | Path) -> DualityReport:
+    """Solve the associative problem four ways and hold the answers against each other.
+
+    Parameters
+    ----------
+    scene: a scene, or the path of a case file.
+
+    Raises
+    ------
+    CaseError
+        If the scene is wrong.
+    NoLoadFactorError
+        If the scene has no associative load factor to compare.
+    """
+    result = solve(scene, "static")
+    result.required()
+    problem = result.assembly.problem
+    rows = []
+    for language in LANGUAGES:
+        solver = find_solver(language, None, _SOLVER_TOLERANCE)
+        for formulation in ("static", "kinematic"):
+            answer, _ = associative_answer(problem, formulation, solver, Stopwatch())
+            if answer.state is None:
+                raise NoLoadFactorError(
+                    f"{result.case}: {formulation}, {language}: the solver stopped with '{answer.word}'"
+                )
+            rows.append({"formulation": formulation, "model": language} | _row(problem, answer.state))
+    table = pd.DataFrame(rows)
+    middle = float(table["load_factor"].median())
+    table.insert(3, "difference", (table["load_factor"] - middle).abs() / max(abs(middle), _SMALLEST))
+    return DualityReport(table)
+
+
+def _row(problem: Problem, state: State) -> dict[str, float]:
+    slope = finite(problem.friction)
+    balance = problem.B @ state.q + state.load_factor * problem.live + problem.dead
+    z = yield_slacks(problem, state.q)
+    z = np.where(np.isfinite(z), z, 0.0)
+    departure = problem.B.T @ state.d - joint_rates(problem, state.p, slope)
+    velocity = np.abs(state.d).max()
+    k = problem.sliding
+    dissipated = problem.cohesion[k] @ (state.p[0] + state.p[1])[k]
+    external = state.load_factor * problem.live @ state.d + problem.dead @ state.d
+    return {
+        "load_factor": state.load_factor,
+        "equilibrium": float(np.abs(balance).max() / problem.blocks),
+        "yield": float(max(-z.min(), 0.0)),
+        "kinematics": float(max(np.abs(departure).max(), -state.p.min(), 0.0) / velocity),
+        "virtual_work": float(abs(external - dissipated) / problem.live_norm),
+        "complementarity": float(np.abs(z * state.p).sum() / problem.live_norm),
+    }

@@ -1,0 +1,1 @@
+"""Why there is no answer, and every sentence a user reads."""

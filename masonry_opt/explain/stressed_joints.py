@@ -1,0 +1,76 @@
+"""Whether the dilatancy of an associative answer is credible: the check of section 6.5 of the paper."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pandas as pd
+
+from masonry_opt.answer.result import Result
+from masonry_opt.errors import OptionError
+
+#: Slip below this share of the fastest block's velocity is the solver's last digits.
+_STILL = 1e-6
+
+
+def stressed_joints(result: Result, above: float | None = None) -> pd.DataFrame:
+    """Joints that slide with dilation in an associative answer, stressed too highly to dilate.
+
+    Real joints dilate little under high normal stress (section 6.5): where such joints slide, and
+    most of all where much energy goes into them, the associative load factor may be too high.
+
+    Parameters
+    ----------
+    result:
+        Of method "static" or "kinematic".
+    above:
+        Mean normal stress (force per unit length of joint) above which dilatancy is not credible.
+        Default: from where on the scene's own ``dilatancy_stress`` leaves none, joint by joint.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row a joint, by its number in ``result.joints``: ``first``, ``second`` (blocks), ``x``,
+        ``y`` (middle), ``stress`` (mean normal stress), ``slip`` (its rate), ``dilation`` (the rate
+        at which sliding opens the joint) and ``energy`` (what the live load spends on that dilation
+        against the normal force, in units of λ).
+
+    Raises
+    ------
+    OptionError
+        If the result is of another method or has no mechanism, ``above`` is not a number from zero
+        on, or neither it nor the scene says what stress is too high.
+    """
+    if result.method not in ("static", "kinematic"):
+        raise OptionError(
+            f"stressed_joints: takes an associative result (method 'static' or 'kinematic'), not one of "
+            f"'{result.method}'"
+        )
+    finding, problem = result.finding, result.assembly.problem
+    if finding.q is None or finding.d is None or result.load_factor is None:
+        raise OptionError(f"stressed_joints: the result has no mechanism: {result.status}")
+    n, slip = finding.q[0::3], np.abs((problem.B.T @ finding.d)[1::3])
+    frame = result.joints[["first", "second", "x", "y"]].assign(
+        stress=result.joints["n"] / result.joints["length"],
+        slip=result.joints["slip"],
+        dilation=np.where(np.isfinite(problem.friction), problem.friction, 0.0) * slip,
+    )
+    frame["energy"] = frame["dilation"] * n / problem.live_norm
+    dilates = (frame["dilation"] > 0) & (slip > _STILL * np.abs(finding.d).max())
+    return frame[dilates & (n > _least_force(result, above))]
+
+
+def _least_force(result: Result, above: float | None) -> np.ndarray:
+    """Normal forces above which dilatancy is not credible, in the problem's unit, shape (c,)."""
+    problem = result.assembly.problem
+    if above is None:
+        if not np.isfinite(problem.dilatancy_force[:, 1]).any():
+            raise OptionError(
+                "stressed_joints: say 'above' which stress dilatancy is not credible, or give the scene's "
+                "joints 'dilatancy_stress'"
+            )
+        return problem.dilatancy_force[:, 1]
+    if not (isinstance(above, (int, float)) and math.isfinite(above) and above >= 0):
+        raise OptionError(f"stressed_joints: 'above' must be a number from 0 on (found {above!r})")
+    return above * result.assembly.joints.length / problem.force_unit

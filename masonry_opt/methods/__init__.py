@@ -1,0 +1,1 @@
+"""One folder or file a method: a task in, a solution out."""

@@ -1,0 +1,123 @@
+"""What the loop tries next where a run of it fails, in which order and how often."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from enum import StrEnum
+
+from masonry_opt.answer.status import Status
+from masonry_opt.methods.loop.options import Parameters
+from masonry_opt.solvers.registry import Solver, find_solver, rougher
+
+#: Tolerance that a solver reaches where its own is too tight for a scene.
+_LOOSER = 1e-7
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """What a run of the loop works with, and what was changed for it."""
+
+    parameters: Parameters
+    solver: Solver
+    remedy: str = ""
+
+
+class Doubt(StrEnum):
+    """Why a load factor that a run converged to is not taken, while something is left to try."""
+
+    INEXACT = "converged to no exact state"
+    ROUGH = "converged roughly where the flow rule has no influence"
+
+
+#: What to work with after a run that worked with this; None if that was tried.
+Remedy = Callable[[Attempt], Attempt | None]
+
+
+def _accurately(last: Attempt) -> Attempt | None:
+    """Sub-problems solved as exactly as any program: a rough answer proves little."""
+    if last.parameters.tolerance is None:
+        return None
+    parameters = replace(last.parameters, tolerance=None, early=False)
+    return replace(last, parameters=parameters, remedy="with accurately solved sub-problems")
+
+
+def less_slope(last: Attempt) -> Attempt | None:
+    """A contracting limit |s| ≤ c - αμn also caps n at c / (αμ): less slope, less of a cap."""
+    if last.parameters.alpha <= last.parameters.alpha_min:
+        return None
+    alpha = last.parameters.alpha / 3
+    return replace(last, parameters=replace(last.parameters, alpha=alpha), remedy=f"with alpha = {alpha:.2g}")
+
+
+def _more_damping(last: Attempt) -> Attempt | None:
+    beta = last.parameters.beta / 2
+    return replace(last, parameters=replace(last.parameters, beta=beta), remedy=f"with beta = {beta:.2g}")
+
+
+def _more_cohesion(last: Attempt) -> Attempt | None:
+    """Joints that lost their normal force keep some room; the exact end takes it off."""
+    c0 = max(10 * last.parameters.c0, 1e-3)
+    return replace(last, parameters=replace(last.parameters, c0=c0), remedy=f"with c0 = {c0:.0e}")
+
+
+def _less_cohesion(last: Attempt) -> Attempt | None:
+    """So much small cohesion may carry what no exact state does."""
+    if last.parameters.c0 <= 1e-5:
+        return None
+    c0 = last.parameters.c0 / 10
+    return replace(last, parameters=replace(last.parameters, c0=c0), remedy=f"with c0 = {c0:.0e}")
+
+
+def _cohesive_start(last: Attempt) -> Attempt | None:
+    """Section 6.3: a start that dilatancy cannot lock."""
+    if last.parameters.start == "cohesive":
+        return None
+    return replace(
+        last, parameters=replace(last.parameters, start="cohesive"), remedy="from a cohesive start"
+    )
+
+
+def _looser_solver(last: Attempt) -> Attempt | None:
+    solver = rougher(last.solver, _LOOSER)
+    if solver == last.solver or last.parameters.tolerance is not None:
+        return None
+    return replace(last, solver=solver, remedy=f"with tolerance {_LOOSER:.0e}")
+
+
+def _another_solver(last: Attempt) -> Attempt | None:
+    name = "clarabel" if last.solver.name != "clarabel" else "highs-ipm"
+    return replace(last, solver=find_solver("cvxpy", name), remedy=f"with solver {name}")
+
+
+_DAMPED = (_accurately, _more_damping, _more_cohesion, _more_damping, _cohesive_start)
+
+#: Room for joints that lost their normal force.
+_ROOM = (
+    *(less_slope,) * 3,
+    _accurately,
+    _more_cohesion,
+    _cohesive_start,
+    _more_damping,
+    _more_cohesion,
+    _more_damping,
+)
+
+#: What is tried after each way to fail, in this order, each entry once.
+REMEDIES: dict[Status | Doubt, tuple[Remedy, ...]] = {
+    Status.LOCKED: (_cohesive_start,),
+    Status.NO_STATE: (*_ROOM, _another_solver, *(less_slope,) * 3),
+    Status.CYCLING: _DAMPED,
+    Status.ITERATION_LIMIT: _DAMPED,
+    Doubt.INEXACT: (
+        _accurately,
+        _less_cohesion,
+        _cohesive_start,
+        _less_cohesion,
+        _more_damping,
+        _more_cohesion,
+        _another_solver,
+    ),
+    Status.SOLVER_FAILED: (_accurately, _looser_solver, _another_solver, _cohesive_start),
+    Doubt.ROUGH: (_accurately,),
+}

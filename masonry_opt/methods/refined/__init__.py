@@ -1,0 +1,1 @@
+"""Exact states of Coulomb friction by linear programs."""

@@ -1,0 +1,291 @@
+"""Atlas, first part: failures of the loop, its parameters and the solvers, on scenes that have an answer."""
+
+from __future__ import annotations
+
+from masonry_opt.answer.status import Status
+from masonry_opt.studies.atlas.entry import Entry, Run
+from masonry_opt.studies.atlas.expectations import (
+    AGAIN,
+    LOOP,
+    OTHERS,
+    RAW,
+    REMEDIED,
+    TWO_FORMULATIONS,
+    WITHOUT_HALVING,
+    associative,
+    loops,
+    references,
+)
+from masonry_opt.studies.atlas.small_scenes import (
+    block,
+    bonded,
+    ferris_tinloi,
+)
+
+#: Two paths to the base, round an opening, whose load factors lie near each other.
+TWO_PATHS = bonded([[0.5, 1, 1, 0.5], [1, -1, 1], [0.5, 1, 1, 0.5]], (4, 1), 0.8)
+#: Others on which the small cohesion decides, or a vertex.
+STUCK = bonded([[0.5, 1, 1, 0.5], [1, -1, 1], [0.5, 1, -1, 0.5], [1, 1, 1]], (4, 1), 0.8)
+PENETRATING = bonded([[0.5, 1, 1, 1, 0.5], [1, -1, 1, 1], [0.5, 1, 1, 1, 0.5]], (4, 1), 0.8)
+STEPPED = bonded([[0.5, 1, 1, 0.5], [1, -1, 1], [0.5, -1, 1, 0.5], [1, 1, 1]], (4, 3), 0.65)
+
+ENTRIES: tuple[Entry, ...] = (
+    Entry(
+        "cycling on wall 6",
+        "With β = 1 the shear limits follow the last normal forces alone and the loop swings between states.",
+        ferris_tinloi(6),
+        (
+            Run(Status.CYCLING, options={"beta": 1.0, **WITHOUT_HALVING, **RAW}, says="lower 'beta'"),
+            Run(
+                Status.CONVERGED,
+                options={"beta": 1.0, **WITHOUT_HALVING},
+                load_factor=0.30040907,
+                source="an exact state on the mechanism of the cycle, 1.3 % above the paper's",
+                says="repeats itself every 2 iterations",
+            ),
+            Run(
+                Status.CONVERGED,
+                options={"beta": 1.0},
+                load_factor=(0.291786, 0.29649 * 1.01),
+                source="lowest exact state known, to 1 % above the paper's",
+                says=REMEDIED,
+            ),
+            Run(Status.CONVERGED, load_factor=0.29649, tolerance=3e-4, source="paper, Table 1 (β = 0.6)"),
+        ),
+    ),
+    Entry(
+        "cycling between near-equal load paths",
+        "Two ways round an opening carry nearly the same λ: each turn of the shear limits sends the load the "
+        "other way.",
+        TWO_PATHS,
+        (
+            *loops(Status.CYCLING, options={"beta": 1.0, **RAW}, says="every 2 iterations"),
+            *loops(
+                Status.CONVERGED,
+                13 / 17,
+                TWO_FORMULATIONS,
+                options={"beta": 1.0},
+                says="this state is exact",
+                tolerance=1e-6,
+            ),
+            *loops(Status.CONVERGED, 13 / 17, TWO_FORMULATIONS, tolerance=2e-4),
+            *associative(Status.OPTIMAL, 79 / 101, OTHERS),
+            *references(13 / 17, TWO_FORMULATIONS),
+        ),
+    ),
+    Entry(
+        "c₀ = 0: stuck at the associative answer",
+        "Joints without normal force get the limits |s| ≤ -αμn, can never be loaded again, and λ stands "
+        "still where it began.",
+        STUCK,
+        (
+            *loops(Status.CONVERGED, 0.6918799, "the associative λ, 7 % too high", options={"c0": 0.0}),
+            *loops(Status.CONVERGED, 0.6439628, TWO_FORMULATIONS),
+            *associative(Status.OPTIMAL, 0.6918799, OTHERS),
+            *references(0.6439628, TWO_FORMULATIONS),
+        ),
+    ),
+    Entry(
+        "c₀ = 0: uncontrolled penetration",
+        "Both limits of a joint at n = 0 are active at once, and slip of both senses together closes the "
+        "joint at no cost: blocks pass into each other, below any Coulomb λ. The certificate shows it, and "
+        "λ is not given out.",
+        PENETRATING,
+        (
+            Run(Status.SOLVER_FAILED, solver="highs", options={"c0": 0.0, **RAW}, says="(flow"),
+            Run(
+                Status.CONVERGED,
+                solver="highs",
+                options={"c0": 0.0},
+                load_factor=0.7784431,
+                tolerance=5e-5,
+                source=TWO_FORMULATIONS,
+                says="converged to no exact state",
+            ),
+            *loops(
+                Status.CONVERGED,
+                0.7784431,
+                TWO_FORMULATIONS,
+                ("clarabel", "highs-ipm"),
+                tolerance=5e-5,
+                options={"c0": 0.0},
+            ),
+            *loops(Status.CONVERGED, 0.7784431, TWO_FORMULATIONS, tolerance=5e-5),
+            *references(0.7784431, TWO_FORMULATIONS),
+        ),
+    ),
+    Entry(
+        "a vertex locks joints: wall 3",
+        "Simplex ends in a vertex, where many joints have n = 0: their limits close and no state is left.",
+        ferris_tinloi(3),
+        (
+            *loops(Status.CONVERGED, 0.355817, "published MPEC", ("highs",), says=AGAIN),
+            Run(
+                Status.CONVERGED,
+                model="pyomo",
+                solver="highs",
+                load_factor=0.355817,
+                tolerance=LOOP,
+                source="published MPEC",
+                says=AGAIN,
+            ),
+            *loops(Status.CONVERGED, 0.355817, "published MPEC", ("clarabel", "highs-ipm")),
+        ),
+    ),
+    Entry(
+        "a vertex locks joints: wall 4",
+        "As wall 3; and where the loop does not stop at once, the state it ends in depends on the vertex.",
+        ferris_tinloi(4),
+        (
+            *loops(Status.CONVERGED, 0.263736, "published MPEC", ("highs",), says=AGAIN),
+            *loops(Status.CONVERGED, 0.263736, "published MPEC", ("clarabel",)),
+            *(
+                Run(
+                    Status.CONVERGED,
+                    model=model,
+                    solver=solver,
+                    load_factor=(0.263736, 0.331949),
+                    source="published MPEC to associative: 0.307 was seen, 16 % above the MPEC",
+                )
+                for model, solver in (("pyomo", "highs"), ("cvxpy", "highs-ipm"))
+            ),
+        ),
+    ),
+    Entry(
+        "a vertex locks joints: wall 5",
+        "As wall 3, with the vertices that HiGHS finds in Pyomo's form of the program, or with c₀ = 0.",
+        ferris_tinloi(5),
+        (
+            Run(
+                Status.CONVERGED,
+                model="pyomo",
+                solver="highs",
+                load_factor=0.21455,
+                tolerance=3e-4,
+                source="paper, Table 1",
+                says=AGAIN,
+            ),
+            *loops(
+                Status.CONVERGED,
+                0.21455,
+                "paper, Table 1",
+                ("clarabel",),
+                tolerance=3e-4,
+                options={"c0": 0.0},
+                says=AGAIN,
+            ),
+            Run(Status.HOMOTOPY, "mpec", options={"start": "cold"}, says="start from the loop", slow=True),
+        ),
+    ),
+    Entry(
+        "interior point without crossover",
+        "HiGHS's interior point without crossover ends with 'unknown', or so near a vertex that joints lock: "
+        "neither is an answer.",
+        STEPPED,
+        (
+            *loops(
+                Status.NO_STATE,
+                solvers=("highs", "highs-ipm"),
+                options={"c0": 0.0, "start": "cohesive", **RAW},
+                says="no equilibrium state",
+            ),
+            *loops(
+                Status.CONVERGED,
+                0.364840847,
+                TWO_FORMULATIONS,
+                ("highs", "highs-ipm"),
+                options={"c0": 0.0, "start": "cohesive"},
+                says="with c0 = 1e-03;",
+            ),
+            *loops(Status.NO_STATE, options=RAW, says="no equilibrium state"),
+            *loops(Status.CONVERGED, 0.364840847, TWO_FORMULATIONS, says=AGAIN),
+            *associative(Status.OPTIMAL, 0.4190270, OTHERS),
+            *references(0.364840847, TWO_FORMULATIONS),
+        ),
+    ),
+    Entry(
+        "a vertex from a cohesive start: wall 1",
+        "From trial cohesion simplex soon ends in a vertex from which no state is left, or with 'unknown', "
+        "which must be a status and no traceback; another solver goes on.",
+        ferris_tinloi(1),
+        (
+            Run(
+                Status.NO_STATE,
+                solver="highs",
+                options={"start": "cohesive", **RAW},
+                says="no equilibrium state",
+            ),
+            Run(
+                Status.CONVERGED,
+                solver="highs",
+                options={"start": "cohesive"},
+                load_factor=0.63982,
+                tolerance=1e-3,
+                source="paper, Table 1",
+                says=REMEDIED,
+            ),
+            Run(
+                Status.CONVERGED,
+                options={"start": "cohesive"},
+                load_factor=0.63982,
+                tolerance=3e-4,
+                source="paper, Table 1",
+            ),
+        ),
+    ),
+    Entry(
+        "a first-order solver",
+        "SCS comes with CVXPY; it solves to a few digits, and reports in a form of its own.",
+        block(1, 2, 0.6),
+        (
+            Run(
+                Status.OPTIMAL,
+                "static",
+                solver="scs",
+                load_factor=0.5,
+                tolerance=1e-3,
+                source="w / h",
+            ),
+            Run(Status.OPTIMAL, "static", solver="osqp", load_factor=0.5, tolerance=1e-3, source="w / h"),
+        ),
+    ),
+    Entry(
+        "a solver that ends 'unknown': wall 6",
+        "The warm-started simplex of Pyomo's HiGHS gives up at the fourth sub-problem.",
+        ferris_tinloi(6),
+        (
+            Run(Status.SOLVER_FAILED, model="pyomo", solver="highs", options=RAW, says="'unknown'"),
+            Run(
+                Status.CONVERGED,
+                model="pyomo",
+                solver="highs",
+                load_factor=(0.291786, 0.29649 * 1.01),
+                source="lowest exact state known, to 1 % above the paper's",
+                says="with tolerance 1e-07",
+            ),
+        ),
+    ),
+    Entry(
+        "MPEC from a cold start: wall 1",
+        "Nothing to begin from but zeros: IPOPT fails (wall 5, the confined block) or takes longer, as here, "
+        "where it reaches the published value all the same.",
+        ferris_tinloi(1),
+        (
+            Run(
+                Status.CONVERGED,
+                "mpec",
+                options={"start": "cold"},
+                load_factor=0.638982,
+                source="lowest exact state known",
+                slow=True,
+            ),
+            Run(
+                Status.CONVERGED,
+                "mpec",
+                load_factor=0.638982,
+                source="lowest exact state known",
+                slow=True,
+            ),
+        ),
+    ),
+)

@@ -1,0 +1,241 @@
+"""Certified bounds of the associative load factor, from the matrices and no solver's word (but for scenes
+that do not stand, or of which it is unlimited).
+
+Every state of equilibrium within yield bounds λ from below, every mechanism with normal flow from above
+(the two theorems of limit analysis: weak duality of eqs (9) and (10)). A solver's answer is nearly both.
+It is made exactly both: projected on the equations, then mixed with a point well inside the inequalities.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import cvxpy as cp
+import numpy as np
+import scipy.sparse as sp
+from scipy.optimize import linprog
+from scipy.sparse.linalg import SuperLU, splu
+
+from masonry_opt.answer.certificate import finite
+from masonry_opt.effort import Stopwatch
+from masonry_opt.explain.diagnosis import falling_mechanism
+from masonry_opt.methods.associative import associative_answer
+from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.state import State
+from masonry_opt.solvers.load_units import in_units_of_load
+from masonry_opt.solvers.registry import find_solver
+
+#: (upper − lower) / |λ| that is asked for.
+CERTIFIED = 1e-9
+
+#: Load factors below this are compared as they are: near zero a relative difference says nothing.
+SMALLEST = 1e-2
+
+#: The solvers whose answers are made exact, until the bracket is narrow enough: an interior point, and of
+#: small scenes a vertex.
+_SOURCES = (("cvxpy", "clarabel", 1e-11), ("cvxpy", "clarabel", 1e-10), ("pyomo", "highs", 1e-10))
+
+#: From so many joints on HiGHS takes minutes.
+_SMALL = 1000
+
+#: Largest residual left in the equations (forces in units of the load, velocities near 1).
+_RESIDUAL = 1e-11
+
+#: Shares by which a point is moved inside beyond need, because the sum is rounded: the first that does.
+_FURTHER = (0.0, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11)
+
+#: How scipy's linprog says that a program has no point, and that its optimum is unlimited.
+_INFEASIBLE, _UNBOUNDED = 2, 3
+
+#: A margin below this is none.
+_MARGIN = 1e-9
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """lower ≤ λ ≤ upper; infinite where nothing feasible was found.
+
+    Both −∞: the dead load alone has no state of equilibrium. Both +∞: λ is unlimited.
+    """
+
+    lower: float
+    upper: float
+
+    @property
+    def middle(self) -> float:
+        """The middle of the bracket."""
+        return (self.lower + self.upper) / 2
+
+    @property
+    def width(self) -> float:
+        """Width of the bracket, relative (to ``SMALLEST`` at least)."""
+        return (self.upper - self.lower) / max(abs(self.middle), SMALLEST) if self.finite else np.inf
+
+    @property
+    def finite(self) -> bool:
+        """Whether there are both bounds."""
+        return bool(np.isfinite(self.lower) and np.isfinite(self.upper))
+
+    @property
+    def unstable(self) -> bool:
+        """Whether the scene does not stand."""
+        return self.upper == -np.inf
+
+    @property
+    def unlimited(self) -> bool:
+        """Whether every λ has a state of equilibrium."""
+        return self.lower == np.inf
+
+
+@dataclass(frozen=True)
+class _Polyhedron:
+    """A x = b, G x + g ≥ 0, and the load factor λ = cost · x that its points bound."""
+
+    A: sp.csr_array
+    b: np.ndarray
+    G: sp.csr_array
+    g: np.ndarray
+    cost: np.ndarray
+
+    def inside(self, x: np.ndarray, interior: np.ndarray | None) -> float:
+        """Bound of a feasible point next to x; NaN if there is none."""
+        x = self._projected(x)
+        slack = self.G @ x + self.g
+        if slack.min() >= 0:
+            return self._bound(x)
+        if interior is None:
+            return np.nan
+        room = self.G @ interior + self.g
+        out = slack < 0
+        share = float((slack[out] / (slack[out] - room[out])).max())
+        for further in _FURTHER:
+            bound = self._bound(x + min(1.0, 1.001 * share + further) * (interior - x))
+            if np.isfinite(bound):
+                return bound
+        return np.nan
+
+    def _bound(self, x: np.ndarray) -> float:
+        """λ of a point; NaN unless it is feasible."""
+        feasible = (self.G @ x + self.g).min() >= 0 and np.abs(self.A @ x - self.b).max() <= _RESIDUAL
+        return float(self.cost @ x) if feasible else np.nan
+
+    def interior(self) -> np.ndarray | None:
+        """The point with the largest slack everywhere (at most 1); None if no point has any."""
+        x, margin = cp.Variable(self.G.shape[1]), cp.Variable()
+        room = [self.A @ x == self.b, self.G @ x + self.g >= margin, margin <= 1]
+        program = cp.Problem(cp.Maximize(margin), room)
+        program.solve(solver=cp.CLARABEL)
+        if x.value is None or margin.value <= _MARGIN:
+            return None
+        return self._projected(np.asarray(x.value))
+
+    def extreme(self, fixed: bool) -> int:
+        """How HiGHS ends that maximises the last unknown, or with that ``fixed`` at 0 looks for any point:
+        scipy's number."""
+        columns = self.A.shape[1]
+        return int(
+            linprog(
+                c=np.zeros(columns) if fixed else -self.cost,
+                A_ub=-self.G,
+                b_ub=self.g,
+                A_eq=self.A,
+                b_eq=self.b,
+                bounds=[(None, None)] * (columns - 1) + [(0, 0) if fixed else (None, None)],
+                method="highs",
+            ).status
+        )
+
+    def _projected(self, x: np.ndarray) -> np.ndarray:
+        """The nearest point with A x = b, by least squares, refined."""
+        for _ in range(6):
+            x = x - self.A.T @ self._normal.solve(self.A @ x - self.b)
+        return x
+
+    @cached_property
+    def _normal(self) -> SuperLU:
+        """A Aᵀ, factorised. Joints without sliding may repeat each other's equations."""
+        normal = self.A @ self.A.T + 1e-12 * sp.eye_array(self.A.shape[0])
+        return splu(sp.csc_matrix(normal), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+
+
+def certified_bounds(problem: Problem) -> Bounds:
+    """Bounds of λ from feasible points of eq. (9) and of eq. (10).
+
+    Feasible: equations to 1e-11 in units of the load and of the mean velocity, inequalities to the last
+    bit. A scene that admits no point inside its inequalities may be left without a bound. That a scene does
+    not stand, or that λ is unlimited, is the word of HiGHS on eq. (9) as posed here; of a scene so large
+    that HiGHS takes minutes, that of the analysis' own check.
+    """
+    scaled = in_units_of_load(problem)
+    problem = scaled.problem
+    statics, kinematics = _statics(problem), _kinematics(problem)
+    small = problem.joints < _SMALL
+    if statics.extreme(fixed=True) == _INFEASIBLE if small else falling_mechanism(problem) is not None:
+        return Bounds(-np.inf, -np.inf)
+    within, opening = statics.interior(), kinematics.interior()
+    bounds = Bounds(-np.inf, np.inf)
+    for language, name, tolerance in _SOURCES:
+        if name == "highs" and not small:
+            continue
+        solver = find_solver(language, name, tolerance)
+        answer, _ = associative_answer(problem, "static", solver, Stopwatch())
+        if answer.state is None:
+            continue
+        state = answer.state
+        lower = scaled.load_factor * statics.inside(np.append(state.q, state.load_factor), within)
+        upper = scaled.load_factor * kinematics.inside(_mechanism(problem, state), opening)
+        bounds = Bounds(float(np.fmax(bounds.lower, lower)), float(np.fmin(bounds.upper, upper)))
+        if bounds.width <= CERTIFIED:
+            break
+    if small and not bounds.finite and statics.extreme(fixed=False) == _UNBOUNDED:
+        return Bounds(np.inf, np.inf)
+    return bounds
+
+
+def _mechanism(problem: Problem, state: State) -> np.ndarray:
+    k = problem.sliding
+    return np.concatenate([state.d, state.p[0][k], state.p[1][k], state.p[2], state.p[3]])
+
+
+def _statics(problem: Problem) -> _Polyhedron:
+    """Eq. (9) over (q, λ): equilibrium; sliding and rocking slacks as forces."""
+    c, k = problem.joints, problem.sliding
+    n, s, m = (_pick(3 * np.arange(c) + part, 3 * c) for part in range(3))
+    slide = sp.diags_array(problem.friction[k]) @ n[k]
+    rock = sp.diags_array(1 / problem.half_length) @ m
+    G = sp.vstack([slide - s[k], slide + s[k], n - rock, n + rock])
+    cohesion = problem.cohesion[k]
+    return _Polyhedron(
+        A=sp.hstack([problem.B, problem.live[:, None]], format="csr"),
+        b=-problem.dead,
+        G=sp.hstack([G, sp.csr_array((G.shape[0], 1))], format="csr"),
+        g=np.concatenate([cohesion, cohesion, np.zeros(2 * c)]),
+        cost=np.append(np.zeros(3 * c), 1.0),
+    )
+
+
+def _kinematics(problem: Problem) -> _Polyhedron:
+    """Eq. (10) over (d, p): Bᵀd = D p, f_L·d = Σ|f_L|, p ≥ 0."""
+    b, c, k = 3 * problem.blocks, problem.joints, problem.sliding
+    opening, slip, rotation = (_pick(3 * np.arange(c) + part, 3 * c).T for part in range(3))
+    dilates = opening[:, k] @ sp.diags_array(finite(problem.friction)[k])
+    lifts = opening @ sp.diags_array(problem.half_length)
+    D = sp.hstack([dilates - slip[:, k], dilates + slip[:, k], lifts - rotation, lifts + rotation])
+    rates = D.shape[1]
+    cohesion = problem.cohesion[k]
+    work = np.concatenate([-problem.dead, cohesion, cohesion, np.zeros(2 * c)])
+    live = np.append(problem.live, np.zeros(rates))
+    return _Polyhedron(
+        A=sp.vstack([sp.hstack([problem.B.T, -D]), live[None, :]], format="csr"),
+        b=np.append(np.zeros(3 * c), problem.live_norm),
+        G=sp.hstack([sp.csr_array((rates, b)), sp.eye_array(rates)], format="csr"),
+        g=np.zeros(rates),
+        cost=work / problem.live_norm,
+    )
+
+
+def _pick(columns: np.ndarray, width: int) -> sp.csr_array:
+    """Matrix that picks entries of a vector."""
+    count = len(columns)
+    return sp.csr_array((np.ones(count), (np.arange(count), columns)), shape=(count, width))

@@ -1,0 +1,144 @@
+"""The registry of best known Coulomb states: the lowest exact load factor of each scene, and its finder."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from masonry_opt.errors import CaseError
+from masonry_opt.files import write_whole
+from masonry_opt.methods.refined.programs import EXACT
+from masonry_opt.studies.compare.accuracy import SMALLEST
+from masonry_opt.studies.compare.case_scenes import CaseScene
+
+#: The registry's name, in the folder of the case files or one above.
+FILE = "best_known.toml"
+
+#: Methods whose states can be exact.
+EXACT_METHODS = ("mpec", "refined", "global")
+
+#: By so much, relative, must a load factor be lower: states are exact to no more.
+_LOWER = 1e-8
+
+_HEADER = """\
+# The lowest exact Coulomb load factor known of each case file, and the method that found it.
+# `masonry-opt compare` rewrites this file when a run of mpec, refined or global, all of whose residuals
+# are below 1e-8, finds a lower one. `content` is the scene's hash: a changed scene has no best known state.
+"""
+
+
+@dataclass(frozen=True)
+class BestKnown:
+    """The lowest exact load factor of a scene, and what found it."""
+
+    load_factor: float
+    method: str
+
+
+def best_known(scenes: Iterable[CaseScene]) -> dict[str, BestKnown]:
+    """What the registries say of these scenes, by scene name.
+
+    Raises CaseError if a registry is no TOML or an entry is not as written here.
+    """
+    found = {}
+    for scene in scenes:
+        registry = registry_of(scene.path)
+        if registry is None:
+            continue
+        entry = _read(registry).get(_key(scene.path, registry), {})
+        try:
+            if entry and entry["content"] == scene.content:
+                found[scene.name] = BestKnown(float(entry["load_factor"]), str(entry["method"]))
+        except (KeyError, TypeError, ValueError):
+            raise CaseError(
+                f"{registry}: '{_key(scene.path, registry)}' needs load_factor, method and content"
+            ) from None
+    return found
+
+
+def lowest_exact(rows: Iterable[dict[str, Any]]) -> dict[str, BestKnown]:
+    """The lowest exact state among runs, by scene name."""
+    best: dict[str, BestKnown] = {}
+    for row in rows:
+        if not is_exact(row):
+            continue
+        before = best.get(row["scene"])
+        if before is None or _is_lower(row["load_factor"], before.load_factor):
+            best[row["scene"]] = BestKnown(row["load_factor"], row["method"])
+    return best
+
+
+def is_exact(row: dict[str, Any]) -> bool:
+    """Whether a run ended in an exact Coulomb state: of an exact method, every residual below 1e-8."""
+    residuals = [row[name] for name in ("equilibrium", "yield", "flow", "complementarity")]
+    return (
+        row["method"] in EXACT_METHODS
+        and row["load_factor"] is not None
+        and all(residual is not None and residual < EXACT for residual in residuals)
+    )
+
+
+def merged(known: dict[str, BestKnown], found: dict[str, BestKnown]) -> dict[str, BestKnown]:
+    """The lower of both, scene by scene."""
+    lower = {
+        name: best
+        for name, best in found.items()
+        if name not in known or _is_lower(best.load_factor, known[name].load_factor)
+    }
+    return known | lower
+
+
+def improve(scenes: Iterable[CaseScene], best: dict[str, BestKnown]) -> list[str]:
+    """Write what is lower than the registries say, or new there; lines that say what was done.
+
+    A scene without a registry near its file is left alone. A registry that cannot be written is named.
+    """
+    lines: list[str] = []
+    for scene in scenes:
+        registry = registry_of(scene.path)
+        if registry is None or scene.name not in best:
+            continue
+        entries, key, found = _read(registry), _key(scene.path, registry), best[scene.name]
+        entry = entries.get(key, {})
+        same = entry.get("content") == scene.content
+        if same and not _is_lower(found.load_factor, entry["load_factor"]):
+            continue
+        entries[key] = {
+            "load_factor": found.load_factor,
+            "method": found.method,
+            "content": scene.content,
+        }
+        what = f"{key}: {found.load_factor:.9g}, found by {found.method}"
+        try:
+            write_whole(registry, _HEADER + tomli_w.dumps(dict(sorted(entries.items()))))
+        except OSError as error:
+            lines.append(f"{registry} cannot be written ({error.strerror}); lower state of {what}")
+        else:
+            lines.append(f"{registry}: {what}")
+    return lines
+
+
+def registry_of(path: Path) -> Path | None:
+    """The registry for a case file: in its folder or the one above; None if there is none."""
+    folder = path.resolve().parent
+    return next((at / FILE for at in (folder, folder.parent) if (at / FILE).is_file()), None)
+
+
+def _key(path: Path, registry: Path) -> str:
+    return path.resolve().relative_to(registry.parent).as_posix()
+
+
+def _is_lower(load_factor: float, than: float) -> bool:
+    return load_factor < than - _LOWER * max(abs(than), SMALLEST)
+
+
+def _read(registry: Path) -> dict[str, Any]:
+    try:
+        return tomllib.loads(registry.read_text("utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise CaseError(f"{registry}: cannot be read: {error}") from None

@@ -1,0 +1,173 @@
+"""The tables behind every chart: medians, Pareto fronts, performance profiles, growth, success.
+
+Both reports draw from these frames and compute nothing of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from masonry_opt.studies.compare.accuracy import Bounds
+from masonry_opt.studies.compare.best_known import BestKnown
+from masonry_opt.studies.compare.judge import CERTIFIED, NAMED, TARGET, VERDICTS, judge
+from masonry_opt.studies.compare.store import pair_of
+
+#: Scenes with fewer joints do not count in the fit of time against size: fixed costs rule there.
+FITTED_FROM = 50
+
+_PAIR = ["method", "model", "solver", "tolerance"]
+
+
+def summary(
+    rows: Iterable[dict[str, Any]],
+    bounds: Mapping[str, Bounds],
+    best: Mapping[str, BestKnown],
+    expected: Mapping[str, Mapping[str, str]],
+) -> pd.DataFrame:
+    """One row a scene and pair: medians of the repeats' times, judged. What it is judged by is by scene.
+
+    Columns: scene, pair (label), method, model, solver, tolerance, joints, blocks, repeats, ``time`` (seconds
+    of the solve without reading the scene and the check of its dead load, which all pairs share), its
+    parts, peak_memory (MB), lp_solves, iterations, load_factor, the certificate, and what ``judge`` adds.
+    Where repeats differ in their verdict the worst counts.
+    """
+    judged = []
+    for row in rows:
+        shared = (row["scene_seconds"] or 0.0) + (row["dead_load_seconds"] or 0.0)
+        scene = row["scene"]
+        verdict = judge(row, bounds.get(scene), best.get(scene), expected.get(scene, {}))
+        label = {"pair": pair_of(row).label, "time": row["wall"] - shared}
+        judged.append(row | label | verdict)
+    frame = pd.DataFrame(judged)
+    if frame.empty:
+        return frame
+    medians = [
+        "time",
+        "wall",
+        "build_seconds",
+        "compile_seconds",
+        "solve_seconds",
+        "read_seconds",
+        "peak_memory",
+    ]
+    numbers = [*medians, "tolerance", "error", "violation", "load_factor", "bound", "joints", "blocks"]
+    numbers += ["equilibrium", "yield", "flow", "complementarity", "lp_solves", "nlp_solves", "iterations"]
+    frame[numbers] = frame[numbers].astype(float)
+    frame["badness"] = frame["verdict"].map(VERDICTS.index)
+    lines = []
+    for _, group in frame.groupby(["scene", *_PAIR], dropna=False, sort=False):
+        line = group.sort_values("badness").iloc[-1].to_dict()
+        line |= {name: float(group[name].median()) for name in medians}
+        lines.append(line | {"repeats": len(group)})
+    columns = [
+        "scene",
+        "pair",
+        *_PAIR,
+        "question",
+        "verdict",
+        "reason",
+        "load_factor",
+        "error",
+        "below",
+        "violation",
+    ]
+    columns += ["time", *medians[2:], "lp_solves", "nlp_solves", "iterations", "repeats", "joints", "blocks"]
+    columns += ["equilibrium", "yield", "flow", "complementarity", "bound"]
+    return pd.DataFrame(lines)[columns]
+
+
+def pareto(frame: pd.DataFrame, cost: str = "time", error: str = "error") -> pd.DataFrame:
+    """The certified rows that no other such row beats in both columns, cheapest first."""
+    known = frame[(frame["verdict"] == CERTIFIED) & frame[error].notna()].sort_values([cost, error])
+    before = known[error].cummin().shift(fill_value=np.inf)
+    return known[known[error] < before]
+
+
+def reached(frame: pd.DataFrame, asks: str) -> pd.DataFrame:
+    """By scene and pair, the least time at any tolerance of a certified answer with an error within TARGET.
+
+    Columns: scene, pair, joints, time (infinite where none reached it). Scenes of whose answer nothing is
+    known, so that there is no error, are left out.
+    """
+    asked = frame[(frame["question"] == asks)]
+    known = asked.groupby("scene")["error"].transform(lambda errors: errors.notna().any())
+    asked = asked[known].copy()
+    there = (asked["verdict"] == CERTIFIED) & (asked["error"] <= TARGET[asks])
+    asked["time"] = asked["time"].where(there, np.inf)
+    joints = asked.groupby("scene")["joints"].transform("max")
+    times = asked.assign(joints=joints).groupby(["scene", "pair"], as_index=False, sort=False)
+    return times.agg(joints=("joints", "first"), time=("time", "min"))
+
+
+def profiles(times: pd.DataFrame) -> pd.DataFrame:
+    """Performance profiles (Dolan & Moré, 2002): pair, ratio to the best, share of scenes within it.
+
+    ``times`` is a frame as of ``reached``. Scenes that no pair solved are kept: no profile reaches 1.
+    Each profile starts with ratio 1 and holds one row a scene solved.
+    """
+    table = times.pivot_table(index="scene", columns="pair", values="time", aggfunc="min", dropna=False)
+    ratios = table.div(table.min(axis=1), axis=0).replace(np.inf, np.nan)
+    lines = []
+    for pair in table.columns:
+        solved = np.sort(ratios[pair].dropna().to_numpy())
+        shares = np.arange(1, len(solved) + 1) / len(table)
+        lines.append({"pair": pair, "ratio": 1.0, "share": float((solved <= 1).sum() / len(table))})
+        lines += [
+            {"pair": pair, "ratio": float(ratio), "share": float(share)}
+            for ratio, share in zip(solved, shares, strict=True)
+        ]
+    return pd.DataFrame(lines, columns=["pair", "ratio", "share"])
+
+
+def growth(times: pd.DataFrame) -> pd.DataFrame:
+    """Least-squares fits time = factor × joints^exponent, one row a pair.
+
+    ``times`` is a frame as of ``reached``. ``exponent`` and ``factor`` are NaN with fewer than three sizes of
+    at least FITTED_FROM joints.
+    """
+    lines = []
+    for pair, group in times.groupby("pair", sort=False):
+        fitted = group[np.isfinite(group["time"]) & (group["joints"] >= FITTED_FROM)]
+        exponent = factor = np.nan
+        if fitted["joints"].nunique() >= 3:
+            exponent, logarithm = np.polyfit(np.log(fitted["joints"]), np.log(fitted["time"]), 1)
+            factor = np.exp(logarithm)
+        lines.append(
+            {"pair": pair, "exponent": float(exponent), "factor": float(factor), "scenes": len(fitted)}
+        )
+    return pd.DataFrame(lines, columns=["pair", "exponent", "factor", "scenes"])
+
+
+def success(frame: pd.DataFrame) -> pd.DataFrame:
+    """How the scenes ended, one row a pair and tolerance.
+
+    Columns: pair, method, model, solver, tolerance, scenes, a count for each verdict, ``success`` (share that
+    is certified or named correctly), ``on target`` (share that is certified with an error within TARGET);
+    of the certified answers: ``time`` (median, and ``time 25 %``, ``time 75 %``), largest error and
+    violation; of all: peak_memory (MB).
+    """
+    lines = []
+    for key, group in frame.groupby(["pair", *_PAIR], dropna=False, sort=False):
+        certified = group[group["verdict"] == CERTIFIED]
+        target = TARGET[str(group["question"].iloc[0])]
+        counts = {verdict: int((group["verdict"] == verdict).sum()) for verdict in VERDICTS}
+        lines.append(
+            dict(zip(["pair", *_PAIR], key, strict=True))
+            | {"scenes": len(group)}
+            | counts
+            | {
+                "success": (counts[CERTIFIED] + counts[NAMED]) / len(group),
+                "on target": int((certified["error"] <= target).sum()) / len(group),
+                "time": float(certified["time"].median()),
+                "time 25 %": float(certified["time"].quantile(0.25)),
+                "time 75 %": float(certified["time"].quantile(0.75)),
+                "largest error": float(certified["error"].max()),
+                "largest violation": float(certified["violation"].max()),
+                "peak_memory": float(group["peak_memory"].max()),
+            }
+        )
+    return pd.DataFrame(lines)

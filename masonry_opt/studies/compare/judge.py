@@ -1,0 +1,140 @@
+"""What a run is worth: its question, its error, and its verdict, by its certificate and what is known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from masonry_opt.studies.compare.accuracy import SMALLEST, Bounds
+from masonry_opt.studies.compare.best_known import BestKnown
+from masonry_opt.studies.compare.known_answers import ANSWER, ASSOCIATIVE, CLAIMS, COULOMB, known_claims
+from masonry_opt.studies.compare.measure import FINISHED
+
+#: Verdicts, best first. The first two are a success; only the first is drawn as a point of time and error.
+#: certified: a load factor whose certificate holds, not contradicted by what is known of the scene.
+#: named correctly: no load factor, and the right reason why the scene has none.
+#: failed but said so: no answer (not converged, solver failed, a limit), or a reason that nobody can confirm.
+#: wrong: a load factor whose certificate fails, or that is known to be false, or a false reason.
+CERTIFIED, NAMED, FAILED, WRONG = "certified", "named correctly", "failed but said so", "wrong"
+VERDICTS = (CERTIFIED, NAMED, FAILED, WRONG)
+
+#: What a certificate may leave in a certified answer, by kind of method; complementarity over |λ| (over
+#: ``SMALLEST`` at least).
+#: associative: no force out by more than a ten-thousandth (of the weight, of a median block), and λ by no
+#:   more than that: the four digits in which published load factors agree. What is beyond is the error axis.
+#: loop: exact forces leave next to nothing (at the fast pace up to 1e-3 of complementarity). Where there are
+#:   none it keeps its last sub-problem, which turns shear limits about the normal forces before: a tenth of
+#:   a block's weight is what the published parameters leave on the walls of Table 1, and the small cohesion's
+#:   share, taken off λ and not off the forces, some 1e-4 of equilibrium and complementarity. Sliding
+#:   contracts by 10⁻³ μ of its slip by construction, and a slip may be several times the largest block
+#:   velocity.
+#: exact: a hundred times what the MPEC's last relaxation leaves; the refinement leaves less than 1e-8.
+LIMITS: dict[str, dict[str, float]] = {
+    "associative": dict.fromkeys(("equilibrium", "yield", "flow", "complementarity"), 1e-4),
+    "loop": {"equilibrium": 1e-3, "yield": 0.1, "flow": 3e-3, "complementarity": 1e-2},
+    "exact": dict.fromkeys(("equilibrium", "yield", "flow", "complementarity"), 1e-6),
+}
+
+#: How far λ may lie outside the certified bounds, relative: the four digits of the associative limits.
+OUTSIDE = 1e-4
+
+#: Kind of each method that is not exact.
+_KINDS = {"static": "associative", "kinematic": "associative", "nonassociative": "loop"}
+
+#: Gaps to the best exact Coulomb state below this are none: the MPEC leaves some 1e-8 of λ.
+GAP_FLOOR = 1e-7
+
+#: Violations below this are rounding.
+VIOLATION_FLOOR = 1e-10
+
+#: Error at which profiles and scaling count an answer as reached: digits for the linear program, and for
+#: Coulomb the one per cent by which the loop ends above the lowest state on most walls of Table 1.
+TARGET = {ASSOCIATIVE: 1e-6, COULOMB: 1e-2}
+
+
+def question(method: str) -> str:
+    """Which λ a method asks for."""
+    return ASSOCIATIVE if _kind(method) == "associative" else COULOMB
+
+
+def judge(
+    row: dict[str, Any], bounds: Bounds | None, best: BestKnown | None, expected: Mapping[str, str]
+) -> dict[str, Any]:
+    """Verdict, reason and errors of one run.
+
+    Parameters
+    ----------
+    expected: what is known of the scene by hand, by question (see :func:`~.truth.known_claims`).
+
+    Returns
+    -------
+    ``question``; ``verdict`` (one of VERDICTS) and ``reason`` ("" if certified); ``error``: distance of λ
+    from the certified one, half the bracket's width at least, or from the best exact Coulomb state, 1e-7 at
+    least, both relative; ``below``: whether λ is below that state, which no exact one is known to be;
+    ``violation``: largest violation of yield, in median block weights, 1e-10 at least. None
+    where there is no such number.
+    """
+    asks = question(row["method"])
+    verdict, reason = _verdict(row, bounds, known_claims(asks, bounds, expected))
+    error, below = None, False
+    load_factor = row["load_factor"]
+    if load_factor is not None and asks == ASSOCIATIVE and bounds is not None and bounds.finite:
+        distance = abs(load_factor - bounds.middle) / max(abs(bounds.middle), SMALLEST)
+        error = max(distance, bounds.width / 2, 1e-16)
+    elif load_factor is not None and asks == COULOMB and best is not None:
+        gap = (load_factor - best.load_factor) / max(abs(best.load_factor), SMALLEST)
+        error, below = max(abs(gap), GAP_FLOOR), gap < -GAP_FLOOR
+    return {
+        "question": asks,
+        "verdict": verdict,
+        "reason": reason,
+        "error": error,
+        "below": below,
+        "violation": None if row["yield"] is None else max(row["yield"], VIOLATION_FLOOR),
+    }
+
+
+def _kind(method: str) -> str:
+    return _KINDS.get(method, "exact")
+
+
+def _verdict(row: dict[str, Any], bounds: Bounds | None, known: Mapping[str, bool]) -> tuple[str, str]:
+    words = f"{row['status'] if row['ended'] == FINISHED else row['ended']}: {row['message']}"
+    claim = _claim(row)
+    if known.get(claim) is False:
+        right = [other for other in CLAIMS if known.get(other)]
+        return WRONG, f"{words} (right: {' or '.join(right) or 'not this'})"
+    if claim != ANSWER:
+        return (NAMED if known.get(claim) else FAILED), words
+    limits = LIMITS[_kind(row["method"])]
+    left = {name: row[name] for name in limits}
+    if left["complementarity"] is not None:
+        left["complementarity"] /= max(abs(row["load_factor"]), SMALLEST)
+    # A residual that is missing or no number fails as well.
+    missed = [name for name, limit in limits.items() if not (left[name] is not None and left[name] <= limit)]
+    if missed:
+        residuals = [
+            f"{name} {left[name]:.1e} > {limits[name]:.0e}" for name in missed if left[name] is not None
+        ]
+        return WRONG, ", ".join(residuals) or "no certificate"
+    return _within(row, bounds)
+
+
+def _claim(row: dict[str, Any]) -> str:
+    """What a run says of its scene; of a run without an answer its status or end."""
+    if row["ended"] != FINISHED:
+        return str(row["ended"])
+    return ANSWER if row["load_factor"] is not None else str(row["status"])
+
+
+def _within(row: dict[str, Any], bounds: Bounds | None) -> tuple[str, str]:
+    """Whether λ agrees with the bounds. Coulomb's has the upper one: its states are states of eq. (9)."""
+    if bounds is None or not bounds.finite:
+        return CERTIFIED, ""
+    margin = OUTSIDE * max(abs(bounds.middle), SMALLEST)
+    load_factor = row["load_factor"]
+    if load_factor > bounds.upper + margin:
+        return WRONG, f"λ above its certified bound {bounds.upper:.9g}"
+    if load_factor < bounds.lower - margin and question(row["method"]) == ASSOCIATIVE:
+        return WRONG, f"λ below its certified bound {bounds.lower:.9g}"
+    return CERTIFIED, ""

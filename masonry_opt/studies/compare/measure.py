@@ -1,0 +1,136 @@
+"""Runs a function in a process of its own, within limits of time and memory, on one thread.
+
+The process is forked from a server that has imported the package and done nothing else (the standard
+library's "forkserver"): starting one takes milliseconds, where a new interpreter takes over a second.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from masonry_opt.errors import MasonryError
+
+#: How a process can end.
+FINISHED, TIME_LIMIT, MEMORY_LIMIT, REFUSED, CRASHED, DIED = (
+    "finished",
+    "time limit",
+    "memory limit",
+    "refused",
+    "crashed",
+    "died",
+)
+
+#: Set before the server starts: libraries read them when they are imported.
+_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+
+#: Seconds between two looks at a process's memory.
+_LOOK = 0.02
+
+_CONTEXT = multiprocessing.get_context("forkserver")
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a process ended.
+
+    Attributes
+    ----------
+    how: one of FINISHED, TIME_LIMIT, MEMORY_LIMIT, REFUSED (a MasonryError), CRASHED (any other
+        error), DIED (without a word).
+    reason: in words; "" if it finished.
+    value: what the function returned; None unless it finished.
+    seconds: from start to end of the process.
+    peak: largest memory seen, in MB (10⁶ bytes), the libraries' own included.
+    """
+
+    how: str
+    reason: str
+    value: Any
+    seconds: float
+    peak: float
+
+
+def run_limited(
+    function: Callable[..., Any], arguments: tuple[Any, ...], time_limit: float, memory_limit: float
+) -> Ended:
+    """Call an importable function in its own process.
+
+    Parameters
+    ----------
+    time_limit: seconds after which the process is killed.
+    memory_limit: MB of resident memory above which it is killed (where the system has /proc).
+    """
+    os.environ.update(_ONE_THREAD)
+    # The main program too: every process would import it again.
+    _CONTEXT.set_forkserver_preload(["__main__", "masonry_opt.studies.compare.worker"])
+    receiver, sender = _CONTEXT.Pipe(duplex=False)
+    process = _CONTEXT.Process(target=_call, args=(sender, function, arguments), daemon=True)
+    process.start()
+    sender.close()
+    start, peak = time.perf_counter(), 0.0
+    try:
+        while True:
+            try:
+                if receiver.poll(_LOOK):
+                    how, reason, value, own_peak = receiver.recv()
+                    return Ended(how, reason, value, time.perf_counter() - start, max(peak, own_peak))
+            except EOFError:
+                process.join()
+                word = f"without a word (exit code {process.exitcode})"
+                return Ended(DIED, word, None, time.perf_counter() - start, peak)
+            peak, seconds = max(peak, _resident(process.pid)), time.perf_counter() - start
+            if seconds > time_limit:
+                return Ended(TIME_LIMIT, f"over {time_limit:g} s", None, seconds, peak)
+            if peak > memory_limit:
+                return Ended(MEMORY_LIMIT, f"over {memory_limit:g} MB", None, seconds, peak)
+    finally:
+        process.kill()
+        process.join()
+        receiver.close()
+
+
+def _call(sender: Connection, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
+    """In the process: one core, no output, every end reported."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+    silence = os.open(os.devnull, os.O_WRONLY)
+    for stream in (1, 2):
+        os.dup2(silence, stream)
+    how, reason, value = FINISHED, "", None
+    try:
+        value = function(*arguments)
+    except MasonryError as error:
+        how, reason = REFUSED, str(error)
+    except MemoryError:
+        how, reason = MEMORY_LIMIT, "no memory left"
+    except BaseException as error:  # whatever it is, it is the run's result
+        how, reason = CRASHED, f"{type(error).__name__}: {error}"
+    sender.send((how, reason, value, _peak()))
+
+
+def _resident(pid: int | None) -> float:
+    """Resident memory of a process in MB; 0 where the system does not tell."""
+    try:
+        pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
+    except (OSError, IndexError, ValueError):
+        return 0.0
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def _peak() -> float:
+    """Largest resident memory of this process in MB; 0 where the system does not tell."""
+    # Not ru_maxrss: a forked process inherits its parent's.
+    try:
+        status = Path("/proc/self/status").read_text()
+    except OSError:
+        return 0.0
+    return next((float(line.split()[1]) for line in status.splitlines() if "VmHWM" in line), 0.0) * 1.024e-3

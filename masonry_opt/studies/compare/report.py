@@ -1,0 +1,84 @@
+"""What a comparison leaves: a table on the terminal, summary.csv, pictures, and report.html."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from masonry_opt.errors import OutputError
+from masonry_opt.files import write_whole
+from masonry_opt.studies.compare import frames, pictures
+from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
+from masonry_opt.studies.compare.judge import TARGET
+from masonry_opt.studies.compare.known_answers import ASSOCIATIVE, COULOMB
+from masonry_opt.studies.compare.page import page
+
+_DPI = 150
+
+
+def write_report(comparison: Comparison, folder: Path) -> list[Path]:
+    """Write summary.csv, pictures (PNG and SVG) and report.html; their paths.
+
+    Raises OutputError if the folder cannot be written.
+    """
+    files: dict[str, str | bytes] = {"summary.csv": comparison.summary.to_csv(index=False)}
+    for name, figure in _figures(comparison.summary).items():
+        for kind in ("png", "svg"):
+            stream = io.BytesIO()
+            figure.savefig(stream, format=kind, dpi=_DPI, metadata={"Date": None} if kind == "svg" else None)
+            files[f"{name}.{kind}"] = stream.getvalue()
+    files["report.html"] = page(comparison)
+    try:
+        for name, content in files.items():
+            write_whole(folder / name, content)
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written: {error.strerror}") from None
+    return [folder / "results.csv", *(folder / name for name in files)]
+
+
+def _figures(summary: pd.DataFrame) -> dict[str, Figure]:
+    if summary.empty:
+        return {}
+    figures = {"success": pictures.success(summary)}
+    for asks in (ASSOCIATIVE, COULOMB):
+        if not (summary["question"] == asks).any():
+            continue
+        name = asks.lower()
+        figures[f"time_error_{name}"] = pictures.time_error(summary, asks)
+        figures[f"profile_{name}"] = pictures.profile(summary, asks)
+        figures[f"size_{name}"] = pictures.size(summary, asks)
+        if asks == COULOMB:
+            figures[f"time_violation_{name}"] = pictures.time_error(summary, asks, "violation")
+    return figures
+
+
+def summary_text(comparison: Comparison) -> str:
+    """The success table, what is not applicable, and the notes, for a terminal."""
+    lines = []
+    if not comparison.summary.empty:
+        table = frames.success(comparison.summary).drop(columns=["pair"])
+        for name in ("tolerance", "largest error", "largest violation"):
+            table[name] = table[name].map(lambda value: "–" if pd.isna(value) else f"{value:.0e}")
+        table = table.drop(columns=["time 25 %", "time 75 %"])
+        for name in ("success", "on target"):
+            table[name] = table[name].map("{:.0%}".format)
+        table["time"] = table["time"].map(lambda value: "–" if pd.isna(value) else f"{value:.3g}")
+        table["peak_memory"] = table["peak_memory"].map("{:.0f}".format)
+        table = table.rename(columns={"time": "median time (s)", "peak_memory": "peak (MB)"})
+        lines.append(table.to_string(index=False))
+        lines.append(
+            f"\n{len(comparison.scenes)} scenes; success: certified or named correctly;\n"
+            f"on target: certified, with an error of at most {TARGET[ASSOCIATIVE]:g} (associative), "
+            f"{TARGET[COULOMB]:g} (Coulomb: gap to the best exact state);\n"
+            "median time, largest error and violation: of the certified answers, each a median of "
+            f"{comparison.limits.repeats} runs (of one where a run takes over {REPEATED_BELOW:g} s)"
+        )
+    if comparison.plan.left_out:
+        lines.append("\nnot applicable:")
+        lines += [f"  {i.method} · {i.model} · {i.solver}: {i.reason}" for i in comparison.plan.left_out]
+    if comparison.notes:
+        lines += ["\nnotes:", *(f"  {note}" for note in comparison.notes)]
+    return "\n".join(lines)

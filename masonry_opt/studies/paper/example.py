@@ -1,0 +1,128 @@
+"""What an example of the paper yields: published values beside ours, tables, figures, remarks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+from masonry_opt.answer.result import Result
+from masonry_opt.scene.scene import Scene
+
+Progress = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A published value beside ours.
+
+    Attributes
+    ----------
+    what: what is compared, such as "wall 1, associative".
+    published: the value, or the interval it lies in.
+    computed: ours; None if there is none.
+    source: where the value was published, or the closed form it comes from.
+    tolerance: relative difference that is no miss; None if nothing is demanded.
+    cause: why ours is likely to differ, where it does.
+    may_be_lower: whether a lower value of ours is no miss (a lower Coulomb state than was known).
+    """
+
+    what: str
+    published: float | tuple[float, float]
+    computed: float | None
+    source: str
+    tolerance: float | None = None
+    cause: str = ""
+    may_be_lower: bool = False
+
+    @property
+    def off(self) -> float:
+        """Relative difference from the published value or the nearer end of its interval."""
+        if self.computed is None:
+            return float("nan")
+        low, high = self.published if isinstance(self.published, tuple) else (self.published,) * 2
+        nearest = min(max(self.computed, low), high)
+        return (self.computed - nearest) / abs(nearest) if nearest else self.computed - nearest
+
+    @property
+    def missed(self) -> bool:
+        """Whether a tolerance is demanded and not met."""
+        if self.tolerance is None or (self.may_be_lower and self.off < 0):
+            return False
+        return self.computed is None or not abs(self.off) <= self.tolerance
+
+    @property
+    def line(self) -> str:
+        """The comparison in words."""
+        ours = "no value" if self.computed is None else f"{self.computed:.7g}"
+        published = " to ".join(f"{value:g}" for value in _ends(self.published))
+        off = "" if self.computed is None else f", off by {100 * self.off:+.3g} %"
+        allowed = f" (tolerance {100 * self.tolerance:.2g} %)" if self.missed and self.tolerance else ""
+        cause = f": {self.cause}" if self.cause else ""
+        return f"{self.what}: {ours}, published {published}{off}{allowed}{cause}"
+
+    def as_row(self) -> dict[str, object]:
+        """The row of a table of comparisons."""
+        return {
+            "what": self.what,
+            "published": " to ".join(f"{value:g}" for value in _ends(self.published)),
+            "computed": "–" if self.computed is None else f"{self.computed:.7g}",
+            "diff %": 100 * self.off,
+            "source": self.source,
+        }
+
+
+def _ends(published: float | tuple[float, float]) -> tuple[float, ...]:
+    return published if isinstance(published, tuple) else (published,)
+
+
+@dataclass
+class Report:
+    """What an example yields.
+
+    Attributes
+    ----------
+    comparisons: published values beside ours.
+    tables: frames by file stem.
+    figures: pictures by file stem.
+    captions: what a table or figure shows, by file stem.
+    remarks: plain sentences: what was found.
+    differences: plain sentences: what does not come out, by how much, and why it may be so (beside
+        the comparisons that miss or name a cause, which are listed by themselves).
+    """
+
+    comparisons: list[Comparison] = field(default_factory=list)
+    tables: dict[str, pd.DataFrame] = field(default_factory=dict)
+    figures: dict[str, Figure] = field(default_factory=dict)
+    captions: dict[str, str] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
+    differences: list[str] = field(default_factory=list)
+
+    @property
+    def missed(self) -> list[str]:
+        """One line for each comparison outside its tolerance."""
+        return [comparison.line for comparison in self.comparisons if comparison.missed]
+
+    @property
+    def all_differences(self) -> list[str]:
+        """What does not come out: comparisons that miss or name a cause, and the example's own."""
+        named = [entry.line for entry in self.comparisons if entry.missed or entry.cause]
+        return [*named, *self.differences]
+
+
+def against_reference(scene: Scene, reference: str, result: Result, what: str, cause: str = "") -> Comparison:
+    """A result beside the case file's reference of that name."""
+    published = scene.reference[reference]
+    if result.load_factor is None:
+        cause = f"{result.status}: {result.message}"
+    return Comparison(
+        what=f"{what}: {reference}",
+        published=published.value,
+        computed=result.load_factor,
+        source=published.source,
+        tolerance=published.tolerance,
+        cause=cause,
+        may_be_lower=reference == "refined",
+    )

@@ -1,0 +1,131 @@
+"""Table 1 of the paper: the six walls of Ferris & Tin-Loi, our columns beside the published ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from masonry_opt.analysis import solve
+from masonry_opt.answer.result import Result
+from masonry_opt.scene.scene import Scene
+from masonry_opt.studies.cases import open_case
+from masonry_opt.studies.paper.example import Comparison, Progress, Report, against_reference
+
+WALLS = (1, 2, 3, 4, 5, 6)
+
+#: Random restarts of the refinement: enough for walls 5 and 6 to leave the loop's neighbourhood.
+RESTARTS = 60
+
+#: Columns of the table: method, options, and the reference of the case file they are held against.
+_RUNS: dict[str, tuple[str, dict[str, Any], str]] = {
+    "CVXPY + Clarabel": ("static", {}, "associative"),
+    "Pyomo + HiGHS": ("static", {"model": "pyomo"}, "associative"),
+    "loop": ("nonassociative", {}, "nonassociative"),
+    "mpec": ("mpec", {}, "mpec"),
+    "refined": ("refined", {"restarts": RESTARTS}, "refined"),
+}
+_WITH_RESIDUALS = ("loop", "mpec", "refined")
+
+
+def wall_file(number: int) -> str:
+    """Case file of a wall of Ferris & Tin-Loi."""
+    return f"ferris_tinloi/wall_{number}.toml"
+
+
+def table1(cases: Path, progress: Progress = lambda _: None, walls: Sequence[int] = WALLS) -> Report:
+    """Solve the six walls: associative in both languages, the loop, the MPEC, the refinement.
+
+    Parameters
+    ----------
+    cases: folder of the case files.
+    progress: called with a line before each solve.
+    walls: which of the six.
+
+    Raises
+    ------
+    CaseError
+        If a case file is missing or wrong.
+    """
+    report = Report(
+        captions={
+            "table1": "Table 1: load factors. CVXPY with Clarabel, Pyomo with HiGHS: associative; "
+            "diff %: loop against the paper's loop",
+            "table1_residuals": "Table 1: certificate and cost. equilibrium: over the total weight; "
+            "yield: in median block weights; flow: over the largest velocity; complementarity: in units "
+            "of λ. Published times are of other machines",
+        }
+    )
+    factors, residuals = [], []
+    for number in walls:
+        scene = open_case(cases, wall_file(number))
+        results = {}
+        for name, (method, options, reference) in _RUNS.items():
+            progress(f"wall {number}: {name}")
+            results[name] = solve(scene, method, **options)
+            what = f"wall {number} ({results[name].model}, {results[name].solver})"
+            report.comparisons.append(against_reference(scene, reference, results[name], what))
+        report.comparisons += counts(scene, results["loop"], f"wall {number}")
+        factors.append(_factor_row(number, scene, results))
+        residuals += [_residual_row(number, scene, name, results[name]) for name in _WITH_RESIDUALS]
+    report.tables = {"table1": pd.DataFrame(factors), "table1_residuals": pd.DataFrame(residuals)}
+    return report
+
+
+def counts(scene: Scene, result: Result, what: str) -> list[Comparison]:
+    """Numbers of blocks and joints beside the published ones."""
+    return [
+        Comparison(
+            what=f"{what}: {count}",
+            published=scene.reference[count].value,
+            computed=getattr(result.size, count),
+            source=scene.reference[count].source,
+            tolerance=0.0,
+        )
+        for count in ("blocks", "joints")
+        if count in scene.reference
+    ]
+
+
+def _published(scene: Scene, name: str) -> float:
+    return scene.reference[name].value if name in scene.reference else float("nan")
+
+
+def _factor_row(number: int, scene: Scene, results: dict[str, Result]) -> dict[str, object]:
+    factor = {
+        name: float("nan") if result.load_factor is None else result.load_factor
+        for name, result in results.items()
+    }
+    published = _published(scene, "nonassociative")
+    size = results["loop"].size
+    return {
+        "wall": number,
+        "b × c": f"{size.blocks} × {size.joints}",
+        "assoc. paper": _published(scene, "associative"),
+        "CVXPY": factor["CVXPY + Clarabel"],
+        "Pyomo": factor["Pyomo + HiGHS"],
+        "MCP publ.": _published(scene, "mcp"),
+        "loop paper": published,
+        "loop": factor["loop"],
+        "diff %": 100 * (factor["loop"] / published - 1),
+        "MPEC publ.": _published(scene, "mpec"),
+        "mpec": factor["mpec"],
+        "refined": factor["refined"],
+    }
+
+
+def _residual_row(number: int, scene: Scene, name: str, result: Result) -> dict[str, object]:
+    residuals = result.certificate.as_dict() if result.certificate else {}
+    published = {"loop": "nonassociative_seconds", "mpec": "mpec_seconds"}.get(name, "")
+    return {
+        "wall": number,
+        "method": name,
+        "status": str(result.status),
+        **residuals,
+        "LPs": result.lp_solves,
+        "NLPs": result.nlp_solves,
+        "time (s)": sum(result.seconds.values()),
+        "published (s)": _published(scene, published),
+    }

@@ -1,0 +1,31 @@
+"""Reproduced examples as text for a terminal."""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from masonry_opt.report.terminal import frame_text
+from masonry_opt.studies.paper.example import Report
+
+#: Longer tables are for the folder.
+_MOST_ROWS = 60
+
+
+def report_text(title: str, report: Report) -> str:
+    """An example's comparisons, tables, remarks, and what does not come out."""
+    parts = [f"{title}\n{'=' * len(title)}"]
+    if report.comparisons:
+        frame = pd.DataFrame([entry.as_row() for entry in report.comparisons])
+        parts.append(frame_text(frame, "published values beside ours"))
+    for stem, frame in report.tables.items():
+        caption = report.captions.get(stem, stem)
+        long = len(frame) > _MOST_ROWS
+        parts.append(f"{caption}: {len(frame)} rows in {stem}.csv" if long else frame_text(frame, caption))
+    parts += report.remarks
+    if report.all_differences:
+        parts.append("differences:\n  " + "\n  ".join(report.all_differences))
+    if report.missed:
+        parts.append("outside the tolerance:\n  " + "\n  ".join(report.missed))
+    elif any(entry.tolerance is not None for entry in report.comparisons):
+        parts.append("every value is within its tolerance")
+    return "\n".join(parts)
