@@ -16,14 +16,15 @@ slow: .venv/installed
 lint: .venv/installed
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	# models/ is imported as masonry_opt.models: type-check the tree as a wheel lays it out.
-	rm -rf build/typed && mkdir -p build/typed && cp -r masonry_opt build/typed/ && cp -r models build/typed/masonry_opt/
+	# models/ is imported as masonry_opt.models: type-check the tree as a wheel lays it out, by links.
+	rm -rf build/typed && mkdir -p build/typed/masonry_opt
+	ln -s $(CURDIR)/masonry_opt/* $(CURDIR)/models build/typed/masonry_opt/
 	cd build/typed && ../../$(BIN)/python -m mypy --config-file ../../pyproject.toml -p masonry_opt
 
 .venv/installed: pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Python 3.11 or newer is needed: make PYTHON=python3.12")'
 	$(PYTHON) -m venv --clear .venv
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[mpec,test,check]'
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[mpec,solvers,studies,test,check]'
 	touch $@
 
 clean:

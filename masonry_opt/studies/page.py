@@ -1,0 +1,24 @@
+"""Pages in HTML, every one from a template of this folder: whatever it is given is escaped."""
+
+from __future__ import annotations
+
+from masonry_opt.errors import OptionError
+
+
+def render(template: str, **values: object) -> str:
+    """A page from a template in ``templates/`` and the values it names.
+
+    Raises OptionError if Jinja2, of the extra "studies", is not installed.
+    """
+    try:
+        import jinja2
+    except ImportError:
+        raise OptionError("pages need Jinja2; install it with: pip install 'masonry_opt[studies]'") from None
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("masonry_opt.studies"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    return environment.get_template(template).render(**values)
