@@ -1,19 +1,22 @@
-"""``solve``: a scene, a method and a solver to a result."""
+"""``solve``: a scene, a method and a solver to a result. Load, assemble, see that it stands, run, accept."""
 
 from __future__ import annotations
 
-import dataclasses
+import difflib
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from pydantic import ValidationError
 
-from masonry_opt.answer.acceptance import failing_residuals, refused
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result, make_result
-from masonry_opt.answer.solution import Finding
+from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
-from masonry_opt.effort import Stopwatch
+from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.explain.diagnosis import (
     DeadLoadUndecided,
@@ -21,14 +24,28 @@ from masonry_opt.explain.diagnosis import (
     locking_joints,
     moving_blocks,
 )
-from masonry_opt.methods.registry import IPOPT, METHODS, Method, Progress, Task
+from masonry_opt.explain.sentences import message
+from masonry_opt.methods.registry import METHODS
+from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble
+from masonry_opt.report.summary import summary_text
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, find_solver
 
 #: A load factor this little below zero is zero.
 _NEGATIVE = 1e-6
+
+#: Slip over the largest velocity from which on more friction might hold what falls.
+_SLIDES = 1e-3
+
+#: Options under other names than they once had: the new name, and what else has changed.
+RENAMED = {
+    "pace": "sub_problems ('accurate' for 'paper', 'rough' for 'fast'); preset='paper' is the paper's loop",
+    "kicks": "perturbations",
+    "move_limit": "revise (see masonry_opt.studies.paper.variants)",
+    "only_at_yield": "revise (see masonry_opt.studies.paper.variants)",
+}
 
 
 def solve(
@@ -60,11 +77,11 @@ def solve(
     tolerance:
         Feasibility and gap tolerance asked of a solver of linear programs (default 1e-9).
     progress:
-        Called with every step: :class:`~.finding.Iteration` of the loop, :class:`~.mpec.Relaxation`,
-        :class:`~.refined.Refinement`.
+        Called with every step: :class:`~.loop.history.Iteration` of the loop,
+        :class:`~.mpec.Relaxation`, :class:`~.refined.method.Refinement`.
     **options:
-        The method's own: :class:`~.loop_options.LoopOptions`, :class:`~.mpec.MpecOptions`,
-        :class:`~.refined.RefinedOptions`, :class:`~.global_bounds.GlobalOptions`.
+        The method's own: :class:`~.loop.options.LoopOptions`, :class:`~.mpec.MpecOptions`,
+        :class:`~.refined.method.RefinedOptions`, :class:`~.global_search.GlobalOptions`.
 
     Returns
     -------
@@ -80,10 +97,10 @@ def solve(
         dilatancy that falls with stress.
     """
     chosen, own_options = _choose(method, options)
-    asked = _solver(method, chosen, model, solver, tolerance)
-    watch = Stopwatch()
-    with watch.measure("scene"):
-        scene = scene if isinstance(scene, Scene) else load(scene)
+    named = _solver(chosen, model, solver, tolerance)
+    effort = Effort()
+    with effort.measure("scene"):
+        scene = as_scene(scene)
         assembly = assemble(scene)
     problem = assembly.problem
     if not problem.live_norm:
@@ -91,122 +108,129 @@ def solve(
             f"{scene.origin}: no block carries a live load: give one 'live = [fx, fy]' "
             "(a [wall]: 'live', as a multiple of its weight)"
         )
-    if chosen.fixed_dilatancy and problem.dilatancy_depends_on_stress:
+    if chosen.constant_dilatancy and problem.dilatancy_depends_on_stress:
         raise OptionError(
             f"method '{method}' does not know dilatancy that falls with stress: use 'nonassociative', or "
             "leave 'dilatancy_stress' out"
         )
-    finding = _unless_it_stands(assembly, watch)
-    if finding is None:
-        finding = chosen.run(Task(problem, asked, watch, own_options, progress))
-        if failing := failing_residuals(problem, finding, chosen.gate):
-            finding = refused(finding, failing)
-        if finding.load_factor is not None and finding.load_factor < -_NEGATIVE:
-            finding = _held_by_wedging(assembly, finding)
-        _name_locking_joints(assembly, finding)
-    return make_result(
+    solution = _unless_it_stands(assembly, named, effort)
+    if solution is None:
+        solution = chosen.run(Task(problem, named, own_options, effort, progress))
+        solution.accept(problem)
+        if solution.load_factor is not None and solution.load_factor < -_NEGATIVE:
+            _held_by_wedging(assembly, solution)
+        _name_locking_joints(assembly, solution, named)
+    result = make_result(
         assembly,
-        finding,
-        case=scene.origin if scene.origin != "scene" else scene.title or "scene",
+        solution,
+        effort,
         method=method,
-        model=asked.language,
-        solver=asked.name,
-        seconds=watch.seconds,
+        model=named.language,
+        solver=named.name,
+        message=message(solution.reasons),
     )
+    return replace(result, summary=summary_text(result))
 
 
-def _choose(method: str, options: dict[str, Any]) -> tuple[Method, Any]:
-    if method not in METHODS:
-        raise OptionError(f"method '{method}' is unknown; choose from: {', '.join(METHODS)}")
-    chosen = METHODS[method]
-    known = list(chosen.options.model_fields) if chosen.options else []
-    for name in options:
-        if name not in known:
-            raise OptionError(
-                f"method '{method}' has no option '{name}'; it has: {', '.join(known) or 'none'}"
-            )
+def as_scene(scene: Scene | str | Path) -> Scene:
+    """A scene, read from its case file if a path is given.
+
+    Raises CaseError if it is neither, or the case file is wrong.
+    """
+    if isinstance(scene, Scene):
+        return scene
+    if isinstance(scene, (str, Path)):
+        return load(scene)
+    raise CaseError(f"a scene is a Scene or the path of a case file (found {type(scene).__name__})")
+
+
+def _choose(name: str, options: Mapping[str, Any]) -> tuple[Method, Any]:
+    """A method and its options, checked. Raises OptionError naming what is wrong."""
+    if name not in METHODS:
+        raise OptionError(f"method '{name}' is unknown; choose from: {', '.join(METHODS)}")
+    method = METHODS[name]
+    known = list(method.options.model_fields) if method.options else []
+    for option in options:
+        if option not in known:
+            raise OptionError(f"method '{name}' has no option '{option}'{_instead(option, known)}")
+    given = {
+        option: value.solution if isinstance(value, Result) else value for option, value in options.items()
+    }
     try:
-        return chosen, chosen.options(**options) if chosen.options else None
+        return method, method.options(**given) if method.options else None
     except ValidationError as error:
         wrong = "; ".join(
-            ": ".join([*(f"option '{name}'" for name in item["loc"][:1]), item["msg"]])
+            ": ".join([*(f"option '{option}'" for option in item["loc"][:1]), item["msg"]])
             for item in error.errors()
         )
-        raise OptionError(f"method '{method}': {wrong}") from None
+        raise OptionError(f"method '{name}': {wrong}") from None
 
 
-def _solver(
-    method: str, chosen: Method, model: str | None, name: str | None, tolerance: float | None
-) -> Solver:
-    model = model or next(iter(chosen.solvers))
-    if model in LANGUAGES and model not in chosen.solvers:
-        raise OptionError(f"method '{method}' is declared in {', '.join(chosen.solvers)} only")
-    allowed = chosen.solvers.get(model, ())
-    name = name.lower() if name else (allowed[0] if allowed else None)
+def _instead(option: str, known: list[str]) -> str:
+    """What to write in place of an option that a method does not have."""
+    if option in RENAMED:
+        return f", which is now {RENAMED[option]}"
+    arguments = ["scene", "method", "model", "solver", "tolerance", "progress"]
+    close = difflib.get_close_matches(option, [*known, *arguments], n=1)
+    return f"; did you mean '{close[0]}'?" if close else f"; it has: {', '.join(known) or 'none'}"
+
+
+def _solver(method: Method, model: str | None, name: str | None, tolerance: float | None) -> Solver:
+    model = model or next(iter(method.solvers))
+    if model in LANGUAGES and model not in method.solvers:
+        raise OptionError(f"method '{method.name}' is declared in {', '.join(method.solvers)} only")
+    allowed = method.solvers.get(model, ())
+    name = str(name).lower() if name else (allowed[0] if allowed else None)
     if allowed and name not in allowed:
         raise OptionError(
-            f"method '{method}' with model '{model}' takes solver: {', '.join(allowed)} (found '{name}')"
+            f"method '{method.name}' with model '{model}' takes solver: {', '.join(allowed)} (found '{name}')"
         )
-    if tolerance is not None and chosen.fixed_tolerance:
-        raise OptionError(f"method '{method}' has tolerances of its own: leave 'tolerance' out")
-    if name in IPOPT:
-        IPOPT[name].require()
-        return Solver(name, "pyomo", name, {})
-    return find_solver(model, name, TOLERANCE if tolerance is None else tolerance)
+    if tolerance is not None and method.own_tolerances:
+        raise OptionError(f"method '{method.name}' has tolerances of its own: leave 'tolerance' out")
+    solver = find_solver(model, name, TOLERANCE if tolerance is None else tolerance)
+    if solver.entry.nonlinear and not allowed:
+        raise OptionError(f"solver '{solver.name}' is one of nonlinear programs: method 'mpec' takes it")
+    return solver
 
 
-def _unless_it_stands(assembly: Assembly, watch: Stopwatch) -> Finding | None:
+def _unless_it_stands(assembly: Assembly, solver: Solver, effort: Effort) -> Solution | None:
     """Why there is no load factor of a scene that does not stand under its dead load."""
-    with watch.measure("dead_load"):
+    problem, own = assembly.problem, Effort()
+    solution = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE)
+    with effort.measure("dead_load"):
         try:
-            falling = falling_mechanism(assembly.problem)
+            falling = falling_mechanism(problem, solver, own)
         except DeadLoadUndecided as word:
-            return Finding(
-                Status.SOLVER_FAILED,
-                f"whether the scene stands under its dead load could not be decided ('{word}'): check "
-                "for weights or lengths of very different size",
-            )
+            solution.end(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, word=str(word))
+            return solution
+        finally:
+            # Which solver decides is told; its programs and their time are those of the check.
+            effort.solvers |= own.solvers
     if falling is None:
         return None
-    return Finding(Status.UNSTABLE, _falls(assembly, falling), d=falling)
+    solution.d = falling
+    slip = np.abs((problem.B.T @ falling).reshape(3, -1)[1])
+    slides = bool((slip[problem.sliding] > _SLIDES * np.abs(falling).max()).any())
+    solution.add(Code.FALLS, blocks=_names(assembly, moving_blocks(falling)), slides=slides)
+    return solution
 
 
-def _held_by_wedging(assembly: Assembly, finding: Finding) -> Finding:
-    """A load factor below zero of a scene whose dead load has a state of equilibrium."""
-    message = (
-        f"the load factor found is {finding.load_factor:.4g}, below zero: the dead load is carried by "
-        "wedging alone, which the joints' flow rule does not sustain"
-    )
-    if finding.d is not None:
-        message += f"; support what moves, {_blocks(assembly, moving_blocks(finding.d))}"
-    return dataclasses.replace(finding, status=Status.UNSTABLE, message=message, load_factor=None)
+def _held_by_wedging(assembly: Assembly, solution: Solution) -> None:
+    """Refuse a load factor below zero of a scene whose dead load has a state of equilibrium."""
+    moving = [] if solution.d is None else _names(assembly, moving_blocks(solution.d))
+    solution.end(Status.UNSTABLE, Code.WEDGED, load_factor=solution.load_factor, blocks=moving)
+    solution.load_factor = None
 
 
-def _name_locking_joints(assembly: Assembly, finding: Finding) -> None:
-    """Add to the message of an unlimited load factor the joints that make it so."""
-    joints = locking_joints(assembly.problem, finding.status, finding.q)
-    if len(joints) == 0:
+def _name_locking_joints(assembly: Assembly, solution: Solution, solver: Solver) -> None:
+    """Add to the reasons for an unlimited load factor the joints that make it so."""
+    found = locking_joints(assembly.problem, solution.status, solution.q, solver, Effort())
+    if len(found) == 0:
         return
-    what = {
-        Status.LOCKED: "the joints that slide there and have no room to open",
-        Status.UNLIMITED: "the joints that carry it",
-        Status.JAMMED: "the joints whose normal forces grow most",
-    }[finding.status]
-    name, found = [block.name for block in assembly.scene.blocks], assembly.joints
-    pairs = [f"{name[found.first[joint]]!r}–{name[found.second[joint]]!r}" for joint in joints]
-    finding.message += f"; {what}: {_some(pairs)}"
+    name, joints = [block.name for block in assembly.scene.blocks], assembly.joints
+    pairs = [[name[joints.first[joint]], name[joints.second[joint]]] for joint in found]
+    solution.add(Code.JOINTS, status=str(solution.status), pairs=pairs)
 
 
-def _falls(assembly: Assembly, velocities: np.ndarray) -> str:
-    blocks = _blocks(assembly, moving_blocks(velocities))
-    return f"the dead load alone moves {blocks}: support what falls, or raise the friction of its joints"
-
-
-def _blocks(assembly: Assembly, indices: np.ndarray) -> str:
-    names = [repr(assembly.scene.blocks[assembly.movable[index]].name) for index in indices]
-    return f"{'block' if len(names) == 1 else 'blocks'} {_some(names)}"
-
-
-def _some(names: list[str]) -> str:
-    """The first five, and how many more."""
-    return ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
+def _names(assembly: Assembly, indices: np.ndarray) -> list[str]:
+    return [assembly.scene.blocks[assembly.movable[index]].name for index in indices]

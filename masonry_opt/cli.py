@@ -7,8 +7,8 @@ import math
 import os
 import signal
 import sys
-import time
 from collections.abc import Callable, Iterator
+from importlib import import_module
 from importlib.metadata import version as package_version
 from io import TextIOWrapper
 from json import loads as parse_json
@@ -18,7 +18,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 from rich.console import Console
 from rich.markup import escape
-from rich.status import Status
+from typer.core import TyperGroup
 
 from masonry_opt.analysis import solve as solve_scene
 from masonry_opt.answer.result import Result
@@ -32,14 +32,30 @@ from masonry_opt.errors import (
 )
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.report.mechanism_plot import plot_mechanism, refuse_picture
-from masonry_opt.report.terminal import duality_text, result_text
-from masonry_opt.solvers.registry import LANGUAGES
-from masonry_opt.studies.compare.command import compare
-from masonry_opt.studies.paper.folder import open_folder, write_report
-from masonry_opt.studies.paper.registry import EXAMPLES, find_examples
-from masonry_opt.studies.paper.text import report_text
+from masonry_opt.report.terminal import duality_text
+from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE
+
+#: Commands of the studies, which are loaded when they are called: by name, where their typer app is.
+_STUDIES = {
+    "compare": "masonry_opt.studies.compare.command",
+    "reproduce": "masonry_opt.studies.paper.command",
+}
+
+
+class _WithStudies(TyperGroup):
+    """The package's own commands, and those of the studies."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        return [*super().list_commands(ctx), *_STUDIES]
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        if cmd_name in _STUDIES:
+            return typer.main.get_command(import_module(_STUDIES[cmd_name]).app)
+        return super().get_command(ctx, cmd_name)
+
 
 app = typer.Typer(
+    cls=_WithStudies,
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -66,6 +82,12 @@ def solve(
     solver: Annotated[
         str | None, typer.Option(help="clarabel, highs, highs-ipm, ... Default: the language's first.")
     ] = None,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(
+            help=f"Feasibility and gap asked of the solver. Default: {TOLERANCE:g}.", show_default=False
+        ),
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
     plot: Annotated[Path | None, typer.Option(help="Draw the mechanism (.png, .svg, .pdf).")] = None,
     option: Annotated[
@@ -91,12 +113,14 @@ def solve(
                 status.update(steps[-1])
 
         try:
-            result = solve_scene(case, method, model=model, solver=solver, progress=progress, **options)
+            result = solve_scene(
+                case, method, model=model, solver=solver, tolerance=tolerance, progress=progress, **options
+            )
             check_interrupt()
         except KeyboardInterrupt:
             last = f"the last was {steps[-1]}, not the answer" if steps else "before the first λ"
             raise InterruptedByUserError(f"interrupted: {last}; nothing was written") from None
-    _print(result.to_json() if json else result_text(result))
+    _print(result.to_json() if json else str(result))
     if plot is not None:
         _plot(result, plot)
     if not result.status.usable:
@@ -113,44 +137,6 @@ def check(case: Case) -> None:
     _print(duality_text(report))
     if not report.passed:
         raise typer.Exit(1)
-
-
-@app.command()
-def reproduce(
-    example: Annotated[
-        str, typer.Argument(help=f"One of: {', '.join(EXAMPLES)}; or all of the paper's.")
-    ] = "all",
-    out: Annotated[Path, typer.Option(help="Folder for tables, pictures and the index page.")] = Path(
-        "results"
-    ),
-    cases: Annotated[Path, typer.Option(help="Folder of the case files.")] = Path("cases"),
-) -> None:
-    """Rebuild results of the paper from the case files, published values beside ours.
-
-    Exit code 0: every value is within its tolerance; 1: one is not; 2: wrong example or folder.
-    """
-    errors, missed = Console(stderr=True), False
-    names = find_examples(example)
-    open_folder(out)  # said now, not after minutes
-    for name in names:
-        start = time.perf_counter()
-        with errors.status(name) as status:
-            report = EXAMPLES[name].run(cases, _progress_line(status, name))
-            seconds = time.perf_counter() - start
-            page = write_report(out, name, report, seconds)[-1]
-        # Each example is printed and on disk before the next begins: an interrupt loses one at most.
-        _print(report_text(EXAMPLES[name].title, report))
-        errors.print(f"{name}: {seconds:.1f} s, written to {page}", markup=False, highlight=False)
-        missed = missed or bool(report.missed)
-    if missed:
-        raise typer.Exit(1)
-
-
-app.command()(compare)
-
-
-def _progress_line(status: Status, name: str) -> Callable[[str], None]:
-    return lambda line: status.update(escape(f"{name}: {line}"))
 
 
 def _name_and_value(text: str) -> tuple[str, Any]:

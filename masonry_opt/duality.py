@@ -9,21 +9,18 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.analysis import solve
-from masonry_opt.answer.certificate import finite
-from masonry_opt.effort import Stopwatch
+from masonry_opt.answer.acceptance import SMALLEST
+from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError
-from masonry_opt.methods.associative import associative_answer
-from masonry_opt.problem.problem import Problem, joint_rates, yield_slacks
+from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.scene.scene import Scene
+from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import LANGUAGES, find_solver
 
 #: Relative agreement demanded of load factors, and of every other condition.
 LOAD_FACTOR_TOLERANCE = 1e-7
 CONDITION_TOLERANCE = 1e-6
-
-#: Load factors below this are compared as they are: near zero a relative difference says nothing.
-_SMALLEST = 1e-2
 
 #: CVXPY with Clarabel leaves more digits here than the default tolerance asks for.
 _SOLVER_TOLERANCE = 1e-10
@@ -73,33 +70,30 @@ def check(scene: Scene | str | Path) -> DualityReport:
     for language in LANGUAGES:
         solver = find_solver(language, None, _SOLVER_TOLERANCE)
         for formulation in ("static", "kinematic"):
-            answer, _ = associative_answer(problem, formulation, solver, Stopwatch())
+            answer = Driver(problem, formulation, solver, Effort(), of_load=True).solve()
             if answer.state is None:
+                word = answer.solved.word
                 raise NoLoadFactorError(
-                    f"{result.case}: {formulation}, {language}: the solver stopped with '{answer.word}'"
+                    f"{result.case}: {formulation}, {language}: the solver stopped with '{word}'"
                 )
             rows.append({"formulation": formulation, "model": language} | _row(problem, answer.state))
     table = pd.DataFrame(rows)
     middle = float(table["load_factor"].median())
-    table.insert(3, "difference", (table["load_factor"] - middle).abs() / max(abs(middle), _SMALLEST))
+    table.insert(3, "difference", (table["load_factor"] - middle).abs() / max(abs(middle), SMALLEST))
     return DualityReport(table)
 
 
 def _row(problem: Problem, state: State) -> dict[str, float]:
-    slope = finite(problem.friction)
     balance = problem.B @ state.q + state.load_factor * problem.live + problem.dead
-    z = yield_slacks(problem, state.q)
-    z = np.where(np.isfinite(z), z, 0.0)
-    departure = problem.B.T @ state.d - joint_rates(problem, state.p, slope)
+    z = problem.slacks(state.q)
+    departure = problem.B.T @ state.d - problem.D(problem.friction) @ state.p
     velocity = np.abs(state.d).max()
-    k = problem.sliding
-    dissipated = problem.cohesion[k] @ (state.p[0] + state.p[1])[k]
     external = state.load_factor * problem.live @ state.d + problem.dead @ state.d
     return {
         "load_factor": state.load_factor,
         "equilibrium": float(np.abs(balance).max() / problem.blocks),
         "yield": float(max(-z.min(), 0.0)),
         "kinematics": float(max(np.abs(departure).max(), -state.p.min(), 0.0) / velocity),
-        "virtual_work": float(abs(external - dissipated) / problem.live_norm),
+        "virtual_work": float(abs(external - problem.face_cohesion @ state.p) / problem.live_norm),
         "complementarity": float(np.abs(z * state.p).sum() / problem.live_norm),
     }

@@ -1,4 +1,4 @@
-"""Where the time goes: seconds by part, added up over an analysis."""
+"""What an analysis took: seconds by part, programs and iterations, and which solver did what."""
 
 from __future__ import annotations
 
@@ -10,16 +10,29 @@ from contextlib import contextmanager
 PARTS = ("scene", "dead_load", "build", "compile", "solve", "read")
 
 
-class Stopwatch:
-    """Seconds by part.
+class Effort:
+    """Counts that add up over an analysis.
 
-    ``scene`` is reading, joints and matrices; ``dead_load`` the check that the scene stands;
-    ``build`` declares the model; ``compile`` turns it to solver data, updates included; ``solve`` is
-    the solver's own time; ``read`` turns its answer to arrays.
+    Attributes
+    ----------
+    seconds: by part. ``scene`` is reading, joints and matrices; ``dead_load`` the check that the scene
+        stands; ``build`` declares the model; ``compile`` turns it to solver data, updates included; ``solve`` is
+        the solver's own time; ``read`` turns its answer to arrays.
+    lp_solves, nlp_solves: linear (or mixed-integer) and nonlinear programs solved.
+    iterations: of the solvers, summed.
+    solvers: names of the solvers by what they did, such as "dead load" or "sub-problems".
     """
 
     def __init__(self) -> None:
         self.seconds = dict.fromkeys(PARTS, 0.0)
+        self.lp_solves = self.nlp_solves = self.iterations = 0
+        self.solvers: dict[str, list[str]] = {}
+
+    def uses(self, solver: str, purpose: str) -> None:
+        """Record that a solver does something."""
+        names = self.solvers.setdefault(purpose, [])
+        if solver not in names:
+            names.append(solver)
 
     @contextmanager
     def measure(self, part: str) -> Iterator[None]:

@@ -1,5 +1,5 @@
 """The mathematics: one formulation in one modelling language a file, to be read beside the paper.
 
-Every model is declared on a :class:`~masonry_opt.problem.problem.Problem`, owns its shear limits as
-parameters, and reads a solver's answer back as a :class:`~masonry_opt.problem.state.State`.
+Every model is declared on a :class:`~masonry_opt.problem.problem.Problem` from the terms of its language
+(``cvxpy_terms``, ``pyomo_terms``): statics with the slacks z of the faces, and mechanisms with their rates p.
 """

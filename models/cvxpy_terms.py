@@ -1,4 +1,4 @@
-"""Terms that the CVXPY formulations share: shear limits as parameters, and compatibility."""
+"""Statics and mechanisms in CVXPY: eqs (1) to (6), from which every formulation is made."""
 
 from __future__ import annotations
 
@@ -6,84 +6,66 @@ import cvxpy as cp
 import numpy as np
 
 from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.problem.state import expect_same_terms
 
 
-class ShearLimited:
-    """A model whose shear limits are parameters: a slope, and a cohesion where one is declared."""
-
-    def __init__(self, problem: Problem, limits: ShearLimits) -> None:
-        self.problem = problem
-        k = len(problem.sliding)
-        self.slope = cp.Parameter(k, name="slope")
-        self.cohesion = None if limits.cohesion is None else cp.Parameter(k, name="cohesion")
-        self.set_shear_limits(limits)
-
-    def set_shear_limits(self, limits: ShearLimits) -> None:
-        """Change the shear limits, and nothing else.
-
-        Raises ValueError if cohesion terms were declared and are not given, or the reverse.
-        """
-        expect_same_terms(self.cohesion is not None, limits)
-        self.slope.value = limits.slope
-        if self.cohesion is not None:
-            self.cohesion.value = limits.cohesion
-
-
-class Statics:
-    """Joint forces and load factor, equilibrium, eq. (1), and the slack of every yield condition, eq. (4).
+class Limits:
+    """Shear limits as parameters: all that changes between the sub-problems of the loop.
 
     Attributes
     ----------
-    slacks: of sliding (+, −) of the joints that can slide and of rocking (+, −) of all.
+    slope, cohesion: parameters, shape (k,).
     """
 
-    def __init__(self, problem: Problem) -> None:
-        c, k = problem.joints, problem.sliding
-        n, s, m = (cp.Variable(c, name=name) for name in "nsm")
-        self.load_factor = cp.Variable(name="load_factor")
-        internal = problem.B_n @ n + problem.B_s @ s + problem.B_m @ m
-        self.equilibrium = internal + self.load_factor * problem.live + problem.dead == 0
-        limit = problem.cohesion[k] + cp.multiply(problem.friction[k], n[k])
-        rocking = cp.multiply(problem.half_length, n)
-        self.slacks = [limit - s[k], limit + s[k], rocking - m, rocking + m]
-        self._forces = [n, s, m]
+    def __init__(self, limits: ShearLimits) -> None:
+        self.slope, self.cohesion = (cp.Parameter(limits.slope.size, name=name) for name in ("slope", "c"))
+        self.set(limits)
 
-    def read(self) -> tuple[float, np.ndarray]:
-        """λ and joint forces n, s, m in turn, shape (3c,), at the optimum."""
-        forces = np.stack([force.value for force in self._forces], axis=1).ravel()
-        return float(self.load_factor.value), forces
+    def set(self, limits: ShearLimits) -> None:
+        """Change the shear limits."""
+        self.slope.value, self.cohesion.value = limits.slope, limits.cohesion
+
+
+class Statics:
+    """Joint forces q, equilibrium, eq. (1), and the slack z of every face, eq. (4).
+
+        B q + λ f_L + f_D = 0,    z = C(slope) q + c
+
+    Parameters
+    ----------
+    limits: the shear limits, as parameters or numbers.
+    load_factor: λ; a variable unless given.
+    """
+
+    def __init__(
+        self, problem: Problem, limits: Limits | ShearLimits, load_factor: cp.Expression | None = None
+    ) -> None:
+        self.q = cp.Variable(3 * problem.joints, name="q")
+        self.load_factor = cp.Variable(name="load_factor") if load_factor is None else load_factor
+        self.equilibrium = problem.B @ self.q + self.load_factor * problem.live + problem.dead == 0
+        limit = limits.cohesion + cp.multiply(limits.slope, problem.N @ self.q)
+        self.slacks = problem.C(np.zeros(limit.size)) @ self.q + problem.both_senses @ limit
+
+    def forces(self) -> tuple[float, np.ndarray]:
+        """λ and joint forces, shape (3c,), at the optimum."""
+        return float(self.load_factor.value), np.asarray(self.q.value)
 
 
 class Mechanism:
-    """Block velocities d and rates p ≥ 0 of sliding (+, −) and rocking (+, −)."""
+    """Block velocities d and rates p ≥ 0 of the faces, eqs (2), (5), (6).
 
-    def __init__(self, problem: Problem) -> None:
-        c, k = problem.K.shape
-        self.problem = problem
+        Bᵀ d = D(slope) p
+
+    Parameters
+    ----------
+    slope: opening per unit slip, as a parameter or numbers.
+    """
+
+    def __init__(self, problem: Problem, slope: cp.Parameter | np.ndarray) -> None:
         self.d = cp.Variable(3 * problem.blocks, name="d")
-        self.slide = [cp.Variable(k, nonneg=True, name=f"slide{sign}") for sign in "+-"] if k else []
-        self.rock = [cp.Variable(c, nonneg=True, name=f"rock{sign}") for sign in "+-"]
-
-    def compatibility(self, slope: cp.Expression) -> list[cp.Constraint]:
-        """Bᵀ d = D p: opening, slip and rotation of each joint, sliding opening by ``slope``."""
-        problem = self.problem
-        opening = cp.multiply(problem.half_length, self.rock[0] + self.rock[1])
-        slip = cp.Constant(0.0)
-        if self.slide:
-            opening = opening + problem.K @ cp.multiply(slope, self.slide[0] + self.slide[1])
-            slip = problem.K @ (self.slide[1] - self.slide[0])
-        rotation = self.rock[1] - self.rock[0]
+        self.p = cp.Variable(problem.faces, nonneg=True, name="p")
+        self.slip = problem.both_senses.T @ self.p
+        flow = problem.D(np.zeros(slope.size)) @ self.p + problem.N.T @ cp.multiply(slope, self.slip)
         # With 0 to the right: Python may swap the sides of == between expressions (when the right
         # one's class is derived from the left one's), and with them the sign of the dual.
-        return [
-            problem.B_n.T @ self.d - opening == 0,
-            problem.B_s.T @ self.d - slip == 0,
-            problem.B_m.T @ self.d - rotation == 0,
-        ]
-
-    def dissipation(self, cohesion: cp.Expression | None) -> cp.Expression:
-        """c·p, the power of the cohesion."""
-        if cohesion is None or not self.slide:
-            return cp.Constant(0.0)
-        return cohesion @ (self.slide[0] + self.slide[1])
+        self.compatibility = problem.B.T @ self.d - flow == 0
+        self.live_work = problem.live @ self.d == problem.live_norm

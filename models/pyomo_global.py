@@ -1,66 +1,39 @@
-"""Statics, kinematics and complementarity with a binary for each yield condition, in Pyomo.
-
-Either a face is at yield (z = 0) or its rate is zero (p = 0): z ≤ Z (1 - y), p ≤ P y. Exact as long
-as the bounds Z and P cut nothing off.
-"""
+"""Complementarity with a binary for each face, in Pyomo."""
 
 from __future__ import annotations
-
-from typing import Any
 
 import numpy as np
 import pyomo.environ as pyo
 
-from masonry_opt.models.pyomo_states import PyomoBothSides
-from masonry_opt.models.pyomo_terms import SENSES
+from masonry_opt.models.pyomo_states import PyomoStates
+from masonry_opt.models.pyomo_terms import dot
 from masonry_opt.problem.problem import Problem
 
 
-class PyomoGlobal(PyomoBothSides):
-    """Minimise λ subject to statics, kinematics and, for each face, z = 0 or p = 0.
+class PyomoGlobal(PyomoStates):
+    """The states of :class:`PyomoStates` with 0 ≤ λ ≤ Λ, where each face is at yield (y = 1) or at rest:
+
+        p ≤ P y,    z ≤ Z (1 − y),    −f_D·d ≤ Λ Σ|f_L|
+
+    Exact as long as the bounds P and Z cut nothing off. The last row bounds rates and cuts nothing off:
+    sliding dissipates, so what the live load does covers at least the raising of the blocks.
 
     Parameters
     ----------
-    slack_bound, rate_bound: Z and P of each face, as (4, c): sliding (+, −), rocking (+, −).
-    highest: an upper bound of λ ≥ 0, such as the associative load factor.
+    most_slack, most_rate: Z and P, shape (faces,).
+    highest: Λ, an upper bound of λ ≥ 0, such as the associative load factor.
     """
 
     def __init__(
-        self,
-        problem: Problem,
-        slack_bound: np.ndarray,
-        rate_bound: np.ndarray,
-        highest: float,
+        self, problem: Problem, most_slack: np.ndarray, most_rate: np.ndarray, highest: float
     ) -> None:
         super().__init__(problem)
-        model = self.program
+        model, faces = self.program, range(problem.faces)
+        Z, P = most_slack.tolist(), most_rate.tolist()
         model.load_factor.setlb(0.0)
         model.load_factor.setub(highest)
-        model.slide_at_yield = pyo.Var(SENSES, model.sliding, domain=pyo.Binary)
-        model.rock_at_yield = pyo.Var(SENSES, model.joints, domain=pyo.Binary)
-        row = {"+": 0, "-": 1}
-
-        def no_slide(m: Any, sense: str, i: int) -> Any:
-            bound = float(rate_bound[row[sense], i])
-            return m.slide[sense, i] <= bound * m.slide_at_yield[sense, i]
-
-        def slide_yields(m: Any, sense: str, i: int) -> Any:
-            bound = float(slack_bound[row[sense], i])
-            return m.slide_slack[sense, i] <= bound * (1 - m.slide_at_yield[sense, i])
-
-        def no_rock(m: Any, sense: str, i: int) -> Any:
-            bound = float(rate_bound[2 + row[sense], i])
-            return m.rock[sense, i] <= bound * m.rock_at_yield[sense, i]
-
-        def rock_yields(m: Any, sense: str, i: int) -> Any:
-            bound = float(slack_bound[2 + row[sense], i])
-            return m.rock_slack[sense, i] <= bound * (1 - m.rock_at_yield[sense, i])
-
-        model.no_slide = pyo.Constraint(SENSES, model.sliding, rule=no_slide)
-        model.slide_yields = pyo.Constraint(SENSES, model.sliding, rule=slide_yields)
-        model.no_rock = pyo.Constraint(SENSES, model.joints, rule=no_rock)
-        model.rock_yields = pyo.Constraint(SENSES, model.joints, rule=rock_yields)
-        # Sliding dissipates: what the live load does covers at least the raising of the blocks.
-        # (f_D·d ≥ -λ f_L·d, linear with an upper bound of λ.) It bounds rates, and cuts nothing off.
-        raising = -sum(weight * model.d[j] for j, weight in enumerate(problem.dead.tolist()) if weight)
+        model.y = pyo.Var(faces, domain=pyo.Binary)
+        model.at_rest = pyo.Constraint(faces, rule=lambda m, face: m.p[face] <= P[face] * m.y[face])
+        model.at_yield = pyo.Constraint(faces, rule=lambda m, face: m.z[face] <= Z[face] * (1 - m.y[face]))
+        raising = dot(-problem.dead, list(model.d.values()))
         model.raising = pyo.Constraint(expr=raising <= highest * problem.live_norm)

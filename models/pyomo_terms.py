@@ -1,8 +1,8 @@
-"""Terms that the Pyomo formulations share: shear limits as mutable parameters, and compatibility."""
+"""Statics and mechanisms in Pyomo: eqs (1) to (6), from which every formulation is made."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,100 +11,122 @@ import scipy.sparse as sp
 from pyomo.core.expr import LinearExpression
 
 from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.problem.state import expect_same_terms
-
-#: The two senses of sliding and of rocking.
-SENSES = ("+", "-")
 
 
-class ShearLimited:
-    """A model whose shear limits are mutable: a slope, and a cohesion where one is declared."""
+class Limits:
+    """Shear limits as mutable parameters of a model: all that changes between the sub-problems of the loop.
 
-    def __init__(self, problem: Problem, limits: ShearLimits) -> None:
-        self.problem = problem
-        self.program = pyo.ConcreteModel()
-        self.program.joints = pyo.RangeSet(0, problem.joints - 1)
-        self.program.sliding = pyo.Set(initialize=problem.sliding.tolist(), ordered=True)
-        self.program.dual = pyo.Suffix(direction=pyo.Suffix.IMPORT)
-        self.program.slope = pyo.Param(self.program.sliding, mutable=True, initialize=0.0)
-        self._cohesive = limits.cohesion is not None
-        if self._cohesive:
-            self.program.cohesion = pyo.Param(self.program.sliding, mutable=True, initialize=0.0)
-        self.set_shear_limits(limits)
+    Attributes
+    ----------
+    slope, cohesion: parameters, over the k joints that can slide.
+    """
 
-    def set_shear_limits(self, limits: ShearLimits) -> None:
-        """Change the shear limits, and nothing else.
+    def __init__(self, model: pyo.ConcreteModel, limits: ShearLimits) -> None:
+        joints = range(len(limits.slope))
+        self.slope = model.slope = pyo.Param(joints, mutable=True, initialize=0.0)
+        self.cohesion = model.cohesion = pyo.Param(joints, mutable=True, initialize=0.0)
+        self.set(limits)
 
-        Raises ValueError if cohesion terms were declared and are not given, or the reverse.
-        """
-        expect_same_terms(self._cohesive, limits)
-        model, joints = self.program, self.problem.sliding.tolist()
-        model.slope.store_values(dict(zip(joints, limits.slope.tolist(), strict=True)))
-        if limits.cohesion is not None:
-            model.cohesion.store_values(dict(zip(joints, limits.cohesion.tolist(), strict=True)))
-
-    def limit(self, i: int, n: Any) -> Any:
-        """Shear limit of joint i under normal force n: cohesion + slope · n."""
-        limit = self.program.slope[i] * n
-        return self.program.cohesion[i] + limit if self._cohesive else limit
+    def set(self, limits: ShearLimits) -> None:
+        """Change the shear limits."""
+        store(self.slope, limits.slope)
+        store(self.cohesion, limits.cohesion)
 
 
-def add_forces(model: pyo.ConcreteModel, problem: Problem) -> None:
-    """Declare ``load_factor``, joint forces ``n``, ``s``, ``m``, and equilibrium between them."""
-    model.load_factor = pyo.Var()
-    model.n, model.s, model.m = (pyo.Var(model.joints) for _ in range(3))
-    q = [force for i in model.joints for force in (model.n[i], model.s[i], model.m[i])]
-    internal = list(products(problem.B, q))
-    live, dead = problem.live.tolist(), problem.dead.tolist()
+class Statics:
+    """Joint forces q and λ, equilibrium, eq. (1), and the slack z of every face, eq. (4), in a model.
 
-    def balance(m: Any, row: int) -> Any:
-        external = live[row] * m.load_factor if live[row] else 0.0
-        return internal[row] + external == -dead[row]
+        B q + λ f_L + f_D = 0,    z = C(slope) q + c
 
-    model.equilibrium = pyo.Constraint(range(3 * problem.blocks), rule=balance)
+    Parameters
+    ----------
+    limits: the shear limits, as parameters or numbers.
 
+    Attributes
+    ----------
+    slacks: expressions, one a face.
+    """
 
-def add_mechanism(model: pyo.ConcreteModel, problem: Problem, slope: Callable[[int], Any]) -> None:
-    """Declare velocities ``d``, rates ``slide`` and ``rock`` ≥ 0, and Bᵀ d = D p between them."""
-    model.d = pyo.Var(range(3 * problem.blocks))
-    model.slide = pyo.Var(SENSES, model.sliding, domain=pyo.NonNegativeReals)
-    model.rock = pyo.Var(SENSES, model.joints, domain=pyo.NonNegativeReals)
-    d = list(model.d.values())
-    half = problem.half_length.tolist()
-    opening, slip, rotation = (
-        list(products(B.T.tocsr(), d)) for B in (problem.B_n, problem.B_s, problem.B_m)
-    )
+    def __init__(self, model: pyo.ConcreteModel, problem: Problem, limits: Limits | ShearLimits) -> None:
+        self.load_factor = model.load_factor = pyo.Var()
+        self.q = model.q = pyo.Var(range(3 * problem.joints))
+        q, slope, cohesion = list(self.q.values()), limits.slope, limits.cohesion
+        internal = list(rows(problem.B, q, together=problem.joints))
+        live, dead = problem.live.tolist(), problem.dead.tolist()
 
-    def open_by(m: Any, i: int) -> Any:
-        rocking = half[i] * (m.rock["+", i] + m.rock["-", i])
-        if i not in m.sliding:
-            return opening[i] == rocking
-        return opening[i] == slope(i) * (m.slide["+", i] + m.slide["-", i]) + rocking
+        def balance(_: Any, row: int) -> Any:
+            external = live[row] * self.load_factor if live[row] else 0.0
+            return internal[row] + external == -dead[row]
 
-    def slip_by(m: Any, i: int) -> Any:
-        return slip[i] == (m.slide["-", i] - m.slide["+", i] if i in m.sliding else 0)
+        self.equilibrium = model.equilibrium = pyo.Constraint(range(3 * problem.blocks), rule=balance)
+        joints = problem.sliding.tolist()
+        limit = [cohesion[i] + slope[i] * q[joint] for i, joint in enumerate(joints)]
+        shear = [q[problem.joints + joint] for joint in joints]
+        self.slacks: list[Any] = [
+            *(most - s for most, s in zip(limit, shear, strict=True)),
+            *(most + s for most, s in zip(limit, shear, strict=True)),
+            *rows(problem.R, q),
+        ]
 
-    def rotate_by(m: Any, i: int) -> Any:
-        return rotation[i] == m.rock["-", i] - m.rock["+", i]
-
-    model.opening = pyo.Constraint(model.joints, rule=open_by)
-    model.slip = pyo.Constraint(model.joints, rule=slip_by)
-    model.rotation = pyo.Constraint(model.joints, rule=rotate_by)
+    def forces(self) -> tuple[float, np.ndarray]:
+        """λ and joint forces, shape (3c,), that the variables hold."""
+        return float(self.load_factor.value), values(self.q)
 
 
-def products(matrix: sp.csr_array, variables: Sequence[Any]) -> Iterator[Any]:
-    """Each row of ``matrix @ variables`` as a linear expression."""
+class Mechanism:
+    """Block velocities d and rates p ≥ 0 of the faces, eqs (2), (5), (6), in a model.
+
+        Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|
+
+    Parameters
+    ----------
+    slope: opening per unit slip, as parameters or numbers.
+
+    Attributes
+    ----------
+    slip: expressions: sliding of either sense, one a joint that can slide.
+    """
+
+    def __init__(self, model: pyo.ConcreteModel, problem: Problem, slope: Any) -> None:
+        self.d = model.d = pyo.Var(range(3 * problem.blocks))
+        self.p = model.p = pyo.Var(range(problem.faces), domain=pyo.NonNegativeReals)
+        d, p, k = list(self.d.values()), list(self.p.values()), len(problem.sliding)
+        motion = list(rows(problem.B.T.tocsr(), d))
+        without_dilatancy = list(rows(problem.D(np.zeros(k)), p))
+        self.slip: list[Any] = [p[i] + p[k + i] for i in range(k)]
+        dilates: dict[int, Any] = {
+            joint: slope[i] * self.slip[i] for i, joint in enumerate(problem.sliding.tolist())
+        }
+
+        def follows(_: Any, row: int) -> Any:
+            return motion[row] == dilates.get(row, 0.0) + without_dilatancy[row]
+
+        self.compatibility = model.compatibility = pyo.Constraint(range(3 * problem.joints), rule=follows)
+        self.live_work = model.live_work = pyo.Constraint(expr=dot(problem.live, d) == problem.live_norm)
+
+
+def rows(matrix: sp.csr_array, variables: Sequence[Any], together: int = 0) -> Iterator[Any]:
+    """Each row of ``matrix @ variables`` as a linear expression.
+
+    Parameters
+    ----------
+    together: number of joints, to write the terms n, s, m of a joint next to each other. The order of the
+        terms is that of HiGHS's columns, and decides which of many optimal vertices its simplex ends in.
+    """
     for row in range(matrix.shape[0]):
         span = slice(matrix.indptr[row], matrix.indptr[row + 1])
+        columns, entries = matrix.indices[span], matrix.data[span]
+        if together:
+            order = np.lexsort((columns, columns % together))
+            columns, entries = columns[order], entries[order]
         yield LinearExpression(
-            linear_coefs=matrix.data[span].tolist(),
-            linear_vars=[variables[column] for column in matrix.indices[span]],
+            linear_coefs=entries.tolist(), linear_vars=[variables[column] for column in columns]
         )
 
 
 def dot(coefficients: np.ndarray, variables: Sequence[Any]) -> Any:
     """``coefficients · variables`` as a linear expression, zeros left out."""
-    return next(products(sp.csr_array(coefficients[None, :]), variables))
+    return next(rows(sp.csr_array(coefficients[None, :]), variables))
 
 
 def values(variable: pyo.Var) -> np.ndarray:
@@ -120,5 +142,10 @@ def duals(constraint: pyo.Constraint) -> np.ndarray:
 
 def put(variable: pyo.Var, numbers: np.ndarray) -> None:
     """Give an indexed variable these values, in order."""
-    for data, number in zip(variable.values(), np.ravel(numbers).tolist(), strict=True):
+    for data, number in zip(variable.values(), numbers.tolist(), strict=True):
         data.set_value(number, skip_validation=True)
+
+
+def store(parameter: pyo.Param, numbers: np.ndarray) -> None:
+    """Give an indexed mutable parameter these values, in order."""
+    parameter.store_values(dict(enumerate(numbers.tolist())))

@@ -1,123 +1,115 @@
-"""The last question to an answer: does its own certificate bear it out?"""
+"""When an answer is good enough: one table of limits on residuals, asked once of each answer."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from math import inf
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from enum import StrEnum
 
 import numpy as np
 import scipy.sparse as sp
 
 from masonry_opt.answer.certificate import certify
-from masonry_opt.answer.solution import Finding
-from masonry_opt.answer.status import Status
-from masonry_opt.problem.problem import Problem, yield_slacks
+from masonry_opt.problem.problem import Problem
+
+
+class Kind(StrEnum):
+    """Kinds of answer, by what can be demanded of them."""
+
+    #: An optimum of eq. (9) or eq. (10).
+    ASSOCIATIVE = "associative"
+    #: The loop's: exact forces on a mechanism leave next to nothing (with rough sub-problems up to 1e-3 of
+    #: complementarity). Where there are none it keeps its last sub-problem, which turns shear limits about
+    #: the normal forces before: a tenth of a block's weight is what the published parameters leave on the
+    #: walls of Table 1, and the small cohesion's share, taken off λ and not off the forces, some 1e-4 of
+    #: equilibrium and complementarity. Sliding contracts by 10⁻³ μ of its slip by construction, and a slip
+    #: may be several times the largest block velocity.
+    LOOP = "loop"
+    #: The MPEC's, a hundred times what its last relaxation leaves.
+    RELAXED = "relaxed"
+    #: A state of forces and a mechanism that meet every condition to rounding.
+    EXACT = "exact"
 
 
 @dataclass(frozen=True)
-class Gate:
-    """Residuals beyond which a load factor is not given out.
+class Limits:
+    """What an answer's residuals may be at most.
 
     Attributes
     ----------
+    equilibrium, yield_, flow: as the certificate has them.
     complementarity, work: energy of what moves without being at yield, and work of forces out of balance,
         over |λ| (over ``SMALLEST`` at least).
-    flow, equilibrium: as the certificate has them.
-    balance: force out of balance on any one block, over the largest that acts on it.
-    yielding: violation of the true law at any one joint, over the largest force on the lesser of its blocks.
+    block: force out of balance on any one block, over the largest that acts on it.
+    joint: violation of the true law at any one joint, over the largest force on the lesser of its blocks.
     """
 
+    equilibrium: float
+    yield_: float
+    flow: float
     complementarity: float
     work: float
-    flow: float
-    equilibrium: float
-    balance: float
-    yielding: float
+    block: float
+    joint: float
+
+    def failing(self, residuals: Mapping[str, float | None]) -> dict[str, float | None]:
+        """Those of the residuals, by the names of these limits, that exceed them; one that is missing or no
+        number does too."""
+        most = {field.name.rstrip("_"): getattr(self, field.name) for field in fields(self)}
+        return {name: value for name, value in residuals.items() if value is None or not value <= most[name]}
 
 
-#: Load factors below this are judged as if they were this large.
+#: The table. Four digits of λ are those in which published associative load factors agree.
+LIMITS: dict[Kind, Limits] = {
+    Kind.ASSOCIATIVE: Limits(1e-4, 1e-4, 1e-4, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
+    Kind.LOOP: Limits(1e-3, 0.1, 3e-3, 1e-2, work=5e-2, block=5e-2, joint=0.5),
+    Kind.RELAXED: Limits(1e-6, 1e-6, 1e-6, 1e-6, work=1e-3, block=1e-3, joint=1e-3),
+    Kind.EXACT: Limits(1e-8, 1e-8, 1e-8, 1e-8, work=1e-3, block=1e-3, joint=1e-3),
+}
+
+#: Load factors below this are judged, and compared with each other, as if they were this large.
 SMALLEST = 1e-2
 
 #: Forces below this share of the live load at collapse do not matter, whatever acts on their block.
 _NO_MATTER = 1e-4
 
-#: Of methods that end exactly; of a linear program, complementarity is by how much λ can be off.
-EXACT = Gate(complementarity=1e-3, work=1e-3, flow=1e-3, equilibrium=1e-3, balance=1e-3, yielding=1e-3)
 
-#: Of the others. The paper's loop, stopped by its own rule, leaves up to some per cent, and at a joint that
-#: does not slide half of its block's forces.
-COULOMB = Gate(complementarity=5e-2, work=5e-2, flow=5e-2, equilibrium=1e-2, balance=5e-2, yielding=1.0)
-
-#: Forces that no run of the loop that looks for an exact end may leave. How far its mechanism is from exact,
-#: it judges itself.
-FINISHED = replace(COULOMB, complementarity=inf, flow=inf, yielding=0.5)
-
-#: Of a loop that looked for exact forces in vain: λ to one per cent.
-IN_VAIN = replace(COULOMB, complementarity=1e-2)
+def over_load_factor(complementarity: float | None, load_factor: float) -> float | None:
+    """The certificate's complementarity as a share of |λ|."""
+    return None if complementarity is None else complementarity / max(abs(load_factor), SMALLEST)
 
 
-def failing_residuals(problem: Problem, finding: Finding, gate: Gate) -> str:
-    """The residuals with which an answer fails its gate, in words; empty if it passes."""
-    load_factor, q, d = finding.load_factor, finding.q, finding.d
-    if load_factor is None or q is None or d is None:
-        return ""
-    slope = problem.dilatancy if finding.slope is None else finding.slope
-    left = certify(problem, load_factor, q, d, slope)
+def residuals(
+    problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray, slope: np.ndarray
+) -> dict[str, float]:
+    """Everything that ``Limits`` limit, of an answer under a flow rule (see :func:`~.certificate.certify`).
+
+    The certificate measures forces in median weights and total loads, in which a block very much lighter
+    than the others disappears. If it carries the live load, λ is its alone: hence each block for itself.
+    """
+    certificate = certify(problem, load_factor, q, d, slope)
     unbalanced = problem.B @ q + load_factor * problem.live + problem.dead
-    work = float(problem.live @ d)
-    if work <= 0:
-        return "the live load drives nothing"  # its entries are below what the solver takes for zero
-    scale = max(abs(load_factor), SMALLEST)
+    work, scale = float(problem.live @ d), max(abs(load_factor), SMALLEST)
     acting = largest_acting(problem, load_factor, q)
-    failing = {
-        "complementarity": (left.complementarity, gate.complementarity * scale),
-        "flow": (left.flow, gate.flow),
-        "equilibrium": (left.equilibrium, gate.equilibrium),
-        "work of forces out of balance": (float(np.abs(unbalanced * d).sum()) / work, gate.work * scale),
-        "equilibrium of one block": (_balance(problem, unbalanced, acting), gate.balance),
-        "yield of one joint": (_yielding(problem, q, acting), gate.yielding),
+    wasted = float(np.abs(unbalanced * d).sum())
+    return {
+        **certificate.as_dict(),
+        "complementarity": certificate.complementarity / scale,
+        # A live load that drives nothing: its entries are below what the solver takes for zero.
+        "work": wasted / work / scale if work > 0 else float("inf"),
+        "block": _balance(problem, unbalanced, acting),
+        "joint": _yielding(problem, q, acting),
     }
-    return ", ".join(f"{name} {value:.1e}" for name, (value, most) in failing.items() if not value <= most)
-
-
-# The certificate measures forces in median weights and total loads, in which a block very much lighter
-# than the others disappears. If it carries the live load, λ is its alone: hence each block for itself.
 
 
 def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.ndarray:
     """Largest force (a load, n or s) that acts on each block, or the least that matters, shape (b,)."""
     loads = np.abs(problem.dead) + abs(load_factor * problem.live)
     loads = np.maximum(loads[0::3], loads[1::3])
-    ends = _ends(problem)
-    at_joints = np.maximum(np.abs(q[0::3]), np.abs(q[1::3]))
-    carried = ends.multiply(at_joints[None, :]).max(axis=1).toarray().ravel()
+    at_joints = np.abs(q[: 2 * problem.joints]).reshape(2, -1).max(axis=0)
+    carried = _ends(problem).multiply(at_joints[None, :]).max(axis=1).toarray().ravel()
     least = _NO_MATTER * max(abs(load_factor), SMALLEST) * problem.live_norm
     return np.maximum(np.maximum(loads, carried), least)
-
-
-def _ends(problem: Problem) -> sp.csr_array:
-    """1 where a joint (column) is one of a block's (row), shape (b, c)."""
-    # A moment in a joint acts on both of its blocks.
-    return abs(problem.B_m[2::3])
-
-
-def _balance(problem: Problem, unbalanced: np.ndarray, acting: np.ndarray) -> float:
-    """Largest force out of balance on a block over the largest that acts on it; a moment over that force
-    at the longest arm."""
-    arms = np.maximum(
-        abs(problem.B_n[2::3]).max(axis=1).toarray(), abs(problem.B_s[2::3]).max(axis=1).toarray()
-    )
-    half = _ends(problem).multiply(problem.half_length[None, :]).max(axis=1).toarray()
-    arm = np.maximum(arms, half).ravel()
-    forces = np.maximum(np.abs(unbalanced[0::3]), np.abs(unbalanced[1::3])) / acting
-    return float(np.maximum(forces, np.abs(unbalanced[2::3]) / (acting * arm)).max())
-
-
-def _yielding(problem: Problem, q: np.ndarray, acting: np.ndarray) -> float:
-    """Largest violation of yield over the largest force on the lesser of a joint's blocks."""
-    z = yield_slacks(problem, q)
-    violation = np.concatenate([-z[:2], -z[2:] / problem.half_length, -q[None, 0::3]]).max(axis=0)
-    return float((np.maximum(violation, 0.0) / of_lesser_block(problem, acting)).max())
 
 
 def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
@@ -126,10 +118,25 @@ def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
     return 1 / _ends(problem).multiply(1 / acting[:, None]).max(axis=0).toarray().ravel()
 
 
-def refused(finding: Finding, failing: str) -> Finding:
-    """The finding without its load factor."""
-    message = (
-        f"the answer found, {finding.load_factor:.6g}, is not borne out by its certificate ({failing}): "
-        "try another solver, and look for weights or lengths of very different size"
-    )
-    return replace(finding, status=Status.SOLVER_FAILED, message=message, load_factor=None)
+def _ends(problem: Problem) -> sp.csr_array:
+    """1 where a joint (column) is one of a block's (row), shape (b, c)."""
+    # A moment in a joint acts on both of its blocks.
+    return abs(problem.B[2::3, 2 * problem.joints :])
+
+
+def _balance(problem: Problem, unbalanced: np.ndarray, acting: np.ndarray) -> float:
+    """Largest force out of balance on a block over the largest that acts on it; a moment over that force
+    at the longest arm."""
+    arms = abs(problem.B[2::3, : 2 * problem.joints]).max(axis=1).toarray().ravel()
+    half = _ends(problem).multiply(problem.half_length[None, :]).max(axis=1).toarray().ravel()
+    forces = np.maximum(np.abs(unbalanced[0::3]), np.abs(unbalanced[1::3])) / acting
+    moments = np.abs(unbalanced[2::3]) / (acting * np.maximum(arms, half))
+    return float(np.maximum(forces, moments).max())
+
+
+def _yielding(problem: Problem, q: np.ndarray, acting: np.ndarray) -> float:
+    """Largest violation of yield over the largest force on the lesser of a joint's blocks."""
+    least = of_lesser_block(problem, acting)
+    violation = -problem.slacks(q) / problem.face_arm / least[problem.face_joint]
+    tension = -problem.normal_forces(q) / least
+    return float(max(violation.max(), tension.max(), 0.0))

@@ -10,12 +10,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.certificate import Certificate, certify
-from masonry_opt.answer.solution import Finding
+from masonry_opt.answer.reasons import Reason
+from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
+from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.problem.problem import yield_slacks
+from masonry_opt.problem.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,8 @@ class Result:
     ----------
     case: case file or title of the scene.
     method, model, solver: what was asked, of which language and solver.
-    status, message: how it ended, and in words.
+    status, reasons, message: how it ended, why in codes with their values, and in words.
+    kind: of answer, which decides what its certificate must show.
     load_factor: λ; None unless ``status.usable``.
     certificate: residuals of λ, forces and mechanism, from the matrices alone; None without λ.
     joints: frame, one row a joint: ``first``, ``second``, ``x``, ``y`` (middle), ``length``, forces on
@@ -54,9 +58,9 @@ class Result:
         where a joint is idle). Forces and lengths in the case's units.
     blocks: frame, one row a movable block: ``block``, ``x``, ``y`` (centroid), ``vx``, ``vy``, ``omega``;
         velocities scaled so that the live load does the work Σ|f_L|, the sum over its components.
-    history: frame, one row a step: a sub-problem of the loop (see :class:`~.finding.Iteration`), a
+    history: frame, one row a step: a sub-problem of the loop (see :class:`~.loop.history.Iteration`), a
         relaxation of the MPEC (:class:`~.mpec.Relaxation`), a lower state of the refinement
-        (:class:`~.refined.Refinement`); empty for a single linear program.
+        (:class:`~.refined.method.Refinement`); empty for a single linear program.
     flow_rule_matters: False if the associative answer already obeys the joints' own flow rule.
     iterations: of the solver, summed.
     lp_solves, nlp_solves: linear and nonlinear programs solved (without the check of the dead load).
@@ -73,7 +77,9 @@ class Result:
     model: str
     solver: str
     status: Status
+    reasons: tuple[Reason, ...]
     message: str
+    kind: Kind
     load_factor: float | None
     certificate: Certificate | None
     joints: pd.DataFrame = field(repr=False)
@@ -86,9 +92,14 @@ class Result:
     stationary: bool | None
     bound: float | None
     seconds: dict[str, float]
+    solvers: dict[str, list[str]]
     size: Size
     assembly: Assembly = field(repr=False)
-    finding: Finding = field(repr=False)
+    solution: Solution = field(repr=False)
+    summary: str = field(default="", repr=False)
+
+    def __str__(self) -> str:
+        return self.summary
 
     def required(self) -> float:
         """The load factor; NoLoadFactorError, with case, status and message, if there is none."""
@@ -106,6 +117,8 @@ class Result:
                 "solver": self.solver,
                 "status": str(self.status),
                 "message": self.message,
+                "reasons": [reason.as_dict() for reason in self.reasons],
+                "kind": str(self.kind),
                 "load_factor": self.load_factor,
                 "blocks": self.size.blocks,
                 "joints": self.size.joints,
@@ -116,6 +129,7 @@ class Result:
                 "stationary": self.stationary,
                 "bound": self.bound,
                 "seconds": self.seconds,
+                "solvers": self.solvers,
                 "certificate": self.certificate.as_dict() if self.certificate else None,
                 "size": asdict(self.size),
                 "history": self.history.to_dict("records"),
@@ -131,60 +145,61 @@ class Result:
 
 def make_result(
     assembly: Assembly,
-    finding: Finding,
+    solution: Solution,
+    effort: Effort,
     *,
-    case: str,
     method: str,
     model: str,
     solver: str,
-    seconds: dict[str, float],
+    message: str = "",
 ) -> Result:
-    """Put the scene's names and units to a finding."""
-    problem = assembly.problem
+    """Put the scene's names and units to a solution."""
+    problem, scene = assembly.problem, assembly.scene
     certificate = None
-    if finding.load_factor is not None and finding.q is not None and finding.d is not None:
-        slope = problem.dilatancy if finding.slope is None else finding.slope
-        certificate = certify(problem, finding.load_factor, finding.q, finding.d, slope)
-    lp = finding.size
+    if solution.load_factor is not None and solution.q is not None and solution.d is not None:
+        slope = problem.dilatancy if solution.slope is None else solution.slope
+        certificate = certify(problem, solution.load_factor, solution.q, solution.d, slope)
+    lp = solution.size
     return Result(
-        case=case,
+        case=scene.origin if scene.origin != "scene" else scene.title or "scene",
         method=method,
         model=model,
         solver=solver,
-        status=finding.status,
-        message=finding.message,
-        load_factor=finding.load_factor,
+        status=solution.status,
+        reasons=tuple(solution.reasons),
+        message=message,
+        kind=solution.kind,
+        load_factor=solution.load_factor,
         certificate=certificate,
-        joints=_joint_frame(assembly, finding),
-        blocks=_block_frame(assembly, finding),
-        history=pd.DataFrame(finding.history).drop(columns=["state", "limits"], errors="ignore"),
-        flow_rule_matters=finding.flow_rule_matters,
-        iterations=finding.iterations,
-        lp_solves=finding.lp_solves,
-        nlp_solves=finding.nlp_solves,
-        stationary=finding.stationary,
-        bound=finding.bound,
-        seconds=seconds,
+        joints=_joint_frame(assembly, solution),
+        blocks=_block_frame(assembly, solution),
+        history=pd.DataFrame(solution.history).drop(columns="solved", errors="ignore"),
+        flow_rule_matters=solution.flow_rule_matters,
+        iterations=effort.iterations,
+        lp_solves=effort.lp_solves,
+        nlp_solves=effort.nlp_solves,
+        stationary=solution.stationary,
+        bound=solution.bound,
+        seconds=effort.seconds,
+        solvers=effort.solvers,
         size=Size(
             blocks=problem.blocks,
             joints=problem.joints,
             rows=lp.rows if lp else None,
             columns=lp.columns if lp else None,
             nonzeros=lp.nonzeros if lp else None,
-            left_out=_left_out(assembly, cohesive=method == "nonassociative"),
+            left_out=_left_out(assembly),
         ),
         assembly=assembly,
-        finding=finding,
+        solution=solution,
     )
 
 
-def _left_out(assembly: Assembly, cohesive: bool) -> tuple[str, ...]:
+def _left_out(assembly: Assembly) -> tuple[str, ...]:
     problem, joints = assembly.problem, assembly.joints
-    left_out = ["n ≥ 0 of every joint: that it does not rock about either edge implies it"]
+    left_out = []
     if unlimited := problem.joints - len(problem.sliding):
         left_out.append(f"sliding of {_count(unlimited, 'joint')}: friction is unlimited")
-    if not cohesive and not problem.cohesion.any():
-        left_out.append("cohesion terms: no joint has cohesion")
     if joints.fixed_pairs:
         left_out.append(f"{_count(joints.fixed_pairs, 'joint')} between two fixed blocks: neither moves")
     if joints.near_misses:
@@ -205,10 +220,10 @@ def _names(assembly: Assembly, indices: np.ndarray) -> list[str]:
     return [assembly.scene.blocks[index].name for index in indices]
 
 
-def _block_frame(assembly: Assembly, finding: Finding) -> pd.DataFrame:
+def _block_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
     problem, shapes = assembly.problem, assembly.geometry
     centroid = shapes.centroid[assembly.movable] + shapes.origin
-    velocity = np.full(3 * problem.blocks, np.nan) if finding.d is None else finding.d
+    velocity = np.full(3 * problem.blocks, np.nan) if solution.d is None else solution.d
     return pd.DataFrame(
         {
             "block": _names(assembly, assembly.movable),
@@ -221,11 +236,13 @@ def _block_frame(assembly: Assembly, finding: Finding) -> pd.DataFrame:
     )
 
 
-def _joint_frame(assembly: Assembly, finding: Finding) -> pd.DataFrame:
+def _joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
     problem, joints = assembly.problem, assembly.joints
     nothing = np.full(3 * problem.joints, np.nan)
-    q = nothing if finding.q is None else finding.q
-    u = nothing if finding.d is None else problem.B.T @ finding.d
+    q = nothing if solution.q is None else solution.q
+    u = nothing if solution.d is None else problem.B.T @ solution.d
+    n, s, m = q.reshape(3, -1)
+    opening, slip, rotation = u.reshape(3, -1)
     force, length = problem.force_unit, problem.length_unit
     middle = joints.middle + assembly.geometry.origin
     return pd.DataFrame(
@@ -235,30 +252,30 @@ def _joint_frame(assembly: Assembly, finding: Finding) -> pd.DataFrame:
             "x": middle[:, 0],
             "y": middle[:, 1],
             "length": joints.length,
-            "n": q[0::3] * force,
-            "s": q[1::3] * force,
-            "m": q[2::3] * force * length,
-            "slip": u[1::3],
-            "opening": u[0::3],
-            "rotation": u[2::3] / length,
-            "utilisation": _utilisation(assembly, q),
+            "n": n * force,
+            "s": s * force,
+            "m": m * force * length,
+            "slip": slip,
+            "opening": opening,
+            "rotation": rotation / length,
+            "utilisation": _utilisation(problem, q),
         }
     )
 
 
-def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
+def _utilisation(problem: Problem, q: np.ndarray) -> np.ndarray:
     """Largest of |s| over the true Coulomb limit and |m| over n L/2; NaN where a joint is idle.
 
     Forces below 1e-6 of the scene's largest normal force are nothing: limits are no smaller.
     """
-    problem = assembly.problem
-    n, s, m = q[0::3], q[1::3], q[2::3] / problem.half_length
+    n, s, m = q.reshape(3, -1)
+    m = np.abs(m) / problem.half_length
     nothing = 1e-6 * (np.abs(n).max() or 1.0)
-    slide, _, rock, _ = yield_slacks(problem, q) + np.stack([q[1::3], -q[1::3], q[2::3], -q[2::3]])
-    shear = np.abs(s) / np.maximum(slide, nothing)
-    rocking = np.abs(m) / np.maximum(rock / problem.half_length, nothing)
-    idle = np.stack([np.abs(n), np.abs(s), np.abs(m)]).max(axis=0) <= nothing
-    return np.where(idle, np.nan, np.maximum(shear, rocking))
+    limit = problem.cohesion + problem.friction * n[problem.sliding]
+    used = m / np.maximum(n, nothing)
+    shear = np.abs(s[problem.sliding]) / np.maximum(limit, nothing)
+    used[problem.sliding] = np.maximum(used[problem.sliding], shear)
+    return np.where(np.stack([np.abs(n), np.abs(s), m]).max(axis=0) <= nothing, np.nan, used)
 
 
 def _plain(value: Any) -> Any:

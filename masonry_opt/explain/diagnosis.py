@@ -1,4 +1,4 @@
-"""Why there is no load factor: blocks that fall, or nothing that can move."""
+"""Why there is no load factor, from the matrices: blocks that fall, or nothing that can move."""
 
 from __future__ import annotations
 
@@ -6,14 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from masonry_opt.answer.certificate import finite, rates
+from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.status import Status
-from masonry_opt.effort import Stopwatch
-from masonry_opt.problem.problem import Problem, ShearLimits, joint_rates
-from masonry_opt.solvers.cvxpy_driver import driven_mechanism
-from masonry_opt.solvers.driver import declare
-from masonry_opt.solvers.lp import Answer, Outcome
-from masonry_opt.solvers.registry import find_solver
+from masonry_opt.effort import Effort
+from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyStanding
+from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.solvers.cvxpy_engine import CvxpyEngine, has_optimum
+from masonry_opt.solvers.registry import Solver, in_cvxpy
 
 #: Power of a bounded mechanism, in median block weights, below which nothing moves.
 _NOTHING = 1e-7
@@ -21,67 +20,60 @@ _NOTHING = 1e-7
 #: Share of the largest (velocity or force) below which a joint has no part in locking.
 _LITTLE = 1e-2
 
+#: What a solver does here, as a result tells it.
+DEAD_LOAD, DIAGNOSIS = "dead load", "diagnosis"
+
 
 class DeadLoadUndecided(Exception):
     """The solver failed to say whether the scene stands; the message is its word."""
 
 
-def falling_mechanism(problem: Problem) -> np.ndarray | None:
+def falling_mechanism(problem: Problem, solver: Solver, effort: Effort) -> np.ndarray | None:
     """Block velocities with which blocks fall under dead load alone, shape (3b,); None if all stand.
 
     The scene stands if eq. (9) without live load has a state. Else the mechanism is the dual ray,
     bounded. Checked before every analysis: a maximal λ may exist where λ = 0 is no equilibrium.
+
+    Parameters
+    ----------
+    solver: what the analysis was asked to use; see :func:`~masonry_opt.solvers.registry.in_cvxpy`.
 
     Raises
     ------
     DeadLoadUndecided
         If the solver fails on both.
     """
-    solver, watch = find_solver("cvxpy", "clarabel"), Stopwatch()
-    dead_only = problem.without_live_load()
-    answer = declare(dead_only, "static", solver, watch).solve()
-    if answer.outcome is Outcome.OPTIMAL:
+    chosen, limits = in_cvxpy(solver), ShearLimits.true(problem)
+    standing = CvxpyStanding(problem, limits)
+    solved = CvxpyEngine(standing.program, chosen, effort, DEAD_LOAD).solve()
+    if solved.optimal:
         return None
-    limits = ShearLimits.associative(problem)
-    driven = driven_mechanism(problem, problem.dead, limits, solver, watch)
+    driven = _driven(problem, problem.dead, limits, chosen, effort, DEAD_LOAD)
     if driven is None:
-        raise DeadLoadUndecided(answer.word)
+        raise DeadLoadUndecided(solved.word)
     power, velocities = driven
     # A scene may stand so narrowly that no solver finds a state with room around it.
     return velocities if power > _NOTHING else None
 
 
-def explain_no_answer(problem: Problem, answer: Answer) -> tuple[Status, str]:
-    """Status and message for a linear program without an optimum, of a scene that stands.
+def no_optimum(problem: Problem, word: str, solver: Solver, effort: Effort) -> tuple[Status, Reason]:
+    """Status and reason for an eq. (9) or (10) without an optimum, of a scene that stands.
 
     Such a program is unlimited or its solver failed. Which, is decided by whether the live load
     drives any mechanism, not by the solver's word.
     """
-    k = problem.sliding
-    own_flow = _live_load_drives(problem, problem.dilatancy[k])
-    associative = _live_load_drives(problem, problem.friction[k])
+    own_flow = _live_load_drives(problem, problem.dilatancy, solver, effort)
+    associative = _live_load_drives(problem, problem.friction, solver, effort)
     if own_flow is None or associative is None or associative:
-        return Status.SOLVER_FAILED, f"the solver stopped with '{answer.word}': try another solver"
+        return Status.SOLVER_FAILED, reason(Code.SOLVER_STOPPED, word=word)
     if own_flow:
-        return Status.LOCKED, (
-            "sliding joints that dilate jam the blocks, so that they carry any multiple of the live "
-            "load; without dilatancy they can move: method 'nonassociative' tells whether they do"
-        )
-    return Status.UNLIMITED, (
-        "no mechanism lets the live load do work, so the scene carries any multiple of it: "
-        "check the direction of 'live' and which blocks carry it"
-    )
+        return Status.LOCKED, reason(Code.DILATANCY_LOCKS)
+    return Status.UNLIMITED, reason(Code.NO_MECHANISM)
 
 
-def _live_load_drives(problem: Problem, slope: np.ndarray) -> bool | None:
-    """Whether a mechanism with that opening per unit slip (k,) lets the live load do work; None if
-    the solver fails to say."""
-    solver, force = find_solver("cvxpy", "clarabel"), problem.live / problem.live_norm
-    driven = driven_mechanism(problem, force, ShearLimits(slope), solver, Stopwatch())
-    return None if driven is None else driven[0] > _NOTHING
-
-
-def locking_joints(problem: Problem, status: Status, q: np.ndarray | None) -> np.ndarray:
+def locking_joints(
+    problem: Problem, status: Status, q: np.ndarray | None, solver: Solver, effort: Effort
+) -> np.ndarray:
     """Indices of the joints that keep the live load from causing collapse, those that do most first.
 
     Locked by dilatancy: those that slide in the mechanism that the live load drives without
@@ -90,33 +82,26 @@ def locking_joints(problem: Problem, status: Status, q: np.ndarray | None) -> np
     own dilatancy allows (so that no mechanism lets it do work), by their normal force.
     Jammed: those whose normal force ``q`` grows with λ. Empty if the solver fails.
     """
+    nobody = np.array([], dtype=int)
+    own_flow = ShearLimits(problem.dilatancy, np.zeros_like(problem.cohesion))
     if status is Status.LOCKED:
-        k = problem.sliding
-        driven = driven_mechanism(
-            problem,
-            problem.live / problem.live_norm,
-            ShearLimits(problem.dilatancy[k]),
-            find_solver("cvxpy", "clarabel"),
-            Stopwatch(),
-        )
+        driven = _driven(problem, _push(problem), own_flow, in_cvxpy(solver), effort)
         if driven is None:
-            return np.array([], dtype=int)
-        u, slope = problem.B.T @ driven[1], finite(problem.friction)
-        departure = u - joint_rates(problem, rates(problem, driven[1], problem.friction), slope)
-        amount = np.where(np.abs(u[1::3]) > _LITTLE, np.abs(departure[0::3]), 0.0)
+            return nobody
+        u = problem.B.T @ driven[1]
+        departure = u - problem.D(problem.friction) @ problem.rates(driven[1], problem.friction)
+        cannot_open, slip = np.abs(departure).reshape(3, -1)[0], np.abs(u).reshape(3, -1)[1]
+        amount = np.where(slip > _LITTLE, cannot_open, 0.0)
     elif status is Status.UNLIMITED:
         # The live load in place of the dead, scaled as the driven mechanism is.
-        live_only = replace(problem.without_live_load(), dead=problem.live / problem.live_norm)
-        limits = ShearLimits(problem.dilatancy[problem.sliding])
-        solver = find_solver("cvxpy", "clarabel")
-        answer = declare(live_only, "static", solver, Stopwatch(), limits).solve()
-        if answer.state is None:
-            return np.array([], dtype=int)
-        amount = np.abs(answer.state.q[0::3])
+        carrying = CvxpyStanding(replace(problem, dead=_push(problem)), own_flow)
+        if not has_optimum(carrying.program, in_cvxpy(solver), effort, DIAGNOSIS):
+            return nobody
+        amount = np.abs(problem.normal_forces(carrying.statics.forces()[1]))
     elif status is Status.JAMMED and q is not None:
-        amount = q[0::3]
+        amount = problem.normal_forces(q)
     else:
-        return np.array([], dtype=int)
+        return nobody
     order = np.argsort(-amount, kind="stable")
     return order[amount[order] > max(_LITTLE * amount.max(), _NOTHING)]
 
@@ -126,3 +111,34 @@ def moving_blocks(d: np.ndarray) -> np.ndarray:
     speed = np.abs(d.reshape(-1, 3)).max(axis=1)
     order = np.argsort(-speed, kind="stable")
     return order[speed[order] > 1e-3 * speed.max()]
+
+
+def _push(problem: Problem) -> np.ndarray:
+    """The live load, its entries summing to one."""
+    return problem.live / problem.live_norm
+
+
+def _live_load_drives(problem: Problem, slope: np.ndarray, solver: Solver, effort: Effort) -> bool | None:
+    """Whether a mechanism with that opening per unit slip (k,) lets the live load do work; None if
+    the solver fails to say."""
+    limits = ShearLimits(slope, np.zeros_like(slope))
+    driven = _driven(problem, _push(problem), limits, in_cvxpy(solver), effort)
+    return None if driven is None else driven[0] > _NOTHING
+
+
+def _driven(
+    problem: Problem,
+    force: np.ndarray,
+    limits: ShearLimits,
+    solver: Solver,
+    effort: Effort,
+    purpose: str = DIAGNOSIS,
+) -> tuple[float, np.ndarray] | None:
+    """Power and block velocities (3b,) of the mechanism that a force drives; None if the solver fails.
+
+    A power of (numerically) zero means that nothing moves.
+    """
+    model = CvxpyDriven(problem, force, limits)
+    if not has_optimum(model.program, solver, effort, purpose):
+        return None
+    return float(model.program.value), np.asarray(model.mechanism.d.value)

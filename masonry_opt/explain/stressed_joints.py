@@ -47,17 +47,18 @@ def stressed_joints(result: Result, above: float | None = None) -> pd.DataFrame:
             f"stressed_joints: takes an associative result (method 'static' or 'kinematic'), not one of "
             f"'{result.method}'"
         )
-    finding, problem = result.finding, result.assembly.problem
-    if finding.q is None or finding.d is None or result.load_factor is None:
+    solution, problem = result.solution, result.assembly.problem
+    if solution.q is None or solution.d is None or result.load_factor is None:
         raise OptionError(f"stressed_joints: the result has no mechanism: {result.status}")
-    n, slip = finding.q[0::3], np.abs((problem.B.T @ finding.d)[1::3])
+    n, slip = problem.normal_forces(solution.q), np.abs((problem.B.T @ solution.d).reshape(3, -1)[1])
+    friction = problem.N.T @ problem.friction
     frame = result.joints[["first", "second", "x", "y"]].assign(
         stress=result.joints["n"] / result.joints["length"],
         slip=result.joints["slip"],
-        dilation=np.where(np.isfinite(problem.friction), problem.friction, 0.0) * slip,
+        dilation=friction[: problem.joints] * slip,
     )
     frame["energy"] = frame["dilation"] * n / problem.live_norm
-    dilates = (frame["dilation"] > 0) & (slip > _STILL * np.abs(finding.d).max())
+    dilates = (frame["dilation"] > 0) & (slip > _STILL * np.abs(solution.d).max())
     return frame[dilates & (n > _least_force(result, above))]
 
 
@@ -65,12 +66,15 @@ def _least_force(result: Result, above: float | None) -> np.ndarray:
     """Normal forces above which dilatancy is not credible, in the problem's unit, shape (c,)."""
     problem = result.assembly.problem
     if above is None:
-        if not np.isfinite(problem.dilatancy_force[:, 1]).any():
+        none = problem.dilatancy_force[:, 1]
+        if not np.isfinite(none).any():
             raise OptionError(
                 "stressed_joints: say 'above' which stress dilatancy is not credible, or give the scene's "
                 "joints 'dilatancy_stress'"
             )
-        return problem.dilatancy_force[:, 1]
+        least = np.full(problem.joints, np.inf)
+        least[problem.sliding] = none
+        return least
     if not (isinstance(above, (int, float)) and math.isfinite(above) and above >= 0):
         raise OptionError(f"stressed_joints: 'above' must be a number from 0 on (found {above!r})")
     return above * result.assembly.joints.length / problem.force_unit

@@ -8,22 +8,25 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, InstanceOf, Strict, model_validator
 
-from masonry_opt.answer.result import Result
-from masonry_opt.answer.solution import Finding
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
-from masonry_opt.effort import Stopwatch
+from masonry_opt.errors import OptionError
+from masonry_opt.methods.loop.method import nonassociative
+from masonry_opt.methods.loop.options import LoopOptions
+from masonry_opt.methods.task import Method, Options, Task
 from masonry_opt.models.pyomo_mpec import PyomoMpec
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
-from masonry_opt.scene.blocks import Number, Record
-from masonry_opt.solvers.ipopt import Ipopt
+from masonry_opt.solvers.ipopt import IPOPT, Ipopt
+from masonry_opt.solvers.registry import find_solver
 
 #: The relaxation falls by this factor between solves.
 _FALL = 0.1
@@ -32,7 +35,7 @@ _FALL = 0.1
 _SMALLER_START, _SMALLEST_START = 1e-3, 1e-8
 
 
-class MpecOptions(Record):
+class MpecOptions(Options):
     """Parameters of the relaxation.
 
     Attributes
@@ -48,9 +51,9 @@ class MpecOptions(Record):
         If a parameter is of the wrong type or out of range.
     """
 
-    start: Literal["loop", "cold"] | InstanceOf[Result] = "loop"
-    epsilon: Annotated[Number, Field(gt=0, le=10)] = 0.03
-    epsilon_min: Annotated[Number, Field(gt=0, le=10)] = 3e-9
+    start: Literal["loop", "cold"] | InstanceOf[Solution] = "loop"
+    epsilon: Annotated[float, Strict(), Field(gt=0, le=10)] = 0.03
+    epsilon_min: Annotated[float, Strict(), Field(gt=0, le=10)] = 3e-9
     minimise: Annotated[bool, Strict()] = True
 
     @model_validator(mode="after")
@@ -84,102 +87,117 @@ class Relaxation:
     seconds: float
 
 
-Progress = Callable[[Relaxation], None]
+def mpec(task: Task) -> Solution:
+    """Least load factor near a start."""
+    options: MpecOptions = task.options
+    before: Solution | None = None
+    if options.start != "cold":
+        before = loop_or(options.start, task)
+        if before.q is None:
+            before.add(Code.START_FAILED)
+            return before
+    start = None if before is None else _state(task.problem, before)
+    solution = _relaxed(task, options, start)
+    solution.flow_rule_matters = before is None or before.flow_rule_matters
+    return solution
 
 
-def mpec(
-    problem: Problem,
-    load: Callable[[PyomoMpec], Ipopt],
-    start: State | None,
-    options: MpecOptions,
-    watch: Stopwatch,
-    progress: Progress = lambda _: None,
-) -> Finding:
-    """Least load factor near a start, of a scene that stands.
+def loop_or(start: str | Solution, task: Task) -> Solution:
+    """The solution that another method begins with: the loop's, or that of a result handed in.
 
-    Parameters
-    ----------
-    load: loads the declared program into IPOPT.
-    start: the state to begin from; None for a cold start.
-    progress: called after every solve.
+    Raises OptionError if the result is of another scene or has no forces.
     """
-    with watch.measure("build"):
+    if isinstance(start, Solution):
+        return _of_same_scene(start, task.problem)
+    # Accurate at any size, for what follows needs to know which faces move.
+    options = LoopOptions(sub_problems="accurate")
+    return nonassociative(task.with_options(options, find_solver("cvxpy", None)))
+
+
+def _of_same_scene(solution: Solution, problem: Problem) -> Solution:
+    if solution.q is None or solution.d is None:
+        raise OptionError("option 'start': the result has no forces to start from")
+    if (solution.q.size, solution.d.size) != (3 * problem.joints, 3 * problem.blocks):
+        raise OptionError("option 'start': the result is of another scene")
+    return replace(solution, history=[], reasons=list(solution.reasons))
+
+
+def _state(problem: Problem, solution: Solution) -> State:
+    assert solution.q is not None  # whoever asks has looked
+    assert solution.d is not None
+    p = problem.rates(solution.d, problem.dilatancy)
+    return State(solution.load_factor or 0.0, solution.q, solution.d, p)
+
+
+def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
+    problem, effort = task.problem, task.effort
+    with effort.measure("build"):
         model = PyomoMpec(problem, options.minimise)
-        nothing = State(
-            0.0, np.zeros(3 * problem.joints), np.zeros(3 * problem.blocks), np.zeros((4, problem.joints))
-        )
-        model.start_from(start or nothing)
-    with watch.measure("compile"):
-        ipopt = load(model)
-    finding = Finding(Status.HOMOTOPY, slope=problem.dilatancy)
+        at_rest = (np.zeros(size) for size in (3 * problem.joints, 3 * problem.blocks, problem.faces))
+        model.start_from(start or State(0.0, *at_rest))
+    with effort.measure("compile"):
+        ipopt = IPOPT[task.solver.name](model)
+    effort.uses(task.solver.name, "relaxation")
+    solution = Solution(Status.HOMOTOPY, Kind.RELAXED, slope=problem.dilatancy)
     epsilon = options.epsilon
-    while not _follow(problem, model, ipopt, epsilon, options, finding, watch, progress):
+    while not _follow(task, model, ipopt, epsilon, options.epsilon_min, solution):
         epsilon *= _SMALLER_START
         if start is None or epsilon < options.epsilon_min or epsilon < _SMALLEST_START:
-            return _stopped(finding, start)
+            return _stopped(solution, start)
         # Nearer to its end the relaxation is easier to follow, if less free to find a lower λ.
         model.start_from(start)
         ipopt.forget()
-    best = model.read()
-    finding.status, finding.load_factor = Status.CONVERGED, best.load_factor
-    kind = "a local minimum" if options.minimise else "one state of many (MCP)"
-    finding.message = f"{kind}, complementary to within ε = {options.epsilon_min:.0e}"
+    what = Code.LOCAL_MINIMUM if options.minimise else Code.ONE_OF_MANY
+    solution.end(Status.CONVERGED, what, epsilon=options.epsilon_min)
+    solution.load_factor = model.read().load_factor
     if epsilon < options.epsilon:
-        finding.message += f"; relaxed from ε = {epsilon:.0e}, larger ones could not be followed"
-    return finding
+        solution.add(Code.RELAXED_FROM, epsilon=epsilon)
+    return solution
 
 
 def _follow(
-    problem: Problem,
-    model: PyomoMpec,
-    ipopt: Ipopt,
-    epsilon: float,
-    options: MpecOptions,
-    finding: Finding,
-    watch: Stopwatch,
-    progress: Progress,
+    task: Task, model: PyomoMpec, ipopt: Ipopt, epsilon: float, last: float, solution: Solution
 ) -> bool:
     """Solve for a falling ε from the values the model holds; whether all were solved."""
     while True:
         began = time.perf_counter()
         answer = ipopt.solve(epsilon)
         seconds = time.perf_counter() - began
-        watch.add("solve", seconds)
-        finding.iterations += answer.iterations
-        finding.nlp_solves += 1
-        load_factor, largest, gap = float("nan"), float("nan"), float("nan")
+        task.effort.add("solve", seconds)
+        task.effort.iterations += answer.iterations
+        task.effort.nlp_solves += 1
+        load_factor, largest, gap = math.nan, math.nan, math.nan
         if answer.solved:
             state, products = model.read(), model.products()
-            finding.take(state)
+            solution.take(state)
             load_factor, largest = state.load_factor, float(products.max())
-            gap = float(products.sum()) / problem.live_norm
-        finding.history.append(
+            gap = float(products.sum()) / task.problem.live_norm
+        solution.history.append(
             Relaxation(epsilon, load_factor, answer.word, answer.iterations, largest, gap, seconds)
         )
-        progress(finding.history[-1])
-        if not answer.solved or epsilon <= options.epsilon_min:
+        task.progress(solution.history[-1])
+        if not answer.solved or epsilon <= last:
             return answer.solved
         epsilon *= _FALL
-        if epsilon < 2 * options.epsilon_min:
-            epsilon = options.epsilon_min
+        if epsilon < 2 * last:
+            epsilon = last
 
 
-def _stopped(finding: Finding, start: State | None) -> Finding:
-    failed = finding.history[-1]
-    finding.message = f"IPOPT ended with '{failed.word}' at ε = {failed.epsilon:.0e}; "
-    solved = [step for step in finding.history if not math.isnan(step.load_factor)]
+def _stopped(solution: Solution, start: State | None) -> Solution:
+    failed = solution.history[-1]
+    solution.end(Status.HOMOTOPY, Code.RELAXATION_STOPPED, word=failed.word, epsilon=failed.epsilon)
+    solved = [step for step in solution.history if not math.isnan(step.load_factor)]
     if solved:
         last = solved[-1]
-        finding.message += (
-            f"forces and velocities kept are those of ε = {last.epsilon:.0e}, λ = {last.load_factor:.6g}, "
-            f"which is no answer: its complementarity gap is {last.gap:.1e}"
-        )
+        solution.add(Code.KEPT_RELAXATION, epsilon=last.epsilon, load_factor=last.load_factor, gap=last.gap)
     elif start is not None:
-        finding.take(start)
-        finding.message += (
-            "no relaxation was solved; forces and velocities kept are those of the start: begin with a "
-            "smaller 'epsilon'"
-        )
+        solution.take(start)
+        solution.add(Code.KEPT_START)
     else:
-        finding.message += "no relaxation was solved: start from the loop, or with a smaller 'epsilon'"
-    return finding
+        solution.add(Code.NOTHING_SOLVED)
+    return solution
+
+
+MPEC = Method(
+    "mpec", mpec, MpecOptions, {"pyomo": tuple(IPOPT)}, own_tolerances=True, constant_dilatancy=True
+)

@@ -56,15 +56,17 @@ def assemble(scene: Scene) -> Assembly:
     force_unit = force_unit or 1.0
     # Moments are forces times lengths.
     scale = np.tile([force_unit, force_unit, force_unit * length_unit], len(movable))
+    sliding = np.flatnonzero(np.isfinite(joints.friction))
     problem = Problem(
         B=_equilibrium(joints, shapes, movable, len(scene.blocks), length_unit),
         dead=dead / scale,
         live=live / scale,
         half_length=joints.length / 2 / length_unit,
-        friction=joints.friction,
-        cohesion=joints.cohesion * joints.length / force_unit,
-        dilatancy=joints.dilatancy,
-        dilatancy_force=joints.dilatancy_stress * joints.length[:, None] / force_unit,
+        sliding=sliding,
+        friction=joints.friction[sliding],
+        cohesion=(joints.cohesion * joints.length / force_unit)[sliding],
+        dilatancy=joints.dilatancy[sliding],
+        dilatancy_force=(joints.dilatancy_stress * joints.length[:, None] / force_unit)[sliding],
         force_unit=force_unit,
         length_unit=length_unit,
     )
@@ -93,10 +95,10 @@ def _equilibrium(
             moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
             for component, value in enumerate((force[:, 0], force[:, 1], moment)):
                 rows.append(3 * row_of[block] + component)
-                columns.append(3 * np.arange(count) + column)
+                columns.append(column * count + np.arange(count))
                 values.append(sign * value)
         rows.append(3 * row_of[block] + 2)
-        columns.append(3 * np.arange(count) + 2)
+        columns.append(2 * count + np.arange(count))
         values.append(np.full(count, sign))
     row, col, entry = map(np.concatenate, (rows, columns, values))
     # Fixed blocks have no rows; exact zeros (axis-aligned joints) stay out of the pattern.

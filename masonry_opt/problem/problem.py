@@ -12,24 +12,30 @@ from scipy.sparse.csgraph import connected_components
 
 @dataclass(frozen=True)
 class Problem:
-    """Matrices of b movable blocks and c joints.
+    """Matrices of b movable blocks and c joints, k of which can slide.
 
-    Statics: ``B q + λ live + dead = 0``. Kinematics: ``u = Bᵀ d``, the motion of each joint's
-    first block against its second. Forces are in units of ``force_unit`` (the median dead load of
-    a block), lengths in units of ``length_unit`` (half the median joint length), so that the numbers a
-    solver sees are near one whatever units a case file uses.
+    Statics, eq. (1): ``B q + λ live + dead = 0`` (the paper turns the sign of B: B q − λ f_L = f_D).
+    Yield, eq. (4): ``C(slope) q + face_cohesion ≥ 0``. Kinematics, eqs (2), (5), (6): ``Bᵀ d = D(slope) p``,
+    the motion of each joint's first block against its second.
+
+    A *face* is one yield condition, and every array over faces has this order: sliding (+) of the k joints
+    that can slide, sliding (−) of them, rocking about one edge (+) of all c joints, rocking (−) of them.
+
+    Forces are in units of ``force_unit`` (the median dead load of a block), lengths in units of
+    ``length_unit`` (half the median joint length), so that the numbers a solver sees are near one whatever
+    units a case file uses.
 
     Attributes
     ----------
     B: equilibrium matrix, shape (3b, 3c); rows fx, fy, moment about the centroid of each block,
-        columns n (compression > 0), s, m (about the joint's middle) of each joint.
+        columns n (compression > 0) of all joints, then s, then m (about the joint's middle).
     dead, live: loads f_D and f_L, shape (3b,).
     half_length: L / 2 of each joint, shape (c,).
-    friction: μ of each joint, ``inf`` where it cannot slide, shape (c,).
-    cohesion: of each joint as a force (per unit length × L), shape (c,).
-    dilatancy: tan φ₀ of each joint, shape (c,).
+    sliding: indices of the joints that can slide (friction is limited), shape (k,).
+    friction, dilatancy: μ and tan φ₀ of the joints that can slide, shape (k,).
+    cohesion: of the joints that can slide, as a force (per unit length × L), shape (k,).
     dilatancy_force: normal forces up to which the dilatancy is whole and from which there is none (``inf``
-        where it does not depend on them), shape (c, 2).
+        where it does not depend on them), shape (k, 2).
     force_unit, length_unit: what a dimensionless force or length is multiplied by.
     """
 
@@ -37,6 +43,7 @@ class Problem:
     dead: np.ndarray
     live: np.ndarray
     half_length: np.ndarray
+    sliding: np.ndarray
     friction: np.ndarray
     cohesion: np.ndarray
     dilatancy: np.ndarray
@@ -55,48 +62,107 @@ class Problem:
         return self.B.shape[1] // 3
 
     @property
+    def faces(self) -> int:
+        """Number of yield conditions, 2k + 2c."""
+        return 2 * len(self.sliding) + 2 * self.joints
+
+    @property
     def live_norm(self) -> float:
         """Σ|f_L|, by which objective and velocities are scaled (so that velocities are near 1)."""
         return float(np.abs(self.live).sum())
 
     @cached_property
-    def B_n(self) -> sp.csr_array:
-        """Columns of B of the normal forces, shape (3b, c)."""
-        return self.B[:, 0::3].tocsr()
+    def N(self) -> sp.csr_array:
+        """Selects the normal forces of the joints that can slide, shape (k, 3c)."""
+        return _selection(self.sliding, 3 * self.joints)
 
     @cached_property
-    def B_s(self) -> sp.csr_array:
-        """Columns of B of the shear forces, shape (3b, c)."""
-        return self.B[:, 1::3].tocsr()
+    def S(self) -> sp.csr_array:
+        """Selects their shear forces, shape (k, 3c)."""
+        return _selection(self.joints + self.sliding, 3 * self.joints)
 
     @cached_property
-    def B_m(self) -> sp.csr_array:
-        """Columns of B of the moments, shape (3b, c)."""
-        return self.B[:, 2::3].tocsr()
+    def R(self) -> sp.csr_array:
+        """Rocking, shape (2c, 3c): ``R q`` is n L/2 − m of every joint, then n L/2 + m."""
+        lever, one = sp.diags_array(self.half_length), sp.eye_array(self.joints)
+        no_shear = sp.csr_array((self.joints, self.joints))
+        return sp.block_array([[lever, no_shear, -one], [lever, no_shear, one]], format="csr")
+
+    def C(self, slope: np.ndarray) -> sp.csr_array:
+        """Yield conditions with shear limits of that slope, shape (k,): rows over the faces, (faces, 3c)."""
+        without_friction = sp.vstack([-self.S, self.S, self.R])
+        return (without_friction + self.both_senses @ sp.diags_array(slope) @ self.N).tocsr()
+
+    def D(self, slope: np.ndarray) -> sp.csr_array:
+        """Flow rule that opens joints by that slope, shape (k,), per unit slip: shape (3c, faces).
+
+        Normality is C = D: with the friction as slope the flow is normal to the yield surface. (Dᵀ is C and
+        not −C: with the sign of B used here the resultant forces do the work −c·p on the joint velocities.)
+        """
+        return self.C(slope).T.tocsr()
 
     @cached_property
-    def sliding(self) -> np.ndarray:
-        """Indices of the k joints that can slide (friction is limited), shape (k,)."""
-        return np.flatnonzero(np.isfinite(self.friction))
-
-    @cached_property
-    def K(self) -> sp.csr_array:
-        """Selects the joints that can slide: ``K @ x`` scatters x over all joints, shape (c, k)."""
+    def both_senses(self) -> sp.csr_array:
+        """Puts what both senses of sliding share, shape (k,), on the faces, shape (faces, k)."""
         k = len(self.sliding)
-        return sp.csr_array((np.ones(k), (self.sliding, np.arange(k))), shape=(self.joints, k))
+        return sp.vstack([sp.eye_array(k), sp.eye_array(k), sp.csr_array((2 * self.joints, k))], format="csr")
+
+    @cached_property
+    def face_cohesion(self) -> np.ndarray:
+        """Constant part of each yield condition, shape (faces,)."""
+        return self.both_senses @ self.cohesion
+
+    @cached_property
+    def face_joint(self) -> np.ndarray:
+        """The joint that each face belongs to, shape (faces,)."""
+        every = np.arange(self.joints)
+        return np.concatenate([self.sliding, self.sliding, every, every])
+
+    @cached_property
+    def face_arm(self) -> np.ndarray:
+        """What a slack is divided by to be a force: 1, or L/2 where it is a moment, shape (faces,)."""
+        return np.concatenate([np.ones(2 * len(self.sliding)), self.half_length, self.half_length])
+
+    def slacks(self, q: np.ndarray) -> np.ndarray:
+        """Slack z of each face under forces q and the true friction law, eq. (4), shape (faces,): negative
+        is a violation."""
+        return self.C(self.friction) @ q + self.face_cohesion
+
+    def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
+        """Rates p ≥ 0 with which the joints could follow Bᵀd under a flow rule, shape (faces,).
+
+        Slip gives the sliding rates, of one sense only; rotation and the opening that sliding does not
+        explain give the rocking rates. Where the opening is too small for p ≥ 0, slip and rotation are
+        kept, and ``Bᵀd − D p`` is the violation of the flow rule.
+
+        Parameters
+        ----------
+        d: block velocities, shape (3b,).
+        slope: opening per unit slip, shape (k,).
+        """
+        opening, slip, rotation = (self.B.T @ d).reshape(3, -1)
+        slip = slip[self.sliding]
+        opening[self.sliding] -= slope * np.abs(slip)
+        both_edges = opening / self.half_length
+        about = np.maximum(np.stack([both_edges - rotation, both_edges + rotation]) / 2, 0.0)
+        # Never more than the rotation demands when the joint cannot open that far.
+        rock = np.where(both_edges >= np.abs(rotation), about, np.stack([-rotation, rotation]))
+        return np.maximum(np.concatenate([-slip, slip, *rock]), 0.0)
+
+    def slip(self, p: np.ndarray) -> np.ndarray:
+        """Sliding of either sense, shape (k,), in rates p, shape (faces,)."""
+        return self.both_senses.T @ p
+
+    def normal_forces(self, q: np.ndarray) -> np.ndarray:
+        """Normal forces of all joints, shape (c,), in forces q, shape (3c,)."""
+        return q[: self.joints]
 
     @cached_property
     def part(self) -> np.ndarray:
         """Number of the connected part of the scene that each joint belongs to, shape (c,). Parts
         that share supports alone do not act on each other."""
-        incidence = (self.B != 0).astype(float)
-        blocks_of_row = sp.csr_array(
-            (np.ones(3 * self.blocks), (np.arange(3 * self.blocks) // 3, np.arange(3 * self.blocks)))
-        )
-        joint_of_column = sp.csr_array(
-            (np.ones(3 * self.joints), (np.arange(3 * self.joints), np.arange(3 * self.joints) // 3))
-        )
-        touches = blocks_of_row @ incidence @ joint_of_column
+        joint_of_column = _selection(np.arange(3 * self.joints) % self.joints, self.joints)
+        touches = abs(self.B) @ joint_of_column
         _, part = connected_components(touches.T @ touches, directed=False)
         return part
 
@@ -106,16 +172,13 @@ class Problem:
         return bool((np.isfinite(self.dilatancy_force[:, 1]) & (self.dilatancy != 0)).any())
 
     def dilatancy_at(self, n: np.ndarray) -> np.ndarray:
-        """tan φ₀ of each joint under normal forces n, shape (c,) each (section 6.5)."""
+        """tan φ₀ of the joints that can slide, shape (k,), under normal forces n of all joints, shape (c,)
+        (section 6.5)."""
         depends = np.isfinite(self.dilatancy_force[:, 1])
         full, none = self.dilatancy_force[depends].T
-        share = np.ones(self.joints)
-        share[depends] = np.clip((none - n[depends]) / (none - full), 0.0, 1.0)
+        share = np.ones(len(self.sliding))
+        share[depends] = np.clip((none - n[self.sliding][depends]) / (none - full), 0.0, 1.0)
         return self.dilatancy * share
-
-    def with_friction(self, friction: np.ndarray) -> Problem:
-        """The same problem with other friction, shape (c,)."""
-        return replace(self, friction=friction)
 
     def in_units_of(self, force: float) -> Problem:
         """The same problem with forces in units of ``force`` (itself in units of ``force_unit``)."""
@@ -128,10 +191,6 @@ class Problem:
             force_unit=self.force_unit * force,
         )
 
-    def without_live_load(self) -> Problem:
-        """The same problem with no live load: does the scene stand under its dead load?"""
-        return replace(self, live=np.zeros_like(self.live))
-
 
 @dataclass(frozen=True)
 class ShearLimits:
@@ -139,54 +198,19 @@ class ShearLimits:
 
     Attributes
     ----------
-    slope: shape (k,), over ``Problem.sliding``.
-    cohesion: shape (k,) as forces, or None where a scene has none and no term is modelled.
+    slope, cohesion: shape (k,); the cohesion as a force.
     """
 
     slope: np.ndarray
-    cohesion: np.ndarray | None = None
+    cohesion: np.ndarray
 
     @classmethod
-    def associative(cls, problem: Problem) -> ShearLimits:
-        """The joints' own friction and cohesion, flow being normal to them (C = D)."""
-        cohesion = problem.cohesion[problem.sliding]
-        return cls(problem.friction[problem.sliding], cohesion if cohesion.any() else None)
+    def true(cls, problem: Problem) -> ShearLimits:
+        """The joints' own friction and cohesion; flow normal to them is associative (C = D)."""
+        return cls(problem.friction, problem.cohesion)
 
 
-def yield_slacks(problem: Problem, q: np.ndarray) -> np.ndarray:
-    """Slack z of each yield condition with the true friction law, eq. (4): negative is a violation.
-
-    Parameters
-    ----------
-    q: joint forces n, s, m in turn, shape (3c,).
-
-    Returns
-    -------
-    Array of shape (4, c): sliding c + μn ∓ s (``inf`` where friction is unlimited), rocking
-    nL/2 ∓ m.
-    """
-    n, s, m = q[0::3], q[1::3], q[2::3]
-    limit = np.full(problem.joints, np.inf)
-    k = problem.sliding
-    limit[k] = problem.cohesion[k] + problem.friction[k] * n[k]
-    rocking = problem.half_length * n
-    return np.stack([limit - s, limit + s, rocking - m, rocking + m])
-
-
-def joint_rates(problem: Problem, p: np.ndarray, slope: np.ndarray) -> np.ndarray:
-    """Joint velocities u = D p, eqs (5) and (6), for rates p and an opening ``slope`` per slip.
-
-    Parameters
-    ----------
-    p: rates of sliding (+, −) and rocking (+, −), shape (4, c).
-    slope: opening per unit slip of each joint (μ: associative; tan φ₀: its own), shape (c,).
-
-    Returns
-    -------
-    Opening, slip, rotation of each joint in turn, shape (3c,).
-    """
-    u = np.empty(3 * problem.joints)
-    u[0::3] = slope * (p[0] + p[1]) + problem.half_length * (p[2] + p[3])
-    u[1::3] = p[1] - p[0]
-    u[2::3] = p[3] - p[2]
-    return u
+def _selection(columns: np.ndarray, width: int) -> sp.csr_array:
+    """Matrix that picks entries of a vector of that width, one a row."""
+    count = len(columns)
+    return sp.csr_array((np.ones(count), (np.arange(count), columns)), shape=(count, width))

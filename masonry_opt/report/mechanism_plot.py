@@ -157,7 +157,7 @@ def _title(result: Result) -> str:
     if result.load_factor is not None:
         return f"{name}\nload factor λ = {result.load_factor:.5f} ({result.method})"
     drawn = "" if result.status is Status.UNSTABLE else "; drawn: the last motion tried, no collapse"
-    return f"{name}\nno load factor ({result.status}){drawn if result.finding.d is not None else ''}"
+    return f"{name}\nno load factor ({result.status}){drawn if result.solution.d is not None else ''}"
 
 
 def _mark_joints(result: Result, axes: Axes, scale: float, marked: Collection[int]) -> None:

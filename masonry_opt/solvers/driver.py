@@ -1,53 +1,71 @@
-"""One interface to every model and solver, so that an analysis does not know which it drives."""
+"""Eq. (9) or eq. (10), declared in either language, with the solver that answers it."""
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any
 
-from masonry_opt.effort import Stopwatch
+from masonry_opt.effort import Effort
+from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
+from masonry_opt.models.cvxpy_static import CvxpyStatic
+from masonry_opt.models.pyomo_kinematic import PyomoKinematic
+from masonry_opt.models.pyomo_static import PyomoStatic
+from masonry_opt.problem.load_units import Scaled, in_units_of_load
 from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.solvers.cvxpy_driver import CvxpyDriver
-from masonry_opt.solvers.lp import Answer, LpSize
-from masonry_opt.solvers.pyomo_driver import PyomoDriver
+from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
+from masonry_opt.solvers.lp import LpAnswer, LpSize
+from masonry_opt.solvers.pyomo_engine import PyomoEngine
 from masonry_opt.solvers.registry import Solver
 
+#: By language: the engine, and the models by formulation.
+_DECLARED: dict[str, tuple[Any, dict[str, Any]]] = {
+    "cvxpy": (CvxpyEngine, {"static": CvxpyStatic, "kinematic": CvxpyKinematic}),
+    "pyomo": (PyomoEngine, {"static": PyomoStatic, "kinematic": PyomoKinematic}),
+}
 
-class Driver(Protocol):
-    """A declared model and the solver that answers it.
 
-    Attributes
+class Driver:
+    """A declared formulation and the solver that answers it; limits and states are in the problem's units.
+
+    Parameters
     ----------
-    watch: where its time goes.
+    formulation: "static" or "kinematic".
+    limits: the first shear limits; by default the joints' own, with associative flow.
+    of_load: whether the program is declared in units of the load (the problem then needs one), in which it
+        is solved more accurately.
+    purpose: what it is solved for, under which the effort records the solver.
     """
 
-    watch: Stopwatch
-
-    @property
-    def solves(self) -> int:
-        """How often it was solved."""
+    def __init__(
+        self,
+        problem: Problem,
+        formulation: str,
+        solver: Solver,
+        effort: Effort,
+        limits: ShearLimits | None = None,
+        of_load: bool = False,
+        purpose: str = "load factor",
+    ) -> None:
+        engine, models = _DECLARED[solver.language]
+        self.effort = effort
+        self._scaled = in_units_of_load(problem) if of_load else Scaled(problem, 1.0, 1.0)
+        limits = limits or ShearLimits.true(problem)
+        with effort.measure("build"):
+            self.model = models[formulation](self._scaled.problem, self._scaled.limits(limits))
+        self._engine = engine(self.model.program, solver, effort, purpose)
 
     def set_shear_limits(self, limits: ShearLimits) -> None:
         """Change the model's shear limits, and nothing else."""
+        with self.effort.measure("compile"):
+            self.model.limits.set(self._scaled.limits(limits))
 
-    def solve(self) -> Answer:
+    def solve(self) -> LpAnswer:
         """Solve with the present shear limits."""
+        solved = self._engine.solve()
+        if not solved.optimal:
+            return LpAnswer(solved, None)
+        with self.effort.measure("read"):
+            return LpAnswer(solved, self._scaled.state(self.model.read()))
 
     def size(self) -> LpSize:
         """Rows, columns and non-zeros of the linear program."""
-
-
-def declare(
-    problem: Problem,
-    formulation: str,
-    solver: Solver,
-    watch: Stopwatch,
-    limits: ShearLimits | None = None,
-) -> Driver:
-    """Declare a formulation ("static" or "kinematic") in the solver's language.
-
-    ``limits`` default to the joints' own, with associative flow.
-    """
-    limits = limits or ShearLimits.associative(problem)
-    if solver.language == "pyomo":
-        return PyomoDriver(problem, formulation, limits, solver, watch)
-    return CvxpyDriver(problem, formulation, limits, solver, watch)
+        return self._engine.size()

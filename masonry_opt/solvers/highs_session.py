@@ -1,6 +1,9 @@
-"""A declared Pyomo model in a HiGHS that stays loaded while only bounds and costs change."""
+"""A declared Pyomo program in a HiGHS that stays loaded while its parameters change."""
 
 from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
 
 import highspy
 import numpy as np
@@ -8,116 +11,131 @@ import pyomo.environ as pyo
 import scipy.sparse as sp
 from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
 
+from masonry_opt.effort import Effort
+from masonry_opt.solvers.lp import LpSize, Verdict
+
+#: Pairs of what a parameter stands at, variable or rows, and the parameter.
+Links = Sequence[tuple[Any, pyo.Param]]
+
 #: HiGHS's feasibility tolerances.
 _FEASIBILITY = 1e-10
 
+#: Name under which a result tells that this solver was used.
+NAME = "highs"
+
+_STATUS = highspy.HighsModelStatus
+_VERDICTS = {
+    _STATUS.kOptimal: Verdict.OPTIMAL,
+    _STATUS.kInfeasible: Verdict.INFEASIBLE,
+    _STATUS.kUnbounded: Verdict.UNBOUNDED,
+    _STATUS.kUnboundedOrInfeasible: Verdict.INFEASIBLE_OR_UNBOUNDED,
+}
+
 
 class HighsSession:
-    """Simplex with warm starts: after a change of bounds or costs the last basis is where it begins.
+    """Simplex with warm starts: after a change of parameters the last basis is where it begins.
 
-    Attributes
+    Pyomo's own persistent interface looks at every parameter in Python, which would take longer than the
+    solves. Here it is said once which parameter stands where.
+
+    Parameters
     ----------
-    solves: linear programs solved.
-    iterations: simplex iterations, summed.
-    seconds: HiGHS's own time, summed.
+    costs: by variable, the parameter that is its cost.
+    most: by variable, the parameter that is its upper bound.
+    room: by rows ``body ≤ u``, the parameter r of ``u − r ≤ body ≤ u``.
+    purpose: what it is solved for, under which the effort records the solver.
     """
 
-    def __init__(self, program: pyo.ConcreteModel) -> None:
+    def __init__(
+        self,
+        program: pyo.ConcreteModel,
+        effort: Effort,
+        purpose: str,
+        costs: Links,
+        most: Links = (),
+        room: Links = (),
+    ) -> None:
+        self.effort = effort
+        effort.uses(NAME, purpose)
         form = LinearStandardFormCompiler().write(program, mixed_form=True, set_sense=None)
         self._column = {id(variable): index for index, variable in enumerate(form.columns)}
-        self._row = {id(row.constraint): index for index, row in enumerate(form.rows)}
-        kind = np.array([row.bound_type for row in form.rows])
-        matrix = sp.csc_array(form.A)
+        # A bound that is infinite at first makes no row of its own.
+        bounded = np.flatnonzero(np.isfinite(form.rhs))
+        row = {id(form.rows[old].constraint): new for new, old in enumerate(bounded)}
+        kind = np.array([form.rows[old].bound_type for old in bounded])
+        rhs = np.asarray(form.rhs, dtype=float)[bounded]
+        matrix = sp.csc_array(sp.csr_array(form.A)[bounded])
         lp = highspy.HighsLp()
         lp.num_row_, lp.num_col_ = matrix.shape
         lp.col_cost_ = np.zeros(len(form.columns))
         bounds = [variable.bounds for variable in form.columns]
         lp.col_lower_ = np.array([-np.inf if low is None else low for low, _ in bounds], dtype=float)
         lp.col_upper_ = np.array([np.inf if high is None else high for _, high in bounds], dtype=float)
-        lp.row_lower_ = np.where(kind == 1, -np.inf, form.rhs)
-        lp.row_upper_ = np.where(kind == -1, np.inf, form.rhs)
+        lp.row_lower_ = np.where(kind == 1, -np.inf, rhs)
+        lp.row_upper_ = np.where(kind == -1, np.inf, rhs)
         lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
         lp.a_matrix_.start_, lp.a_matrix_.index_ = matrix.indptr, matrix.indices
         lp.a_matrix_.value_ = matrix.data
-        self.matrix, self.rhs = sp.csr_array(form.A), np.asarray(form.rhs, dtype=float)
+        self.size = LpSize(*matrix.shape, matrix.nnz)
         self._highs = highspy.Highs()
         self._highs.silent()
         for name in ("primal_feasibility_tolerance", "dual_feasibility_tolerance"):
             self._highs.setOptionValue(name, _FEASIBILITY)
         self._highs.setOptionValue("solver", "simplex")
         self._highs.passModel(lp)
-        self.solves, self.iterations, self.seconds = 0, 0, 0.0
+        self._lower, self._upper = np.array(lp.col_lower_), np.array(lp.row_upper_)
+        self._known: dict[int, np.ndarray] = {}
+        self._costs = [(self.columns(variable), parameter) for variable, parameter in costs]
+        self._most = [(self.columns(variable), parameter) for variable, parameter in most]
+        self._room = [
+            (np.array([row[id(data)] for data in rows.values()], dtype=np.int32), parameter)
+            for rows, parameter in room
+        ]
 
-    def columns(self, *variables: pyo.Var) -> np.ndarray:
-        """Columns of indexed variables, in order."""
-        return np.array([self._column[id(d)] for v in variables for d in v.values()], dtype=np.int32)
+    def columns(self, variable: pyo.Var) -> np.ndarray:
+        """Columns of a variable, in order."""
+        return np.array([self._column[id(data)] for data in variable.values()], dtype=np.int32)
 
-    def rows(self, *constraints: pyo.Constraint) -> np.ndarray:
-        """Rows of indexed constraints, in order."""
-        return np.array([self._row[id(d)] for c in constraints for d in c.values()], dtype=np.int32)
-
-    def set_costs(self, columns: np.ndarray, costs: np.ndarray) -> None:
-        """Minimise these costs of these columns."""
-        self._highs.changeColsCost(len(columns), columns, np.asarray(costs, dtype=float))
-
-    def set_column_bounds(self, columns: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> None:
-        """Bound these columns."""
-        self._highs.changeColsBounds(len(columns), columns, lower, upper)
-
-    def set_row_bounds(self, rows: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> None:
-        """Bound these rows."""
-        self._highs.changeRowsBounds(len(rows), rows, lower, upper)
-
-    def add_row(self, columns: np.ndarray, coefficients: np.ndarray, upper: float) -> None:
-        """Demand coefficients · columns ≤ upper as a last row."""
-        self._highs.addRow(-np.inf, upper, len(columns), columns, np.asarray(coefficients, dtype=float))
-
-    def drop_last_row(self) -> None:
-        """Take the last row away."""
-        last = self._highs.getNumRow() - 1
-        self._highs.deleteRows(1, np.array([last], dtype=np.int32))
-
-    def solve(self) -> bool:
-        """Whether there is an optimum."""
-        self._run()
-        if not (self._optimal or self.infeasible):
+    def solve(self) -> Verdict:
+        """Solve with the present parameters."""
+        for columns, parameter in self._costs:
+            if (costs := self._changed(parameter)) is not None:
+                self._highs.changeColsCost(len(columns), columns, costs)
+        for columns, parameter in self._most:
+            if (most := self._changed(parameter)) is not None:
+                self._highs.changeColsBounds(len(columns), columns, self._lower[columns], most)
+        for rows, parameter in self._room:
+            if (room := self._changed(parameter)) is not None:
+                upper = self._upper[rows]
+                self._highs.changeRowsBounds(len(rows), rows, upper - room, upper)
+        verdict = self._run()
+        if verdict is Verdict.FAILED:
             # A warm start may leave HiGHS undecided: once more, from the beginning.
             self._highs.clearSolver()
-            self._run()
-        self.solves += 1
-        return self._optimal
+            verdict = self._run()
+        self.effort.lp_solves += 1
+        return verdict
 
-    def _run(self) -> None:
+    def _changed(self, parameter: pyo.Param) -> np.ndarray | None:
+        """The values of a parameter, if they are others than HiGHS has."""
+        now = np.array([data.value for data in parameter.values()], dtype=float)
+        before = self._known.get(id(parameter))
+        if before is not None and np.array_equal(now, before):
+            return None
+        self._known[id(parameter)] = now
+        return now
+
+    def _run(self) -> Verdict:
         start = self._highs.getRunTime()
         self._highs.run()
-        self.seconds += self._highs.getRunTime() - start
-        self.iterations += max(self._highs.getInfo().simplex_iteration_count, 0)
+        self.effort.add("solve", self._highs.getRunTime() - start)
+        self.effort.iterations += max(self._highs.getInfo().simplex_iteration_count, 0)
+        return _VERDICTS.get(self._highs.getModelStatus(), Verdict.FAILED)
 
-    @property
-    def _optimal(self) -> bool:
-        return bool(self._highs.getModelStatus() == highspy.HighsModelStatus.kOptimal)
+    def values(self, variable: pyo.Var) -> np.ndarray:
+        """Values of a variable at the last optimum."""
+        return np.array(self._highs.getSolution().col_value)[self.columns(variable)]
 
-    @property
-    def empty(self) -> bool:
-        """Whether the last program was found to have no feasible point, for certain."""
-        return bool(self._highs.getModelStatus() == highspy.HighsModelStatus.kInfeasible)
-
-    @property
-    def infeasible(self) -> bool:
-        """Whether the last program was found to have no feasible point, or no bound."""
-        status = highspy.HighsModelStatus
-        return self._highs.getModelStatus() in (
-            status.kInfeasible,
-            status.kUnboundedOrInfeasible,
-            status.kUnbounded,
-        )
-
-    @property
-    def values(self) -> np.ndarray:
-        """Values of the columns at the last optimum."""
-        return np.array(self._highs.getSolution().col_value)
-
-    @property
-    def row_duals(self) -> np.ndarray:
-        """Duals of the rows at the last optimum: change of the optimum per unit of right-hand side."""
-        return np.array(self._highs.getSolution().row_dual)
+    def duals(self, number: int) -> np.ndarray:
+        """Duals of the rows of a ``room``, by its number: change of the optimum per unit of bound."""
+        return np.array(self._highs.getSolution().row_dual)[self._room[number][0]]

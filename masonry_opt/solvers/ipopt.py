@@ -14,7 +14,6 @@ import pyomo.environ as pyo
 from pyomo.common.errors import ApplicationError
 from pyomo.repn.plugins.nl_writer import NLWriter
 
-from masonry_opt.errors import OptionError
 from masonry_opt.models.pyomo_mpec import PyomoMpec
 
 #: Options for a series of solves that each begin near the last one's end.
@@ -57,20 +56,7 @@ class Ipopt(Protocol):
 class CasadiIpopt:
     """IPOPT through CasADi, which reads the program once from Pyomo's ``.nl``."""
 
-    @staticmethod
-    def require() -> None:
-        """Raise OptionError if CasADi is not installed: to be asked before long work."""
-        try:
-            import casadi  # noqa: F401
-        except ImportError:
-            raise OptionError(
-                "method 'mpec' needs CasADi, which brings IPOPT; install it with: "
-                "pip install 'masonry_opt[mpec]'"
-            ) from None
-
     def __init__(self, model: PyomoMpec) -> None:
-        """Raises OptionError if CasADi is not installed."""
-        self.require()
         import casadi
 
         with tempfile.TemporaryDirectory() as folder:
@@ -121,17 +107,8 @@ class CasadiIpopt:
 class ExecutableIpopt:
     """An ``ipopt`` executable on the PATH, through Pyomo."""
 
-    @staticmethod
-    def require() -> str:
-        """Path of ``ipopt``; raises OptionError if there is none on the PATH."""
-        path = shutil.which("ipopt")
-        if path is None:
-            raise OptionError("solver 'ipopt': there is no executable named ipopt on the PATH")
-        return path
-
     def __init__(self, model: PyomoMpec) -> None:
-        """Raises OptionError if there is no such executable."""
-        self._solver = pyo.SolverFactory("ipopt", executable=self.require())
+        self._solver = pyo.SolverFactory("ipopt", executable=shutil.which("ipopt"))
         self._solver.options.update(_OPTIONS)
         program = self._program = model.program
         # The multipliers that one solve leaves and the next begins with.
@@ -139,7 +116,7 @@ class ExecutableIpopt:
         program.ipopt_zU_out = pyo.Suffix(direction=pyo.Suffix.IMPORT)
         program.ipopt_zL_in = pyo.Suffix(direction=pyo.Suffix.EXPORT)
         program.ipopt_zU_in = pyo.Suffix(direction=pyo.Suffix.EXPORT)
-        program.dual.direction = pyo.Suffix.IMPORT_EXPORT
+        program.dual = pyo.Suffix(direction=pyo.Suffix.IMPORT_EXPORT)
 
     def solve(self, epsilon: float) -> NlpAnswer:
         """See :class:`Ipopt`."""
@@ -164,3 +141,10 @@ class ExecutableIpopt:
         """See :class:`Ipopt`."""
         for suffix in ("ipopt_zL_out", "ipopt_zU_out", "ipopt_zL_in", "ipopt_zU_in", "dual"):
             getattr(self._program, suffix).clear()
+
+
+#: IPOPT by the name a user gives.
+IPOPT: dict[str, type[CasadiIpopt] | type[ExecutableIpopt]] = {
+    "casadi": CasadiIpopt,
+    "ipopt": ExecutableIpopt,
+}

@@ -8,54 +8,55 @@ from enum import Enum
 from masonry_opt.problem.state import State
 
 
-class Outcome(Enum):
-    """What a linear program turned out to be, seen from the statics."""
+class Verdict(Enum):
+    """What a solver found of a program."""
 
     OPTIMAL = "optimal"
-    #: Eq. (9) is infeasible, eq. (10) unbounded.
-    NO_EQUILIBRIUM = "no equilibrium"
-    #: Eq. (9) is unbounded, eq. (10) infeasible.
-    NO_MECHANISM = "no mechanism"
+    INFEASIBLE = "infeasible"
+    UNBOUNDED = "unbounded"
     #: A presolve that stops at "infeasible or unbounded".
-    NEITHER_KNOWN = "no equilibrium or no mechanism"
+    INFEASIBLE_OR_UNBOUNDED = "infeasible or unbounded"
     FAILED = "solver failed"
 
 
 @dataclass(frozen=True)
-class Answer:
+class Solved:
     """One solve.
 
     Attributes
     ----------
-    outcome: what the program turned out to be.
+    verdict: what the program turned out to be.
     word: the solver's own word for it.
-    state: the optimum; None unless ``outcome`` is OPTIMAL.
-    iterations: the solver's own iterations (interior point or simplex).
     seconds: the solver's own time.
     """
 
-    outcome: Outcome
+    verdict: Verdict
     word: str
-    state: State | None
-    iterations: int
     seconds: float
+
+    @property
+    def optimal(self) -> bool:
+        """Whether there is an optimum to read."""
+        return self.verdict is Verdict.OPTIMAL
+
+    @property
+    def failed(self) -> bool:
+        """Whether the solver did not find out what the program is."""
+        return self.verdict is Verdict.FAILED
+
+
+@dataclass(frozen=True)
+class LpAnswer:
+    """A solve of eq. (9) or eq. (10), with the state at the optimum if there is one."""
+
+    solved: Solved
+    state: State | None
 
 
 @dataclass(frozen=True)
 class LpSize:
-    """Size of the linear program as the solver received it."""
+    """Size of a linear program as the solver received it."""
 
     rows: int
     columns: int
     nonzeros: int
-
-
-def outcome_of(formulation: str, *, infeasible: bool, unbounded: bool) -> Outcome:
-    """Translate a solver's verdict on one formulation; both flags: it does not know which."""
-    if infeasible and unbounded:
-        return Outcome.NEITHER_KNOWN
-    if formulation == "kinematic":
-        infeasible, unbounded = unbounded, infeasible
-    if infeasible:
-        return Outcome.NO_EQUILIBRIUM
-    return Outcome.NO_MECHANISM if unbounded else Outcome.FAILED

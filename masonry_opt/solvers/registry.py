@@ -1,9 +1,12 @@
-"""The solvers a user can name, and their options. Adding a solver is one entry."""
+"""Every solver a user can name: how it is asked and what it can do. Adding a solver is one entry."""
 
 from __future__ import annotations
 
+import importlib.util
+import shutil
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import cvxpy as cp
@@ -17,6 +20,42 @@ TOLERANCE = 1e-9
 #: From here on an answer is meant to be rough.
 _ROUGH = 1e-5
 
+#: The modelling languages, the default first.
+LANGUAGES = ("cvxpy", "pyomo")
+
+Options = Callable[[float], dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A solver as one modelling language drives it.
+
+    Attributes
+    ----------
+    name: what a user calls it.
+    language: the modelling language that drives it.
+    engine: its name in that language.
+    options: its options by tolerance; None if it keeps tolerances of its own.
+    missing: what to do to have it, if it is not installed.
+    interior: whether it ends in the middle of the optimal states, not in a vertex.
+    stops_early: whether it stops at whatever tolerance it is asked for. (At 1e-4 HiGHS's interior points end
+        "unknown", and its simplex ends in a vertex all the same.)
+    decides: whether its word on what has no answer can be trusted.
+    integer: whether it takes binaries.
+    nonlinear: whether it solves nonlinear programs, and nothing else here.
+    """
+
+    name: str
+    language: str
+    engine: str
+    options: Options | None
+    missing: Callable[[], str] = lambda: ""
+    interior: bool = False
+    stops_early: bool = False
+    decides: bool = True
+    integer: bool = False
+    nonlinear: bool = False
+
 
 @dataclass(frozen=True)
 class Solver:
@@ -24,18 +63,29 @@ class Solver:
 
     Attributes
     ----------
-    name: what a user calls it.
-    language: the modelling language that drives it.
-    engine: its name in that language.
+    entry: what it is.
     options: its options, tolerances included.
     tolerance: feasibility and gap asked of it.
     """
 
-    name: str
-    language: str
-    engine: str
+    entry: Entry
     options: dict[str, Any]
     tolerance: float = TOLERANCE
+
+    @property
+    def name(self) -> str:
+        """What a user calls it."""
+        return self.entry.name
+
+    @property
+    def language(self) -> str:
+        """The modelling language that drives it."""
+        return self.entry.language
+
+    @property
+    def engine(self) -> str:
+        """Its name in that language."""
+        return self.entry.engine
 
 
 def _clarabel(tolerance: float) -> dict[str, Any]:
@@ -70,34 +120,6 @@ def _highs_hipo(tolerance: float) -> dict[str, Any]:
     return _highs_interior(tolerance) | {"solver": "hipo"}
 
 
-def _has_hipo() -> bool:
-    highs = highspy.Highs()
-    highs.silent()
-    return bool(highs.setOptionValue("solver", "hipo") == highspy.HighsStatus.kOk)
-
-
-#: (language, name): engine, options by tolerance. The first of each language is its default.
-SOLVERS: dict[tuple[str, str], tuple[str, Any]] = {
-    ("cvxpy", "clarabel"): ("CLARABEL", _clarabel),
-    ("cvxpy", "highs"): ("HIGHS", _highs_simplex),
-    ("cvxpy", "highs-ipm"): ("HIGHS", _highs_interior),
-    ("pyomo", "highs"): ("highs", _highs_simplex),
-    ("pyomo", "highs-ipm"): ("highs", _highs_interior),
-}
-
-#: HiGHS's newer interior point, of the extra "solvers".
-HIPO = "highs-hipo"
-if _has_hipo():
-    SOLVERS[("cvxpy", HIPO)] = ("HIGHS", _highs_hipo)
-    SOLVERS[("pyomo", HIPO)] = ("highs", _highs_hipo)
-
-#: Solvers that stop at whatever tolerance they are asked for. At 1e-4 HiGHS's interior points end "unknown",
-#: and its simplex ends in a vertex all the same.
-STOPS_EARLY = ("clarabel", "piqp")
-
-LANGUAGES = tuple(dict.fromkeys(language for language, _ in SOLVERS))
-
-
 def _osqp(tolerance: float) -> dict[str, Any]:
     # A first-order method: many cheap iterations. Its own limit is a tenth of SCS's.
     return {"eps_abs": tolerance, "eps_rel": tolerance, "max_iter": 100_000}
@@ -115,59 +137,105 @@ def _piqp(tolerance: float) -> dict[str, Any]:
 
 def _scipy(tolerance: float) -> dict[str, Any]:
     # SciPy's own HiGHS.
-    feasibility = max(tolerance, 1e-10)
     names = ("primal_feasibility_tolerance", "dual_feasibility_tolerance")
-    return {"scipy_options": dict.fromkeys(names, feasibility)}
+    return {"scipy_options": dict.fromkeys(names, max(tolerance, 1e-10))}
 
 
-#: Options by tolerance of further solvers that CVXPY may find. Others keep tolerances of their own.
-FOUND_BY_CVXPY: dict[str, Callable[[float], dict[str, Any]]] = {
-    "osqp": _osqp,
-    "piqp": _piqp,
-    "scs": _scs,
-    "scipy": _scipy,
-}
+@cache
+def _installed_for_cvxpy() -> frozenset[str]:
+    return frozenset(cp.installed_solvers())
 
 
-def found_by_cvxpy() -> tuple[str, ...]:
-    """Solvers of linear programs that CVXPY finds installed, beyond those of ``SOLVERS``."""
-    known = {solver for language, solver in SOLVERS if language == "cvxpy"}
-    return tuple(sorted({engine.lower() for engine in cp.installed_solvers()} - known))
+def _needs_extra(engine: str) -> Callable[[], str]:
+    return lambda: "" if engine in _installed_for_cvxpy() else "pip install 'masonry_opt[solvers]'"
 
 
-def find_solver(language: str, name: str | None, tolerance: float = TOLERANCE) -> Solver:
+@cache
+def _without_hipo() -> str:
+    highs = highspy.Highs()
+    highs.silent()
+    known = highs.setOptionValue("solver", "hipo") == highspy.HighsStatus.kOk
+    return "" if known else "pip install 'masonry_opt[solvers]'"
+
+
+def _without_casadi() -> str:
+    found = importlib.util.find_spec("casadi")
+    return "" if found else "CasADi brings IPOPT: pip install 'masonry_opt[mpec]'"
+
+
+def _without_ipopt() -> str:
+    return "" if shutil.which("ipopt") else "there is no executable named ipopt on the PATH"
+
+
+_ENTRIES = (
+    Entry("clarabel", "cvxpy", "CLARABEL", _clarabel, interior=True, stops_early=True),
+    Entry("highs", "cvxpy", "HIGHS", _highs_simplex),
+    Entry("highs-ipm", "cvxpy", "HIGHS", _highs_interior, interior=True),
+    Entry("highs-hipo", "cvxpy", "HIGHS", _highs_hipo, _without_hipo, interior=True),
+    Entry(
+        "piqp", "cvxpy", "PIQP", _piqp, _needs_extra("PIQP"), interior=True, stops_early=True, decides=False
+    ),
+    Entry("osqp", "cvxpy", "OSQP", _osqp, decides=False),
+    Entry("scs", "cvxpy", "SCS", _scs, decides=False),
+    Entry("scipy", "cvxpy", "SCIPY", _scipy),
+    Entry("highs", "pyomo", "highs", _highs_simplex, integer=True),
+    Entry("highs-ipm", "pyomo", "highs", _highs_interior, interior=True),
+    Entry("highs-hipo", "pyomo", "highs", _highs_hipo, _without_hipo, interior=True),
+    Entry("casadi", "pyomo", "casadi", None, _without_casadi, interior=True, nonlinear=True),
+    Entry("ipopt", "pyomo", "ipopt", None, _without_ipopt, interior=True, nonlinear=True),
+)
+
+#: By language and name. The first of a language is its default.
+SOLVERS: dict[tuple[str, str], Entry] = {(entry.language, entry.name): entry for entry in _ENTRIES}
+
+
+def find_entry(language: str, name: str | None) -> Entry:
     """The solver of that name in that language, or the language's default.
 
-    CVXPY drives any further solver it finds installed; the tolerance reaches those of
-    ``FOUND_BY_CVXPY``.
+    CVXPY drives any further solver it finds installed, with tolerances of its own.
 
     Raises
     ------
     OptionError
-        If the language is unknown, the solver unknown there or not installed, or the tolerance no
-        number between 0 and 0.1.
+        If the language is unknown, or the solver unknown there or not installed.
     """
     if language not in LANGUAGES:
         raise OptionError(f"model '{language}' is unknown; choose from: {', '.join(LANGUAGES)}")
+    known = [entry.name for entry in _ENTRIES if entry.language == language]
+    name = (name or known[0]).lower()
+    entry = SOLVERS.get((language, name))
+    if entry is None and language == "cvxpy" and name.upper() in _installed_for_cvxpy():
+        return Entry(name, language, name.upper(), None, decides=False)
+    if entry is None:
+        raise OptionError(
+            f"solver '{name}' is unknown for model '{language}'; choose from: {', '.join(known)}"
+        )
+    if missing := entry.missing():
+        raise OptionError(f"solver '{name}' is not installed: {missing}")
+    return entry
+
+
+def find_solver(language: str, name: str | None, tolerance: float = TOLERANCE) -> Solver:
+    """The solver of that name in that language, or the language's default, with a tolerance.
+
+    Raises
+    ------
+    OptionError
+        As :func:`find_entry`, or if the tolerance is no number between 0 and 0.1.
+    """
+    entry = find_entry(language, name)
     if not (isinstance(tolerance, float) and 0 < tolerance <= 0.1):
         raise OptionError(f"tolerance must be a number above 0, at most 0.1 (found {tolerance!r})")
-    known = [solver for of, solver in SOLVERS if of == language]
-    name = (name or known[0]).lower()
-    found = found_by_cvxpy()
-    entry = SOLVERS.get((language, name))
-    if entry is None:
-        if language == "cvxpy" and name in found:
-            own = FOUND_BY_CVXPY.get(name)
-            return Solver(name, language, name.upper(), own(tolerance) if own else {}, tolerance)
-        others = f" (CVXPY also finds: {', '.join(found)})"
-        raise OptionError(
-            f"solver '{name}' is unknown or not installed for model '{language}'; "
-            f"choose from: {', '.join(known)}{others if language == 'cvxpy' else ''}"
-        )
-    engine, options = entry
-    return Solver(name, language, engine, options(tolerance), tolerance)
+    return Solver(entry, entry.options(tolerance) if entry.options else {}, tolerance)
 
 
 def rougher(solver: Solver, tolerance: float) -> Solver:
     """The same solver, asked for no more than this tolerance."""
     return find_solver(solver.language, solver.name, max(tolerance, solver.tolerance))
+
+
+def in_cvxpy(solver: Solver) -> Solver:
+    """The same solver, driven from CVXPY and accurate, for the programs that are declared in CVXPY alone; the
+    default where CVXPY does not drive it, or its word on what has no answer cannot be trusted."""
+    entry = SOLVERS.get(("cvxpy", solver.name))
+    return find_solver("cvxpy", solver.name if entry and entry.decides else None)

@@ -6,34 +6,38 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.certificate import certify
-from masonry_opt.effort import Stopwatch
-from masonry_opt.problem.problem import Problem, yield_slacks
+from masonry_opt.effort import Effort
+from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
+from masonry_opt.models.cvxpy_least_energy import CvxpyForcesFor, CvxpyMotionFor
+from masonry_opt.problem.load_units import in_units_of_load
+from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
-from masonry_opt.solvers.cvxpy_driver import forces_for, motion_for, state_at_yield
-from masonry_opt.solvers.load_units import in_units_of_load
+from masonry_opt.solvers.cvxpy_engine import has_optimum
+from masonry_opt.solvers.registry import Solver, in_cvxpy
 
 #: A face belongs to the mechanism if its rate exceeds this share of the largest: well above what the
 #: solver's tolerance leaves of a zero. First the larger mechanism, then the surer one.
 _SHARES = (1e-6, 1e-4)
 
-#: Energy of faces that move without being at yield, and departure from the flow rule, beyond which forces
-#: and mechanism do not belong together (in units of λ, and of the largest velocity).
-MOST_ENERGY, MOST_DEPARTURE = 1e-3, 1e-2
-
-#: Below this λ is no measure of energy.
-_SMALLEST = 1e-6
+#: Energy of faces that move without being at yield beyond which forces and mechanism do not belong together,
+#: in units of λ (below the second it is no measure).
+MOST_ENERGY, _SMALLEST = 1e-3, 1e-6
 
 #: Weight of that energy over λ where a mechanism is known roughly: λ must fall by more than so many times the
 #: energy that it adds. On façades 10 leaves up to half as much energy again; 100 leaves λ up to 0.2 % higher.
 _WEIGHT = 30.0
 
+#: What a solver does here, as a result tells it.
+_PURPOSE = "exact end"
+
 
 @dataclass(frozen=True)
-class ExactForces:
+class ExactEnd:
     """Joint forces (3c,) that obey equilibrium and the true law, the block velocities (3b,) of a mechanism
     that moves where they are at yield (but for MOST_ENERGY), and the opening per unit slip that the forces
-    allow each joint, shape (c,)."""
+    allow the joints that can slide, shape (k,)."""
 
     load_factor: float
     q: np.ndarray
@@ -41,54 +45,50 @@ class ExactForces:
     slope: np.ndarray
 
 
-def exact_finish(
-    problem: Problem, state: State, near: float, watch: Stopwatch
-) -> tuple[ExactForces | None, int]:
+def accurate_end(
+    problem: Problem, state: State, near: float, solver: Solver, effort: Effort
+) -> ExactEnd | None:
     """An exact state on the mechanism of an accurately solved sub-problem, if there is one: the one whose λ
-    is nearest to ``near``.
-
-    Returns
-    -------
-    The forces or None, and how many linear programs were solved.
-    """
-    solves = 0
+    is nearest to ``near``."""
     for share in _SHARES:
-        found = state_at_yield(problem, state.p > share * state.p.max(), near, watch)
-        solves += 1
-        if found is not None and (exact := _accepted(problem, *found, state.d)):
-            return exact, solves
-    return None, solves
+        model = CvxpyAtYield(problem, state.p > share * state.p.max(), near)
+        if has_optimum(model.program, in_cvxpy(solver), effort, _PURPOSE) and (
+            end := _belonging(problem, *model.statics.forces(), state.d)
+        ):
+            return end
+    return None
 
 
-def rough_finish(problem: Problem, state: State, watch: Stopwatch) -> tuple[ExactForces | None, int]:
+def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) -> ExactEnd | None:
     """Exact forces and a mechanism near that of a sub-problem solved roughly, whose rates are zero nowhere.
 
     First the forces that leave little energy z·p for its rates and have a low λ; then the mechanism of the
     true flow rule that leaves least for those forces (the sub-problem's own where the solver finds none).
     """
-    scaled = in_units_of_load(problem)
-    found = forces_for(scaled.problem, state.p, _WEIGHT, watch)
-    if found is None:
-        return None, 1
-    load_factor, q = found
-    slope = scaled.problem.dilatancy_at(q[0::3])[problem.sliding]
-    slacks = np.maximum(yield_slacks(scaled.problem, q), 0.0)
-    d = motion_for(scaled.problem, slacks, slope, watch)
+    scaled, solver = in_units_of_load(problem), in_cvxpy(solver)
+    forces = CvxpyForcesFor(scaled.problem, state.p, _WEIGHT)
+    if not has_optimum(forces.program, solver, effort, _PURPOSE):
+        return None
+    load_factor, q = forces.statics.forces()
+    slope = scaled.problem.dilatancy_at(scaled.problem.normal_forces(q))
+    motion = CvxpyMotionFor(scaled.problem, np.maximum(scaled.problem.slacks(q), 0.0), slope)
+    moves = has_optimum(motion.program, solver, effort, _PURPOSE)
     whole = scaled.state(replace(state, load_factor=load_factor, q=q))
-    return _accepted(problem, whole.load_factor, whole.q, state.d if d is None else d), 2
+    d = np.asarray(motion.mechanism.d.value) if moves else state.d
+    return _belonging(problem, whole.load_factor, whole.q, d)
 
 
-def leaves_little(
+def belong_together(
     problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray, slope: np.ndarray
 ) -> bool:
-    """Whether forces (3c,) and velocities (3b,) belong together under a flow rule, shape (c,)."""
+    """Whether forces (3c,) and velocities (3b,) belong together under a flow rule, shape (k,)."""
     left = certify(problem, load_factor, q, d, slope)
     most = MOST_ENERGY * max(abs(load_factor), _SMALLEST)
-    return left.complementarity <= most and left.flow <= MOST_DEPARTURE
+    return left.complementarity <= most and left.flow <= LIMITS[Kind.LOOP].flow
 
 
-def _accepted(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> ExactForces | None:
-    slope = problem.dilatancy_at(q[0::3])
-    if leaves_little(problem, load_factor, q, d, slope):
-        return ExactForces(load_factor, q, d, slope)
+def _belonging(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> ExactEnd | None:
+    slope = problem.dilatancy_at(problem.normal_forces(q))
+    if belong_together(problem, load_factor, q, d, slope):
+        return ExactEnd(load_factor, q, d, slope)
     return None

@@ -1,18 +1,32 @@
-"""Parameters of the loop: the paper's, and a faster pace for large scenes."""
+"""Options of the loop, and the parameters that a run works with."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, Strict
+from pydantic import Field, Strict, model_validator
 
-from masonry_opt.scene.blocks import Number, Positive, Record
-from masonry_opt.solvers.registry import STOPS_EARLY
+from masonry_opt.methods.task import Options
+from masonry_opt.solvers.registry import Solver
 
-#: From so many joints on the loop runs at the fast pace with a solver that can be rough: below, the paper's
+#: The preset "paper": section 5, "unless stated otherwise", and neither an exact end nor remedies. A
+#: sub-problem without a state, which the paper does not mention, makes the loop begin again with less slope.
+PAPER: dict[str, Any] = {
+    "sub_problems": "accurate",
+    "alpha": 0.3,
+    "alpha_min": 0.001,
+    "beta": 0.6,
+    "tol": 1e-5,
+    "c0": 1e-5,
+    "finish": False,
+    "remedies": "slope",
+}
+
+#: From so many joints on sub-problems are solved roughly, with a solver that can: below, the paper's way
 #: takes about a second.
-FAST_FROM = 1000
+ROUGH_FROM = 1000
 
 
 @dataclass(frozen=True)
@@ -32,7 +46,6 @@ class Parameters:
     tolerance: feasibility and gap asked of the solver of sub-problems; None: the solver's own.
     finish: whether the run ends with exact forces.
     early: whether it ends as soon as there is one.
-    move_limit, only_at_yield: the variants of section 6.4.
     """
 
     alpha: float
@@ -48,21 +61,20 @@ class Parameters:
     tolerance: float | None
     finish: bool
     early: bool
-    move_limit: float | None
-    only_at_yield: bool
 
 
-class LoopOptions(Record):
-    """Parameters of the loop; those not given are the pace's.
+class LoopOptions(Options):
+    """Parameters of the loop.
 
     Attributes
     ----------
-    pace: "paper": section 5's parameters (alpha 0.3, halved; beta 0.6), sub-problems solved as
-        exactly as any program. "fast": a shorter series (alpha 0.1, 0.01, 0.001; beta 0.8) of roughly solved
+    preset: "paper": the paper's loop and nothing else (:data:`PAPER`); what is given beside it counts.
+    sub_problems: "accurate": section 5's parameters (alpha 0.3, halved; beta 0.6), sub-problems solved as
+        exactly as any program. "rough": a shorter series (alpha 0.1, 0.01, 0.001; beta 0.8) of roughly solved
         sub-problems (1e-4, in units of the load), which ends as soon as exact forces leave next to no energy
-        in a mechanism near its last one. It may end lower or higher than the paper's (on the walls of Table 1
-        from 3 % below to 16 % above); other methods start from the paper's. Default: fast from 1000 joints
-        on, with Clarabel or PIQP.
+        in a mechanism near its last one. It may end lower or higher (on the walls of Table 1 from 3 % below
+        to 16 % above); other methods start from accurate ones. Default: rough from 1000 joints on, with a
+        solver that stops early when it is asked to (Clarabel or PIQP).
     alpha: slope of the contracting shear limit over μ, at first.
     alpha_min: from there on the slope stays at this value (the last step may undershoot it once).
     beta: weight of the newest normal forces against those before, 0 < beta ≤ 1.
@@ -75,14 +87,14 @@ class LoopOptions(Record):
     always: run the loop even where the associative answer obeys the joints' own flow rule: a lower
         load factor may exist elsewhere in the scene.
     finish: end with exact forces: one more linear program finds, of the states that hold the mechanism
-        found at yield, the one with the nearest load factor. At the fast pace two do: forces that leave least
-        energy in faces that move without being at yield, then the mechanism that leaves least for them.
+        found at yield, the one with the nearest load factor. After rough sub-problems two do: forces that
+        leave least energy in faces that move without being at yield, then the mechanism that leaves least for
+        them.
     remedies: what is tried where a run of the loop fails: "all", "slope" (only begin again with less
         slope, after a sub-problem without a state), or "none". Whatever is asked, an associative answer that
         was found roughly is solved accurately.
-    move_limit: largest change of the normal force about which a shear limit turns, as a share of that
-        force and the mean one (section 6.4; none by default).
-    only_at_yield: turn only the shear limits of joints that slide or are about to (section 6.4).
+    revise: another way to turn the shear limits (section 6.4): called with a
+        :class:`~masonry_opt.methods.loop.steps.Turn`, returns the next ``ShearLimits``.
 
     Raises
     ------
@@ -90,39 +102,43 @@ class LoopOptions(Record):
         If a parameter is of the wrong type or out of range.
     """
 
-    pace: Literal["paper", "fast"] | None = None
-    alpha: Annotated[Number, Field(ge=0, le=10)] | None = None
-    alpha_min: Annotated[Number, Field(ge=0, le=10)] = 0.001
-    beta: Annotated[Number, Field(gt=0, le=1)] | None = None
-    tol: Annotated[Number, Field(gt=0, lt=1)] = 1e-5
-    c0: Annotated[Number, Field(ge=0, lt=1)] = 1e-5
+    preset: Literal["paper"] | None = None
+    sub_problems: Literal["accurate", "rough"] | None = None
+    alpha: Annotated[float, Strict(), Field(ge=0, le=10)] | None = None
+    alpha_min: Annotated[float, Strict(), Field(ge=0, le=10)] = 0.001
+    beta: Annotated[float, Strict(), Field(gt=0, le=1)] | None = None
+    tol: Annotated[float, Strict(), Field(gt=0, lt=1)] = 1e-5
+    c0: Annotated[float, Strict(), Field(ge=0, lt=1)] = 1e-5
     start: Literal["associative", "cohesive"] = "associative"
-    trial_cohesion: Positive = 1.0
+    trial_cohesion: Annotated[float, Strict(), Field(gt=0)] = 1.0
     max_iterations: Annotated[int, Strict(), Field(ge=1)] = 200
     always: Annotated[bool, Strict()] = False
     finish: Annotated[bool, Strict()] = True
     remedies: Literal["all", "slope", "none"] = "all"
-    move_limit: Positive | None = None
-    only_at_yield: Annotated[bool, Strict()] = False
+    revise: Callable[[Any], Any] | None = None
 
-    def parameters(self, joints: int, solver: str = "clarabel") -> Parameters:
+    @model_validator(mode="before")
+    @classmethod
+    def _of_preset(cls, given: Any) -> Any:
+        paper = isinstance(given, dict) and given.get("preset") == "paper"
+        return PAPER | given if paper else given
+
+    def parameters(self, joints: int, solver: Solver) -> Parameters:
         """The parameters of a first run on a scene with so many joints, with a solver."""
-        by_default = joints >= FAST_FROM and solver in STOPS_EARLY
-        fast = self.pace == "fast" or (self.pace is None and by_default)
+        by_default = joints >= ROUGH_FROM and solver.entry.stops_early
+        rough = self.sub_problems == "rough" or (self.sub_problems is None and by_default)
         return Parameters(
-            alpha=(0.1 if fast else 0.3) if self.alpha is None else self.alpha,
+            alpha=(0.1 if rough else 0.3) if self.alpha is None else self.alpha,
             alpha_min=self.alpha_min,
-            shrink=0.1 if fast else 0.5,
-            beta=(0.8 if fast else 0.6) if self.beta is None else self.beta,
+            shrink=0.1 if rough else 0.5,
+            beta=(0.8 if rough else 0.6) if self.beta is None else self.beta,
             tol=self.tol,
             c0=self.c0,
             start=self.start,
             trial_cohesion=self.trial_cohesion,
             max_iterations=self.max_iterations,
             always=self.always,
-            tolerance=1e-4 if fast else None,
+            tolerance=1e-4 if rough else None,
             finish=self.finish,
-            early=fast and self.finish,
-            move_limit=self.move_limit,
-            only_at_yield=self.only_at_yield,
+            early=rough and self.finish,
         )

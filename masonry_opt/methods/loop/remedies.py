@@ -16,14 +16,14 @@ _LOOSER = 1e-7
 
 @dataclass(frozen=True)
 class Attempt:
-    """What a run of the loop works with, and what was changed for it."""
+    """What a run of the loop works with, and the option that was changed for it, such as "beta=0.3"."""
 
     parameters: Parameters
     solver: Solver
     remedy: str = ""
 
 
-class Doubt(StrEnum):
+class Shortfall(StrEnum):
     """Why a load factor that a run converged to is not taken, while something is left to try."""
 
     INEXACT = "converged to no exact state"
@@ -39,55 +39,53 @@ def _accurately(last: Attempt) -> Attempt | None:
     if last.parameters.tolerance is None:
         return None
     parameters = replace(last.parameters, tolerance=None, early=False)
-    return replace(last, parameters=parameters, remedy="with accurately solved sub-problems")
+    return replace(last, parameters=parameters, remedy="sub_problems=accurate")
 
 
 def less_slope(last: Attempt) -> Attempt | None:
     """A contracting limit |s| ≤ c - αμn also caps n at c / (αμ): less slope, less of a cap."""
     if last.parameters.alpha <= last.parameters.alpha_min:
         return None
-    alpha = last.parameters.alpha / 3
-    return replace(last, parameters=replace(last.parameters, alpha=alpha), remedy=f"with alpha = {alpha:.2g}")
+    return _with(last, alpha=last.parameters.alpha / 3)
 
 
 def _more_damping(last: Attempt) -> Attempt | None:
-    beta = last.parameters.beta / 2
-    return replace(last, parameters=replace(last.parameters, beta=beta), remedy=f"with beta = {beta:.2g}")
+    return _with(last, beta=last.parameters.beta / 2)
 
 
 def _more_cohesion(last: Attempt) -> Attempt | None:
     """Joints that lost their normal force keep some room; the exact end takes it off."""
-    c0 = max(10 * last.parameters.c0, 1e-3)
-    return replace(last, parameters=replace(last.parameters, c0=c0), remedy=f"with c0 = {c0:.0e}")
+    return _with(last, c0=max(10 * last.parameters.c0, 1e-3))
 
 
 def _less_cohesion(last: Attempt) -> Attempt | None:
     """So much small cohesion may carry what no exact state does."""
-    if last.parameters.c0 <= 1e-5:
-        return None
-    c0 = last.parameters.c0 / 10
-    return replace(last, parameters=replace(last.parameters, c0=c0), remedy=f"with c0 = {c0:.0e}")
+    return None if last.parameters.c0 <= 1e-5 else _with(last, c0=last.parameters.c0 / 10)
 
 
 def _cohesive_start(last: Attempt) -> Attempt | None:
     """Section 6.3: a start that dilatancy cannot lock."""
     if last.parameters.start == "cohesive":
         return None
-    return replace(
-        last, parameters=replace(last.parameters, start="cohesive"), remedy="from a cohesive start"
-    )
+    parameters = replace(last.parameters, start="cohesive")
+    return replace(last, parameters=parameters, remedy="start=cohesive")
 
 
 def _looser_solver(last: Attempt) -> Attempt | None:
     solver = rougher(last.solver, _LOOSER)
     if solver == last.solver or last.parameters.tolerance is not None:
         return None
-    return replace(last, solver=solver, remedy=f"with tolerance {_LOOSER:.0e}")
+    return replace(last, solver=solver, remedy=f"tolerance={_LOOSER:.0e}")
 
 
 def _another_solver(last: Attempt) -> Attempt | None:
     name = "clarabel" if last.solver.name != "clarabel" else "highs-ipm"
-    return replace(last, solver=find_solver("cvxpy", name), remedy=f"with solver {name}")
+    return replace(last, solver=find_solver("cvxpy", name), remedy=f"solver={name}")
+
+
+def _with(last: Attempt, **changed: float) -> Attempt:
+    remedy = ", ".join(f"{name}={value:.2g}" for name, value in changed.items())
+    return replace(last, parameters=replace(last.parameters, **changed), remedy=remedy)
 
 
 _DAMPED = (_accurately, _more_damping, _more_cohesion, _more_damping, _cohesive_start)
@@ -104,12 +102,12 @@ _ROOM = (
 )
 
 #: What is tried after each way to fail, in this order, each entry once.
-REMEDIES: dict[Status | Doubt, tuple[Remedy, ...]] = {
+REMEDIES: dict[Status | Shortfall, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
     Status.NO_STATE: (*_ROOM, _another_solver, *(less_slope,) * 3),
     Status.CYCLING: _DAMPED,
     Status.ITERATION_LIMIT: _DAMPED,
-    Doubt.INEXACT: (
+    Shortfall.INEXACT: (
         _accurately,
         _less_cohesion,
         _cohesive_start,
@@ -119,5 +117,5 @@ REMEDIES: dict[Status | Doubt, tuple[Remedy, ...]] = {
         _another_solver,
     ),
     Status.SOLVER_FAILED: (_accurately, _looser_solver, _another_solver, _cohesive_start),
-    Doubt.ROUGH: (_accurately,),
+    Shortfall.ROUGH: (_accurately,),
 }

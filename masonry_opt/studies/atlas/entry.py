@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from masonry_opt.analysis import solve
+from masonry_opt.answer.reasons import Reason
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.errors import CaseError, MasonryError
@@ -17,7 +18,7 @@ from masonry_opt.scene.scene import Scene
 
 
 @dataclass(frozen=True)
-class Run:
+class Expectation:
     """One method and solver on an entry's scene, and what must come of it.
 
     Attributes
@@ -27,7 +28,9 @@ class Run:
     load_factor: λ, or the interval it lies in; None if nothing is said about it.
     tolerance: relative, of λ (absolute where λ is 0).
     source: of λ: a closed form, another formulation, or what is wrong with it.
-    says: what the message must contain, such as the remedy that was taken.
+    why: a reason that must be given, such as the remedy that was taken: its code, and of its values what the
+        text of the value must contain.
+    names: what the error must name, where the scene must be refused.
     slow: takes more than a few seconds.
     """
 
@@ -39,7 +42,8 @@ class Run:
     load_factor: float | tuple[float, float] | None = None
     tolerance: float = 1e-6
     source: str = ""
-    says: str = ""
+    why: Reason | None = None
+    names: str = ""
     slow: bool = False
 
     @property
@@ -75,11 +79,11 @@ class Entry:
     name: str
     fails: str
     scene: Callable[[Path], Scene]
-    runs: tuple[Run, ...]
+    runs: tuple[Expectation, ...]
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Observation:
     """What came of a run.
 
     Attributes
@@ -91,7 +95,7 @@ class Outcome:
     """
 
     entry: Entry
-    run: Run
+    run: Expectation
     result: Result | None
     error: str
     seconds: float
@@ -111,22 +115,32 @@ class Outcome:
         """What is not as expected; "" if all is."""
         if self.got != expected_text(self.run):
             return f"{self.got} ({self.message}), expected: {expected_text(self.run)}"
-        if self.run.says not in self.message:
-            return f"the message does not say '{self.run.says}': {self.message}"
         if self.result is None:
-            return ""
+            unnamed = self.run.names not in self.message
+            return f"the error does not name {self.run.names}: {self.message}" if unnamed else ""
+        if self.run.why and not any(map(self._shows, self.result.reasons)):
+            return f"not given as a reason: {self.run.why.as_dict()}; given: {self.message}"
         found, interval = self.result.load_factor, self.run.interval
         if interval and (found is None or not interval[0] <= found <= interval[1]):
             return f"λ = {found}, expected {interval[0]:.7g} to {interval[1]:.7g} ({self.run.source})"
         return ""
 
+    def _shows(self, given: Reason) -> bool:
+        """Whether a reason is the one that must be given."""
+        why = self.run.why
+        return (
+            why is not None
+            and given.code is why.code
+            and all(str(part) in str(given.values[name]) for name, part in why.values.items())
+        )
 
-def expected_text(run: Run) -> str:
+
+def expected_text(run: Expectation) -> str:
     """The expected status, or the name of the expected error."""
     return str(run.expected) if isinstance(run.expected, Status) else run.expected.__name__
 
 
-def carry_out(entry: Entry, run: Run, cases: Path) -> Outcome:
+def carry_out(entry: Entry, run: Expectation, cases: Path) -> Observation:
     """Run one method and solver on an entry's scene.
 
     A traceback is an outcome too: the atlas is where it must show.
@@ -141,4 +155,4 @@ def carry_out(entry: Entry, run: Run, cases: Path) -> Outcome:
         error = f"{type(refused).__name__}: {refused}"
     except Exception as traceback:
         error = f"traceback of {type(traceback).__name__}: {traceback}"
-    return Outcome(entry, run, result, error, time.perf_counter() - began)
+    return Observation(entry, run, result, error, time.perf_counter() - began)

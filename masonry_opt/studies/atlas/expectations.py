@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.status import Status
 from masonry_opt.errors import CaseError
-from masonry_opt.studies.atlas.entry import Run
+from masonry_opt.studies.atlas.entry import Expectation
 
 #: The loop stops at a relative change of λ of 1e-5 and leaves the small cohesion's trace.
 LOOP = 2e-5
@@ -18,15 +19,15 @@ COARSE = 1e-5
 MPEC = 1e-7
 
 #: Enough for scenes this small, where the first state is the lowest but for a few.
-FEW_KICKS = 10
+FEW = 10
 
 WITHOUT_HALVING = {"alpha": 0.0, "alpha_min": 0.0}
-#: The paper's loop and nothing else: no exact state at its end, no further runs.
-RAW: dict[str, Any] = {"finish": False, "remedies": "none"}
-AGAIN = "began again with alpha"
-LOCKS = "'unlimited: dilatancy locks the blocks', so the loop began again from a cohesive start"
-REMEDIED = "so the loop began again"
-NO_INFLUENCE = "the flow rule has no influence"
+#: The paper's loop without so much as less slope where it fails.
+RAW: dict[str, Any] = {"preset": "paper", "remedies": "none"}
+AGAIN = reason(Code.BEGAN_AGAIN, remedies="alpha=")
+LOCKS = reason(Code.BEGAN_AGAIN, first=Status.LOCKED, remedies="start=cohesive")
+REMEDIED = reason(Code.BEGAN_AGAIN)
+NO_INFLUENCE = reason(Code.FLOW_RULE_IDLE)
 
 TWO_FORMULATIONS = "MPEC and refinement, which agree"
 OTHERS = "static and kinematic, three solvers, which agree"
@@ -39,14 +40,14 @@ def associative(
     load_factor: float | tuple[float, float] | None = None,
     source: str = "",
     **keys: Any,
-) -> tuple[Run, ...]:
+) -> tuple[Expectation, ...]:
     """The static program in three solvers, and the kinematic one in Pyomo."""
     return (
         *(
-            Run(expected, "static", solver=name, load_factor=load_factor, source=source, **keys)
+            Expectation(expected, "static", solver=name, load_factor=load_factor, source=source, **keys)
             for name in SOLVERS
         ),
-        Run(expected, "kinematic", "pyomo", load_factor=load_factor, source=source, **keys),
+        Expectation(expected, "kinematic", "pyomo", load_factor=load_factor, source=source, **keys),
     )
 
 
@@ -57,10 +58,12 @@ def loops(
     solvers: tuple[str, ...] = SOLVERS,
     tolerance: float = LOOP,
     **keys: Any,
-) -> tuple[Run, ...]:
+) -> tuple[Expectation, ...]:
     """The loop in CVXPY, in some solvers."""
     return tuple(
-        Run(expected, solver=name, load_factor=load_factor, source=source, tolerance=tolerance, **keys)
+        Expectation(
+            expected, solver=name, load_factor=load_factor, source=source, tolerance=tolerance, **keys
+        )
         for name in solvers
     )
 
@@ -70,28 +73,30 @@ def references(
     source: str,
     proven: bool | None = None,
     cold: Status = Status.CONVERGED,
-) -> tuple[Run, ...]:
+) -> tuple[Expectation, ...]:
     """The refinement, the MPEC warm and cold, and the bracket (``proven`` or not; None: not asked)."""
     found: dict[str, Any] = {"load_factor": load_factor, "source": source}
     cold_found = found if cold.usable else {}
     runs = [
-        Run(Status.CONVERGED, "refined", options={"kicks": FEW_KICKS}, **found),
-        Run(Status.CONVERGED, "mpec", tolerance=MPEC, **found),
-        Run(cold, "mpec", options={"start": "cold"}, tolerance=MPEC, **cold_found),
+        Expectation(Status.CONVERGED, "refined", options={"perturbations": FEW}, **found),
+        Expectation(Status.CONVERGED, "mpec", tolerance=MPEC, **found),
+        Expectation(cold, "mpec", options={"start": "cold"}, tolerance=MPEC, **cold_found),
     ]
     if proven is not None:
-        runs.append(Run(Status.OPTIMAL if proven else Status.CONVERGED, "global", **found))
+        runs.append(Expectation(Status.OPTIMAL if proven else Status.CONVERGED, "global", **found))
     return tuple(runs)
 
 
-def every_method(expected: Status, says: str = "", cold: Status | None = None) -> tuple[Run, ...]:
+def every_method(
+    expected: Status, why: Reason | None = None, cold: Status | None = None
+) -> tuple[Expectation, ...]:
     """A status that every method must give."""
     return (
-        *associative(expected, says=says),
-        *loops(expected, says=says),
-        Run(expected, options={"start": "cohesive"}, says=says),
-        Run(expected, "refined", says=says),
-        Run(expected, "global", says=says),
-        Run(expected, "mpec", says=says),
-        Run(cold or expected, "mpec", options={"start": "cold"}, says="" if cold else says),
+        *associative(expected, why=why),
+        *loops(expected, why=why),
+        Expectation(expected, options={"start": "cohesive"}, why=why),
+        Expectation(expected, "refined", why=why),
+        Expectation(expected, "global", why=why),
+        Expectation(expected, "mpec", why=why),
+        Expectation(cold or expected, "mpec", options={"start": "cold"}, why=None if cold else why),
     )

@@ -16,7 +16,7 @@ from matplotlib.patches import Patch, Rectangle
 
 from masonry_opt.answer.status import Status
 from masonry_opt.report.mechanism_plot import draw_mechanism
-from masonry_opt.studies.atlas.entry import Outcome
+from masonry_opt.studies.atlas.entry import Observation
 from masonry_opt.studies.atlas.maps import TRACEBACK, Grid
 
 #: A letter for each way to end without a load factor.
@@ -121,9 +121,9 @@ def _legend(frame: pd.DataFrame) -> list[Patch]:
     return handles
 
 
-def scene_sheet(outcomes: Sequence[Outcome]) -> Figure:
+def scene_sheet(outcomes: Sequence[Observation]) -> Figure:
     """The atlas's scenes in small, each with the first answer that shows a mechanism, or else at rest."""
-    first: dict[str, Outcome] = {}
+    first: dict[str, Observation] = {}
     for outcome in outcomes:
         name = outcome.entry.name
         if outcome.result is None:

@@ -13,7 +13,7 @@ import pandas as pd
 
 from masonry_opt.analysis import solve
 from masonry_opt.answer.result import Result
-from masonry_opt.methods.loop.options import LoopOptions
+from masonry_opt.methods.loop.options import PAPER
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.cases import open_case
 
@@ -22,20 +22,18 @@ WALLS = (1, 2, 3, 4, 5, 6)
 #: A safe λ is at most this share above the paper's, or below the lowest exact state known.
 NEAR = 0.01
 
-#: A certified answer leaves no more than this of complementarity (energy, in units of λ) and of the flow
-#: rule: "always < 0.1 %" in the paper, section 5.3.
-CERTIFIED = 1e-3
+#: What an answer of the maps leaves of complementarity (energy, in units of λ) and of the flow rule at most:
+#: "always < 0.1 %" in the paper, section 5.3.
+MOST_LEFT = 1e-3
 
 #: Status of a run that raised what no user should see.
 TRACEBACK = "traceback"
 
-#: The paper's loop, without an exact end and remedies but less slope: what its parameters do by themselves.
-PAPER_LOOP: dict[str, Any] = {"finish": False, "remedies": "slope"}
-
 #: The share of runs that must end in a certified answer where remedies are allowed.
 DEMANDED = 0.99
 
-DEFAULTS = LoopOptions().parameters(joints=0)
+#: What the parameters do by themselves.
+PRESET = {"preset": "paper"}
 
 
 @dataclass(frozen=True)
@@ -59,7 +57,7 @@ class Axis:
         return cls(
             name,
             {f"{number:g}": {option: float(number)} for number in numbers},
-            f"{getattr(DEFAULTS, option):g}",
+            f"{PAPER[option]:g}",
         )
 
 
@@ -124,7 +122,7 @@ def run_grid(
     cases: Path,
     progress: Callable[[str], None] = lambda _: None,
     walls: Sequence[int] = WALLS,
-    options: Mapping[str, Any] = PAPER_LOOP,
+    options: Mapping[str, Any] = PRESET,
 ) -> pd.DataFrame:
     """Run the loop on some walls for every pair of a grid.
 
@@ -187,7 +185,7 @@ def _measures(scene: Scene, result: Result) -> dict[str, object]:
     nan = float("nan")
     published, lowest = (scene.reference[name].value for name in ("nonassociative", "refined"))
     found, certificate = result.load_factor, result.certificate
-    certified = certificate is not None and max(certificate.complementarity, certificate.flow) <= CERTIFIED
+    certified = certificate is not None and max(certificate.complementarity, certificate.flow) <= MOST_LEFT
     return {
         "status": str(result.status),
         "load_factor": nan if found is None else found,

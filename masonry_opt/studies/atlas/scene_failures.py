@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.status import Status
 from masonry_opt.errors import CaseError
-from masonry_opt.studies.atlas.entry import Entry, Run
+from masonry_opt.studies.atlas.entry import Entry, Expectation
 from masonry_opt.studies.atlas.expectations import (
     COARSE,
     LOCKS,
@@ -46,9 +47,9 @@ ENTRIES: tuple[Entry, ...] = (
         confined(0.5),
         (
             *associative(Status.LOCKED),
-            *loops(Status.CONVERGED, 0.5, "μ W", says=LOCKS),
+            *loops(Status.CONVERGED, 0.5, "μ W", why=LOCKS),
             *references(0.5, "μ W", proven=None, cold=Status.HOMOTOPY),
-            Run(Status.CONVERGED, "global", load_factor=0.5, source="μ W"),
+            Expectation(Status.CONVERGED, "global", load_factor=0.5, source="μ W"),
         ),
     ),
     Entry(
@@ -58,8 +59,8 @@ ENTRIES: tuple[Entry, ...] = (
         clamped_h(0.5, 4.0),
         (
             *associative(Status.LOCKED),
-            *loops(Status.CONVERGED, 3.0, "2 μ P - W", says=LOCKS),
-            Run(
+            *loops(Status.CONVERGED, 3.0, "2 μ P - W", why=LOCKS),
+            Expectation(
                 Status.CONVERGED,
                 options={"start": "cohesive"},
                 load_factor=3.0,
@@ -67,26 +68,26 @@ ENTRIES: tuple[Entry, ...] = (
                 source="2 μ P - W",
             ),
             *references(3.0, "2 μ P - W", proven=None),
-            Run(Status.CONVERGED, "global", load_factor=3.0, source="2 μ P - W"),
+            Expectation(Status.CONVERGED, "global", load_factor=3.0, source="2 μ P - W"),
         ),
     ),
     Entry(
         "unstable under dead load",
         "A block lies with its centroid beyond the edge that bears it: no λ at all, and its name is given.",
         overhanging(),
-        every_method(Status.UNSTABLE, says="'B'"),
+        every_method(Status.UNSTABLE, why=reason(Code.FALLS, blocks="'B'")),
     ),
     Entry(
         "live load that does no work",
         "The only motion is at a right angle to the live load.",
         chute(),
-        every_method(Status.UNLIMITED, says="no mechanism lets the live load do work", cold=Status.HOMOTOPY),
+        every_method(Status.UNLIMITED, why=reason(Code.NO_MECHANISM), cold=Status.HOMOTOPY),
     ),
     Entry(
         "live load that cannot cause collapse",
         "A live load straight down on a block that lies on the ground: every motion works against it.",
         block(1, 1, 0.5, live=(0.0, -1.0)),
-        every_method(Status.UNLIMITED, says="no mechanism lets the live load do work", cold=Status.HOMOTOPY),
+        every_method(Status.UNLIMITED, why=reason(Code.NO_MECHANISM), cold=Status.HOMOTOPY),
     ),
     Entry(
         "μ = 0: nothing resists",
@@ -94,8 +95,10 @@ ENTRIES: tuple[Entry, ...] = (
         block(4, 1, 0.0),
         (
             *associative(Status.OPTIMAL, 0.0, "closed form"),
-            *loops(Status.CONVERGED, 0.0, "closed form", tolerance=1e-8, says=NO_INFLUENCE),
-            Run(Status.CONVERGED, options={"start": "cohesive"}, load_factor=0.0, source="closed form"),
+            *loops(Status.CONVERGED, 0.0, "closed form", tolerance=1e-8, why=NO_INFLUENCE),
+            Expectation(
+                Status.CONVERGED, options={"start": "cohesive"}, load_factor=0.0, source="closed form"
+            ),
             *references(0.0, "closed form", proven=True),
         ),
     ),
@@ -105,7 +108,7 @@ ENTRIES: tuple[Entry, ...] = (
         groove(),
         (
             *associative(Status.OPTIMAL, 1.0, "tan 45°"),
-            *loops(Status.CONVERGED, 1.0, "tan 45°", says=NO_INFLUENCE),
+            *loops(Status.CONVERGED, 1.0, "tan 45°", why=NO_INFLUENCE),
             *references(1.0, "tan 45°", proven=True),
         ),
     ),
@@ -115,7 +118,7 @@ ENTRIES: tuple[Entry, ...] = (
         block(1, 2, 1e6),
         (
             *associative(Status.OPTIMAL, 0.5, "w / h"),
-            *loops(Status.CONVERGED, 0.5, "w / h", says=NO_INFLUENCE),
+            *loops(Status.CONVERGED, 0.5, "w / h", why=NO_INFLUENCE),
             *references(0.5, "w / h", proven=True),
         ),
     ),
@@ -125,17 +128,19 @@ ENTRIES: tuple[Entry, ...] = (
         "10.5, overturns in one piece.",
         ferris_tinloi(1, friction=1e5),
         (
-            Run(Status.SOLVER_FAILED, "static", says="AlmostSolved"),
-            Run(Status.SOLVER_FAILED, options=RAW, says="AlmostSolved"),
-            Run(
+            Expectation(Status.SOLVER_FAILED, "static", why=reason(Code.SOLVER_STOPPED, word="AlmostSolved")),
+            Expectation(
+                Status.SOLVER_FAILED, options=RAW, why=reason(Code.SOLVER_STOPPED, word="AlmostSolved")
+            ),
+            Expectation(
                 Status.CONVERGED,
                 load_factor=20 / 10.5,
                 tolerance=COARSE,
                 source="w / h",
-                says="with solver highs-ipm",
+                why=reason(Code.BEGAN_AGAIN, remedies="solver=highs-ipm"),
             ),
             *(
-                Run(
+                Expectation(
                     Status.OPTIMAL,
                     "static",
                     solver=name,
@@ -154,19 +159,19 @@ ENTRIES: tuple[Entry, ...] = (
         "more small cohesion gives them room.",
         ferris_tinloi(3, friction=10.0),
         (
-            *loops(Status.NO_STATE, options=RAW, says="no equilibrium state"),
+            *loops(Status.NO_STATE, options=RAW, why=reason(Code.SUB_PROBLEM_EMPTY)),
             *loops(
                 Status.CONVERGED,
                 (0.0, 0.6833480),
                 "at most the associative λ; 0.542881 in most runs",
-                says=REMEDIED,
+                why=REMEDIED,
             ),
-            Run(
+            Expectation(
                 Status.CONVERGED,
                 options={"start": "cohesive"},
                 load_factor=(0.0, 0.6833480),
                 source="at most the associative λ; 0.542881 in most runs",
-                says=REMEDIED,
+                why=REMEDIED,
             ),
             *associative(Status.OPTIMAL, 0.6833480, OTHERS),
         ),
@@ -185,7 +190,7 @@ ENTRIES: tuple[Entry, ...] = (
         "joint shorter than the tolerance",
         "The same bearing is nothing by default (1e-6 of the scene): the slab falls off its other support.",
         short_bearing(4e-6, None),
-        every_method(Status.UNSTABLE, says="'slab'"),
+        every_method(Status.UNSTABLE, why=reason(Code.FALLS, blocks="'slab'")),
     ),
     Entry(
         "sizes 1 : 10⁴, both pushed",
@@ -206,7 +211,7 @@ ENTRIES: tuple[Entry, ...] = (
         pebble(1e4, push_both=False),
         (
             *(
-                Run(Status.OPTIMAL, method, model, name, load_factor=0.4, source="μ")
+                Expectation(Status.OPTIMAL, method, model, name, load_factor=0.4, source="μ")
                 for method, model, name in (
                     ("static", "cvxpy", "clarabel"),
                     ("static", "cvxpy", "highs"),
@@ -217,13 +222,15 @@ ENTRIES: tuple[Entry, ...] = (
             *loops(
                 Status.SOLVER_FAILED,
                 solvers=("highs", "highs-ipm"),
-                says="the answer found, 0.4, is not borne out by its certificate",
+                why=reason(Code.NOT_CERTIFIED, load_factor="0.4"),
             ),
-            Run(Status.CYCLING, says="with solver highs-ipm"),
-            Run(Status.SOLVER_FAILED, options={"start": "cohesive"}, says="not borne out by its certificate"),
-            Run(Status.CYCLING, "refined", says="not refined"),
-            Run(Status.SOLVER_FAILED, "mpec", says="not borne out by its certificate"),
-            Run(Status.CONVERGED, "global", load_factor=0.4, source="μ", says="not proven"),
+            Expectation(Status.CYCLING, why=reason(Code.BEGAN_AGAIN, remedies="solver=highs-ipm")),
+            Expectation(Status.SOLVER_FAILED, options={"start": "cohesive"}, why=reason(Code.NOT_CERTIFIED)),
+            Expectation(Status.CYCLING, "refined", why=reason(Code.NOT_REFINED)),
+            Expectation(Status.SOLVER_FAILED, "mpec", why=reason(Code.NOT_CERTIFIED)),
+            Expectation(
+                Status.CONVERGED, "global", load_factor=0.4, source="μ", why=reason(Code.WITHIN_IMPOSED)
+            ),
         ),
     ),
     *(
@@ -246,10 +253,10 @@ ENTRIES: tuple[Entry, ...] = (
             (
                 (*associative(Status.OPTIMAL, 0.65, "μ"), *loops(Status.CONVERGED, 0.65, "μ"))
                 if abs(gap) < 1e-3
-                else (Run(CaseError, "static", says=says), Run(CaseError, says=says))
+                else (Expectation(CaseError, "static", names=names), Expectation(CaseError, names=names))
             ),
         )
-        for gap, says in (
+        for gap, names in (
             (0.99e-3, ""),
             (1.01e-3, "'B' touches no other block"),
             (-0.99e-3, ""),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.status import Status
-from masonry_opt.studies.atlas.entry import Entry, Run
+from masonry_opt.methods.loop.remedies import Shortfall
+from masonry_opt.studies.atlas.entry import Entry, Expectation
 from masonry_opt.studies.atlas.expectations import (
     AGAIN,
     LOOP,
@@ -35,22 +37,26 @@ ENTRIES: tuple[Entry, ...] = (
         "With β = 1 the shear limits follow the last normal forces alone and the loop swings between states.",
         ferris_tinloi(6),
         (
-            Run(Status.CYCLING, options={"beta": 1.0, **WITHOUT_HALVING, **RAW}, says="lower 'beta'"),
-            Run(
+            Expectation(
+                Status.CYCLING, options={"beta": 1.0, **WITHOUT_HALVING, **RAW}, why=reason(Code.REPEATS)
+            ),
+            Expectation(
                 Status.CONVERGED,
                 options={"beta": 1.0, **WITHOUT_HALVING},
                 load_factor=0.30040907,
                 source="an exact state on the mechanism of the cycle, 1.3 % above the paper's",
-                says="repeats itself every 2 iterations",
+                why=reason(Code.REPEATS, period=2),
             ),
-            Run(
+            Expectation(
                 Status.CONVERGED,
                 options={"beta": 1.0},
                 load_factor=(0.291786, 0.29649 * 1.01),
                 source="lowest exact state known, to 1 % above the paper's",
-                says=REMEDIED,
+                why=REMEDIED,
             ),
-            Run(Status.CONVERGED, load_factor=0.29649, tolerance=3e-4, source="paper, Table 1 (β = 0.6)"),
+            Expectation(
+                Status.CONVERGED, load_factor=0.29649, tolerance=3e-4, source="paper, Table 1 (β = 0.6)"
+            ),
         ),
     ),
     Entry(
@@ -59,13 +65,13 @@ ENTRIES: tuple[Entry, ...] = (
         "other way.",
         TWO_PATHS,
         (
-            *loops(Status.CYCLING, options={"beta": 1.0, **RAW}, says="every 2 iterations"),
+            *loops(Status.CYCLING, options={"beta": 1.0, **RAW}, why=reason(Code.REPEATS, period=2)),
             *loops(
                 Status.CONVERGED,
                 13 / 17,
                 TWO_FORMULATIONS,
                 options={"beta": 1.0},
-                says="this state is exact",
+                why=reason(Code.EXACT_IN_CYCLE),
                 tolerance=1e-6,
             ),
             *loops(Status.CONVERGED, 13 / 17, TWO_FORMULATIONS, tolerance=2e-4),
@@ -92,15 +98,20 @@ ENTRIES: tuple[Entry, ...] = (
         "λ is not given out.",
         PENETRATING,
         (
-            Run(Status.SOLVER_FAILED, solver="highs", options={"c0": 0.0, **RAW}, says="(flow"),
-            Run(
+            Expectation(
+                Status.SOLVER_FAILED,
+                solver="highs",
+                options={"c0": 0.0, **RAW},
+                why=reason(Code.NOT_CERTIFIED, residuals="'flow'"),
+            ),
+            Expectation(
                 Status.CONVERGED,
                 solver="highs",
                 options={"c0": 0.0},
                 load_factor=0.7784431,
                 tolerance=5e-5,
                 source=TWO_FORMULATIONS,
-                says="converged to no exact state",
+                why=reason(Code.BEGAN_AGAIN, first=Shortfall.INEXACT),
             ),
             *loops(
                 Status.CONVERGED,
@@ -119,15 +130,15 @@ ENTRIES: tuple[Entry, ...] = (
         "Simplex ends in a vertex, where many joints have n = 0: their limits close and no state is left.",
         ferris_tinloi(3),
         (
-            *loops(Status.CONVERGED, 0.355817, "published MPEC", ("highs",), says=AGAIN),
-            Run(
+            *loops(Status.CONVERGED, 0.355817, "published MPEC", ("highs",), why=AGAIN),
+            Expectation(
                 Status.CONVERGED,
                 model="pyomo",
                 solver="highs",
                 load_factor=0.355817,
                 tolerance=LOOP,
                 source="published MPEC",
-                says=AGAIN,
+                why=AGAIN,
             ),
             *loops(Status.CONVERGED, 0.355817, "published MPEC", ("clarabel", "highs-ipm")),
         ),
@@ -137,10 +148,10 @@ ENTRIES: tuple[Entry, ...] = (
         "As wall 3; and where the loop does not stop at once, the state it ends in depends on the vertex.",
         ferris_tinloi(4),
         (
-            *loops(Status.CONVERGED, 0.263736, "published MPEC", ("highs",), says=AGAIN),
+            *loops(Status.CONVERGED, 0.263736, "published MPEC", ("highs",), why=AGAIN),
             *loops(Status.CONVERGED, 0.263736, "published MPEC", ("clarabel",)),
             *(
-                Run(
+                Expectation(
                     Status.CONVERGED,
                     model=model,
                     solver=solver,
@@ -156,14 +167,14 @@ ENTRIES: tuple[Entry, ...] = (
         "As wall 3, with the vertices that HiGHS finds in Pyomo's form of the program, or with c₀ = 0.",
         ferris_tinloi(5),
         (
-            Run(
+            Expectation(
                 Status.CONVERGED,
                 model="pyomo",
                 solver="highs",
                 load_factor=0.21455,
                 tolerance=3e-4,
                 source="paper, Table 1",
-                says=AGAIN,
+                why=AGAIN,
             ),
             *loops(
                 Status.CONVERGED,
@@ -172,9 +183,11 @@ ENTRIES: tuple[Entry, ...] = (
                 ("clarabel",),
                 tolerance=3e-4,
                 options={"c0": 0.0},
-                says=AGAIN,
+                why=AGAIN,
             ),
-            Run(Status.HOMOTOPY, "mpec", options={"start": "cold"}, says="start from the loop", slow=True),
+            Expectation(
+                Status.HOMOTOPY, "mpec", options={"start": "cold"}, why=reason(Code.NOTHING_SOLVED), slow=True
+            ),
         ),
     ),
     Entry(
@@ -187,7 +200,7 @@ ENTRIES: tuple[Entry, ...] = (
                 Status.NO_STATE,
                 solvers=("highs", "highs-ipm"),
                 options={"c0": 0.0, "start": "cohesive", **RAW},
-                says="no equilibrium state",
+                why=reason(Code.SUB_PROBLEM_EMPTY),
             ),
             *loops(
                 Status.CONVERGED,
@@ -195,10 +208,10 @@ ENTRIES: tuple[Entry, ...] = (
                 TWO_FORMULATIONS,
                 ("highs", "highs-ipm"),
                 options={"c0": 0.0, "start": "cohesive"},
-                says="with c0 = 1e-03;",
+                why=reason(Code.BEGAN_AGAIN, remedies="c0=0.001']"),
             ),
-            *loops(Status.NO_STATE, options=RAW, says="no equilibrium state"),
-            *loops(Status.CONVERGED, 0.364840847, TWO_FORMULATIONS, says=AGAIN),
+            *loops(Status.NO_STATE, options=RAW, why=reason(Code.SUB_PROBLEM_EMPTY)),
+            *loops(Status.CONVERGED, 0.364840847, TWO_FORMULATIONS, why=AGAIN),
             *associative(Status.OPTIMAL, 0.4190270, OTHERS),
             *references(0.364840847, TWO_FORMULATIONS),
         ),
@@ -209,22 +222,22 @@ ENTRIES: tuple[Entry, ...] = (
         "which must be a status and no traceback; another solver goes on.",
         ferris_tinloi(1),
         (
-            Run(
+            Expectation(
                 Status.NO_STATE,
                 solver="highs",
                 options={"start": "cohesive", **RAW},
-                says="no equilibrium state",
+                why=reason(Code.SUB_PROBLEM_EMPTY),
             ),
-            Run(
+            Expectation(
                 Status.CONVERGED,
                 solver="highs",
                 options={"start": "cohesive"},
                 load_factor=0.63982,
                 tolerance=1e-3,
                 source="paper, Table 1",
-                says=REMEDIED,
+                why=REMEDIED,
             ),
-            Run(
+            Expectation(
                 Status.CONVERGED,
                 options={"start": "cohesive"},
                 load_factor=0.63982,
@@ -238,7 +251,7 @@ ENTRIES: tuple[Entry, ...] = (
         "SCS comes with CVXPY; it solves to a few digits, and reports in a form of its own.",
         block(1, 2, 0.6),
         (
-            Run(
+            Expectation(
                 Status.OPTIMAL,
                 "static",
                 solver="scs",
@@ -246,7 +259,9 @@ ENTRIES: tuple[Entry, ...] = (
                 tolerance=1e-3,
                 source="w / h",
             ),
-            Run(Status.OPTIMAL, "static", solver="osqp", load_factor=0.5, tolerance=1e-3, source="w / h"),
+            Expectation(
+                Status.OPTIMAL, "static", solver="osqp", load_factor=0.5, tolerance=1e-3, source="w / h"
+            ),
         ),
     ),
     Entry(
@@ -254,14 +269,20 @@ ENTRIES: tuple[Entry, ...] = (
         "The warm-started simplex of Pyomo's HiGHS gives up at the fourth sub-problem.",
         ferris_tinloi(6),
         (
-            Run(Status.SOLVER_FAILED, model="pyomo", solver="highs", options=RAW, says="'unknown'"),
-            Run(
+            Expectation(
+                Status.SOLVER_FAILED,
+                model="pyomo",
+                solver="highs",
+                options=RAW,
+                why=reason(Code.SUB_PROBLEM_FAILED, word="unknown"),
+            ),
+            Expectation(
                 Status.CONVERGED,
                 model="pyomo",
                 solver="highs",
                 load_factor=(0.291786, 0.29649 * 1.01),
                 source="lowest exact state known, to 1 % above the paper's",
-                says="with tolerance 1e-07",
+                why=reason(Code.BEGAN_AGAIN, remedies="tolerance=1e-07"),
             ),
         ),
     ),
@@ -271,7 +292,7 @@ ENTRIES: tuple[Entry, ...] = (
         "where it reaches the published value all the same.",
         ferris_tinloi(1),
         (
-            Run(
+            Expectation(
                 Status.CONVERGED,
                 "mpec",
                 options={"start": "cold"},
@@ -279,7 +300,7 @@ ENTRIES: tuple[Entry, ...] = (
                 source="lowest exact state known",
                 slow=True,
             ),
-            Run(
+            Expectation(
                 Status.CONVERGED,
                 "mpec",
                 load_factor=0.638982,

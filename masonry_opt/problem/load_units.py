@@ -1,4 +1,4 @@
-"""Linear programs solved in units of the load, answered in the problem's own."""
+"""A problem in units of its load."""
 
 from __future__ import annotations
 
@@ -6,12 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from masonry_opt.effort import Stopwatch
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
-from masonry_opt.solvers.driver import declare
-from masonry_opt.solvers.lp import Answer, LpSize
-from masonry_opt.solvers.registry import Solver
 
 
 @dataclass(frozen=True)
@@ -20,6 +16,7 @@ class Scaled:
 
     Attributes
     ----------
+    problem: in those units.
     force, load_factor: what its forces and its λ are multiplied by.
     """
 
@@ -29,8 +26,7 @@ class Scaled:
 
     def limits(self, limits: ShearLimits) -> ShearLimits:
         """Shear limits of the problem as it was, in these units."""
-        cohesion = None if limits.cohesion is None else limits.cohesion / self.force
-        return ShearLimits(limits.slope, cohesion)
+        return ShearLimits(limits.slope, limits.cohesion / self.force)
 
     def state(self, state: State) -> State:
         """A state in these units, as one of the problem as it was."""
@@ -52,32 +48,3 @@ def in_units_of_load(problem: Problem) -> Scaled:
     force = next(weight for weight in weights if weight)
     scaled = replace(problem.in_units_of(force), live=problem.live / problem.live_norm)
     return Scaled(scaled, force, force / problem.live_norm)
-
-
-class DriverInUnitsOfLoad:
-    """A driver whose program is declared in units of the load; limits and states are in the problem's."""
-
-    def __init__(
-        self, problem: Problem, formulation: str, solver: Solver, watch: Stopwatch, limits: ShearLimits
-    ) -> None:
-        self._scaled = in_units_of_load(problem)
-        self._driver = declare(self._scaled.problem, formulation, solver, watch, self._scaled.limits(limits))
-        self.watch = watch
-
-    @property
-    def solves(self) -> int:
-        """How often it was solved."""
-        return self._driver.solves
-
-    def set_shear_limits(self, limits: ShearLimits) -> None:
-        """Change the model's shear limits, and nothing else."""
-        self._driver.set_shear_limits(self._scaled.limits(limits))
-
-    def solve(self) -> Answer:
-        """Solve with the present shear limits."""
-        answer = self._driver.solve()
-        return answer if answer.state is None else replace(answer, state=self._scaled.state(answer.state))
-
-    def size(self) -> LpSize:
-        """Rows, columns and non-zeros of the linear program."""
-        return self._driver.size()

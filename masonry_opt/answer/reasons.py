@@ -1,0 +1,82 @@
+"""Why an analysis ended as it did: codes with their values. Sentences are made of them in ``explain``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+
+class Code(StrEnum):
+    """What can be said of how an analysis ended; beside each, its values."""
+
+    # No load factor, of any method.
+    FALLS = "falls"  # blocks, slides
+    DEAD_LOAD_UNDECIDED = "dead load undecided"  # word
+    WEDGED = "wedged"  # load_factor, blocks
+    SOLVER_STOPPED = "solver stopped"  # word
+    DILATANCY_LOCKS = "dilatancy locks"
+    NO_MECHANISM = "no mechanism"
+    JOINTS = "joints"  # status, pairs: the joints that keep the live load from causing collapse
+    NOT_CERTIFIED = "not certified"  # load_factor, residuals
+
+    # The loop.
+    SUB_PROBLEMS = "sub-problems"  # count
+    EXACT_END = "exact end"
+    NO_EXACT_END = "no exact end"
+    CHANGES_AGAIN = "changes again"
+    ABOVE_ASSOCIATIVE = "above associative"  # by
+    FLOW_RULE_IDLE = "flow rule idle"
+    STILL_CHANGES = "still changes"  # count, lowest, highest
+    GROWS = "grows"  # load_factor, count
+    REPEATS = "repeats"  # period, lowest, highest
+    EXACT_IN_CYCLE = "exact in cycle"
+    SUB_PROBLEM_FAILED = "sub-problem failed"  # number, word
+    SUB_PROBLEM_EMPTY = "sub-problem empty"  # number
+    BEGAN_AGAIN = "began again"  # first, remedies, in_vain
+    LOCKED_ALL_THE_SAME = "locked all the same"
+    LEAST_CERTIFIED = "least certified"  # load_factor, None if there is none
+
+    # The MPEC.
+    LOCAL_MINIMUM = "local minimum"  # epsilon
+    ONE_OF_MANY = "one of many"  # epsilon
+    RELAXED_FROM = "relaxed from"  # epsilon
+    START_FAILED = "start failed"
+    RELAXATION_STOPPED = "relaxation stopped"  # word, epsilon
+    KEPT_RELAXATION = "kept relaxation"  # epsilon, load_factor, gap
+    KEPT_START = "kept start"
+    NOTHING_SOLVED = "nothing solved"
+
+    # The refinement.
+    EXACT = "exact"  # fall below the start; None without one
+    STATIONARY = "stationary"
+    UNDECIDED = "undecided"
+    NOT_REFINED = "not refined"  # why: one of the next three
+    NO_STATICS = "no statics"
+    NO_KINEMATICS = "no kinematics"
+    RESIDUAL = "residual"  # residual
+
+    # The global search.
+    PROVEN = "proven"  # bound, load_factor, largest_rate
+    OUT_OF_TIME = "out of time"  # bound, load_factor, time_limit
+    TOUCHES_IMPOSED = "touches imposed"  # bound, load_factor, rate_bound, forces
+    WITHIN_IMPOSED = "within imposed"  # bound, load_factor, rate_bound, forces
+    OUT_OF_TIME_WITHIN_IMPOSED = "out of time within imposed"  # all of the above
+    NO_EXACT_STATE = "no exact state"  # time_limit
+
+
+@dataclass(frozen=True)
+class Reason:
+    """A code and the values that belong to it."""
+
+    code: Code
+    values: dict[str, Any] = field(default_factory=dict)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The code and its values in one table."""
+        return {"code": str(self.code), **self.values}
+
+
+def reason(code: Code, **values: Any) -> Reason:
+    """A reason from its code and values."""
+    return Reason(code, values)

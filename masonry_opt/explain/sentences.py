@@ -1,0 +1,196 @@
+"""Every sentence that says how an analysis ended, made from its reason codes; nothing else writes any."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from masonry_opt.answer.reasons import Code, Reason
+from masonry_opt.answer.status import Status
+
+#: Of what a list names, so many are named.
+_NAMED = 5
+
+_OF_JOINTS = {
+    Status.LOCKED: "the joints that slide there and have no room to open",
+    Status.UNLIMITED: "the joints that carry it",
+    Status.JAMMED: "the joints whose normal forces grow most",
+}
+
+
+def message(reasons: Sequence[Reason]) -> str:
+    """How an analysis ended, in words."""
+    return "; ".join(_SENTENCES[reason.code](reason.values) for reason in reasons)
+
+
+def _falls(v: dict[str, Any]) -> str:
+    friction = ", or raise the friction of its joints" if v["slides"] else ""
+    return f"the dead load alone moves {_blocks(v['blocks'])}: support what falls{friction}"
+
+
+def _wedged(v: dict[str, Any]) -> str:
+    support = f"; support what moves, {_blocks(v['blocks'])}" if v["blocks"] else ""
+    return (
+        f"the load factor found is {v['load_factor']:.4g}, below zero: the dead load is carried by "
+        f"wedging alone, which the joints' flow rule does not sustain{support}"
+    )
+
+
+def _joints(v: dict[str, Any]) -> str:
+    pairs = [f"{first!r}–{second!r}" for first, second in v["pairs"]]
+    return f"{_OF_JOINTS[v['status']]}: {_some(pairs)}"
+
+
+def _not_certified(v: dict[str, Any]) -> str:
+    left = ", ".join(
+        "the live load drives nothing" if value == float("inf") else f"{name} {value:.1e}"
+        for name, value in v["residuals"].items()
+    )
+    return (
+        f"the answer found, {v['load_factor']:.6g}, is not borne out by its certificate ({left}): "
+        "try another solver, and look for weights or lengths of very different size"
+    )
+
+
+def _began_again(v: dict[str, Any]) -> str:
+    words = f"the first run ended '{v['first']}', so the loop began again with {', then '.join(_with(v))}"
+    return f"{words}: in vain" if v["in_vain"] else words
+
+
+def _with(v: dict[str, Any]) -> list[str]:
+    first, *others = v["remedies"]
+    return [first, *(f"with {remedy}" for remedy in others)]
+
+
+def _least_certified(v: dict[str, Any]) -> str:
+    if v["load_factor"] is None:
+        return "none of the load factors met is certified"
+    return f"the lowest certified load factor met is {v['load_factor']:.6g}"
+
+
+def _exact(v: dict[str, Any]) -> str:
+    fall = v["fall"]
+    if fall is None:
+        return "exact"
+    return f"exact, {abs(fall):.1e} " + (
+        "below its start" if fall >= 0 else "above its start, which is not exact"
+    )
+
+
+def _not_refined(v: dict[str, Any]) -> str:
+    if v["why"] == Code.RESIDUAL:
+        return f"not refined: the state found leaves residuals up to {max(v['residuals'].values()):.1e}"
+    return f"not refined: {_SENTENCES[Code(v['why'])]({})}"
+
+
+def _bracket(v: dict[str, Any]) -> str:
+    return f"{v['bound'] + 0.0:.6g} ≤ λ ≤ {v['load_factor'] + 0.0:.6g}"
+
+
+def _imposed(v: dict[str, Any]) -> str:
+    imposed = [] if v["rate_bound"] is None else [f"rates up to {v['rate_bound']:g}"]
+    imposed += ["normal forces up to ten times all loads"] if v["forces"] else []
+    return f"{' and '.join(imposed)}, bounds that had to be imposed"
+
+
+def _blocks(names: list[str]) -> str:
+    return f"{'block' if len(names) == 1 else 'blocks'} {_some([repr(name) for name in names])}"
+
+
+def _some(names: list[str]) -> str:
+    """The first five, and how many more."""
+    return ", ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
+
+
+_SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
+    Code.FALLS: _falls,
+    Code.DEAD_LOAD_UNDECIDED: lambda v: (
+        f"whether the scene stands under its dead load could not be decided ('{v['word']}'): check "
+        "for weights or lengths of very different size"
+    ),
+    Code.WEDGED: _wedged,
+    Code.SOLVER_STOPPED: lambda v: f"the solver stopped with '{v['word']}': try another solver",
+    Code.DILATANCY_LOCKS: lambda v: (
+        "sliding joints that dilate jam the blocks, so that they carry any multiple of the live "
+        "load; without dilatancy they can move: method 'nonassociative' tells whether they do"
+    ),
+    Code.NO_MECHANISM: lambda v: (
+        "no mechanism lets the live load do work, so the scene carries any multiple of it: "
+        "check the direction of 'live' and which blocks carry it"
+    ),
+    Code.JOINTS: _joints,
+    Code.NOT_CERTIFIED: _not_certified,
+    Code.SUB_PROBLEMS: lambda v: f"in {v['count']} sub-problems",
+    Code.EXACT_END: lambda v: "with an exact state on their mechanism",
+    Code.NO_EXACT_END: lambda v: "no state on their mechanism is exact: the certificate says what is left",
+    Code.CHANGES_AGAIN: lambda v: "λ stood still and changes again",
+    Code.ABOVE_ASSOCIATIVE: lambda v: f"ended {v['by']:.1e} above the associative bound, reported here",
+    Code.FLOW_RULE_IDLE: lambda v: (
+        "the associative answer already obeys the joints' own flow rule (option 'always' looks for a lower "
+        "one all the same)"
+    ),
+    Code.STILL_CHANGES: lambda v: (
+        f"λ still changes after {v['count']} sub-problems, of late between "
+        f"{v['lowest']:.6g} and {v['highest']:.6g}: raise 'max_iterations', or lower 'beta'"
+    ),
+    Code.GROWS: lambda v: (
+        f"the load factor grows without end ({v['load_factor']:.3g} after {v['count']} "
+        "sub-problems) as sliding ceases to contract: friction that grows with the load holds or "
+        "wedges the blocks, and real ones would crush or break first; check the direction of "
+        "'live', and supports and friction of the joints named"
+    ),
+    Code.REPEATS: lambda v: (
+        f"the loop repeats itself every {v['period']} sub-problems, between load factors "
+        f"{v['lowest']:.6g} and {v['highest']:.6g}: lower 'beta'"
+    ),
+    Code.EXACT_IN_CYCLE: lambda v: "the state given is exact all the same",
+    Code.SUB_PROBLEM_FAILED: lambda v: (
+        f"sub-problem {v['number']} ended with '{v['word']}': try another solver"
+    ),
+    Code.SUB_PROBLEM_EMPTY: lambda v: (
+        f"sub-problem {v['number']} has no equilibrium state: joints that lost their normal force "
+        "have locked; use an interior-point solver, or lower 'alpha'"
+    ),
+    Code.BEGAN_AGAIN: _began_again,
+    Code.LOCKED_ALL_THE_SAME: lambda v: (
+        "sliding joints that dilate jam the blocks, so that they carry any multiple of the live load; "
+        "without dilatancy they can move, but no run of the loop tells at which load"
+    ),
+    Code.LEAST_CERTIFIED: _least_certified,
+    Code.LOCAL_MINIMUM: lambda v: f"a local minimum, complementary to within ε = {v['epsilon']:.0e}",
+    Code.ONE_OF_MANY: lambda v: f"one state of many (MCP), complementary to within ε = {v['epsilon']:.0e}",
+    Code.RELAXED_FROM: lambda v: f"relaxed from ε = {v['epsilon']:.0e}, larger ones could not be followed",
+    Code.START_FAILED: lambda v: "the loop to start from failed",
+    Code.RELAXATION_STOPPED: lambda v: f"IPOPT ended with '{v['word']}' at ε = {v['epsilon']:.0e}",
+    Code.KEPT_RELAXATION: lambda v: (
+        f"forces and velocities kept are those of ε = {v['epsilon']:.0e}, λ = {v['load_factor']:.6g}, "
+        f"which is no answer: its complementarity gap is {v['gap']:.1e}"
+    ),
+    Code.KEPT_START: lambda v: (
+        "no relaxation was solved; forces and velocities kept are those of the start: begin with a "
+        "smaller 'epsilon'"
+    ),
+    Code.NOTHING_SOLVED: lambda v: (
+        "no relaxation was solved: start from the loop, or with a smaller 'epsilon'"
+    ),
+    Code.EXACT: _exact,
+    Code.STATIONARY: lambda v: "stationary: no mechanism tried among the faces at yield lowers it",
+    Code.UNDECIDED: lambda v: "for some mechanisms the solver could not tell whether they lower it",
+    Code.NOT_REFINED: _not_refined,
+    Code.NO_STATICS: lambda v: "no statics bring every face of a mechanism to yield",
+    Code.NO_KINEMATICS: lambda v: "kinematics allow no mechanism",
+    Code.PROVEN: lambda v: (
+        f"proven least: {_bracket(v)} (rates are at most {v['largest_rate']:.4g}, which kinematics imply)"
+    ),
+    Code.OUT_OF_TIME: lambda v: f"not proven within {v['time_limit']:g} s: {_bracket(v)}",
+    Code.TOUCHES_IMPOSED: lambda v: f"not proven: the answer touches or exceeds {_imposed(v)}; {_bracket(v)}",
+    Code.WITHIN_IMPOSED: lambda v: (
+        f"not proven, but none lower was found among states with {_imposed(v)}; {_bracket(v)}"
+    ),
+    Code.OUT_OF_TIME_WITHIN_IMPOSED: lambda v: (
+        f"not proven within {v['time_limit']:g} s, and only for states with {_imposed(v)}; {_bracket(v)}"
+    ),
+    Code.NO_EXACT_STATE: lambda v: (
+        f"no exact state was found within {v['time_limit']:g} s: raise 'time_limit'"
+    ),
+}

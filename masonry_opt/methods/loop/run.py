@@ -1,0 +1,171 @@
+"""One run of the loop, from its first sub-problem to its end."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import islice
+
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.status import Status
+from masonry_opt.methods.loop.exact_end import ExactEnd, accurate_end, rough_end
+from masonry_opt.methods.loop.history import Iteration, recorded
+from masonry_opt.methods.loop.options import Parameters
+from masonry_opt.methods.loop.steps import Revise, SubProblem, Turn, corrected, sub_problems
+from masonry_opt.methods.loop.stopping import LONGEST_PERIOD, diverges, obeys_own_flow, period
+from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.state import State
+from masonry_opt.solvers.driver import Driver
+from masonry_opt.solvers.registry import Solver
+
+#: Energy by which sliding joints are off the true law, over λ, from which on an early end is tried (on
+#: façades exact forces leave 3e-4 to 7e-4 of λ from there on, and 1e-3 takes two to three times the
+#: sub-problems); after a failure so many sub-problems pass before the next.
+_NEARLY_TRUE = 5e-3
+_PAUSE = 2
+
+#: Sub-problems for which a run goes on after λ stands still, while there is no exact state yet.
+_PATIENCE = 30
+
+
+def run(
+    problem: Problem,
+    driver: Driver,
+    parameters: Parameters,
+    solver: Solver,
+    progress: Callable[[Iteration], None] = lambda _: None,
+    revise: Revise = Turn.limits,
+) -> Solution:
+    """Follow the loop to its end.
+
+    Parameters
+    ----------
+    driver: of a static model; only its shear limits are changed.
+    solver: of the exact end.
+    progress: called after every sub-problem.
+    """
+    return _Run(problem, driver, parameters, solver).follow(progress, revise)
+
+
+class _Run:
+    def __init__(self, problem: Problem, driver: Driver, parameters: Parameters, solver: Solver) -> None:
+        self.problem, self.driver, self.parameters, self.solver = problem, driver, parameters, solver
+        self.solution = Solution(Status.ITERATION_LIMIT, Kind.LOOP, slope=problem.dilatancy)
+        self.load_factors: list[float] = []
+        self.states: deque[State] = deque(maxlen=LONGEST_PERIOD + 1)
+        self.next_try = self.still_since = 0
+
+    def follow(self, progress: Callable[[Iteration], None], revise: Revise) -> Solution:
+        parameters, solution = self.parameters, self.solution
+        loop = sub_problems(self.problem, self.driver, parameters, revise)
+        for last in islice(loop, parameters.max_iterations):
+            if last.state is None:
+                return self._without_optimum(last)
+            entry = recorded(self.problem, last, self.states[-1] if self.states else None)
+            self.states.append(last.state)
+            self.load_factors.append(last.state.load_factor)
+            solution.take(last.state)
+            solution.history.append(replace(entry, solved=None))
+            progress(entry)
+            if self._nothing_to_do(last) if last.number == 1 else self._ended(last, entry):
+                return solution
+        of_late = self.load_factors[-LONGEST_PERIOD:]
+        solution.add(
+            Code.STILL_CHANGES, count=parameters.max_iterations, lowest=min(of_late), highest=max(of_late)
+        )
+        return solution
+
+    def _without_optimum(self, last: SubProblem) -> Solution:
+        solution = self.solution
+        solution.q = solution.d = None
+        if last.number == 1 or last.solved.failed:
+            word = last.solved.word
+            solution.end(Status.SOLVER_FAILED, Code.SUB_PROBLEM_FAILED, number=last.number, word=word)
+        else:
+            solution.end(Status.NO_STATE, Code.SUB_PROBLEM_EMPTY, number=last.number)
+        return solution
+
+    def _nothing_to_do(self, last: SubProblem) -> bool:
+        """Whether the first answer is the last: the associative one obeys the joints' own flow rule."""
+        parameters, state, solution = self.parameters, last.state, self.solution
+        assert state is not None  # the sub-problem was solved
+        if parameters.start != "associative" or parameters.always or not obeys_own_flow(self.problem, state):
+            return False
+        solution.flow_rule_matters = False
+        solution.end(Status.CONVERGED, Code.FLOW_RULE_IDLE)
+        solution.load_factor = state.load_factor
+        solution.slope = self.problem.dilatancy_at(self.problem.normal_forces(state.q))
+        return True
+
+    def _ended(self, last: SubProblem, entry: Iteration) -> bool:
+        """Step 3, and the other ways in which a run ends; writes them to the solution."""
+        parameters, solution = self.parameters, self.solution
+        if last.alpha <= parameters.alpha_min:
+            early = parameters.early and entry.mismatch <= _NEARLY_TRUE * abs(entry.load_factor)
+            # Only runs that may end early pause between their tries: the others stand still first.
+            tries = (early or last.stands_still) and (last.number >= self.next_try or not parameters.early)
+            self.still_since = self.still_since or (last.number if last.stands_still else 0)
+            waited = self.still_since and last.number - self.still_since >= _PATIENCE
+            if tries and self._exact_end(last):
+                return True
+            if (last.stands_still and not parameters.finish) or (waited and not parameters.early):
+                self._converge(last)
+                return True
+            if tries:
+                self.next_try = last.number + _PAUSE
+        if diverges(self.load_factors):
+            solution.end(
+                Status.JAMMED, Code.GROWS, load_factor=self.load_factors[-1], count=len(self.load_factors)
+            )
+            return True
+        normal = [self.problem.normal_forces(state.q) for state in self.states]
+        if length := period(self.load_factors, normal):
+            cycle = self.load_factors[-length:]
+            values = {"period": length, "lowest": min(cycle), "highest": max(cycle)}
+            if self._exact_end(last):
+                solution.add(Code.REPEATS, **values)
+                solution.add(Code.EXACT_IN_CYCLE)
+            else:
+                solution.end(Status.CYCLING, Code.REPEATS, **values)
+            return True
+        return False
+
+    def _exact_end(self, last: SubProblem) -> bool:
+        """Whether exact forces on the mechanism, or on one near it, end the run."""
+        if not self.parameters.finish:
+            return False
+        problem, state, effort = self.problem, last.state, self.driver.effort
+        assert state is not None  # the sub-problem was solved
+        end: ExactEnd | None
+        if self.parameters.tolerance is not None:
+            end = rough_end(problem, state, self.solver, effort)
+        else:
+            end = accurate_end(problem, state, corrected(problem, last), self.solver, effort)
+        if end is None:
+            return False
+        solution = self.solution
+        solution.end(Status.CONVERGED, Code.SUB_PROBLEMS, count=len(solution.history))
+        solution.add(Code.EXACT_END)
+        solution.load_factor, solution.exact_end = end.load_factor, True
+        solution.q, solution.d, solution.slope = end.q, end.d, end.slope
+        return True
+
+    def _converge(self, last: SubProblem) -> None:
+        """End where λ stood still, with step 6's correction."""
+        solution, state = self.solution, last.state
+        assert state is not None  # the sub-problem was solved
+        solution.end(Status.CONVERGED, Code.SUB_PROBLEMS, count=len(solution.history))
+        solution.load_factor = corrected(self.problem, last)
+        solution.slope = self.problem.dilatancy_at(self.problem.normal_forces(state.q))
+        if self.parameters.finish:
+            solution.add(Code.NO_EXACT_END)
+        if not last.stands_still:
+            solution.add(Code.CHANGES_AGAIN)
+        # No state with less dilatancy exceeds the associative load factor, where that is known.
+        known = self.parameters.start == "associative" and self.parameters.tolerance is None
+        if known and solution.load_factor > self.load_factors[0]:
+            solution.add(Code.ABOVE_ASSOCIATIVE, by=solution.load_factor - self.load_factors[0])
+            solution.load_factor = self.load_factors[0]

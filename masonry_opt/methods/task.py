@@ -1,0 +1,70 @@
+"""The shape of every method: a task in, a solution out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict
+
+from masonry_opt.answer.solution import Solution
+from masonry_opt.effort import Effort
+from masonry_opt.problem.problem import Problem
+from masonry_opt.solvers.registry import Solver, find_solver
+
+#: Called with every step of a method, as it is recorded in the history.
+Progress = Callable[[Any], None]
+
+
+class Options(BaseModel):
+    """Options of a method: frozen, unknown names refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a method is given.
+
+    Attributes
+    ----------
+    problem: of a scene that stands.
+    solver: as it was named, or the method's default.
+    options: the method's own; None if it has none.
+    effort: where time, programs and solvers are counted.
+    progress: called with every step.
+    """
+
+    problem: Problem
+    solver: Solver = field(default_factory=lambda: find_solver("cvxpy", None))
+    options: Any = None
+    effort: Effort = field(default_factory=Effort)
+    progress: Progress = lambda _: None
+
+    def with_options(self, options: Any, solver: Solver | None = None) -> Task:
+        """The same task for another method, its effort counted with this one's."""
+        return replace(self, options=options, solver=solver or self.solver)
+
+
+@dataclass(frozen=True)
+class Method:
+    """What is known of a method before it runs.
+
+    Attributes
+    ----------
+    name: what a user calls it.
+    run: the analysis.
+    options: class of its own options; None if it has none.
+    solvers: by language, names of those it can use, its default first; empty for any of linear programs.
+        The first language is the method's default.
+    own_tolerances: whether it sets the tolerances of its solvers itself.
+    constant_dilatancy: whether it takes the joints' dilatancy for a constant, whatever their stress.
+    """
+
+    name: str
+    run: Callable[[Task], Solution]
+    options: type[Options] | None = None
+    solvers: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {"cvxpy": (), "pyomo": ()})
+    own_tolerances: bool = False
+    constant_dilatancy: bool = False

@@ -1,0 +1,61 @@
+"""A result in a few lines: what `print` and the command show."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from masonry_opt.answer.result import Result
+from masonry_opt.errors import printable
+from masonry_opt.explain.stressed_joints import stressed_joints
+
+
+def summary_text(result: Result) -> str:
+    """A result in a few lines."""
+    certificate = result.certificate.as_dict() if result.certificate else {}
+    lines = {
+        "case": result.case,
+        "method": f"{result.method} ({result.model}, {result.solver})",
+        "status": f"{result.status}{': ' + result.message if result.message else ''}",
+        "load factor": "none" if result.load_factor is None else f"{result.load_factor:.7f}",
+        "blocks × joints": f"{result.size.blocks} × {result.size.joints}",
+        "certificate": "   ".join(f"{name} {value:.1e}" for name, value in certificate.items()),
+        "dilatancy": _dilatancy(result),
+        "programs": _programs(result),
+        "solvers": "   ".join(f"{what}: {', '.join(names)}" for what, names in result.solvers.items()),
+        "seconds": "   ".join(f"{part} {value:.3f}" for part, value in result.seconds.items()),
+        "published": _published(result),
+        "not modelled": "\n                 ".join(result.size.left_out),
+    }
+    return printable("\n".join(f"{name:<16} {value}" for name, value in lines.items() if value))
+
+
+def _programs(result: Result) -> str:
+    nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""
+    return f"{result.lp_solves} linear{nonlinear} ({result.iterations} solver iterations)"
+
+
+def _dilatancy(result: Result) -> str:
+    """What an associative answer owes to joints too highly stressed to dilate, by the scene's own law."""
+    has_law = np.isfinite(result.assembly.problem.dilatancy_force[:, 1]).any()
+    if not has_law or result.load_factor is None or result.method not in ("static", "kinematic"):
+        return ""
+    stressed = stressed_joints(result)
+    if stressed.empty:
+        return ""
+    worst = max(stressed.to_dict("records"), key=lambda joint: joint["stress"])
+    return (
+        f"not credible in {len(stressed)} sliding joints, with {stressed['energy'].sum():.3g} of λ: stressed "
+        f"above 'dilatancy_stress', most in {worst['first']!r}–{worst['second']!r} ({worst['stress']:.3g})"
+    )
+
+
+def _published(result: Result) -> str:
+    """The case file's own reference value for the method, and how far the result is from it."""
+    name = "associative" if result.method in ("static", "kinematic") else result.method
+    reference = result.assembly.scene.reference.get(name)
+    if reference is None:
+        return ""
+    off = ""
+    if result.load_factor is not None and reference.value:
+        off = f", here {100 * (result.load_factor / reference.value - 1):+.3f} %"
+    return f"{reference.value} ({reference.source}){off}"

@@ -1,0 +1,84 @@
+"""Solves programs declared in CVXPY."""
+
+from __future__ import annotations
+
+import time
+import warnings
+from typing import Any
+
+import cvxpy as cp
+
+from masonry_opt.effort import Effort
+from masonry_opt.solvers.lp import LpSize, Solved, Verdict
+from masonry_opt.solvers.registry import Solver
+
+_VERDICTS = {
+    cp.OPTIMAL: Verdict.OPTIMAL,
+    cp.INFEASIBLE: Verdict.INFEASIBLE,
+    cp.UNBOUNDED: Verdict.UNBOUNDED,
+    cp.settings.INFEASIBLE_OR_UNBOUNDED: Verdict.INFEASIBLE_OR_UNBOUNDED,
+}
+
+#: From so many columns on parameters are compiled as constants, anew for every solve: CVXPY's tensor over
+#: parameters costs memory that grows with the square of the joints, and more time than compiling again.
+_CONSTANTS_FROM = 3000
+
+
+class CvxpyEngine:
+    """A declared program and the solver that answers it; compiled once where its parameters allow.
+
+    Parameters
+    ----------
+    purpose: what it is solved for, under which the effort records the solver.
+    """
+
+    def __init__(self, program: cp.Problem, solver: Solver, effort: Effort, purpose: str) -> None:
+        self.program, self.solver, self.effort = program, solver, effort
+        effort.uses(solver.name, purpose)
+        self._as_constants = program.size_metrics.num_scalar_variables >= _CONSTANTS_FROM
+
+    def size(self) -> LpSize:
+        """Rows, columns and non-zeros as compiled."""
+        data = self._compiled()[0]
+        return LpSize(*data["A"].shape, data["A"].nnz)
+
+    def solve(self) -> Solved:
+        """Compile, solve and unpack."""
+        effort, program = self.effort, self.program
+        with effort.measure("compile"):
+            data, chain, inverse = self._compiled()
+        effort.lp_solves += 1
+        start = time.perf_counter()
+        try:
+            raw: Any = chain.solve_via_data(program, data, solver_opts=dict(self.solver.options))
+        except (cp.SolverError, ValueError) as error:  # ValueError: HiGHS's "unknown", without values
+            return Solved(Verdict.FAILED, str(error), 0.0)
+        elapsed = time.perf_counter() - start
+        of_highs = isinstance(raw, dict) and "model_status" in raw
+        word = str(raw["model_status"]) if of_highs else str(getattr(raw, "status", ""))
+        with effort.measure("read"), warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # "may be inaccurate": the status says so and is read
+            try:
+                program.unpack_results(raw, chain, inverse)
+            except (cp.SolverError, ValueError):
+                return Solved(Verdict.FAILED, word, 0.0)
+        stats = program.solver_stats
+        seconds = elapsed if stats.solve_time is None else float(stats.solve_time)
+        effort.add("solve", seconds)
+        effort.add("compile", max(elapsed - seconds, 0.0))  # handing the matrices over
+        effort.iterations += _highs_iterations(raw["info"]) if of_highs else int(stats.num_iters or 0)
+        return Solved(_VERDICTS.get(program.status, Verdict.FAILED), word or program.status, seconds)
+
+    def _compiled(self) -> Any:
+        return self.program.get_problem_data(
+            self.solver.engine, ignore_dpp=self._as_constants, solver_opts=dict(self.solver.options)
+        )
+
+
+def has_optimum(program: cp.Problem, solver: Solver, effort: Effort, purpose: str) -> bool:
+    """Solve a program once; whether there is an optimum to read."""
+    return CvxpyEngine(program, solver, effort, purpose).solve().optimal
+
+
+def _highs_iterations(info: Any) -> int:
+    return max(info.simplex_iteration_count, 0) + max(info.ipm_iteration_count, 0)

@@ -1,0 +1,73 @@
+"""Solves programs declared in Pyomo, through its persistent interface to HiGHS."""
+
+from __future__ import annotations
+
+import time
+
+import pyomo.environ as pyo
+from pyomo.contrib.solver.common.results import TerminationCondition
+from pyomo.contrib.solver.solvers.highs import Highs
+
+from masonry_opt.effort import Effort
+from masonry_opt.solvers.lp import LpSize, Solved, Verdict
+from masonry_opt.solvers.registry import Solver
+
+_VERDICTS = {
+    TerminationCondition.convergenceCriteriaSatisfied: Verdict.OPTIMAL,
+    TerminationCondition.provenInfeasible: Verdict.INFEASIBLE,
+    TerminationCondition.unbounded: Verdict.UNBOUNDED,
+    TerminationCondition.infeasibleOrUnbounded: Verdict.INFEASIBLE_OR_UNBOUNDED,
+}
+
+
+class PyomoEngine:
+    """A declared program, and a HiGHS that stays loaded with it between solves.
+
+    Parameters
+    ----------
+    purpose: what it is solved for, under which the effort records the solver.
+    """
+
+    def __init__(self, program: pyo.ConcreteModel, solver: Solver, effort: Effort, purpose: str) -> None:
+        self.program, self.solver, self.effort = program, solver, effort
+        effort.uses(solver.name, purpose)
+        self._run_time = 0.0
+        with effort.measure("compile"):
+            self._highs = Highs()
+            self._highs.config.load_solutions = False
+            self._highs.config.raise_exception_on_nonoptimal_result = False
+            self._highs.config.solver_options = solver.options
+            # Between solves nothing changes but parameters: look for nothing else.
+            updates = self._highs.config.auto_updates
+            for name in updates:
+                updates[name] = name == "update_parameters"
+            self._highs.set_instance(program)
+
+    def size(self) -> LpSize:
+        """Rows, columns and non-zeros as HiGHS holds them."""
+        lp = self._highs._solver_model.getLp()
+        return LpSize(lp.num_row_, lp.num_col_, len(lp.a_matrix_.value_))
+
+    def solve(self) -> Solved:
+        """Solve with the present parameters, from the last basis where there is one."""
+        effort = self.effort
+        effort.lp_solves += 1
+        start = time.perf_counter()
+        result = self._highs.solve(self.program)
+        elapsed = time.perf_counter() - start
+        # HiGHS's clock runs on from solve to solve.
+        run_time = float(result.timing_info.highs_time)
+        seconds, self._run_time = run_time - self._run_time, run_time
+        effort.add("solve", seconds)
+        effort.add("compile", max(elapsed - seconds, 0.0))  # changed parameters, handed over
+        counts = result.extra_info.value()
+        effort.iterations += max(
+            0, *(int(counts.get(f"{kind}_iteration_count") or 0) for kind in ("simplex", "ipm"))
+        )
+        condition = result.termination_condition
+        verdict = _VERDICTS.get(condition, Verdict.FAILED)
+        if verdict is Verdict.OPTIMAL:
+            with effort.measure("read"):
+                result.solution_loader.load_vars()
+                self.program.dual.update(result.solution_loader.get_duals())
+        return Solved(verdict, condition.name, seconds)

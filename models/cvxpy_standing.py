@@ -1,0 +1,36 @@
+"""Whether a scene stands under given forces alone, in CVXPY, and what moves if it does not."""
+
+from __future__ import annotations
+
+import cvxpy as cp
+import numpy as np
+
+from masonry_opt.models.cvxpy_terms import Mechanism, Statics
+from masonry_opt.problem.problem import Problem, ShearLimits
+
+
+class CvxpyStanding:
+    """Eq. (9) without a live load: any forces q with
+
+    B q + f_D = 0,    z = C(slope) q + c ≥ 0
+    """
+
+    def __init__(self, problem: Problem, limits: ShearLimits) -> None:
+        self.statics = Statics(problem, limits, load_factor=cp.Constant(0.0))
+        rows = [self.statics.equilibrium, self.statics.slacks >= 0]
+        self.program = cp.Problem(cp.Minimize(0), rows)
+
+
+class CvxpyDriven:
+    """The mechanism that a force drives, its velocities bounded: the dual ray of an infeasible eq. (9).
+
+        max  force·d − c·p    s.t.    Bᵀ d = D(slope) p,    p ≥ 0,    −1 ≤ d ≤ 1
+
+    Driven by the dead load it tells which blocks fall; driven by the live load, whether anything could move.
+    """
+
+    def __init__(self, problem: Problem, force: np.ndarray, limits: ShearLimits) -> None:
+        mechanism = self.mechanism = Mechanism(problem, limits.slope)
+        power = force @ mechanism.d - limits.cohesion @ mechanism.slip
+        rows = [mechanism.compatibility, mechanism.d <= 1, mechanism.d >= -1]
+        self.program = cp.Problem(cp.Maximize(power), rows)
