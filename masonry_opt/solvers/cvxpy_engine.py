@@ -39,8 +39,8 @@ class CvxpyEngine:
 
     def size(self) -> LpSize:
         """Rows, columns and non-zeros as compiled."""
-        data = self._compiled()[0]
-        return LpSize(*data["A"].shape, data["A"].nnz)
+        matrix = self._compiled()[0]["A"]
+        return LpSize(matrix.shape[0], matrix.shape[1], matrix.nnz)
 
     def solve(self) -> Solved:
         """Compile, solve and unpack."""

@@ -76,7 +76,7 @@ class HighsSession:
         lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
         lp.a_matrix_.start_, lp.a_matrix_.index_ = matrix.indptr, matrix.indices
         lp.a_matrix_.value_ = matrix.data
-        self.size = LpSize(*matrix.shape, matrix.nnz)
+        self.size = LpSize(matrix.shape[0], matrix.shape[1], matrix.nnz)
         self._highs = highspy.Highs()
         self._highs.silent()
         for name in ("primal_feasibility_tolerance", "dual_feasibility_tolerance"):

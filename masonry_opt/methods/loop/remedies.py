@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import Any
 
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.loop.options import Parameters
@@ -83,7 +84,7 @@ def _another_solver(last: Attempt) -> Attempt | None:
     return replace(last, solver=find_solver("cvxpy", name), remedy=f"solver={name}")
 
 
-def _with(last: Attempt, **changed: float) -> Attempt:
+def _with(last: Attempt, **changed: Any) -> Attempt:
     remedy = ", ".join(f"{name}={value:.2g}" for name, value in changed.items())
     return replace(last, parameters=replace(last.parameters, **changed), remedy=remedy)
 

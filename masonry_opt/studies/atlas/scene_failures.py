@@ -48,7 +48,7 @@ ENTRIES: tuple[Entry, ...] = (
         (
             *associative(Status.LOCKED),
             *loops(Status.CONVERGED, 0.5, "μ W", why=LOCKS),
-            *references(0.5, "μ W", proven=None, cold=Status.HOMOTOPY),
+            *references(0.5, "μ W", proven=None),
             Expectation(Status.CONVERGED, "global", load_factor=0.5, source="μ W"),
         ),
     ),
@@ -205,9 +205,8 @@ ENTRIES: tuple[Entry, ...] = (
     Entry(
         "sizes 1 : 10⁴, the small one pushed",
         "The pebble slides at λ = μ, but in block weights Clarabel leaves 1e-9 of the boulder's forces out "
-        "of balance, a good part of the pebble's weight; with HiGHS the loop comes to the right load factor, "
-        "but to no exact forces: its answers are refused. The linear program, in units of the pebble's load, "
-        "is right.",
+        "of balance, a good part of the pebble's weight: its loop ends without an answer. HiGHS, which is "
+        "exact, ends its loop with the right one. The linear program, in units of the pebble's load, is right.",
         pebble(1e4, push_both=False),
         (
             *(
@@ -219,11 +218,7 @@ ENTRIES: tuple[Entry, ...] = (
                     ("kinematic", "pyomo", "highs"),
                 )
             ),
-            *loops(
-                Status.SOLVER_FAILED,
-                solvers=("highs", "highs-ipm"),
-                why=reason(Code.NOT_CERTIFIED, load_factor="0.4"),
-            ),
+            *loops(Status.CONVERGED, 0.4, "μ", solvers=("highs", "highs-ipm"), why=reason(Code.EXACT_END)),
             Expectation(Status.CYCLING, why=reason(Code.BEGAN_AGAIN, remedies="solver=highs-ipm")),
             Expectation(Status.SOLVER_FAILED, options={"start": "cohesive"}, why=reason(Code.NOT_CERTIFIED)),
             Expectation(Status.CYCLING, "refined", why=reason(Code.NOT_REFINED)),

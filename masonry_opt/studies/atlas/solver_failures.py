@@ -288,7 +288,7 @@ ENTRIES: tuple[Entry, ...] = (
     ),
     Entry(
         "MPEC from a cold start: wall 1",
-        "Nothing to begin from but zeros: IPOPT fails (wall 5, the confined block) or takes longer, as here, "
+        "Nothing to begin from but zeros: IPOPT fails (wall 5) or takes longer, as here, "
         "where it reaches the published value all the same.",
         ferris_tinloi(1),
         (
