@@ -206,7 +206,8 @@ ENTRIES: tuple[Entry, ...] = (
         "sizes 1 : 10⁴, the small one pushed",
         "The pebble slides at λ = μ, but in block weights Clarabel leaves 1e-9 of the boulder's forces out "
         "of balance, a good part of the pebble's weight: its loop ends without an answer. HiGHS, which is "
-        "exact, ends its loop with the right one. The linear program, in units of the pebble's load, is right.",
+        "exact, ends its loop with the right one, and the linear program, in units of the pebble's load, is "
+        "right.",
         pebble(1e4, push_both=False),
         (
             *(
