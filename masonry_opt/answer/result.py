@@ -47,7 +47,7 @@ class Result:
     Attributes
     ----------
     case: case file or title of the scene.
-    method, model, solver: what was asked, of which language and solver.
+    method, model, solver: the method, and the language and solver it was to use.
     status, reasons, message: how it ended, why in codes with their values, and in words.
     kind: of answer, which decides what its certificate must show.
     load_factor: λ; None unless ``status.usable``.
@@ -69,7 +69,7 @@ class Result:
     bound: proven lower bound of λ, of method "global"; None for other methods.
     seconds: by part (see :class:`~masonry_opt.effort.Stopwatch`).
     size: of scene and linear program.
-    assembly, finding: the matrices, and forces and velocities in their units.
+    assembly, solution: the matrices, and forces and velocities in their units.
     """
 
     case: str

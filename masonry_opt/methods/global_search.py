@@ -22,7 +22,6 @@ from masonry_opt.methods.refined.programs import Refiner
 from masonry_opt.methods.task import Method, Options, Task
 from masonry_opt.models.pyomo_global import PyomoGlobal
 from masonry_opt.models.pyomo_refinement import PyomoForces, PyomoMotion
-from masonry_opt.models.pyomo_terms import store
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs_session import HighsSession
 from masonry_opt.solvers.lp import LpSize, Verdict
@@ -114,10 +113,9 @@ def _largest_normal_forces(problem: Problem, highest: float, effort: Effort) -> 
     session = HighsSession(program, effort, _PURPOSE, costs=[(program.q, program.force_cost)])
     largest = np.full(problem.joints, np.inf)
     for joint in range(problem.joints):
-        program.force_cost[joint] = -1.0
+        session.set(program.force_cost, -_unit(3 * problem.joints, joint))
         if session.solve() is Verdict.OPTIMAL:
             largest[joint] = session.values(program.q)[joint]
-        program.force_cost[joint] = 0.0
     return largest
 
 
@@ -138,8 +136,8 @@ def _largest_rates(problem: Problem, highest: float, effort: Effort) -> np.ndarr
         most = np.full(problem.faces, np.inf)
         if face < 2 * k:
             most[(face + k) % (2 * k)] = 0.0
-        store(program.most, most)
-        program.cost[face] = -1.0
+        session.set(program.most, most)
+        session.set(program.cost, -_unit(problem.faces, face))
         verdict = session.solve()
         if verdict is Verdict.OPTIMAL:
             largest[face] = session.values(program.p)[face]
@@ -147,8 +145,11 @@ def _largest_rates(problem: Problem, highest: float, effort: Effort) -> np.ndarr
             largest[face] = 0.0  # at rest in every such mechanism: there is none
         else:
             break
-        program.cost[face] = 0.0
     return largest
+
+
+def _unit(size: int, index: int) -> np.ndarray:
+    return np.eye(1, size, index).ravel()
 
 
 def global_search(task: Task) -> Solution:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import highspy
@@ -35,8 +36,8 @@ _VERDICTS = {
 class HighsSession:
     """Simplex with warm starts: after a change of parameters the last basis is where it begins.
 
-    Pyomo's own persistent interface looks at every parameter in Python, which would take longer than the
-    solves. Here it is said once which parameter stands where.
+    Pyomo's own persistent interface looks at every parameter in Python before every solve, which would take
+    longer than the solves. Here it is said once which parameter stands where.
 
     Parameters
     ----------
@@ -59,6 +60,7 @@ class HighsSession:
         effort.uses(NAME, purpose)
         form = LinearStandardFormCompiler().write(program, mixed_form=True, set_sense=None)
         self._column = {id(variable): index for index, variable in enumerate(form.columns)}
+        self._columns: dict[int, np.ndarray] = {}
         # A bound that is infinite at first makes no row of its own.
         bounded = np.flatnonzero(np.isfinite(form.rhs))
         row = {id(form.rows[old].constraint): new for new, old in enumerate(bounded)}
@@ -84,30 +86,40 @@ class HighsSession:
         self._highs.setOptionValue("solver", "simplex")
         self._highs.passModel(lp)
         self._lower, self._upper = np.array(lp.col_lower_), np.array(lp.row_upper_)
-        self._known: dict[int, np.ndarray] = {}
-        self._costs = [(self.columns(variable), parameter) for variable, parameter in costs]
-        self._most = [(self.columns(variable), parameter) for variable, parameter in most]
-        self._room = [
-            (np.array([row[id(data)] for data in rows.values()], dtype=np.int32), parameter)
-            for rows, parameter in room
-        ]
+        self._set: dict[int, Callable[[np.ndarray], None]] = {}
+        for variable, parameter in costs:
+            self._set[id(parameter)] = partial(self._set_costs, self.columns(variable))
+        for variable, parameter in most:
+            self._set[id(parameter)] = partial(self._set_most, self.columns(variable))
+        self._rooms = {}
+        for constraint, parameter in room:
+            rows = np.array([row[id(data)] for data in constraint.values()], dtype=np.int32)
+            self._set[id(parameter)] = partial(self._set_room, rows)
+            self._rooms[id(constraint)] = rows
+
+    def set(self, parameter: pyo.Param, values: np.ndarray) -> None:
+        """Give a parameter of the program other values, in order; they reach HiGHS alone."""
+        self._set[id(parameter)](np.asarray(values, dtype=float))
+
+    def _set_costs(self, columns: np.ndarray, costs: np.ndarray) -> None:
+        self._highs.changeColsCost(len(columns), columns, costs)
+
+    def _set_most(self, columns: np.ndarray, most: np.ndarray) -> None:
+        self._highs.changeColsBounds(len(columns), columns, self._lower[columns], most)
+
+    def _set_room(self, rows: np.ndarray, room: np.ndarray) -> None:
+        upper = self._upper[rows]
+        self._highs.changeRowsBounds(len(rows), rows, upper - room, upper)
 
     def columns(self, variable: pyo.Var) -> np.ndarray:
         """Columns of a variable, in order."""
-        return np.array([self._column[id(data)] for data in variable.values()], dtype=np.int32)
+        if id(variable) not in self._columns:
+            found = [self._column[id(data)] for data in variable.values()]
+            self._columns[id(variable)] = np.array(found, dtype=np.int32)
+        return self._columns[id(variable)]
 
     def solve(self) -> Verdict:
         """Solve with the present parameters."""
-        for columns, parameter in self._costs:
-            if (costs := self._changed(parameter)) is not None:
-                self._highs.changeColsCost(len(columns), columns, costs)
-        for columns, parameter in self._most:
-            if (most := self._changed(parameter)) is not None:
-                self._highs.changeColsBounds(len(columns), columns, self._lower[columns], most)
-        for rows, parameter in self._room:
-            if (room := self._changed(parameter)) is not None:
-                upper = self._upper[rows]
-                self._highs.changeRowsBounds(len(rows), rows, upper - room, upper)
         verdict = self._run()
         if verdict is Verdict.FAILED:
             # A warm start may leave HiGHS undecided: once more, from the beginning.
@@ -115,15 +127,6 @@ class HighsSession:
             verdict = self._run()
         self.effort.lp_solves += 1
         return verdict
-
-    def _changed(self, parameter: pyo.Param) -> np.ndarray | None:
-        """The values of a parameter, if they are others than HiGHS has."""
-        now = np.array([data.value for data in parameter.values()], dtype=float)
-        before = self._known.get(id(parameter))
-        if before is not None and np.array_equal(now, before):
-            return None
-        self._known[id(parameter)] = now
-        return now
 
     def _run(self) -> Verdict:
         start = self._highs.getRunTime()
@@ -136,6 +139,6 @@ class HighsSession:
         """Values of a variable at the last optimum."""
         return np.array(self._highs.getSolution().col_value)[self.columns(variable)]
 
-    def duals(self, number: int) -> np.ndarray:
-        """Duals of the rows of a ``room``, by its number: change of the optimum per unit of bound."""
-        return np.array(self._highs.getSolution().row_dual)[self._room[number][0]]
+    def duals(self, constraint: pyo.Constraint) -> np.ndarray:
+        """Duals of rows with room at the last optimum: change of the optimum per unit of bound."""
+        return np.array(self._highs.getSolution().row_dual)[self._rooms[id(constraint)]]

@@ -17,7 +17,6 @@ import numpy as np
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.models.pyomo_refinement import PyomoForces, PyomoMotion
-from masonry_opt.models.pyomo_terms import store
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs_session import HighsSession
 from masonry_opt.solvers.lp import LpSize, Verdict
@@ -104,8 +103,8 @@ class Refiner:
         most = np.full(self.problem.faces, np.inf)
         if banned is not None:
             most[banned] = 0.0
-        store(program.cost, cost)
-        store(program.most, most)
+        self._kinematics.set(program.cost, cost)
+        self._kinematics.set(program.most, most)
         if not self._solved(self._kinematics):
             return None
         return self._kinematics.values(program.d), self._kinematics.values(program.p)
@@ -113,10 +112,10 @@ class Refiner:
     def least(self, support: np.ndarray, d: np.ndarray) -> ExactState | None:
         """(b): least load factor with every face of the support at yield; None if there is none."""
         program = self._forces.program
-        store(program.room, np.where(support, 0.0, np.inf))
+        self._statics.set(program.room, np.where(support, 0.0, np.inf))
         if not self._solved(self._statics):
             return None
-        strength = np.where(support, np.abs(self._statics.duals(0)), 0.0)
+        strength = np.where(support, np.abs(self._statics.duals(program.within_yield)), 0.0)
         order = np.argsort(-strength, kind="stable")
         q = self._statics.values(program.q)
         return ExactState(
@@ -199,17 +198,17 @@ class Refiner:
     def _least_energy(self, rates: np.ndarray) -> np.ndarray | None:
         """Forces (3c,) of least p·z for given rates, with a little weight on λ, which breaks ties."""
         problem, program = self.problem, self._forces.program
-        store(program.load_cost, np.array([_TIE_BREAK * problem.live_norm]))
-        store(program.force_cost, problem.C(problem.friction).T @ rates)
-        store(program.room, np.full(problem.faces, np.inf))
+        self._statics.set(program.load_cost, np.array([_TIE_BREAK * problem.live_norm]))
+        self._statics.set(program.force_cost, problem.C(problem.friction).T @ rates)
+        self._statics.set(program.room, np.full(problem.faces, np.inf))
         solved = self._solved(self._statics)
         self._minimise_load_factor()
         return self._statics.values(program.q) if solved else None
 
     def _minimise_load_factor(self) -> None:
         program = self._forces.program
-        store(program.load_cost, np.array([self.problem.live_norm]))
-        store(program.force_cost, np.zeros(3 * self.problem.joints))
+        self._statics.set(program.load_cost, np.array([self.problem.live_norm]))
+        self._statics.set(program.force_cost, np.zeros(3 * self.problem.joints))
 
     def _solved(self, session: HighsSession) -> bool:
         verdict = session.solve()

@@ -49,9 +49,9 @@ class Expectation:
     @property
     def name(self) -> str:
         """Method, model, solver and options in words."""
-        asked = [self.method, self.model, self.solver]
+        words = [self.method, self.model, self.solver]
         own = [f"{name}={value}" for name, value in self.options.items()]
-        return " ".join([*(word for word in asked if word), *own])
+        return " ".join([*(word for word in words if word), *own])
 
     @property
     def interval(self) -> tuple[float, float] | None:
