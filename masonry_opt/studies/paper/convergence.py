@@ -15,8 +15,8 @@ from masonry_opt.analysis import solve
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.studies.cases import open_case
-from masonry_opt.studies.paper.example import Comparison, Progress, Report
 from masonry_opt.studies.palette import COLOURS
+from masonry_opt.studies.paper.example import Comparison, Progress, Report
 from masonry_opt.studies.paper.paper_loop import PAPER, last_run
 from masonry_opt.studies.paper.table1 import wall_file
 

@@ -24,8 +24,8 @@ from masonry_opt.explain.stressed_joints import stressed_joints
 from masonry_opt.report.mechanism_plot import draw_mechanism, legend_handles
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.cases import open_case
-from masonry_opt.studies.paper.example import Comparison, Progress, Report
 from masonry_opt.studies.palette import COLOURS
+from masonry_opt.studies.paper.example import Comparison, Progress, Report
 from masonry_opt.studies.paper.table1 import wall_file
 from masonry_opt.studies.paper.two_blocks import TWO_BLOCKS
 

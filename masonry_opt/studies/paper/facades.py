@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 from masonry_opt.analysis import solve
 from masonry_opt.answer.result import Result
 from masonry_opt.studies.cases import open_case
-from masonry_opt.studies.paper.example import Comparison, Progress, Report, against_reference
 from masonry_opt.studies.palette import COLOURS
+from masonry_opt.studies.paper.example import Comparison, Progress, Report, against_reference
 from masonry_opt.studies.paper.paper_loop import PAPER
 from masonry_opt.studies.paper.sheet import mechanism_sheet
 

@@ -36,8 +36,8 @@ from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.cases import open_case
-from masonry_opt.studies.paper.example import Comparison, Progress, Report, against_reference
 from masonry_opt.studies.palette import COLOURS
+from masonry_opt.studies.paper.example import Comparison, Progress, Report, against_reference
 from masonry_opt.studies.paper.paper_loop import PAPER
 from masonry_opt.studies.paper.sheet import draw_panel
 

@@ -24,8 +24,8 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import find_solver
 from masonry_opt.studies.cases import open_case
-from masonry_opt.studies.paper.example import Comparison, Progress, Report
 from masonry_opt.studies.palette import COLOURS
+from masonry_opt.studies.paper.example import Comparison, Progress, Report
 from masonry_opt.studies.paper.paper_loop import PAPER
 from masonry_opt.studies.paper.two_blocks import TWO_BLOCKS
 

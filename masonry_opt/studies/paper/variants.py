@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from masonry_opt.analysis import solve
 from masonry_opt.answer.result import Result
 from masonry_opt.studies.cases import open_case
+from masonry_opt.studies.palette import COLOURS
 from masonry_opt.studies.paper.example import Progress, Report, against_reference
 from masonry_opt.studies.paper.facades import facade_file
-from masonry_opt.studies.palette import COLOURS
 from masonry_opt.studies.paper.paper_loop import PAPER
 from masonry_opt.studies.paper.table1 import WALLS, wall_file
 
