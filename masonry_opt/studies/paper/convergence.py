@@ -139,7 +139,7 @@ def fig11(cases: Path, progress: Progress = lambda _: None) -> Report:
                 "run": variation.label,
                 "status": str(result.status),
                 "λ": result.load_factor,
-                "diff %": 100 * answer.off,
+                "diff %": 100 * answer.relative_difference,
                 "sub-problems": len(last_run(result)),
                 "LPs": result.lp_solves,
                 "time (s)": seconds,

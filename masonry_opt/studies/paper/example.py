@@ -13,6 +13,11 @@ from masonry_opt.scene.scene import Scene
 
 Progress = Callable[[str], None]
 
+#: What the column of differences holds.
+DIFFERENCE_NOTE = (
+    "diff %: relative to the published value, or the nearer end of its interval; – where that is 0"
+)
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -24,7 +29,8 @@ class Comparison:
     published: the value, or the interval it lies in.
     computed: ours; None if there is none.
     source: where the value was published, or the closed form it comes from.
-    tolerance: relative difference that is no miss; None if nothing is demanded.
+    tolerance: relative difference that is no miss (absolute if the published value is 0); None if nothing is
+        demanded.
     cause: why ours is likely to differ, where it does.
     may_be_lower: whether a lower value of ours is no miss (a lower Coulomb state than was known).
     """
@@ -38,44 +44,57 @@ class Comparison:
     may_be_lower: bool = False
 
     @property
-    def off(self) -> float:
-        """Relative difference from the published value or the nearer end of its interval."""
-        if self.computed is None:
-            return float("nan")
-        low, high = self.published if isinstance(self.published, tuple) else (self.published,) * 2
-        nearest = min(max(self.computed, low), high)
-        return (self.computed - nearest) / abs(nearest) if nearest else self.computed - nearest
+    def difference(self) -> float:
+        """Ours less the published value or the nearer end of its interval; NaN if there is none."""
+        return float("nan") if self.computed is None else self.computed - self._nearest
+
+    @property
+    def relative_difference(self) -> float:
+        """The difference over the published value; NaN also where that is 0."""
+        return self.difference / abs(self._nearest) if self._nearest else float("nan")
 
     @property
     def missed(self) -> bool:
         """Whether a tolerance is demanded and not met."""
-        if self.tolerance is None or (self.may_be_lower and self.off < 0):
+        if self.tolerance is None or (self.may_be_lower and self.difference < 0):
             return False
-        return self.computed is None or not abs(self.off) <= self.tolerance
+        return not abs(self.difference) <= self.tolerance * (abs(self._nearest) or 1.0)
 
     @property
     def line(self) -> str:
-        """The comparison in words."""
-        ours = "no value" if self.computed is None else f"{self.computed:.7g}"
-        published = " to ".join(f"{value:g}" for value in _ends(self.published))
-        off = "" if self.computed is None else f", off by {100 * self.off:+.3g} %"
-        allowed = f" (tolerance {100 * self.tolerance:.2g} %)" if self.missed and self.tolerance else ""
+        """The published value and ours in words."""
+        scale, unit = (100.0, " %") if self._nearest else (1.0, "")
+        ours, off = "no value", ""
+        if self.computed is not None:
+            ours = f"{self.computed:.7g}"
+            off = f", off by {scale * self.difference / (abs(self._nearest) or 1.0):+.3g}{unit}"
+        allowed = f" (tolerance {scale * self.tolerance:.2g}{unit})" if self.missed and self.tolerance else ""
         cause = f": {self.cause}" if self.cause else ""
-        return f"{self.what}: {ours}, published {published}{off}{allowed}{cause}"
+        return f"{self.what}: {ours}, published {self._published_text}{off}{allowed}{cause}"
 
     def as_row(self) -> dict[str, object]:
-        """The row of a table of comparisons."""
+        """The row of a table of published values beside ours."""
         return {
             "what": self.what,
-            "published": " to ".join(f"{value:g}" for value in _ends(self.published)),
+            "published": self._published_text,
             "computed": "–" if self.computed is None else f"{self.computed:.7g}",
-            "diff %": 100 * self.off,
+            "diff %": 100 * self.relative_difference,
             "source": self.source,
         }
 
+    @property
+    def _ends(self) -> tuple[float, float]:
+        return self.published if isinstance(self.published, tuple) else (self.published, self.published)
 
-def _ends(published: float | tuple[float, float]) -> tuple[float, ...]:
-    return published if isinstance(published, tuple) else (published,)
+    @property
+    def _nearest(self) -> float:
+        """The published value, or what of its interval is nearest to ours."""
+        low, high = self._ends
+        return low if self.computed is None else min(max(self.computed, low), high)
+
+    @property
+    def _published_text(self) -> str:
+        return " to ".join(f"{value:g}" for value in dict.fromkeys(self._ends))
 
 
 @dataclass
@@ -99,6 +118,11 @@ class Report:
     captions: dict[str, str] = field(default_factory=dict)
     remarks: list[str] = field(default_factory=list)
     differences: list[str] = field(default_factory=list)
+
+    @property
+    def comparison_table(self) -> pd.DataFrame:
+        """One row for each comparison."""
+        return pd.DataFrame([comparison.as_row() for comparison in self.comparisons])
 
     @property
     def missed(self) -> list[str]:

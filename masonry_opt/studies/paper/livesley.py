@@ -62,7 +62,7 @@ def fig8(cases: Path, progress: Progress = lambda _: None) -> Report:
                 "Fig. 8": drawn,
                 "closed form": closed,
                 "λ": result.load_factor,
-                "diff %": 100 * Comparison(name, closed, result.load_factor, "").off,
+                "diff %": 100 * Comparison(name, closed, result.load_factor, "").relative_difference,
                 "status": str(result.status),
                 "LPs": result.lp_solves,
                 "time (s)": sum(result.seconds.values()),

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import pandas as pd
-
 from masonry_opt.report.terminal import frame_text
-from masonry_opt.studies.paper.example import Report
+from masonry_opt.studies.paper.example import DIFFERENCE_NOTE, Report
 
 #: Longer tables are for the folder.
 _MOST_ROWS = 60
@@ -15,8 +13,7 @@ def report_text(title: str, report: Report) -> str:
     """An example's comparisons, tables, remarks, and what does not come out."""
     parts = [f"{title}\n{'=' * len(title)}"]
     if report.comparisons:
-        frame = pd.DataFrame([entry.as_row() for entry in report.comparisons])
-        parts.append(frame_text(frame, "published values beside ours"))
+        parts.append(frame_text(report.comparison_table, f"published values beside ours ({DIFFERENCE_NOTE})"))
     for stem, frame in report.tables.items():
         caption = report.captions.get(stem, stem)
         long = len(frame) > _MOST_ROWS

@@ -74,7 +74,7 @@ def fig10(cases: Path, progress: Progress = lambda _: None) -> Report:
                 "wall": number,
                 "λ paper": comparison.published,
                 "λ": result.load_factor,
-                "diff %": 100 * comparison.off,
+                "diff %": 100 * comparison.relative_difference,
                 "in sliding (%)": f"{100 * share:.1f}",
                 "status": str(result.status),
                 "LPs": result.lp_solves,
