@@ -9,7 +9,7 @@ from masonry_opt.scene.arch import Arch
 from masonry_opt.scene.case_file import load, load_with_arch
 from masonry_opt.scene.scene import Scene
 
-#: What a user is told of the option that names the folder.
+#: Help of the option that names the folder.
 CASES_HELP = "Folder of the case files. Default: cases/ here, or else those of the package."
 
 #: One of the paper's case files, by which their folder is known.

@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from masonry_opt.errors import OptionError
-from masonry_opt.studies.paper.example import Comparison, Report
+from masonry_opt.studies.paper.example import PublishedValue, Report
 from masonry_opt.studies.paper.folder import open_folder, write_report
 
 SOURCES = ("1 + (t9 - t1), in closed form", "<Fig. 8>")
@@ -33,7 +33,7 @@ def test_alignment_is_a_columns_own(tmp_path):
     page = page_of(
         tmp_path,
         *(
-            Comparison("λ", published, 1e-9, source)
+            PublishedValue("λ", published, 1e-9, source)
             for published, source in zip((1.8, (0, 1)), SOURCES, strict=True)
         ),
         fig8_wedges={"number or none": [1.5, math.nan], "name or number": ["∞", "9"]},
@@ -46,13 +46,13 @@ def test_alignment_is_a_columns_own(tmp_path):
 
 
 def test_missed_values_are_marked(tmp_path):
-    values = [Comparison("λ", 1.8, computed, "", tolerance=1e-3) for computed in (1.8, 1.9, None)]
+    values = [PublishedValue("λ", 1.8, computed, "", tolerance=1e-3) for computed in (1.8, 1.9, None)]
     rows = cells(page_of(tmp_path, *values))
     assert [row[-1][0] == "missed" for row in rows[-3:]] == [False, True, True]
 
 
 def test_difference_from_a_published_zero_is_absolute():
-    within, beyond = (Comparison("share", 0.0, share, "", tolerance=1e-3) for share in (5e-4, 2e-3))
+    within, beyond = (PublishedValue("share", 0.0, share, "", tolerance=1e-3) for share in (5e-4, 2e-3))
     assert (within.missed, beyond.missed) == (False, True)
     assert beyond.difference == 2e-3
     assert math.isnan(beyond.as_row()["diff %"])
@@ -61,7 +61,7 @@ def test_difference_from_a_published_zero_is_absolute():
 
 @pytest.mark.parametrize(("computed", "relative"), [(0.09, -0.1), (0.15, 0.0), (0.3, 0.5), (None, math.nan)])
 def test_difference_from_an_interval(computed, relative):
-    value = Comparison("λ", (0.1, 0.2), computed, "")
+    value = PublishedValue("λ", (0.1, 0.2), computed, "")
     assert value.relative_difference == pytest.approx(relative, nan_ok=True)
 
 

@@ -22,7 +22,7 @@ from masonry_opt.studies.paper.continuous_arch import (
     least_friction_to_stand,
     least_thickness_ratio,
 )
-from masonry_opt.studies.paper.example import Comparison, Progress, Report
+from masonry_opt.studies.paper.example import Progress, PublishedValue, Report
 from masonry_opt.studies.paper.least_thickness import LeastThickness, least_thickness, margin, opened_scene
 
 CASE = "casapulla_lauro/arch.toml"
@@ -35,16 +35,16 @@ _NEAR = 1e-4
 COUNTS = (9, 26, 27, 28, 81, 243)
 WEIGHTS = ("sector", "straight", "centreline")
 
-#: Where the limits for many voussoirs were published, and how many are many.
+#: Where the limits for infinitely many voussoirs were published, and how many are held against them.
 LIMITS = "Cocchetti & Rizzi (2020), doi 10.3221/IGF-ESIS.51.26: limit of many voussoirs"
 MANY = 501
 
-#: Thicknesses over the least: where exact Coulomb states are looked for, and, with room for the loop's
-#: own tolerances, where the loop is.
+#: Thicknesses over the least: where exact Coulomb states are looked for, and where the loop is run, whose
+#: tolerances need the distance.
 _NEXT_TO_IT, _THICKER = (1 + 1e-4, 1 + 2e-4), 1.05
 
-#: What is drawn of mode III is so much thicker than needs be against hinging, and μ so much larger than it
-#: needs be: at the transition itself nothing moves it yet.
+#: Mode III is drawn at this thickness over the least against hinging, and with μ this much above the
+#: transition, below which no thickness stands.
 _THICK, _ROUGHER = 1.1, 0.005
 
 #: Rates over the largest below which a joint is still.
@@ -92,7 +92,7 @@ def fig9(cases: Path, progress: Progress = lambda _: None, counts: Sequence[int]
     convergence = pd.concat([convergence, _continuous_rows()], ignore_index=True)
     curve = pd.DataFrame([_curve_row(arch, mu, found[mu]) for mu in found])
     report = Report(
-        comparisons=_comparisons(scene, arch, hinged, change),
+        published_values=_published_values(scene, arch, hinged, change),
         tables={"fig9": curve, "fig9_flow_rule": flow, "fig9_convergence": convergence},
         figures={
             "fig9": draw_curve(arch, curve, change.hinging, change.sliding),
@@ -213,10 +213,12 @@ def _convergence_row(arch: Arch, weights: str, voussoirs: int) -> dict[str, obje
     }
 
 
-def _comparisons(scene: Scene, arch: Arch, hinged: LeastThickness, change: Transitions) -> list[Comparison]:
-    def against(name: str, what: str, computed: float | None) -> Comparison:
+def _published_values(
+    scene: Scene, arch: Arch, hinged: LeastThickness, change: Transitions
+) -> list[PublishedValue]:
+    def against(name: str, what: str, computed: float | None) -> PublishedValue:
         known = scene.reference[name]
-        return Comparison(what, known.value, computed, known.source, known.tolerance)
+        return PublishedValue(what, known.value, computed, known.source, known.tolerance)
 
     straight = least_thickness(
         arch.model_copy(update={"weights": "straight"}), JointDefaults(friction=math.inf)
@@ -229,21 +231,23 @@ def _comparisons(scene: Scene, arch: Arch, hinged: LeastThickness, change: Trans
         against("least_thickness_straight", "least thickness (m), straight edges", straight.thickness),
         against("mode_I_to_II", "μ from mode I to II", change.hinging),
         against("mode_II_to_III", "μ from mode II to III", change.sliding),
-        Comparison(
+        PublishedValue(
             f"least thickness (m), {MANY} voussoirs, weights along the centreline",
             0.107426 * arch.radius,
             limit.thickness,
             LIMITS,
             1e-4,
         ),
-        Comparison(
+        PublishedValue(
             f"μ from mode I to II, {MANY} voussoirs, weights along the centreline",
             0.395832,
             largest_obliquity(limit.collapse),
             LIMITS,
             1e-4,
         ),
-        Comparison(f"μ from mode II to III, {MANY} voussoirs", 0.309215, least_friction(many), LIMITS, 1e-5),
+        PublishedValue(
+            f"μ from mode II to III, {MANY} voussoirs", 0.309215, least_friction(many), LIMITS, 1e-5
+        ),
     ]
 
 

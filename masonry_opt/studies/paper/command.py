@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -14,6 +13,7 @@ from rich.status import Status
 
 from masonry_opt.errors import OutputError
 from masonry_opt.studies.cases import CASES_HELP, case_folder
+from masonry_opt.studies.paper.example import Progress
 from masonry_opt.studies.paper.folder import open_folder, write_report
 from masonry_opt.studies.paper.registry import EXAMPLES, find_examples
 from masonry_opt.studies.paper.text import report_text
@@ -52,7 +52,7 @@ def reproduce(
         raise typer.Exit(1)
 
 
-def _progress_line(status: Status, name: str) -> Callable[[str], None]:
+def _progress_line(status: Status, name: str) -> Progress:
     return lambda line: status.update(escape(f"{name}: {line}"))
 
 

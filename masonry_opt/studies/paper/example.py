@@ -1,4 +1,4 @@
-"""What an example of the paper yields: published values beside ours, tables, figures, remarks."""
+"""The report of an example of the paper: published values beside ours, tables, figures, remarks."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ DIFFERENCE_NOTE = (
 
 
 @dataclass(frozen=True)
-class Comparison:
+class PublishedValue:
     """A published value beside ours.
 
     Attributes
@@ -103,16 +103,16 @@ class Report:
 
     Attributes
     ----------
-    comparisons: published values beside ours.
+    published_values: published values beside ours.
     tables: frames by file stem.
     figures: pictures by file stem.
     captions: what a table or figure shows, by file stem.
     remarks: plain sentences: what was found.
     differences: plain sentences: what does not come out, by how much, and why it may be so (beside
-        the comparisons that miss or name a cause, which are listed by themselves).
+        the published values that miss or name a cause, which are listed by themselves).
     """
 
-    comparisons: list[Comparison] = field(default_factory=list)
+    published_values: list[PublishedValue] = field(default_factory=list)
     tables: dict[str, pd.DataFrame] = field(default_factory=dict)
     figures: dict[str, Figure] = field(default_factory=dict)
     captions: dict[str, str] = field(default_factory=dict)
@@ -120,28 +120,30 @@ class Report:
     differences: list[str] = field(default_factory=list)
 
     @property
-    def comparison_table(self) -> pd.DataFrame:
-        """One row for each comparison."""
-        return pd.DataFrame([comparison.as_row() for comparison in self.comparisons])
+    def published_table(self) -> pd.DataFrame:
+        """One row for each published value."""
+        return pd.DataFrame([value.as_row() for value in self.published_values])
 
     @property
     def missed(self) -> list[str]:
-        """One line for each comparison outside its tolerance."""
-        return [comparison.line for comparison in self.comparisons if comparison.missed]
+        """One line for each value outside its tolerance."""
+        return [value.line for value in self.published_values if value.missed]
 
     @property
     def all_differences(self) -> list[str]:
-        """What does not come out: comparisons that miss or name a cause, and the example's own."""
-        named = [entry.line for entry in self.comparisons if entry.missed or entry.cause]
+        """What does not come out: values that miss or name a cause, and the example's own differences."""
+        named = [value.line for value in self.published_values if value.missed or value.cause]
         return [*named, *self.differences]
 
 
-def against_reference(scene: Scene, reference: str, result: Result, what: str, cause: str = "") -> Comparison:
+def against_reference(
+    scene: Scene, reference: str, result: Result, what: str, cause: str = ""
+) -> PublishedValue:
     """A result beside the case file's reference of that name."""
     published = scene.reference[reference]
     if result.load_factor is None:
         cause = f"{result.status}: {result.message}"
-    return Comparison(
+    return PublishedValue(
         what=f"{what}: {reference}",
         published=published.value,
         computed=result.load_factor,

@@ -15,7 +15,7 @@ from masonry_opt.analysis import solve
 from masonry_opt.answer.result import Result
 from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.palette import COLOURS
-from masonry_opt.studies.paper.example import Comparison, Progress, Report, against_reference
+from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, against_reference
 from masonry_opt.studies.paper.paper_loop import PAPER
 from masonry_opt.studies.paper.sheet import mechanism_sheet
 
@@ -95,7 +95,7 @@ def facades(cases: Path, progress: Progress = lambda _: None) -> Report:
     slopes = {answer: _slope(*_points(runs, answer)) for answer in (_ASSOCIATIVE, _LOOP)}
     published_slopes = {answer: _slope(*_published_points(runs, answer)) for answer in slopes}
     report = Report(
-        comparisons=_comparisons(runs, slopes, published_slopes),
+        published_values=_published_values(runs, slopes, published_slopes),
         tables={
             "fig16_runs": pd.DataFrame([_row(run) for run in runs]),
             "fig16_slopes": _slope_table(slopes, published_slopes),
@@ -137,10 +137,10 @@ def facades(cases: Path, progress: Progress = lambda _: None) -> Report:
     return report
 
 
-def _comparisons(
+def _published_values(
     runs: list[_Run], slopes: dict[str, float], published_slopes: dict[str, float]
-) -> list[Comparison]:
-    found: list[Comparison] = []
+) -> list[PublishedValue]:
+    found: list[PublishedValue] = []
     for size in ("2x6", "4x12"):
         associative, loop = (_find(runs, size, answer) for answer in (_ASSOCIATIVE, _LOOP))
         for run in (associative, loop):
@@ -152,7 +152,7 @@ def _comparisons(
             ratio = low.computed / high.computed
         published = _single(low.published) / _single(high.published)
         found.append(
-            Comparison(
+            PublishedValue(
                 f"{_words(size)}: Coulomb over associative",
                 published,
                 ratio,
@@ -165,7 +165,7 @@ def _comparisons(
         if run.answer != _ASSOCIATIVE:
             as_published = run.answer == _PUBLISHED_LOOP
             found.append(
-                Comparison(
+                PublishedValue(
                     f"{_name(run)}: sub-problems",
                     _SUB_PROBLEMS,
                     len(run.result.history),
@@ -176,7 +176,7 @@ def _comparisons(
             )
     for answer, slope in slopes.items():
         found.append(
-            Comparison(
+            PublishedValue(
                 f"{answer}: exponent of time over variables",
                 published_slopes[answer],
                 slope,

@@ -83,8 +83,8 @@ def _record(report: Report, seconds: float) -> dict[str, Any]:
     return {
         "format": _FORMAT,
         "seconds": round(seconds, 2),
-        "published": _table(report.comparison_table),
-        "missed": [row for row, entry in enumerate(report.comparisons) if entry.missed],
+        "published": _table(report.published_table),
+        "missed": [row for row, value in enumerate(report.published_values) if value.missed],
         "tables": {stem: _table(frame) for stem, frame in report.tables.items()},
         "figures": list(report.figures),
         "captions": report.captions,

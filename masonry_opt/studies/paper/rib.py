@@ -1,4 +1,4 @@
-"""The arch rib of Pippard & Ashby (section 5.2): from which friction on does the flow rule not matter?"""
+"""Arch rib of Pippard & Ashby (section 5.2): the friction above which both flow rules give one λ."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from masonry_opt.scene.arch import Arch
 from masonry_opt.scene.blocks import JointDefaults
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.cases import open_arch
-from masonry_opt.studies.paper.example import Comparison, Progress, Report
+from masonry_opt.studies.paper.example import Progress, PublishedValue, Report
 from masonry_opt.studies.paper.least_thickness import margin
 
 CASE = "pippard_ashby/rib.toml"
@@ -61,11 +61,11 @@ def rib(cases: Path, progress: Progress = lambda _: None) -> Report:
         figures={"rib": _figure(table, stands, claimed.value)},
         captions={
             "rib": "Load factor (in voussoir weights) of the arch rib against friction; loop with "
-            "always=True; global: least Coulomb load factor that a global search found, where it was asked",
+            "always=True; global: least Coulomb load factor that a global search found, where it was run",
         },
     )
-    report.comparisons.append(
-        Comparison(
+    report.published_values.append(
+        PublishedValue(
             "rib: μ from which associative and Coulomb coincide",
             claimed.value,
             coincide_from,

@@ -12,7 +12,7 @@ from masonry_opt.analysis import solve
 from masonry_opt.answer.result import Result
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.cases import open_case
-from masonry_opt.studies.paper.example import Comparison, Progress, Report, against_reference
+from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, against_reference
 
 WALLS = (1, 2, 3, 4, 5, 6)
 
@@ -66,18 +66,18 @@ def table1(cases: Path, progress: Progress = lambda _: None, walls: Sequence[int
             progress(f"wall {number}: {name}")
             results[name] = solve(scene, method, **options)
             what = f"wall {number} ({results[name].model}, {results[name].solver})"
-            report.comparisons.append(against_reference(scene, reference, results[name], what))
-        report.comparisons += counts(scene, results["loop"], f"wall {number}")
+            report.published_values.append(against_reference(scene, reference, results[name], what))
+        report.published_values += counts(scene, results["loop"], f"wall {number}")
         factors.append(_factor_row(number, scene, results))
         residuals += [_residual_row(number, scene, name, results[name]) for name in _WITH_RESIDUALS]
     report.tables = {"table1": pd.DataFrame(factors), "table1_residuals": pd.DataFrame(residuals)}
     return report
 
 
-def counts(scene: Scene, result: Result, what: str) -> list[Comparison]:
+def counts(scene: Scene, result: Result, what: str) -> list[PublishedValue]:
     """Numbers of blocks and joints beside the published ones."""
     return [
-        Comparison(
+        PublishedValue(
             what=f"{what}: {count}",
             published=scene.reference[count].value,
             computed=getattr(result.size, count),

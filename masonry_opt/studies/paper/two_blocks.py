@@ -37,7 +37,7 @@ from masonry_opt.answer.status import Status
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.palette import COLOURS
-from masonry_opt.studies.paper.example import Comparison, Progress, Report, against_reference
+from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, against_reference
 from masonry_opt.studies.paper.paper_loop import PAPER
 from masonry_opt.studies.paper.sheet import draw_panel
 
@@ -146,7 +146,7 @@ def fig6(cases: Path, progress: Progress = lambda _: None) -> Report:
         ):
             options = PAPER if method == "nonassociative" else {}
             result = solve(scene, method, **options)
-            report.comparisons.append(
+            report.published_values.append(
                 against_reference(scene, reference, result, f"{variant.name} ({method})")
             )
         points += _sweep(variant, scene, progress)
@@ -165,8 +165,8 @@ def fig6(cases: Path, progress: Progress = lambda _: None) -> Report:
                 "time (s)": time.perf_counter() - start,
             }
         )
-        report.comparisons.append(
-            Comparison(
+        report.published_values.append(
+            PublishedValue(
                 f"{variant.name}: φ₀ of the jump (°)", variant.face / 2, found, _SOURCE, tolerance=1e-3
             )
         )
@@ -179,8 +179,8 @@ def fig6(cases: Path, progress: Progress = lambda _: None) -> Report:
     )
     for (name, below), rows in table.groupby(["variant", "B sinks"], sort=False):
         worst = int((rows["least λ"] - rows["by hand"]).abs().fillna(math.inf).argmax())
-        report.comparisons.append(
-            Comparison(
+        report.published_values.append(
+            PublishedValue(
                 f"{name}: least λ while B {'sinks' if below else 'rises'} (worst of {len(rows)} angles)",
                 float(rows["by hand"].iloc[worst]),
                 float(rows["least λ"].iloc[worst]),

@@ -9,7 +9,7 @@ import pandas as pd
 from masonry_opt.analysis import solve
 from masonry_opt.answer.result import Result
 from masonry_opt.studies.cases import open_case
-from masonry_opt.studies.paper.example import Comparison, Progress, Report, against_reference
+from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, against_reference
 from masonry_opt.studies.paper.sheet import mechanism_sheet
 from masonry_opt.studies.paper.table1 import WALLS, counts, wall_file
 
@@ -18,7 +18,7 @@ LARGE_WALL = "orduna_lourenco/wall.toml"
 #: Walls that footnote 4 of the paper says fail in rocking alone.
 _ROCKING = (3, 4)
 
-#: Energy that the loop's small cohesion (1e-5 of the largest normal force) dissipates all the same.
+#: Share of energy that the loop's small cohesion (1e-5 of the largest normal force) may dissipate.
 _NO_SLIDING = 1e-3
 
 
@@ -55,11 +55,11 @@ def fig10(cases: Path, progress: Progress = lambda _: None) -> Report:
         result = solve(scene)
         share = sliding_share(result)
         comparison = against_reference(scene, "nonassociative", result, f"wall {number}")
-        report.comparisons.append(comparison)
+        report.published_values.append(comparison)
         if number in _ROCKING:
             # Of the whole: nothing relative can be said of a published zero.
-            report.comparisons.append(
-                Comparison(
+            report.published_values.append(
+                PublishedValue(
                     f"wall {number}: share of energy in sliding",
                     0.0,
                     share,
@@ -106,7 +106,7 @@ def fig13(cases: Path, progress: Progress = lambda _: None) -> Report:
     progress("loop")
     loop = solve(scene, pace="paper")
     report = Report(
-        comparisons=[
+        published_values=[
             *counts(scene, loop, "wall"),
             against_reference(scene, "associative", associative, "static"),
             against_reference(
