@@ -1,4 +1,4 @@
-"""The repository's own case files: where their folder is, and each by its name in it."""
+"""The repository's own case files: where their folder is, each by its name in it, and with other joints."""
 
 from __future__ import annotations
 
@@ -50,6 +50,11 @@ def open_arch(cases: Path, name: str) -> tuple[Scene, Arch]:
     if arch is None:
         raise CaseError(f"{path}: has no [arch] to vary")
     return scene, arch
+
+
+def with_joints(scene: Scene, **properties: object) -> Scene:
+    """The scene with other properties in all joints that have none of their own."""
+    return scene.model_copy(update={"joints": scene.joints.model_copy(update=properties)})
 
 
 def _existing(cases: Path, name: str) -> Path:

@@ -210,15 +210,22 @@ def test_reproduce_table1(monkeypatch, capsys, tmp_path):
 
 
 def test_table1_says_which_value_misses(tmp_path):
+    """Two blocks in the place of wall 1, for speed, with two wrong references."""
     cases = tmp_path / "ferris_tinloi"
     cases.mkdir(parents=True)
-    text = WALL_1.read_text().replace("value = 0.63982", "value = 0.64082").replace("= 83,", "= 84,")
-    (cases / WALL_1.name).write_text(text)
+    text = (CASES / "gilbert" / "two_blocks.toml").read_text()
+    before, references = text.split("[reference]\n")
+    wrong = references.replace("nonassociative = { value = 0.15", "nonassociative = { value = 0.16")
+    more = "".join(
+        f'{name} = {{ value = {value}, source = "by hand" }}\n'
+        for name, value in {"joints": 4, "mpec": 0.15, "refined": 0.15}.items()
+    )
+    (cases / WALL_1.name).write_text(f"{before}[reference]\n{more}{wrong}")
     table = table1(tmp_path, walls=[1])
     missed = "\n".join(table.missed)
-    assert "wall 1: joints: 83, published 84" in missed
+    assert "wall 1: joints: 3, published 4" in missed
     assert "wall 1 (cvxpy, clarabel): nonassociative" in missed
-    assert "published 0.64082" in missed
+    assert "published 0.16" in missed
     assert ": associative" not in missed
     assert missed in report_text("Table 1", table).replace("\n  ", "\n")
     assert set(table.tables["table1_residuals"]["method"]) == {"loop", "mpec", "refined"}

@@ -23,9 +23,9 @@ from masonry_opt.answer.result import Result
 from masonry_opt.explain.stressed_joints import stressed_joints
 from masonry_opt.report.mechanism_plot import draw_mechanism, legend_handles
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.cases import open_case
+from masonry_opt.studies.cases import open_case, with_joints
 from masonry_opt.studies.palette import COLOURS
-from masonry_opt.studies.paper.example import Progress, PublishedValue, Report
+from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, load_factor_text, or_nan
 from masonry_opt.studies.paper.table1 import wall_file
 from masonry_opt.studies.paper.two_blocks import TWO_BLOCKS
 
@@ -55,8 +55,7 @@ _UNLOADED = "a joint without any force dilates all the same, however low the str
 
 def with_law(scene: Scene, dilatancy: float, none: float) -> Scene:
     """The scene with dilatancy in every joint: whole up to half the stress ``none``, gone from there on."""
-    law = {"dilatancy": dilatancy, "dilatancy_stress": (none / 2, none)}
-    return scene.model_copy(update={"joints": scene.joints.model_copy(update=law)})
+    return with_joints(scene, dilatancy=dilatancy, dilatancy_stress=(none / 2, none))
 
 
 def by_hand(friction: float, none: float) -> float:
@@ -129,9 +128,8 @@ def dilatancy(cases: Path, progress: Progress = lambda _: None) -> Report:
 
 def _limits(scene: Scene, most: float) -> tuple[float | None, float | None]:
     """Load factors without dilatancy, and with the same at any stress."""
-    constant = scene.joints.model_copy(update={"dilatancy": most})
     associative = most == scene.joints.friction
-    at_any = scene if associative else scene.model_copy(update={"joints": constant})
+    at_any = scene if associative else with_joints(scene, dilatancy=most)
     return solve(scene).load_factor, solve(at_any, "static" if associative else "nonassociative").load_factor
 
 
@@ -139,7 +137,7 @@ def _row(name: str, none: float, result: Result) -> dict[str, object]:
     return {
         "scene": name,
         "none from": none,
-        "λ": float("nan") if result.load_factor is None else result.load_factor,
+        "λ": or_nan(result.load_factor),
         "sub-problems": len(result.history),
         "off the law": off_the_law(result),
         "flow": float("nan") if result.certificate is None else result.certificate.flow,
@@ -305,7 +303,7 @@ def _draw_check(associative: Result) -> Figure:
     figure = Figure(figsize=(6.5, 7.0), layout="constrained")
     axes = figure.subplots()
     draw_mechanism(associative, axes, marked=set(stressed_joints(associative, _TOO_HIGH).index))
-    axes.set_title(f"Wall {_CHECKED}, associative: λ = {associative.load_factor or float('nan'):.5f}")
+    axes.set_title(f"Wall {_CHECKED}, associative: {load_factor_text(associative)}")
     axes.set_axis_off()
     handles = legend_handles(associative, f"sliding, stressed above {_TOO_HIGH:g}")
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)

@@ -46,7 +46,7 @@ class PublishedValue:
     @property
     def difference(self) -> float:
         """Ours less the published value or the nearer end of its interval; NaN if there is none."""
-        return float("nan") if self.computed is None else self.computed - self._nearest
+        return or_nan(self.computed) - self._nearest
 
     @property
     def relative_difference(self) -> float:
@@ -136,19 +136,34 @@ class Report:
         return [*named, *self.differences]
 
 
+def published_value(
+    scene: Scene, reference: str, computed: float | None, what: str, cause: str = ""
+) -> PublishedValue:
+    """The case file's reference of that name, beside ours."""
+    known = scene.reference[reference]
+    lower = reference == "refined"  # the lowest state known: a lower one is no miss
+    return PublishedValue(what, known.value, computed, known.source, known.tolerance, cause, lower)
+
+
 def against_reference(
     scene: Scene, reference: str, result: Result, what: str, cause: str = ""
 ) -> PublishedValue:
-    """A result beside the case file's reference of that name."""
-    published = scene.reference[reference]
+    """The case file's reference of that name, beside the load factor of a result."""
     if result.load_factor is None:
         cause = f"{result.status}: {result.message}"
-    return PublishedValue(
-        what=f"{what}: {reference}",
-        published=published.value,
-        computed=result.load_factor,
-        source=published.source,
-        tolerance=published.tolerance,
-        cause=cause,
-        may_be_lower=reference == "refined",
-    )
+    return published_value(scene, reference, result.load_factor, f"{what}: {reference}", cause)
+
+
+def reference_number(scene: Scene, reference: str) -> float:
+    """The case file's reference of that name, as tables take it: NaN if there is none."""
+    return scene.reference[reference].value if reference in scene.reference else float("nan")
+
+
+def or_nan(value: float | None) -> float:
+    """A number as tables and charts take it: NaN if there is none."""
+    return float("nan") if value is None else value
+
+
+def load_factor_text(result: Result) -> str:
+    """The load factor as titles show it, or the status if there is none."""
+    return str(result.status) if result.load_factor is None else f"λ = {result.load_factor:.5f}"

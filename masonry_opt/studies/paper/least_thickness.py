@@ -1,4 +1,5 @@
-"""The least thickness at which an arch stands: the root of a margin that one linear program gives."""
+"""The least thickness and the least friction at which an arch stands: roots of a margin that one linear
+program gives."""
 
 from __future__ import annotations
 
@@ -122,6 +123,18 @@ def least_thickness(arch: Arch, joints: JointDefaults, progress: Progress = lamb
             f"the margin does not change its sign at the thickness found, {root:.9g}: solver accuracy"
         )
     return LeastThickness(root, collapse, stands, falls, pd.DataFrame(rows))
+
+
+def friction_to_stand(arch: Arch) -> float:
+    """Least friction at which an arch stands under its own weight: where its margin changes sign.
+
+    Raises NoLoadFactorError if a linear program fails.
+    """
+
+    def at(friction: float) -> float:
+        return margin(arch, arch.thickness, JointDefaults(friction=friction)).required()
+
+    return float(brentq(at, 1e-3, 1.0, xtol=1e-10))
 
 
 def margin(arch: Arch, thickness: float, joints: JointDefaults) -> Result:

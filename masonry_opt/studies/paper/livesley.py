@@ -9,7 +9,13 @@ import pandas as pd
 
 from masonry_opt.analysis import solve
 from masonry_opt.studies.cases import open_case
-from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, against_reference
+from masonry_opt.studies.paper.example import (
+    Progress,
+    PublishedValue,
+    Report,
+    against_reference,
+    load_factor_text,
+)
 from masonry_opt.studies.paper.paper_loop import PAPER
 from masonry_opt.studies.paper.sheet import mechanism_sheet
 
@@ -76,8 +82,8 @@ def fig8(cases: Path, progress: Progress = lambda _: None) -> Report:
     associative, coulomb = results["associative, CVXPY"], results["least, proven"]
     report.figures["fig8"] = mechanism_sheet(
         [
-            (f"(a) associative: λ = {associative.load_factor:.5f}", associative),
-            (f"(b) Coulomb: λ = {coulomb.load_factor:.5f}", coulomb),
+            (f"(a) associative: {load_factor_text(associative)}", associative),
+            (f"(b) Coulomb: {load_factor_text(coulomb)}", coulomb),
         ],
         columns=2,
     )

@@ -20,7 +20,7 @@ from masonry_opt.studies.atlas.maps import (
     safe_region,
     with_remedies,
 )
-from masonry_opt.studies.paper.example import Progress, PublishedValue, Report
+from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, or_nan
 
 _MESSAGE = 90
 
@@ -119,7 +119,7 @@ def atlas_row(outcome: Outcome) -> dict[str, object]:
         "expected": expected_text(run),
         "got": outcome.got,
         "expected λ": _interval(run.load_factor),
-        "λ": float("nan") if found is None else found,
+        "λ": or_nan(found),
         "as expected": "no" if outcome.difference else "yes",
         "message": textwrap.shorten(outcome.message, _MESSAGE, placeholder=" …"),
     }

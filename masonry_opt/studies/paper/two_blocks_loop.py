@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -25,7 +24,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import find_solver
 from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.palette import COLOURS
-from masonry_opt.studies.paper.example import Progress, PublishedValue, Report
+from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, or_nan
 from masonry_opt.studies.paper.paper_loop import PAPER
 from masonry_opt.studies.paper.two_blocks import TWO_BLOCKS
 
@@ -153,7 +152,7 @@ def fig7(cases: Path, progress: Progress = lambda _: None) -> Report:
         start = time.perf_counter()
         flat, default = (end_of_loop(scene, choice, **options) for options in (FLAT_LIMITS, PAPER))
         seconds = time.perf_counter() - start
-        value = _over(flat, mu)
+        value, contracting = (or_nan(end.load_factor) / mu for end in (flat, default))
         ends.append((choice.label, value))
         rows.append(
             {
@@ -161,7 +160,7 @@ def fig7(cases: Path, progress: Progress = lambda _: None) -> Report:
                 "kind": choice.kind,
                 "λ/μ, α = 0": value,
                 "sub-problems, α = 0": len(flat.history),
-                "λ/μ, α = 0.3": _over(default, mu),
+                "λ/μ, α = 0.3": contracting,
                 "sub-problems, α = 0.3": len(default.history),
                 "time (s)": seconds,
             }
@@ -170,9 +169,7 @@ def fig7(cases: Path, progress: Progress = lambda _: None) -> Report:
             PublishedValue(
                 f"α = 0: λ/μ, {choice.label}", (1.5, 2.5), value, "section 4.1", tolerance=_NEARLY
             ),
-            PublishedValue(
-                f"α = 0.3: λ/μ, {choice.label}", 1.5, _over(default, mu), "Fig. 7 (b)", tolerance=1e-3
-            ),
+            PublishedValue(f"α = 0.3: λ/μ, {choice.label}", 1.5, contracting, "Fig. 7 (b)", tolerance=1e-3),
         ]
     report.published_values.append(
         PublishedValue(
@@ -207,10 +204,6 @@ def fig7(cases: Path, progress: Progress = lambda _: None) -> Report:
     )
     report.figures["fig7"] = _draw(paths, ends, mu)
     return report
-
-
-def _over(result: Finding, mu: float) -> float:
-    return math.nan if result.load_factor is None else result.load_factor / mu
 
 
 def _draw(paths: dict[str, list[Step]], ends: list[tuple[str, float]], mu: float) -> Figure:
