@@ -120,7 +120,7 @@ def fig9(cases: Path, progress: Progress = lambda _: None, counts: Sequence[int]
     margins = [flow[f"margin, {name}"] for name in ("loop", "refined")]
     off = [float((margin / flow["margin, associative"] - 1).abs().max()) for margin in margins]
     missing = [
-        f"fig9, μ = {row['μ']:g}: no margin by the {name}, 5 % thicker than the least"
+        f"μ = {row['μ']:g}: no margin by the {name}, 5 % thicker than the least"
         for row in flow.to_dict("records")
         for name in ("loop", "refined")
         if math.isnan(row[f"margin, {name}"])

@@ -67,7 +67,7 @@ def rib(cases: Path, progress: Progress = lambda _: None) -> Report:
             scene,
             "coincide_above",
             coincide_from,
-            "rib: μ from which associative and Coulomb coincide",
+            "μ from which associative and Coulomb coincide",
             cause="" if abs(coincide_from - claimed.value) < 0.005 else _cause(parting),
         )
     )
@@ -93,7 +93,7 @@ def rib(cases: Path, progress: Progress = lambda _: None) -> Report:
     if parting is not None:
         report.remarks.append(f"They part below μ = {parting:.4f}.")
     report.differences += [
-        f"rib, μ = {row['μ']:g}: the {name} ended '{row[name + ' ended']}'"
+        f"μ = {row['μ']:g}: the {name} ended '{row[name + ' ended']}'"
         for row in table.to_dict("records")
         for name in ("loop", "refined")
         if float(row["μ"]) > stands and row[name + " ended"] != "converged"
