@@ -25,10 +25,10 @@ def test_figure(name, tmp_path):
     said = []
     report = EXAMPLES[name].run(CASES, said.append)
     assert said
-    assert report.comparisons
-    assert any(entry.tolerance is not None for entry in report.comparisons)
+    assert report.published_values
+    assert any(entry.tolerance is not None for entry in report.published_values)
     assert report.missed == []
-    assert all(entry.computed is not None or entry.cause for entry in report.comparisons)
+    assert all(entry.computed is not None or entry.cause for entry in report.published_values)
     assert any("time" in column for frame in report.tables.values() for column in frame.columns)
     write_report(tmp_path, name, report, 1.0)
     page = (tmp_path / "index.html").read_text()

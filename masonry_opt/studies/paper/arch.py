@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
-from scipy.optimize import brentq
 
 from masonry_opt.analysis import solve
 from masonry_opt.answer.result import Result
@@ -22,8 +21,13 @@ from masonry_opt.studies.paper.continuous_arch import (
     least_friction_to_stand,
     least_thickness_ratio,
 )
-from masonry_opt.studies.paper.example import Comparison, Progress, Report
-from masonry_opt.studies.paper.least_thickness import LeastThickness, least_thickness, margin, opened_scene
+from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, or_nan, published_value
+from masonry_opt.studies.paper.least_thickness import (
+    LeastThickness,
+    friction_to_stand,
+    least_thickness,
+    opened_scene,
+)
 
 CASE = "casapulla_lauro/arch.toml"
 
@@ -35,16 +39,16 @@ _NEAR = 1e-4
 COUNTS = (9, 26, 27, 28, 81, 243)
 WEIGHTS = ("sector", "straight", "centreline")
 
-#: Where the limits for many voussoirs were published, and how many are many.
+#: Where the limits for infinitely many voussoirs were published, and how many are held against them.
 LIMITS = "Cocchetti & Rizzi (2020), doi 10.3221/IGF-ESIS.51.26: limit of many voussoirs"
 MANY = 501
 
-#: Thicknesses over the least: where exact Coulomb states are looked for, and, with room for the loop's
-#: own tolerances, where the loop is.
+#: Thicknesses over the least: where exact Coulomb states are looked for, and where the loop is run, whose
+#: tolerances need the distance.
 _NEXT_TO_IT, _THICKER = (1 + 1e-4, 1 + 2e-4), 1.05
 
-#: What is drawn of mode III is so much thicker than needs be against hinging, and μ so much larger than it
-#: needs be: at the transition itself nothing moves it yet.
+#: Mode III is drawn at this thickness over the least against hinging, and with μ this much above the
+#: transition, below which no thickness stands.
 _THICK, _ROUGHER = 1.1, 0.005
 
 #: Rates over the largest below which a joint is still.
@@ -92,7 +96,7 @@ def fig9(cases: Path, progress: Progress = lambda _: None, counts: Sequence[int]
     convergence = pd.concat([convergence, _continuous_rows()], ignore_index=True)
     curve = pd.DataFrame([_curve_row(arch, mu, found[mu]) for mu in found])
     report = Report(
-        comparisons=_comparisons(scene, arch, hinged, change),
+        published_values=_published_values(scene, arch, hinged, change),
         tables={"fig9": curve, "fig9_flow_rule": flow, "fig9_convergence": convergence},
         figures={
             "fig9": draw_curve(arch, curve, change.hinging, change.sliding),
@@ -116,7 +120,7 @@ def fig9(cases: Path, progress: Progress = lambda _: None, counts: Sequence[int]
     margins = [flow[f"margin, {name}"] for name in ("loop", "refined")]
     off = [float((margin / flow["margin, associative"] - 1).abs().max()) for margin in margins]
     missing = [
-        f"fig9, μ = {row['μ']:g}: no margin by the {name}, 5 % thicker than the least"
+        f"μ = {row['μ']:g}: no margin by the {name}, 5 % thicker than the least"
         for row in flow.to_dict("records")
         for name in ("loop", "refined")
         if math.isnan(row[f"margin, {name}"])
@@ -152,11 +156,7 @@ def least_friction(arch: Arch) -> float:
     Work of a sliding mechanism is proportional to the thickness, so its sign is the same at all; it is the
     one that acts in a thick arch (here as thick as its radius).
     """
-
-    def at(friction: float) -> float:
-        return margin(arch, arch.radius, JointDefaults(friction=friction)).required()
-
-    return float(brentq(at, 0.05, 1.0, xtol=1e-10))
+    return friction_to_stand(arch.model_copy(update={"thickness": arch.radius}))
 
 
 def mode_of(result: Result) -> str:
@@ -175,8 +175,8 @@ def _curve_row(arch: Arch, mu: float, found: LeastThickness) -> dict[str, object
     return {
         "μ": mu,
         "mode": mode_of(found.collapse),
-        "thickness (m)": _number(t),
-        "over radius": _number(t) / arch.radius,
+        "thickness (m)": or_nan(t),
+        "over radius": or_nan(t) / arch.radius,
         "LPs": len(found.history),
         "stands": _signed(found.stands),
         "falls": _signed(found.falls or found.collapse),
@@ -184,7 +184,7 @@ def _curve_row(arch: Arch, mu: float, found: LeastThickness) -> dict[str, object
 
 
 def _flow_row(arch: Arch, mu: float, found: LeastThickness) -> dict[str, object]:
-    joints, least = JointDefaults(friction=mu), found.thickness or float("nan")
+    joints, least = JointDefaults(friction=mu), or_nan(found.thickness)
     near, further = [least * factor for factor in _NEXT_TO_IT]
     exact = [_exact(opened_scene(arch, t, joints)) for t in (near, further)]
     thicker = opened_scene(arch, least * _THICKER, joints)
@@ -194,8 +194,8 @@ def _flow_row(arch: Arch, mu: float, found: LeastThickness) -> dict[str, object]
         "associative (m)": least,
         # Straight through two thicknesses so near the least that the curvature is nothing.
         "Coulomb (m)": near - exact[0] * (further - near) / (exact[1] - exact[0]),
-        "margin, associative": _number(solve(thicker, "static").load_factor),
-        "margin, loop": _number(loop.load_factor),
+        "margin, associative": or_nan(solve(thicker, "static").load_factor),
+        "margin, loop": or_nan(loop.load_factor),
         "margin, refined": _exact(thicker),
         "loop's end": str(loop.status),
     }
@@ -207,43 +207,47 @@ def _convergence_row(arch: Arch, weights: str, voussoirs: int) -> dict[str, obje
     return {
         "weights": weights,
         "voussoirs": str(voussoirs),
-        "over radius": _number(hinged.thickness) / arch.radius,
+        "over radius": or_nan(hinged.thickness) / arch.radius,
         "I to II (μ)": largest_obliquity(hinged.collapse),
         "II to III (μ)": least_friction(arch),
     }
 
 
-def _comparisons(scene: Scene, arch: Arch, hinged: LeastThickness, change: Transitions) -> list[Comparison]:
-    def against(name: str, what: str, computed: float | None) -> Comparison:
-        known = scene.reference[name]
-        return Comparison(what, known.value, computed, known.source, known.tolerance)
-
+def _published_values(
+    scene: Scene, arch: Arch, hinged: LeastThickness, change: Transitions
+) -> list[PublishedValue]:
     straight = least_thickness(
         arch.model_copy(update={"weights": "straight"}), JointDefaults(friction=math.inf)
     )
     many = arch.model_copy(update={"voussoirs": MANY, "weights": "centreline"})
     limit = least_thickness(many, JointDefaults(friction=math.inf))
     return [
-        against("least_thickness", "least thickness (m), mode I", hinged.thickness),
-        against("least_thickness_sector", "least thickness (m), annular sectors", hinged.thickness),
-        against("least_thickness_straight", "least thickness (m), straight edges", straight.thickness),
-        against("mode_I_to_II", "μ from mode I to II", change.hinging),
-        against("mode_II_to_III", "μ from mode II to III", change.sliding),
-        Comparison(
+        published_value(scene, "least_thickness", hinged.thickness, "least thickness (m), mode I"),
+        published_value(
+            scene, "least_thickness_sector", hinged.thickness, "least thickness (m), annular sectors"
+        ),
+        published_value(
+            scene, "least_thickness_straight", straight.thickness, "least thickness (m), straight edges"
+        ),
+        published_value(scene, "mode_I_to_II", change.hinging, "μ from mode I to II"),
+        published_value(scene, "mode_II_to_III", change.sliding, "μ from mode II to III"),
+        PublishedValue(
             f"least thickness (m), {MANY} voussoirs, weights along the centreline",
             0.107426 * arch.radius,
             limit.thickness,
             LIMITS,
             1e-4,
         ),
-        Comparison(
+        PublishedValue(
             f"μ from mode I to II, {MANY} voussoirs, weights along the centreline",
             0.395832,
             largest_obliquity(limit.collapse),
             LIMITS,
             1e-4,
         ),
-        Comparison(f"μ from mode II to III, {MANY} voussoirs", 0.309215, least_friction(many), LIMITS, 1e-5),
+        PublishedValue(
+            f"μ from mode II to III, {MANY} voussoirs", 0.309215, least_friction(many), LIMITS, 1e-5
+        ),
     ]
 
 
@@ -271,7 +275,7 @@ def _mode_results(arch: Arch, change: Transitions) -> dict[str, Result]:
     results = {}
     for mode, (mu, thicker) in drawn.items():
         joints = JointDefaults(friction=mu)
-        thickness = thicker * _number(least_thickness(arch, joints).thickness)
+        thickness = thicker * or_nan(least_thickness(arch, joints).thickness)
         scene = opened_scene(arch, thickness, joints)
         if mode.startswith("III"):
             # Sliding does no work against the pressure: a load on the crown drives it.
@@ -300,12 +304,8 @@ def _exact(scene: Scene) -> float:
     (Where all is sliding there is none: sliding without dilatancy does no work against the pressure.)
     """
     result = solve(scene, "refined", kicks=0, start=solve(scene, "static"))
-    return float("nan") if result.stationary is None else _number(result.load_factor)
-
-
-def _number(value: float | None) -> float:
-    return float("nan") if value is None else value
+    return float("nan") if result.stationary is None else or_nan(result.load_factor)
 
 
 def _signed(result: Result | None) -> str:
-    return "–" if result is None else f"{_number(result.load_factor):+.1e}"
+    return "–" if result is None else f"{or_nan(result.load_factor):+.1e}"

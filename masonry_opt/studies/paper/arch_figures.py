@@ -8,9 +8,10 @@ from matplotlib.figure import Figure
 from masonry_opt.answer.result import Result
 from masonry_opt.report.mechanism_plot import draw_mechanism
 from masonry_opt.scene.arch import Arch
+from masonry_opt.studies.palette import COLOURS
 
-#: Okabe & Ito's colours of the curve in each mode.
-_COLOURS = {"I": "#0072B2", "II": "#D55E00", "III": "#009E73"}
+#: Of the curve in each mode.
+_COLOURS = dict(zip(("I", "II", "III"), COLOURS, strict=False))
 
 #: Top of the thickness axis, over the radius: as in the paper's figure.
 _TOP = 0.5

@@ -16,7 +16,7 @@ from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.palette import COLOURS
-from masonry_opt.studies.paper.example import Comparison, Progress, Report
+from masonry_opt.studies.paper.example import Progress, PublishedValue, Report
 from masonry_opt.studies.paper.paper_loop import PAPER, last_run
 from masonry_opt.studies.paper.table1 import wall_file
 
@@ -128,18 +128,18 @@ def fig11(cases: Path, progress: Progress = lambda _: None) -> Report:
         result = solve(scene, "nonassociative", **PAPER | variation.options)
         seconds = time.perf_counter() - start
         runs.append((variation, result))
-        answer = Comparison(
+        answer = PublishedValue(
             variation.label, published, result.load_factor, _SOURCE, variation.tolerance, variation.cause
         )
         if variation is not CYCLES:
-            report.comparisons.append(answer)
+            report.published_values.append(answer)
         rows.append(
             {
                 "panel": PANELS[variation.panel][:3],
                 "run": variation.label,
                 "status": str(result.status),
                 "λ": result.load_factor,
-                "diff %": 100 * answer.off,
+                "diff %": 100 * answer.relative_difference,
                 "sub-problems": len(last_run(result)),
                 "LPs": result.lp_solves,
                 "time (s)": seconds,
@@ -147,8 +147,8 @@ def fig11(cases: Path, progress: Progress = lambda _: None) -> Report:
             }
         )
         if variation is SLOW:
-            report.comparisons.append(
-                Comparison(
+            report.published_values.append(
+                PublishedValue(
                     f"{variation.label}: sub-problems",
                     _PUBLISHED_SLOW,
                     len(last_run(result)),

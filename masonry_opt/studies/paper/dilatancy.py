@@ -23,9 +23,9 @@ from masonry_opt.answer.result import Result
 from masonry_opt.explain.stressed_joints import stressed_joints
 from masonry_opt.report.mechanism_plot import draw_mechanism, legend_handles
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.cases import open_case
+from masonry_opt.studies.cases import open_case, with_joints
 from masonry_opt.studies.palette import COLOURS
-from masonry_opt.studies.paper.example import Comparison, Progress, Report
+from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, load_factor_text, or_nan
 from masonry_opt.studies.paper.table1 import wall_file
 from masonry_opt.studies.paper.two_blocks import TWO_BLOCKS
 
@@ -35,17 +35,17 @@ _LEVELS = (1e-4, 0.03, 0.1, 0.2, 0.3, 0.4, 0.5, 0.55, 0.7, 1.0, 2.0, 3.0, 10.0, 
 #: Dilatancy of wall 1 at low stress, beside one equal to friction, 0.65: real joints dilate little.
 _REAL = 0.05
 
-#: The wall whose associative answer is checked, and the stress above which it is not believed there.
+#: The wall whose associative answer is checked, and the stress above which joints are taken not to dilate.
 _CHECKED, _TOO_HIGH = 6, 1.0
 
-#: Stresses above which the check is made: none at all, and up to all.
+#: Stresses above which the check counts the sliding joints.
 _ABOVE = (0.0, 0.25, 0.5, 1.0, 2.0, 4.0)
 
 #: Relative error of the loop, which ends where λ stands still.
 _LOOP = 1e-3
 
-#: Departure from the flow rule, over the largest velocity, from which on an answer is none of the law's.
-_BELIEVED = 1e-2
+#: Departure from the flow rule, over the largest velocity, above which an answer does not obey the law.
+_MOST_OFF_FLOW = 1e-2
 
 _SOURCE = "computed here, of joints without the law"
 
@@ -55,8 +55,7 @@ _UNLOADED = "a joint without any force dilates all the same, however low the str
 
 def with_law(scene: Scene, dilatancy: float, none: float) -> Scene:
     """The scene with dilatancy in every joint: whole up to half the stress ``none``, gone from there on."""
-    law = {"dilatancy": dilatancy, "dilatancy_stress": (none / 2, none)}
-    return scene.model_copy(update={"joints": scene.joints.model_copy(update=law)})
+    return with_joints(scene, dilatancy=dilatancy, dilatancy_stress=(none / 2, none))
 
 
 def by_hand(friction: float, none: float) -> float:
@@ -84,7 +83,7 @@ def dilatancy(cases: Path, progress: Progress = lambda _: None) -> Report:
         captions={
             "dilatancy": "Load factor against the stress at which dilatancy vanishes (it is whole up to "
             "half of it). Hollow: an answer whose certificate shows a departure from the flow rule of more "
-            f"than {_BELIEVED:g}; a cross: the loop found no answer",
+            f"than {_MOST_OFF_FLOW:g}; a cross: the loop found no answer",
             "dilatancy_law": "The loop with dilatancy that falls with stress. 'off the law': of sliding "
             "joints, the largest difference between the dilatancy of the answer and the law's for its stress",
             "dilatancy_joints": f"Wall {_CHECKED}, associative: sliding joints stressed above so much; the "
@@ -108,7 +107,7 @@ def dilatancy(cases: Path, progress: Progress = lambda _: None) -> Report:
         for none in _LEVELS:
             progress(f"{name}: none from stress {none:g} on")
             sweep.append(_row(name, none, solve(with_law(scene, most, none))))
-        report.comparisons += _ends(name, limits[name], sweep)
+        report.published_values += _ends(name, limits[name], sweep)
         report.remarks.append(_order(name, sweep))
         rows += sweep
     table = pd.DataFrame(rows)
@@ -129,9 +128,8 @@ def dilatancy(cases: Path, progress: Progress = lambda _: None) -> Report:
 
 def _limits(scene: Scene, most: float) -> tuple[float | None, float | None]:
     """Load factors without dilatancy, and with the same at any stress."""
-    constant = scene.joints.model_copy(update={"dilatancy": most})
     associative = most == scene.joints.friction
-    at_any = scene if associative else scene.model_copy(update={"joints": constant})
+    at_any = scene if associative else with_joints(scene, dilatancy=most)
     return solve(scene).load_factor, solve(at_any, "static" if associative else "nonassociative").load_factor
 
 
@@ -139,7 +137,7 @@ def _row(name: str, none: float, result: Result) -> dict[str, object]:
     return {
         "scene": name,
         "none from": none,
-        "λ": float("nan") if result.load_factor is None else result.load_factor,
+        "λ": or_nan(result.load_factor),
         "sub-problems": len(result.history),
         "off the law": off_the_law(result),
         "flow": float("nan") if result.certificate is None else result.certificate.flow,
@@ -162,8 +160,8 @@ def off_the_law(result: Result) -> float:
 
 def _ends(
     name: str, limits: tuple[float | None, float | None], sweep: list[dict[str, object]]
-) -> list[Comparison]:
-    """The law's two limits, against answers that know no law."""
+) -> list[PublishedValue]:
+    """The law's two limits, against answers for joints without the law."""
     found = []
     ends = (("lowest level: Coulomb", 0), ("highest level: the same dilatancy at any stress", -1))
     for limit, (words, index) in zip(limits, ends, strict=True):
@@ -174,7 +172,7 @@ def _ends(
         # Every joint of the two blocks is loaded.
         exempt = index == 0 and name != "two blocks"
         found.append(
-            Comparison(
+            PublishedValue(
                 f"{name}, {words}",
                 limit,
                 None if np.isnan(computed) else computed,
@@ -213,7 +211,7 @@ def _differences(table: pd.DataFrame) -> list[str]:
                 f"not the law's for its final stress, by up to {off['off the law'].max():.2g}: the loop "
                 "takes the law at its last sub-problem's forces, and the exact state at its end has others."
             )
-        rough = rows[rows["flow"] > _BELIEVED]
+        rough = rows[rows["flow"] > _MOST_OFF_FLOW]
         if len(rough):
             found.append(
                 f"{name}: {len(rough)} of {int(ended.sum())} answers depart from the flow rule by up to "
@@ -274,7 +272,7 @@ def _draw(
             stress = np.geomspace(_LEVELS[0], _LEVELS[-1], 2000)
             hand = [by_hand(friction, none) for none in stress]
             axes.plot(stress, hand, color="#777777", linewidth=1, label="by hand: the least")
-        rough = rows["flow"] > _BELIEVED
+        rough = rows["flow"] > _MOST_OFF_FLOW
         axes.plot(rows["none from"][~rough], rows["λ"][~rough], "o", color=COLOURS[0], label="loop")
         if rough.any():
             axes.plot(
@@ -305,7 +303,7 @@ def _draw_check(associative: Result) -> Figure:
     figure = Figure(figsize=(6.5, 7.0), layout="constrained")
     axes = figure.subplots()
     draw_mechanism(associative, axes, marked=set(stressed_joints(associative, _TOO_HIGH).index))
-    axes.set_title(f"Wall {_CHECKED}, associative: λ = {associative.load_factor or float('nan'):.5f}")
+    axes.set_title(f"Wall {_CHECKED}, associative: {load_factor_text(associative)}")
     axes.set_axis_off()
     handles = legend_handles(associative, f"sliding, stressed above {_TOO_HIGH:g}")
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)

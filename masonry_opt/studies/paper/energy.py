@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from masonry_opt.analysis import solve
 from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.palette import COLOURS
-from masonry_opt.studies.paper.example import Comparison, Progress, Report, against_reference
+from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, against_reference
 from masonry_opt.studies.paper.paper_loop import PAPER
 from masonry_opt.studies.paper.table1 import wall_file
 
@@ -45,7 +45,7 @@ def fig12(cases: Path, progress: Progress = lambda _: None) -> Report:
     # What step 6 takes off λ is friction in neither law.
     small = 0.0 if result.load_factor is None else 100 * (1 - result.load_factor / last["λ"])
     report = Report(
-        comparisons=[against_reference(scene, "nonassociative", result, "wall 6")],
+        published_values=[against_reference(scene, "nonassociative", result, "wall 6")],
         tables={"fig12": table},
         captions={
             "fig12": "Fig. 12: energy at each iteration of the loop, wall 6. Below, the share of sliding: as "
@@ -54,19 +54,19 @@ def fig12(cases: Path, progress: Progress = lambda _: None) -> Report:
     )
     for kind, value in (("actual", actual), ("corrected", corrected)):
         what = f"energy in sliding at the end, {kind} (%)"
-        report.comparisons.append(Comparison(what, _PUBLISHED, value, _SOURCE, tolerance=_NEARLY))
+        report.published_values.append(PublishedValue(what, _PUBLISHED, value, _SOURCE, tolerance=_NEARLY))
     off = abs(actual - corrected)
     cause = f"{small:.3f} % is the small cohesion, which step 6 takes off λ" if off > _ALWAYS_BELOW else ""
     check = "actual against corrected energy of sliding (% of the total)"
-    report.comparisons += [
-        Comparison(
+    report.published_values += [
+        PublishedValue(
             check,
             (0.0, _ALWAYS_BELOW),
             off,
             f"{_SOURCE}: always < 0.1 %",
             cause=cause,
         ),
-        Comparison(
+        PublishedValue(
             f"{check}, without the small cohesion of step 6",
             (0.0, _ALWAYS_BELOW),
             abs(actual - small - corrected),

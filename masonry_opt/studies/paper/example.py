@@ -1,4 +1,4 @@
-"""What an example of the paper yields: published values beside ours, tables, figures, remarks."""
+"""The report of an example of the paper: published values beside ours, tables, figures, remarks."""
 
 from __future__ import annotations
 
@@ -13,9 +13,14 @@ from masonry_opt.scene.scene import Scene
 
 Progress = Callable[[str], None]
 
+#: What the column of differences holds.
+DIFFERENCE_NOTE = (
+    "diff %: relative to the published value, or the nearer end of its interval; – where that is 0"
+)
+
 
 @dataclass(frozen=True)
-class Comparison:
+class PublishedValue:
     """A published value beside ours.
 
     Attributes
@@ -24,7 +29,8 @@ class Comparison:
     published: the value, or the interval it lies in.
     computed: ours; None if there is none.
     source: where the value was published, or the closed form it comes from.
-    tolerance: relative difference that is no miss; None if nothing is demanded.
+    tolerance: relative difference that is no miss (absolute if the published value is 0); None if nothing is
+        demanded.
     cause: why ours is likely to differ, where it does.
     may_be_lower: whether a lower value of ours is no miss (a lower Coulomb state than was known).
     """
@@ -38,44 +44,57 @@ class Comparison:
     may_be_lower: bool = False
 
     @property
-    def off(self) -> float:
-        """Relative difference from the published value or the nearer end of its interval."""
-        if self.computed is None:
-            return float("nan")
-        low, high = self.published if isinstance(self.published, tuple) else (self.published,) * 2
-        nearest = min(max(self.computed, low), high)
-        return (self.computed - nearest) / abs(nearest) if nearest else self.computed - nearest
+    def difference(self) -> float:
+        """Ours less the published value or the nearer end of its interval; NaN if there is none."""
+        return or_nan(self.computed) - self._nearest
+
+    @property
+    def relative_difference(self) -> float:
+        """The difference over the published value; NaN also where that is 0."""
+        return self.difference / abs(self._nearest) if self._nearest else float("nan")
 
     @property
     def missed(self) -> bool:
         """Whether a tolerance is demanded and not met."""
-        if self.tolerance is None or (self.may_be_lower and self.off < 0):
+        if self.tolerance is None or (self.may_be_lower and self.difference < 0):
             return False
-        return self.computed is None or not abs(self.off) <= self.tolerance
+        return not abs(self.difference) <= self.tolerance * (abs(self._nearest) or 1.0)
 
     @property
     def line(self) -> str:
-        """The comparison in words."""
-        ours = "no value" if self.computed is None else f"{self.computed:.7g}"
-        published = " to ".join(f"{value:g}" for value in _ends(self.published))
-        off = "" if self.computed is None else f", off by {100 * self.off:+.3g} %"
-        allowed = f" (tolerance {100 * self.tolerance:.2g} %)" if self.missed and self.tolerance else ""
+        """The published value and ours in words."""
+        scale, unit = (100.0, " %") if self._nearest else (1.0, "")
+        ours, off = "no value", ""
+        if self.computed is not None:
+            ours = f"{self.computed:.7g}"
+            off = f", off by {scale * self.difference / (abs(self._nearest) or 1.0):+.3g}{unit}"
+        allowed = f" (tolerance {scale * self.tolerance:.2g}{unit})" if self.missed and self.tolerance else ""
         cause = f": {self.cause}" if self.cause else ""
-        return f"{self.what}: {ours}, published {published}{off}{allowed}{cause}"
+        return f"{self.what}: {ours}, published {self._published_text}{off}{allowed}{cause}"
 
     def as_row(self) -> dict[str, object]:
-        """The row of a table of comparisons."""
+        """The row of a table of published values beside ours."""
         return {
             "what": self.what,
-            "published": " to ".join(f"{value:g}" for value in _ends(self.published)),
+            "published": self._published_text,
             "computed": "–" if self.computed is None else f"{self.computed:.7g}",
-            "diff %": 100 * self.off,
+            "diff %": 100 * self.relative_difference,
             "source": self.source,
         }
 
+    @property
+    def _ends(self) -> tuple[float, float]:
+        return self.published if isinstance(self.published, tuple) else (self.published, self.published)
 
-def _ends(published: float | tuple[float, float]) -> tuple[float, ...]:
-    return published if isinstance(published, tuple) else (published,)
+    @property
+    def _nearest(self) -> float:
+        """The published value, or what of its interval is nearest to ours."""
+        low, high = self._ends
+        return low if self.computed is None else min(max(self.computed, low), high)
+
+    @property
+    def _published_text(self) -> str:
+        return " to ".join(f"{value:g}" for value in dict.fromkeys(self._ends))
 
 
 @dataclass
@@ -84,16 +103,16 @@ class Report:
 
     Attributes
     ----------
-    comparisons: published values beside ours.
+    published_values: published values beside ours.
     tables: frames by file stem.
     figures: pictures by file stem.
     captions: what a table or figure shows, by file stem.
     remarks: plain sentences: what was found.
     differences: plain sentences: what does not come out, by how much, and why it may be so (beside
-        the comparisons that miss or name a cause, which are listed by themselves).
+        the published values that miss or name a cause, which are listed by themselves).
     """
 
-    comparisons: list[Comparison] = field(default_factory=list)
+    published_values: list[PublishedValue] = field(default_factory=list)
     tables: dict[str, pd.DataFrame] = field(default_factory=dict)
     figures: dict[str, Figure] = field(default_factory=dict)
     captions: dict[str, str] = field(default_factory=dict)
@@ -101,28 +120,50 @@ class Report:
     differences: list[str] = field(default_factory=list)
 
     @property
+    def published_table(self) -> pd.DataFrame:
+        """One row for each published value."""
+        return pd.DataFrame([value.as_row() for value in self.published_values])
+
+    @property
     def missed(self) -> list[str]:
-        """One line for each comparison outside its tolerance."""
-        return [comparison.line for comparison in self.comparisons if comparison.missed]
+        """One line for each value outside its tolerance."""
+        return [value.line for value in self.published_values if value.missed]
 
     @property
     def all_differences(self) -> list[str]:
-        """What does not come out: comparisons that miss or name a cause, and the example's own."""
-        named = [entry.line for entry in self.comparisons if entry.missed or entry.cause]
+        """What does not come out: values that miss or name a cause, and the example's own differences."""
+        named = [value.line for value in self.published_values if value.missed or value.cause]
         return [*named, *self.differences]
 
 
-def against_reference(scene: Scene, reference: str, result: Result, what: str, cause: str = "") -> Comparison:
-    """A result beside the case file's reference of that name."""
-    published = scene.reference[reference]
+def published_value(
+    scene: Scene, reference: str, computed: float | None, what: str, cause: str = ""
+) -> PublishedValue:
+    """The case file's reference of that name, beside ours."""
+    known = scene.reference[reference]
+    lower = reference == "refined"  # the lowest state known: a lower one is no miss
+    return PublishedValue(what, known.value, computed, known.source, known.tolerance, cause, lower)
+
+
+def against_reference(
+    scene: Scene, reference: str, result: Result, what: str, cause: str = ""
+) -> PublishedValue:
+    """The case file's reference of that name, beside the load factor of a result."""
     if result.load_factor is None:
         cause = f"{result.status}: {result.message}"
-    return Comparison(
-        what=f"{what}: {reference}",
-        published=published.value,
-        computed=result.load_factor,
-        source=published.source,
-        tolerance=published.tolerance,
-        cause=cause,
-        may_be_lower=reference == "refined",
-    )
+    return published_value(scene, reference, result.load_factor, f"{what}: {reference}", cause)
+
+
+def reference_number(scene: Scene, reference: str) -> float:
+    """The case file's reference of that name, as tables take it: NaN if there is none."""
+    return scene.reference[reference].value if reference in scene.reference else float("nan")
+
+
+def or_nan(value: float | None) -> float:
+    """A number as tables and charts take it: NaN if there is none."""
+    return float("nan") if value is None else value
+
+
+def load_factor_text(result: Result) -> str:
+    """The load factor as titles show it, or the status if there is none."""
+    return str(result.status) if result.load_factor is None else f"λ = {result.load_factor:.5f}"

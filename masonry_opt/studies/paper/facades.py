@@ -15,7 +15,15 @@ from masonry_opt.analysis import solve
 from masonry_opt.answer.result import Result
 from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.palette import COLOURS
-from masonry_opt.studies.paper.example import Comparison, Progress, Report, against_reference
+from masonry_opt.studies.paper.example import (
+    Progress,
+    PublishedValue,
+    Report,
+    against_reference,
+    load_factor_text,
+    or_nan,
+    reference_number,
+)
 from masonry_opt.studies.paper.paper_loop import PAPER
 from masonry_opt.studies.paper.sheet import mechanism_sheet
 
@@ -95,7 +103,7 @@ def facades(cases: Path, progress: Progress = lambda _: None) -> Report:
     slopes = {answer: _slope(*_points(runs, answer)) for answer in (_ASSOCIATIVE, _LOOP)}
     published_slopes = {answer: _slope(*_published_points(runs, answer)) for answer in slopes}
     report = Report(
-        comparisons=_comparisons(runs, slopes, published_slopes),
+        published_values=_published_values(runs, slopes, published_slopes),
         tables={
             "fig16_runs": pd.DataFrame([_row(run) for run in runs]),
             "fig16_slopes": _slope_table(slopes, published_slopes),
@@ -137,10 +145,10 @@ def facades(cases: Path, progress: Progress = lambda _: None) -> Report:
     return report
 
 
-def _comparisons(
+def _published_values(
     runs: list[_Run], slopes: dict[str, float], published_slopes: dict[str, float]
-) -> list[Comparison]:
-    found: list[Comparison] = []
+) -> list[PublishedValue]:
+    found: list[PublishedValue] = []
     for size in ("2x6", "4x12"):
         associative, loop = (_find(runs, size, answer) for answer in (_ASSOCIATIVE, _LOOP))
         for run in (associative, loop):
@@ -150,9 +158,9 @@ def _comparisons(
         ratio = None
         if low.computed is not None and high.computed is not None:
             ratio = low.computed / high.computed
-        published = _single(low.published) / _single(high.published)
+        published = reference_number(scene, "nonassociative") / reference_number(scene, "associative")
         found.append(
-            Comparison(
+            PublishedValue(
                 f"{_words(size)}: Coulomb over associative",
                 published,
                 ratio,
@@ -165,7 +173,7 @@ def _comparisons(
         if run.answer != _ASSOCIATIVE:
             as_published = run.answer == _PUBLISHED_LOOP
             found.append(
-                Comparison(
+                PublishedValue(
                     f"{_name(run)}: sub-problems",
                     _SUB_PROBLEMS,
                     len(run.result.history),
@@ -176,7 +184,7 @@ def _comparisons(
             )
     for answer, slope in slopes.items():
         found.append(
-            Comparison(
+            PublishedValue(
                 f"{answer}: exponent of time over variables",
                 published_slopes[answer],
                 slope,
@@ -185,11 +193,6 @@ def _comparisons(
             )
         )
     return found
-
-
-def _single(published: float | tuple[float, float]) -> float:
-    assert isinstance(published, float)
-    return published
 
 
 def _find(runs: list[_Run], size: str, answer: str) -> _Run:
@@ -210,21 +213,20 @@ def _name(run: _Run) -> str:
 
 
 def _row(run: _Run) -> dict[str, object]:
-    result, reference = run.result, run.result.assembly.scene.reference
-    published = None if run.answer == _PUBLISHED_LOOP else reference.get(f"{run.reference}_seconds")
-    load_factor = reference.get(run.reference)
+    result, scene = run.result, run.result.assembly.scene
+    known = run.answer != _PUBLISHED_LOOP
     return {
         "openings": _words(run.size),
         "answer": run.answer,
         "blocks": result.size.blocks,
         "joints": result.size.joints,
         "LP variables": result.size.columns,
-        "published λ": float("nan") if load_factor is None else load_factor.value,
-        "λ": float("nan") if result.load_factor is None else result.load_factor,
+        "published λ": reference_number(scene, run.reference),
+        "λ": or_nan(result.load_factor),
         "sub-problems": len(result.history) or 1,
         "time (s)": run.seconds,
         "in all (s)": sum(result.seconds.values()),
-        "published (s)": float("nan") if published is None else published.value,
+        "published (s)": reference_number(scene, f"{run.reference}_seconds") if known else float("nan"),
         "status": str(result.status),
     }
 
@@ -262,8 +264,7 @@ def _slope_table(slopes: dict[str, float], published: dict[str, float]) -> pd.Da
 def _mechanism(runs: list[_Run], size: str) -> Figure:
     run = _find(runs, size, _LOOP)
     result = run.result
-    found = str(result.status) if result.load_factor is None else f"λ = {result.load_factor:.5f}"
-    title = f"{_words(size)} openings, {result.size.blocks} blocks: {found}"
+    title = f"{_words(size)} openings, {result.size.blocks} blocks: {load_factor_text(result)}"
     return mechanism_sheet([(title, result)], columns=1)
 
 

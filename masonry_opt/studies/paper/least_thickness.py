@@ -1,9 +1,9 @@
-"""The least thickness at which an arch stands: the root of a margin that one linear program gives."""
+"""The least thickness and the least friction at which an arch stands: roots of a margin that one linear
+program gives."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import pandas as pd
@@ -18,6 +18,7 @@ from masonry_opt.scene.arch import Arch, PointLoad
 from masonry_opt.scene.blocks import JointDefaults
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import find_solver
+from masonry_opt.studies.paper.example import Progress
 
 #: Thicknesses searched, over the radius: nearly all that an arch can have.
 THINNEST, THICKEST = 1e-3, 1.99
@@ -77,9 +78,7 @@ def opened_scene(arch: Arch, thickness: float, joints: JointDefaults, title: str
     return Scene(title=title, joints=joints, blocks=opened(arch, thickness).blocks())
 
 
-def least_thickness(
-    arch: Arch, joints: JointDefaults, progress: Callable[[str], None] = lambda _: None
-) -> LeastThickness:
+def least_thickness(arch: Arch, joints: JointDefaults, progress: Progress = lambda _: None) -> LeastThickness:
     """Least thickness at which an equilibrium state exists, by Brent's method on the margin.
 
     The arch's own thickness and live loads are left aside; its radius stays that of the centreline.
@@ -124,6 +123,18 @@ def least_thickness(
             f"the margin does not change its sign at the thickness found, {root:.9g}: solver accuracy"
         )
     return LeastThickness(root, collapse, stands, falls, pd.DataFrame(rows))
+
+
+def friction_to_stand(arch: Arch) -> float:
+    """Least friction at which an arch stands under its own weight: where its margin changes sign.
+
+    Raises NoLoadFactorError if a linear program fails.
+    """
+
+    def at(friction: float) -> float:
+        return margin(arch, arch.thickness, JointDefaults(friction=friction)).required()
+
+    return float(brentq(at, 1e-3, 1.0, xtol=1e-10))
 
 
 def margin(arch: Arch, thickness: float, joints: JointDefaults) -> Result:

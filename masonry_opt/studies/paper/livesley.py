@@ -9,7 +9,13 @@ import pandas as pd
 
 from masonry_opt.analysis import solve
 from masonry_opt.studies.cases import open_case
-from masonry_opt.studies.paper.example import Comparison, Progress, Report, against_reference
+from masonry_opt.studies.paper.example import (
+    Progress,
+    PublishedValue,
+    Report,
+    against_reference,
+    load_factor_text,
+)
 from masonry_opt.studies.paper.paper_loop import PAPER
 from masonry_opt.studies.paper.sheet import mechanism_sheet
 
@@ -51,9 +57,9 @@ def fig8(cases: Path, progress: Progress = lambda _: None) -> Report:
     for name, (method, options, reference, (drawn, half_unit)) in _RUNS.items():
         progress(name)
         result = results[name] = solve(scene, method, **options)
-        report.comparisons += [
+        report.published_values += [
             against_reference(scene, reference, result, name),
-            Comparison(f"{name}: in the figure", drawn, result.load_factor, "Fig. 8", half_unit / drawn),
+            PublishedValue(f"{name}: in the figure", drawn, result.load_factor, "Fig. 8", half_unit / drawn),
         ]
         closed = scene.reference["associative" if method == "static" else "coulomb"].value
         rows.append(
@@ -62,7 +68,7 @@ def fig8(cases: Path, progress: Progress = lambda _: None) -> Report:
                 "Fig. 8": drawn,
                 "closed form": closed,
                 "λ": result.load_factor,
-                "diff %": 100 * Comparison(name, closed, result.load_factor, "").off,
+                "diff %": 100 * PublishedValue(name, closed, result.load_factor, "").relative_difference,
                 "status": str(result.status),
                 "LPs": result.lp_solves,
                 "time (s)": sum(result.seconds.values()),
@@ -76,8 +82,8 @@ def fig8(cases: Path, progress: Progress = lambda _: None) -> Report:
     associative, coulomb = results["associative, CVXPY"], results["least, proven"]
     report.figures["fig8"] = mechanism_sheet(
         [
-            (f"(a) associative: λ = {associative.load_factor:.5f}", associative),
-            (f"(b) Coulomb: λ = {coulomb.load_factor:.5f}", coulomb),
+            (f"(a) associative: {load_factor_text(associative)}", associative),
+            (f"(b) Coulomb: {load_factor_text(coulomb)}", coulomb),
         ],
         columns=2,
     )

@@ -1,4 +1,4 @@
-"""The paper's own loop: its settings, and neither our exact end nor our remedies."""
+"""Settings of the loop as the paper describes it, without the exact end and the remedies added here."""
 
 from __future__ import annotations
 

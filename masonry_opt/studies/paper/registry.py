@@ -1,4 +1,4 @@
-"""What ``reproduce`` can rebuild. Adding an example is one entry."""
+"""The examples that ``reproduce`` can rebuild; a new one is added as an entry here."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ class Example:
     title: what it shows.
     run: rebuilds it, given the folder of case files and a place for progress lines.
     also: further names, such as those of figures that it holds beside the one that names it.
-    published: whether it is one of the paper's, which ``all`` rebuilds.
+    in_paper: whether it is one of the paper's, which ``all`` rebuilds.
     """
 
     title: str
     run: Callable[[Path, Progress], Report]
     also: tuple[str, ...] = ()
-    published: bool = True
+    in_paper: bool = True
 
 
 #: In the order of the paper.
@@ -56,7 +56,7 @@ EXAMPLES: dict[str, Example] = {
     "facades": Example("Figs 14 to 16: façades", facades, also=("fig14", "fig15", "fig16")),
     "variants": Example("Section 6.4: variants of the loop", variants),
     "dilatancy": Example("Section 6.5: dilatancy that falls with normal stress", dilatancy),
-    "stability": Example("Where methods fail, and what happens then", stability, published=False),
+    "stability": Example("Where methods fail, and what happens then", stability, in_paper=False),
 }
 
 
@@ -64,7 +64,7 @@ def find_examples(name: str) -> list[str]:
     """Names of the examples that a user means: one, or ``all`` of the paper. Raises OptionError if there is
     none."""
     if name == "all":
-        return [known for known, example in EXAMPLES.items() if example.published]
+        return [known for known, example in EXAMPLES.items() if example.in_paper]
     for known, example in EXAMPLES.items():
         if name == known or name in example.also:
             return [known]

@@ -1,4 +1,4 @@
-"""The arch rib of Pippard & Ashby (section 5.2): from which friction on does the flow rule not matter?"""
+"""Arch rib of Pippard & Ashby (section 5.2): the friction above which both flow rules give one λ."""
 
 from __future__ import annotations
 
@@ -9,13 +9,11 @@ from matplotlib.figure import Figure
 from scipy.optimize import bisect
 
 from masonry_opt.analysis import solve
-from masonry_opt.answer.result import Result
-from masonry_opt.scene.arch import Arch
-from masonry_opt.scene.blocks import JointDefaults
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.cases import open_arch
-from masonry_opt.studies.paper.example import Comparison, Progress, Report
-from masonry_opt.studies.paper.least_thickness import margin
+from masonry_opt.studies.cases import open_arch, with_joints
+from masonry_opt.studies.palette import COLOURS
+from masonry_opt.studies.paper.example import Progress, Report, or_nan, published_value
+from masonry_opt.studies.paper.least_thickness import friction_to_stand
 
 CASE = "pippard_ashby/rib.toml"
 
@@ -61,15 +59,15 @@ def rib(cases: Path, progress: Progress = lambda _: None) -> Report:
         figures={"rib": _figure(table, stands, claimed.value)},
         captions={
             "rib": "Load factor (in voussoir weights) of the arch rib against friction; loop with "
-            "always=True; global: least Coulomb load factor that a global search found, where it was asked",
+            "always=True; global: least Coulomb load factor that a global search found, where it was run",
         },
     )
-    report.comparisons.append(
-        Comparison(
-            "rib: μ from which associative and Coulomb coincide",
-            claimed.value,
+    report.published_values.append(
+        published_value(
+            scene,
+            "coincide_above",
             coincide_from,
-            claimed.source,
+            "μ from which associative and Coulomb coincide",
             cause="" if abs(coincide_from - claimed.value) < 0.005 else _cause(parting),
         )
     )
@@ -95,7 +93,7 @@ def rib(cases: Path, progress: Progress = lambda _: None) -> Report:
     if parting is not None:
         report.remarks.append(f"They part below μ = {parting:.4f}.")
     report.differences += [
-        f"rib, μ = {row['μ']:g}: the {name} ended '{row[name + ' ended']}'"
+        f"μ = {row['μ']:g}: the {name} ended '{row[name + ' ended']}'"
         for row in table.to_dict("records")
         for name in ("loop", "refined")
         if float(row["μ"]) > stands and row[name + " ended"] != "converged"
@@ -105,29 +103,20 @@ def rib(cases: Path, progress: Progress = lambda _: None) -> Report:
 
 def with_friction(scene: Scene, friction: float) -> Scene:
     """The scene with another friction in all its joints."""
-    return scene.model_copy(update={"joints": scene.joints.model_copy(update={"friction": friction})})
-
-
-def friction_to_stand(arch: Arch) -> float:
-    """Least friction at which an arch stands under its own weight: where its margin changes sign."""
-
-    def at(friction: float) -> float:
-        return margin(arch, arch.thickness, JointDefaults(friction=friction)).required()
-
-    return float(bisect(at, 1e-3, 1.0, xtol=1e-9))
+    return with_joints(scene, friction=friction)
 
 
 def _row(scene: Scene, mu: float) -> dict[str, object]:
     at = with_friction(scene, mu)
     associative, loop = solve(at, "static"), solve(at, always=True)
     refined = solve(at, "refined", restarts=2)
-    least = solve(at, "global", time_limit=_TIME) if mu in PROVEN else None
+    least = solve(at, "global", time_limit=_TIME).load_factor if mu in PROVEN else None
     return {
         "μ": mu,
-        "associative": _number(associative),
-        "loop": _number(loop),
-        "refined": _number(refined),
-        "global": float("nan") if least is None else _number(least),
+        "associative": or_nan(associative.load_factor),
+        "loop": or_nan(loop.load_factor),
+        "refined": or_nan(refined.load_factor),
+        "global": or_nan(least),
         "associative ended": str(associative.status),
         "loop ended": str(loop.status),
         "refined ended": str(refined.status),
@@ -147,7 +136,7 @@ def _parting(scene: Scene, table: pd.DataFrame, stands: float) -> float | None:
     def differs(mu: float) -> float:
         at = with_friction(scene, mu)
         associative, refined = solve(at, "static"), solve(at, "refined", restarts=2)
-        return abs(_number(refined) / _number(associative) - 1) - COINCIDE
+        return abs(or_nan(refined.load_factor) / or_nan(associative.load_factor) - 1) - COINCIDE
 
     return float(bisect(differs, max(low, stands), float(above.min()), xtol=1e-4))
 
@@ -166,15 +155,11 @@ def _cause(parting: float | None) -> str:
     return "the paper's geometry and dead loads are not known to us"
 
 
-def _number(result: Result) -> float:
-    return float("nan") if result.load_factor is None else result.load_factor
-
-
 def _figure(table: pd.DataFrame, stands: float, claimed: float) -> Figure:
     figure = Figure(figsize=(7.0, 4.2))
     axes = figure.add_subplot()
-    axes.plot(table["μ"], table["associative"], color="#0072B2", linewidth=1.8, label="associative")
-    axes.plot(table["μ"], table["loop"], "o", color="#D55E00", markersize=6, fillstyle="none", label="loop")
+    axes.plot(table["μ"], table["associative"], color=COLOURS[0], linewidth=1.8, label="associative")
+    axes.plot(table["μ"], table["loop"], "o", color=COLOURS[1], markersize=6, fillstyle="none", label="loop")
     axes.plot(table["μ"], table["refined"], "x", color="black", markersize=5, label="exact Coulomb (refined)")
     axes.axvline(claimed, color="#777777", linestyle="--", linewidth=1)
     top = float(table["associative"].max())

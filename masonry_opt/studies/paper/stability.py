@@ -1,4 +1,4 @@
-"""Where the methods fail and how far the loop's parameters may be moved: the atlas and the maps."""
+"""The failure atlas, and maps of how far the loop's parameters may be changed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from masonry_opt.studies.atlas.maps import (
     safe_region,
     with_remedies,
 )
-from masonry_opt.studies.paper.example import Comparison, Progress, Report
+from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, or_nan
 
 _MESSAGE = 90
 
@@ -72,8 +72,8 @@ def _shares(report: Report, runs: pd.DataFrame) -> None:
         f"Remedies: {int(certified.sum())} of the {len(runs)} runs end in a certified answer with them, "
         f"{int(raw.sum())} with the paper's loop and less slope alone."
     )
-    report.comparisons.append(
-        Comparison(
+    report.published_values.append(
+        PublishedValue(
             what="certified answers with remedies, share",
             published=(DEMANDED, 1.0),
             computed=float(certified.mean()),
@@ -119,7 +119,7 @@ def atlas_row(outcome: Outcome) -> dict[str, object]:
         "expected": expected_text(run),
         "got": outcome.got,
         "expected λ": _interval(run.load_factor),
-        "λ": float("nan") if found is None else found,
+        "λ": or_nan(found),
         "as expected": "no" if outcome.difference else "yes",
         "message": textwrap.shorten(outcome.message, _MESSAGE, placeholder=" …"),
     }

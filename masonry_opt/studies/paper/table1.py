@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,15 @@ from masonry_opt.analysis import solve
 from masonry_opt.answer.result import Result
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.cases import open_case
-from masonry_opt.studies.paper.example import Comparison, Progress, Report, against_reference
+from masonry_opt.studies.paper.example import (
+    Progress,
+    PublishedValue,
+    Report,
+    against_reference,
+    or_nan,
+    published_value,
+    reference_number,
+)
 
 WALLS = (1, 2, 3, 4, 5, 6)
 
@@ -66,51 +75,38 @@ def table1(cases: Path, progress: Progress = lambda _: None, walls: Sequence[int
             progress(f"wall {number}: {name}")
             results[name] = solve(scene, method, **options)
             what = f"wall {number} ({results[name].model}, {results[name].solver})"
-            report.comparisons.append(against_reference(scene, reference, results[name], what))
-        report.comparisons += counts(scene, results["loop"], f"wall {number}")
+            report.published_values.append(against_reference(scene, reference, results[name], what))
+        report.published_values += counts(scene, results["loop"], f"wall {number}")
         factors.append(_factor_row(number, scene, results))
         residuals += [_residual_row(number, scene, name, results[name]) for name in _WITH_RESIDUALS]
     report.tables = {"table1": pd.DataFrame(factors), "table1_residuals": pd.DataFrame(residuals)}
     return report
 
 
-def counts(scene: Scene, result: Result, what: str) -> list[Comparison]:
+def counts(scene: Scene, result: Result, what: str) -> list[PublishedValue]:
     """Numbers of blocks and joints beside the published ones."""
     return [
-        Comparison(
-            what=f"{what}: {count}",
-            published=scene.reference[count].value,
-            computed=getattr(result.size, count),
-            source=scene.reference[count].source,
-            tolerance=0.0,
-        )
+        replace(published_value(scene, count, getattr(result.size, count), f"{what}: {count}"), tolerance=0.0)
         for count in ("blocks", "joints")
         if count in scene.reference
     ]
 
 
-def _published(scene: Scene, name: str) -> float:
-    return scene.reference[name].value if name in scene.reference else float("nan")
-
-
 def _factor_row(number: int, scene: Scene, results: dict[str, Result]) -> dict[str, object]:
-    factor = {
-        name: float("nan") if result.load_factor is None else result.load_factor
-        for name, result in results.items()
-    }
-    published = _published(scene, "nonassociative")
+    factor = {name: or_nan(result.load_factor) for name, result in results.items()}
+    published = reference_number(scene, "nonassociative")
     size = results["loop"].size
     return {
         "wall": number,
         "b × c": f"{size.blocks} × {size.joints}",
-        "assoc. paper": _published(scene, "associative"),
+        "assoc. paper": reference_number(scene, "associative"),
         "CVXPY": factor["CVXPY + Clarabel"],
         "Pyomo": factor["Pyomo + HiGHS"],
-        "MCP publ.": _published(scene, "mcp"),
+        "MCP publ.": reference_number(scene, "mcp"),
         "loop paper": published,
         "loop": factor["loop"],
         "diff %": 100 * (factor["loop"] / published - 1),
-        "MPEC publ.": _published(scene, "mpec"),
+        "MPEC publ.": reference_number(scene, "mpec"),
         "mpec": factor["mpec"],
         "refined": factor["refined"],
     }
@@ -127,5 +123,5 @@ def _residual_row(number: int, scene: Scene, name: str, result: Result) -> dict[
         "LPs": result.lp_solves,
         "NLPs": result.nlp_solves,
         "time (s)": sum(result.seconds.values()),
-        "published (s)": _published(scene, published),
+        "published (s)": reference_number(scene, published),
     }

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import pandas as pd
-
 from masonry_opt.report.terminal import frame_text
-from masonry_opt.studies.paper.example import Report
+from masonry_opt.studies.paper.example import DIFFERENCE_NOTE, Report
 
-#: Longer tables are for the folder.
+#: Tables with more rows are only written to the folder.
 _MOST_ROWS = 60
 
 
 def report_text(title: str, report: Report) -> str:
-    """An example's comparisons, tables, remarks, and what does not come out."""
+    """An example's published values, tables, remarks, and what does not come out."""
     parts = [f"{title}\n{'=' * len(title)}"]
-    if report.comparisons:
-        frame = pd.DataFrame([entry.as_row() for entry in report.comparisons])
-        parts.append(frame_text(frame, "published values beside ours"))
+    if report.published_values:
+        parts.append(frame_text(report.published_table, f"published values beside ours ({DIFFERENCE_NOTE})"))
     for stem, frame in report.tables.items():
         caption = report.captions.get(stem, stem)
         long = len(frame) > _MOST_ROWS
@@ -26,6 +23,6 @@ def report_text(title: str, report: Report) -> str:
         parts.append("differences:\n  " + "\n  ".join(report.all_differences))
     if report.missed:
         parts.append("outside the tolerance:\n  " + "\n  ".join(report.missed))
-    elif any(entry.tolerance is not None for entry in report.comparisons):
+    elif any(value.tolerance is not None for value in report.published_values):
         parts.append("every value is within its tolerance")
     return "\n".join(parts)

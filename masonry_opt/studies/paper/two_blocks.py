@@ -32,12 +32,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from masonry_opt.analysis import solve
-from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.cases import open_case
+from masonry_opt.studies.cases import open_case, with_joints
 from masonry_opt.studies.palette import COLOURS
-from masonry_opt.studies.paper.example import Comparison, Progress, Report, against_reference
+from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, against_reference, or_nan
 from masonry_opt.studies.paper.paper_loop import PAPER
 from masonry_opt.studies.paper.sheet import draw_panel
 
@@ -84,8 +83,7 @@ def closed_form(friction: float, face: float, rises: bool) -> float:
 
 def with_dilatancy(scene: Scene, angle: float) -> Scene:
     """The scene with the same angle of dilatancy, in degrees, in every joint."""
-    joints = scene.joints.model_copy(update={"dilatancy": math.tan(math.radians(angle))})
-    return scene.model_copy(update={"joints": joints})
+    return with_joints(scene, dilatancy=math.tan(math.radians(angle)))
 
 
 def jump_angle(scene: Scene, between: float) -> float:
@@ -146,7 +144,7 @@ def fig6(cases: Path, progress: Progress = lambda _: None) -> Report:
         ):
             options = PAPER if method == "nonassociative" else {}
             result = solve(scene, method, **options)
-            report.comparisons.append(
+            report.published_values.append(
                 against_reference(scene, reference, result, f"{variant.name} ({method})")
             )
         points += _sweep(variant, scene, progress)
@@ -165,8 +163,8 @@ def fig6(cases: Path, progress: Progress = lambda _: None) -> Report:
                 "time (s)": time.perf_counter() - start,
             }
         )
-        report.comparisons.append(
-            Comparison(
+        report.published_values.append(
+            PublishedValue(
                 f"{variant.name}: φ₀ of the jump (°)", variant.face / 2, found, _SOURCE, tolerance=1e-3
             )
         )
@@ -179,8 +177,8 @@ def fig6(cases: Path, progress: Progress = lambda _: None) -> Report:
     )
     for (name, below), rows in table.groupby(["variant", "B sinks"], sort=False):
         worst = int((rows["least λ"] - rows["by hand"]).abs().fillna(math.inf).argmax())
-        report.comparisons.append(
-            Comparison(
+        report.published_values.append(
+            PublishedValue(
                 f"{name}: least λ while B {'sinks' if below else 'rises'} (worst of {len(rows)} angles)",
                 float(rows["by hand"].iloc[worst]),
                 float(rows["least λ"].iloc[worst]),
@@ -217,19 +215,15 @@ def _sweep(variant: Variant, scene: Scene, progress: Progress) -> list[dict[str,
                 "φ₀ (°)": angle,
                 "B sinks": not rises,
                 "by hand": levels[rises],
-                "least λ": _value(least),
+                "least λ": or_nan(least.load_factor),
                 "proven": least.status is Status.OPTIMAL,
-                "loop": _value(loop),
-                "least λ, diff %": 100 * (_value(least) / levels[rises] - 1),
-                "loop, diff %": 100 * (_value(loop) / levels[rises] - 1),
+                "loop": or_nan(loop.load_factor),
+                "least λ, diff %": 100 * (or_nan(least.load_factor) / levels[rises] - 1),
+                "loop, diff %": 100 * (or_nan(loop.load_factor) / levels[rises] - 1),
                 "time (s)": time.perf_counter() - start,
             }
         )
     return rows
-
-
-def _value(result: Result) -> float:
-    return math.nan if result.load_factor is None else result.load_factor
 
 
 def _draw(scenes: dict[Variant, Scene], table: pd.DataFrame) -> Figure:
@@ -242,7 +236,9 @@ def _draw(scenes: dict[Variant, Scene], table: pd.DataFrame) -> Figure:
         "ψ = 4°, φ₀ = 0: contracts": solve(scenes[CONTRACTS], "global"),
     }
     for axes, (title, result) in zip(above.subplots(1, 3), mechanisms.items(), strict=True):
-        draw_panel(result, axes, f"{title}\nλ = {_value(result) / scenes[FLAT].joints.friction:.4g} μ")
+        draw_panel(
+            result, axes, f"{title}\nλ = {or_nan(result.load_factor) / scenes[FLAT].joints.friction:.4g} μ"
+        )
         for x, y, name in result.blocks[["x", "y", "block"]].itertuples(index=False):
             axes.annotate(name, (x, y), ha="center", va="center")
     charts = below.subplots(1, 3, sharey=True)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -25,7 +24,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import find_solver
 from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.palette import COLOURS
-from masonry_opt.studies.paper.example import Comparison, Progress, Report
+from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, or_nan
 from masonry_opt.studies.paper.paper_loop import PAPER
 from masonry_opt.studies.paper.two_blocks import TWO_BLOCKS
 
@@ -34,14 +33,14 @@ FLAT_LIMITS = PAPER | {"alpha": 0.0, "alpha_min": 0.0}
 
 
 @dataclass(frozen=True)
-class Asked:
-    """A solver as it is asked.
+class SolverChoice:
+    """A solver, its modelling language, and whether it may presolve.
 
     Attributes
     ----------
     language, name: of the solver.
     kind: what it is.
-    presolve: whether HiGHS may reduce the problem first, which of so small a one leaves little to solve.
+    presolve: whether HiGHS may reduce the problem first, which leaves little of so small a one.
     """
 
     language: str
@@ -56,13 +55,13 @@ class Asked:
 
 
 SOLVERS = (
-    Asked("cvxpy", "clarabel", "interior point"),
-    Asked("cvxpy", "highs-ipm", "interior point", presolve=False),
-    Asked("cvxpy", "highs-ipm", "interior point"),
-    Asked("pyomo", "highs-ipm", "interior point"),
-    Asked("cvxpy", "highs", "simplex", presolve=False),
-    Asked("cvxpy", "highs", "simplex"),
-    Asked("pyomo", "highs", "simplex"),
+    SolverChoice("cvxpy", "clarabel", "interior point"),
+    SolverChoice("cvxpy", "highs-ipm", "interior point", presolve=False),
+    SolverChoice("cvxpy", "highs-ipm", "interior point"),
+    SolverChoice("pyomo", "highs-ipm", "interior point"),
+    SolverChoice("cvxpy", "highs", "simplex", presolve=False),
+    SolverChoice("cvxpy", "highs", "simplex"),
+    SolverChoice("pyomo", "highs", "simplex"),
 )
 
 #: MOSEK's λ / μ with α = 0 (section 4.1).
@@ -90,10 +89,10 @@ class Step:
     cohesion: float
 
 
-def end_of_loop(scene: Scene, asked: Asked, **options: Any) -> Finding:
+def end_of_loop(scene: Scene, choice: SolverChoice, **options: Any) -> Finding:
     """Where the loop ends with a solver."""
-    solver = find_solver(asked.language, asked.name)
-    if not asked.presolve:
+    solver = find_solver(choice.language, choice.name)
+    if not choice.presolve:
         solver = replace(solver, options=solver.options | {"presolve": "off"})
     return nonassociative(assemble(scene).problem, solver, Stopwatch(), LoopOptions(**options))
 
@@ -148,30 +147,32 @@ def fig7(cases: Path, progress: Progress = lambda _: None) -> Report:
         },
     )
     rows, ends = [], []
-    for asked in SOLVERS:
-        progress(asked.label)
+    for choice in SOLVERS:
+        progress(choice.label)
         start = time.perf_counter()
-        flat, default = (end_of_loop(scene, asked, **options) for options in (FLAT_LIMITS, PAPER))
+        flat, default = (end_of_loop(scene, choice, **options) for options in (FLAT_LIMITS, PAPER))
         seconds = time.perf_counter() - start
-        value = _over(flat, mu)
-        ends.append((asked.label, value))
+        value, contracting = (or_nan(end.load_factor) / mu for end in (flat, default))
+        ends.append((choice.label, value))
         rows.append(
             {
-                "solver": asked.label,
-                "kind": asked.kind,
+                "solver": choice.label,
+                "kind": choice.kind,
                 "λ/μ, α = 0": value,
                 "sub-problems, α = 0": len(flat.history),
-                "λ/μ, α = 0.3": _over(default, mu),
+                "λ/μ, α = 0.3": contracting,
                 "sub-problems, α = 0.3": len(default.history),
                 "time (s)": seconds,
             }
         )
-        report.comparisons += [
-            Comparison(f"α = 0: λ/μ, {asked.label}", (1.5, 2.5), value, "section 4.1", tolerance=_NEARLY),
-            Comparison(f"α = 0.3: λ/μ, {asked.label}", 1.5, _over(default, mu), "Fig. 7 (b)", tolerance=1e-3),
+        report.published_values += [
+            PublishedValue(
+                f"α = 0: λ/μ, {choice.label}", (1.5, 2.5), value, "section 4.1", tolerance=_NEARLY
+            ),
+            PublishedValue(f"α = 0.3: λ/μ, {choice.label}", 1.5, contracting, "Fig. 7 (b)", tolerance=1e-3),
         ]
-    report.comparisons.append(
-        Comparison(
+    report.published_values.append(
+        PublishedValue(
             "α = 0: λ/μ, clarabel against MOSEK",
             _MOSEK,
             ends[0][1],
@@ -203,10 +204,6 @@ def fig7(cases: Path, progress: Progress = lambda _: None) -> Report:
     )
     report.figures["fig7"] = _draw(paths, ends, mu)
     return report
-
-
-def _over(result: Finding, mu: float) -> float:
-    return math.nan if result.load_factor is None else result.load_factor / mu
 
 
 def _draw(paths: dict[str, list[Step]], ends: list[tuple[str, float]], mu: float) -> Figure:

@@ -9,7 +9,14 @@ import pandas as pd
 from masonry_opt.analysis import solve
 from masonry_opt.answer.result import Result
 from masonry_opt.studies.cases import open_case
-from masonry_opt.studies.paper.example import Comparison, Progress, Report, against_reference
+from masonry_opt.studies.paper.example import (
+    Progress,
+    PublishedValue,
+    Report,
+    against_reference,
+    load_factor_text,
+    reference_number,
+)
 from masonry_opt.studies.paper.sheet import mechanism_sheet
 from masonry_opt.studies.paper.table1 import WALLS, counts, wall_file
 
@@ -18,7 +25,7 @@ LARGE_WALL = "orduna_lourenco/wall.toml"
 #: Walls that footnote 4 of the paper says fail in rocking alone.
 _ROCKING = (3, 4)
 
-#: Energy that the loop's small cohesion (1e-5 of the largest normal force) dissipates all the same.
+#: Share of energy that the loop's small cohesion (1e-5 of the largest normal force) may dissipate.
 _NO_SLIDING = 1e-3
 
 
@@ -55,11 +62,11 @@ def fig10(cases: Path, progress: Progress = lambda _: None) -> Report:
         result = solve(scene)
         share = sliding_share(result)
         comparison = against_reference(scene, "nonassociative", result, f"wall {number}")
-        report.comparisons.append(comparison)
+        report.published_values.append(comparison)
         if number in _ROCKING:
             # Of the whole: nothing relative can be said of a published zero.
-            report.comparisons.append(
-                Comparison(
+            report.published_values.append(
+                PublishedValue(
                     f"wall {number}: share of energy in sliding",
                     0.0,
                     share,
@@ -68,13 +75,13 @@ def fig10(cases: Path, progress: Progress = lambda _: None) -> Report:
                 )
             )
         letter = "abcdef"[number - 1]
-        panels.append((f"({letter}) wall {number}: λ = {_shown(result)}", result))
+        panels.append((f"({letter}) wall {number}: {load_factor_text(result)}", result))
         rows.append(
             {
                 "wall": number,
                 "λ paper": comparison.published,
                 "λ": result.load_factor,
-                "diff %": 100 * comparison.off,
+                "diff %": 100 * comparison.relative_difference,
                 "in sliding (%)": f"{100 * share:.1f}",
                 "status": str(result.status),
                 "LPs": result.lp_solves,
@@ -106,7 +113,7 @@ def fig13(cases: Path, progress: Progress = lambda _: None) -> Report:
     progress("loop")
     loop = solve(scene, pace="paper")
     report = Report(
-        comparisons=[
+        published_values=[
             *counts(scene, loop, "wall"),
             against_reference(scene, "associative", associative, "static"),
             against_reference(
@@ -139,7 +146,6 @@ def fig13(cases: Path, progress: Progress = lambda _: None) -> Report:
         ("Coulomb, loop", loop, "nonassociative"),
         ("Coulomb, MPEC of Orduña & Lourenço", None, "mpec"),
     ):
-        seconds = scene.reference.get(f"{reference}_seconds")
         rows.append(
             {
                 "answer": answer,
@@ -147,7 +153,7 @@ def fig13(cases: Path, progress: Progress = lambda _: None) -> Report:
                 "computed": None if result is None else result.load_factor,
                 "LPs": "–" if result is None else str(result.lp_solves),
                 "time (s)": float("nan") if result is None else sum(result.seconds.values()),
-                "published (s)": float("nan") if seconds is None else seconds.value,
+                "published (s)": reference_number(scene, f"{reference}_seconds"),
                 "status": "–" if result is None else str(result.status),
             }
         )
@@ -159,10 +165,6 @@ def fig13(cases: Path, progress: Progress = lambda _: None) -> Report:
             "energy goes into sliding."
         )
     report.figures["fig13"] = mechanism_sheet(
-        [(f"{loop.size.blocks} blocks, {loop.size.joints} joints: λ = {_shown(loop)}", loop)], columns=1
+        [(f"{loop.size.blocks} blocks, {loop.size.joints} joints: {load_factor_text(loop)}", loop)], columns=1
     )
     return report
-
-
-def _shown(result: Result) -> str:
-    return str(result.status) if result.load_factor is None else f"{result.load_factor:.5f}"

@@ -1,0 +1,64 @@
+"""The command `masonry-opt reproduce`."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.status import Status
+
+from masonry_opt.errors import OutputError
+from masonry_opt.studies.cases import CASES_HELP, case_folder
+from masonry_opt.studies.paper.example import Progress
+from masonry_opt.studies.paper.folder import open_folder, write_report
+from masonry_opt.studies.paper.registry import EXAMPLES, find_examples
+from masonry_opt.studies.paper.text import report_text
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+
+@app.command()
+def reproduce(
+    example: Annotated[
+        str, typer.Argument(help=f"One of: {', '.join(EXAMPLES)}; or all of the paper's.")
+    ] = "all",
+    out: Annotated[Path, typer.Option(help="Folder for tables, pictures and the index page.")] = Path(
+        "results"
+    ),
+    cases: Annotated[Path | None, typer.Option(help=CASES_HELP, show_default=False)] = None,
+) -> None:
+    """Rebuild results of the paper from the case files, published values beside ours.
+
+    Exit code 0: every value is within its tolerance; 1: one is not; 2: wrong example or folder.
+    """
+    errors, missed = Console(stderr=True), False
+    names, folder = find_examples(example), case_folder(cases)
+    open_folder(out)  # said now, not after minutes
+    for name in names:
+        start = time.perf_counter()
+        with errors.status(name) as status:
+            report = EXAMPLES[name].run(folder, _progress_line(status, name))
+            seconds = time.perf_counter() - start
+            page = write_report(out, name, report, seconds)[-1]
+        # Each example is printed and on disk before the next begins: an interrupt loses one at most.
+        _print(report_text(EXAMPLES[name].title, report))
+        errors.print(f"{name}: {seconds:.1f} s, written to {page}", markup=False, highlight=False)
+        missed = missed or bool(report.missed)
+    if missed:
+        raise typer.Exit(1)
+
+
+def _progress_line(status: Status, name: str) -> Progress:
+    return lambda line: status.update(escape(f"{name}: {line}"))
+
+
+def _print(text: str) -> None:
+    """Print a result; a full disk or a reader that went away is an error, told while it can be."""
+    try:
+        print(text, flush=True)
+    except OSError as error:
+        raise OutputError(f"standard output cannot be written: {error.strerror}") from None
