@@ -17,7 +17,6 @@ from masonry_opt.answer.status import Status
 from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.palette import COLOURS
 from masonry_opt.studies.paper.example import Progress, PublishedValue, Report
-from masonry_opt.studies.paper.paper_loop import PAPER, last_run
 from masonry_opt.studies.paper.table1 import wall_file
 
 #: Section 5.3 calls every answer "equal or very close" to 0.29649: within one in a thousand.
@@ -125,7 +124,7 @@ def fig11(cases: Path, progress: Progress = lambda _: None) -> Report:
     for variation in VARIATIONS:
         progress(variation.label)
         start = time.perf_counter()
-        result = solve(scene, "nonassociative", **PAPER | variation.options)
+        result = solve(scene, preset="paper", **variation.options)
         seconds = time.perf_counter() - start
         runs.append((variation, result))
         answer = PublishedValue(
@@ -215,3 +214,9 @@ def _draw_run(axes: Axes, variation: Variation, result: Result, colour: str, sty
     axes.plot(k, load_factor, style, color=colour, linewidth=1.4, label=label)
     end = "o" if result.status.usable else "X"
     axes.plot(k.iloc[-1], load_factor.iloc[-1], end, color=colour, markersize=7, markeredgecolor="white")
+
+
+def last_run(result: Result) -> pd.DataFrame:
+    """The history of a loop's last run: what came before it failed and was begun again."""
+    history = result.history
+    return history[history["attempt"] == history["attempt"].max()]

@@ -149,13 +149,12 @@ def _row(name: str, none: float, result: Result) -> dict[str, object]:
 def off_the_law(result: Result) -> float:
     """Largest difference, among sliding joints, of the dilatancy an answer claims and the law's for its
     normal forces; NaN without an answer."""
-    finding, problem = result.finding, result.assembly.problem
-    if result.load_factor is None or finding.q is None or finding.slope is None:
+    solution, problem = result.solution, result.assembly.problem
+    if result.load_factor is None or solution.q is None or solution.slope is None:
         return float("nan")
     slides = result.joints["slip"].abs() > 1e-4 * result.blocks[["vx", "vy"]].abs().to_numpy().max()
-    slides &= np.isfinite(problem.friction)
-    off = np.abs(problem.dilatancy_at(finding.q[0::3]) - finding.slope)
-    return float(off[slides].max(initial=0.0))
+    off = np.abs(problem.dilatancy_at(problem.normal_forces(solution.q)) - solution.slope)
+    return float(off[slides.to_numpy()[problem.sliding]].max(initial=0.0))
 
 
 def _ends(

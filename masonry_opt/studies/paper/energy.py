@@ -11,7 +11,6 @@ from masonry_opt.analysis import solve
 from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.palette import COLOURS
 from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, against_reference
-from masonry_opt.studies.paper.paper_loop import PAPER
 from masonry_opt.studies.paper.table1 import wall_file
 
 _SOURCE = "section 5.3"
@@ -38,7 +37,7 @@ def fig12(cases: Path, progress: Progress = lambda _: None) -> Report:
     """
     scene = open_case(cases, wall_file(6))
     progress("wall 6: loop")
-    result = solve(scene, "nonassociative", **PAPER)
+    result = solve(scene, preset="paper")
     table = energies(result.history)
     last = table.iloc[-1]
     actual, corrected = 100 * last["share of sliding"], 100 * last["share, corrected"]

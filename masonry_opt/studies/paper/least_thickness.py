@@ -10,14 +10,14 @@ import pandas as pd
 from scipy.optimize import brentq
 
 from masonry_opt.answer.result import Result, make_result
-from masonry_opt.effort import Stopwatch
 from masonry_opt.errors import NoLoadFactorError
+from masonry_opt.explain.sentences import message
 from masonry_opt.methods.associative import associative
+from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.arch import Arch, PointLoad
 from masonry_opt.scene.blocks import JointDefaults
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solvers.registry import find_solver
 from masonry_opt.studies.paper.example import Progress
 
 #: Thicknesses searched, over the radius: nearly all that an arch can have.
@@ -142,15 +142,15 @@ def margin(arch: Arch, thickness: float, joints: JointDefaults) -> Result:
 
     (``solve`` would refuse an arch that falls, whose margin is negative.)
     """
-    solver, watch = find_solver("cvxpy", "clarabel"), Stopwatch()
     assembly = assemble(opened_scene(arch, thickness, joints))
-    finding = associative(assembly.problem, "static", solver, watch)
+    task = Task(assembly.problem)
+    solution = associative(task)
     return make_result(
         assembly,
-        finding,
-        case=assembly.scene.title,
+        solution,
+        task.effort,
         method="static",
-        model=solver.language,
-        solver=solver.name,
-        seconds=watch.seconds,
+        model=task.solver.language,
+        solver=task.solver.name,
+        message=message(solution.reasons),
     )

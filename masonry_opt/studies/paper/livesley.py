@@ -16,7 +16,6 @@ from masonry_opt.studies.paper.example import (
     against_reference,
     load_factor_text,
 )
-from masonry_opt.studies.paper.paper_loop import PAPER
 from masonry_opt.studies.paper.sheet import mechanism_sheet
 
 WEDGES = "livesley/wedges.toml"
@@ -26,7 +25,7 @@ WEDGES = "livesley/wedges.toml"
 _RUNS: dict[str, tuple[str, dict[str, Any], str, tuple[float, float]]] = {
     "associative, CVXPY": ("static", {}, "associative", (1.8, 0.05)),
     "associative, Pyomo": ("static", {"model": "pyomo"}, "associative", (1.8, 0.05)),
-    "loop": ("nonassociative", PAPER, "nonassociative", (1.28, 0.005)),
+    "loop": ("nonassociative", {"preset": "paper"}, "nonassociative", (1.28, 0.005)),
     "refined": ("refined", {}, "coulomb", (1.28, 0.005)),
     "least, proven": ("global", {}, "coulomb", (1.28, 0.005)),
 }

@@ -8,12 +8,12 @@ from pathlib import Path
 import pandas as pd
 
 from masonry_opt.studies.atlas.entries import ATLAS
-from masonry_opt.studies.atlas.entry import Outcome, carry_out, expected_text
+from masonry_opt.studies.atlas.entry import Observation, carry_out, expected_text
 from masonry_opt.studies.atlas.heat_maps import heat_maps, scene_sheet
 from masonry_opt.studies.atlas.maps import (
-    CERTIFIED,
     DEMANDED,
     GRIDS,
+    MOST_LEFT,
     NEAR,
     describe,
     run_grid,
@@ -41,7 +41,7 @@ def stability(cases: Path, progress: Progress) -> Report:
     report = Report()
     _atlas(report, cases, progress)
     report.remarks.append(
-        f"Maps: safe is a λ certified to {100 * CERTIFIED:g} % (energy and flow rule), at most "
+        f"Maps: safe is a λ certified to {100 * MOST_LEFT:g} % (energy and flow rule), at most "
         f"{100 * NEAR:g} % above the paper's, and no more below the lowest exact state known."
     )
     remedied: list[pd.DataFrame] = []
@@ -88,7 +88,7 @@ def _shares(report: Report, runs: pd.DataFrame) -> None:
 
 
 def _atlas(report: Report, cases: Path, progress: Progress) -> None:
-    outcomes: list[Outcome] = []
+    outcomes: list[Observation] = []
     for entry in ATLAS:
         progress(f"atlas: {entry.name}")
         outcomes += [carry_out(entry, run, cases) for run in entry.runs]
@@ -107,7 +107,7 @@ def _atlas(report: Report, cases: Path, progress: Progress) -> None:
     report.differences += [difference_line(outcome) for outcome in outcomes if outcome.difference]
 
 
-def atlas_row(outcome: Outcome) -> dict[str, object]:
+def atlas_row(outcome: Observation) -> dict[str, object]:
     """The row of a run in the table."""
     run, result = outcome.run, outcome.result
     found = result.load_factor if result else None
@@ -125,7 +125,7 @@ def atlas_row(outcome: Outcome) -> dict[str, object]:
     }
 
 
-def difference_line(outcome: Outcome) -> str:
+def difference_line(outcome: Observation) -> str:
     """What is not as expected."""
     difference = textwrap.shorten(outcome.difference, 3 * _MESSAGE, placeholder=" …")
     return f"{outcome.entry.name}, {outcome.run.name}: {difference}"

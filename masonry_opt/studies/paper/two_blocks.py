@@ -37,7 +37,6 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.cases import open_case, with_joints
 from masonry_opt.studies.palette import COLOURS
 from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, against_reference, or_nan
-from masonry_opt.studies.paper.paper_loop import PAPER
 from masonry_opt.studies.paper.sheet import draw_panel
 
 TWO_BLOCKS = "gilbert/two_blocks.toml"
@@ -142,7 +141,7 @@ def fig6(cases: Path, progress: Progress = lambda _: None) -> Report:
             ("coulomb", "global"),
             ("nonassociative", "nonassociative"),
         ):
-            options = PAPER if method == "nonassociative" else {}
+            options = {"preset": "paper"} if method == "nonassociative" else {}
             result = solve(scene, method, **options)
             report.published_values.append(
                 against_reference(scene, reference, result, f"{variant.name} ({method})")
@@ -206,7 +205,7 @@ def _sweep(variant: Variant, scene: Scene, progress: Progress) -> list[dict[str,
         progress(f"{variant.name}: φ₀ = {angle:g}°")
         dilatant = with_dilatancy(scene, angle)
         start = time.perf_counter()
-        loop = solve(dilatant, "nonassociative", **PAPER)
+        loop = solve(dilatant, preset="paper")
         least = solve(dilatant, "global")
         rises = angle > variant.face / 2
         rows.append(

@@ -15,21 +15,21 @@ from matplotlib.figure import Figure
 
 from masonry_opt.analysis import solve
 from masonry_opt.answer.result import Result
-from masonry_opt.answer.solution import Finding, Iteration
-from masonry_opt.effort import Stopwatch
+from masonry_opt.answer.solution import Solution
+from masonry_opt.methods.loop.history import Iteration
+from masonry_opt.methods.loop.method import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
-from masonry_opt.methods.loop.runs import nonassociative
+from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import find_solver
 from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.palette import COLOURS
 from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, or_nan
-from masonry_opt.studies.paper.paper_loop import PAPER
 from masonry_opt.studies.paper.two_blocks import TWO_BLOCKS
 
 #: Fig. 4 (a): limits without contraction.
-FLAT_LIMITS = PAPER | {"alpha": 0.0, "alpha_min": 0.0}
+FLAT_LIMITS: dict[str, Any] = {"preset": "paper", "alpha": 0.0, "alpha_min": 0.0}
 
 
 @dataclass(frozen=True)
@@ -89,12 +89,12 @@ class Step:
     cohesion: float
 
 
-def end_of_loop(scene: Scene, choice: SolverChoice, **options: Any) -> Finding:
+def end_of_loop(scene: Scene, choice: SolverChoice, **options: Any) -> Solution:
     """Where the loop ends with a solver."""
     solver = find_solver(choice.language, choice.name)
     if not choice.presolve:
         solver = replace(solver, options=solver.options | {"presolve": "off"})
-    return nonassociative(assemble(scene).problem, solver, Stopwatch(), LoopOptions(**options))
+    return nonassociative(Task(assemble(scene).problem, solver, LoopOptions(**options)))
 
 
 def follow(scene: Scene, **options: Any) -> tuple[Result, list[Step]]:
@@ -107,16 +107,17 @@ def follow(scene: Scene, **options: Any) -> tuple[Result, list[Step]]:
     limited = int(np.flatnonzero(problem.sliding == joint)[0])
     path = []
     for step in steps:
-        assert step.state is not None  # the loop shows every state it reports
-        assert step.limits is not None
-        cohesion = 0.0 if step.limits.cohesion is None else float(step.limits.cohesion[limited])
+        assert step.solved is not None  # the loop shows every sub-problem that it reports
+        assert step.solved.state is not None
+        n, s, _ = step.solved.state.q.reshape(3, -1)
+        limits = step.solved.limits
         path.append(
             Step(
                 load_factor=step.load_factor,
-                n=float(step.state.q[3 * joint]) * problem.force_unit,
-                s=abs(float(step.state.q[3 * joint + 1])) * problem.force_unit,
-                slope=float(step.limits.slope[limited]),
-                cohesion=cohesion * problem.force_unit,
+                n=float(n[joint]) * problem.force_unit,
+                s=abs(float(s[joint])) * problem.force_unit,
+                slope=float(limits.slope[limited]),
+                cohesion=float(limits.cohesion[limited]) * problem.force_unit,
             )
         )
     return result, path
@@ -150,7 +151,8 @@ def fig7(cases: Path, progress: Progress = lambda _: None) -> Report:
     for choice in SOLVERS:
         progress(choice.label)
         start = time.perf_counter()
-        flat, default = (end_of_loop(scene, choice, **options) for options in (FLAT_LIMITS, PAPER))
+        flat = end_of_loop(scene, choice, **FLAT_LIMITS)
+        default = end_of_loop(scene, choice, preset="paper")
         seconds = time.perf_counter() - start
         value, contracting = (or_nan(end.load_factor) / mu for end in (flat, default))
         ends.append((choice.label, value))
@@ -180,7 +182,7 @@ def fig7(cases: Path, progress: Progress = lambda _: None) -> Report:
             cause="every value from 1.5 to 2.5 is a solution, and which one a solver picks is its own",
         )
     )
-    paths = {"α = 0": follow(scene, **FLAT_LIMITS)[1], "α = 0.3": follow(scene, **PAPER)[1]}
+    paths = {"α = 0": follow(scene, **FLAT_LIMITS)[1], "α = 0.3": follow(scene, preset="paper")[1]}
     report.tables = {
         "fig7_solvers": pd.DataFrame(rows),
         "fig7_steps": pd.DataFrame(

@@ -111,7 +111,7 @@ def fig13(cases: Path, progress: Progress = lambda _: None) -> Report:
     progress("associative")
     associative = solve(scene, "static")
     progress("loop")
-    loop = solve(scene, pace="paper")
+    loop = solve(scene, sub_problems="accurate")
     report = Report(
         published_values=[
             *counts(scene, loop, "wall"),
