@@ -11,10 +11,10 @@ from html import escape
 import pandas as pd
 import plotly.io
 
-from masonry_opt.studies.compare import frames
+from masonry_opt.studies.compare import draw_plotly, frames
 from masonry_opt.studies.compare.accuracy import Bounds
+from masonry_opt.studies.compare.charts import charts, number
 from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
-from masonry_opt.studies.compare.interactive import interactive_charts, number
 from masonry_opt.studies.compare.judge import GAP_FLOOR, LIMITS, OUTSIDE, TARGET
 from masonry_opt.studies.compare.known_answers import ASSOCIATIVE, COULOMB
 from masonry_opt.studies.compare.machine import machine, versions
@@ -52,8 +52,9 @@ def page(comparison: Comparison) -> str:
     summary = comparison.summary
     parts = ["<h1>Comparison of methods and solvers</h1>", _meaning(comparison)]
     if not summary.empty:
-        for index, (title, figure) in enumerate(interactive_charts(summary)):
-            parts.append(f"<h2>{escape(title)}</h2>")
+        for index, chart in enumerate(charts(summary)):
+            figure = draw_plotly.draw(chart)
+            parts.append(f"<h2>{escape(chart.title)}</h2><p>{escape(chart.notes)}</p>")
             parts.append(
                 plotly.io.to_html(
                     figure, full_html=False, include_plotlyjs=index == 0, config={"displaylogo": False}
