@@ -93,7 +93,6 @@ class Bars:
     labels: list[str]
     parts: list[tuple[str, str, list[int]]]
     times: list[tuple[float, float, float]]
-    counts: str
     time: Axis
     notes: str
 
@@ -220,9 +219,8 @@ def _success(summary: pd.DataFrame) -> Bars:
         [f"{pair}{'' if pd.isna(tolerance) else f' · {tolerance:.0e}'}" for pair, tolerance in rungs],
         [(name, colour, [*table[name]]) for name, colour in _VERDICT_COLOURS.items()],
         [*times.itertuples(index=False, name=None)],
-        f"scenes ({scenes}; counts in the bars)",
         _log_axis("time (s)", pd.Series(times.to_numpy().ravel())),
-        "Time: median of the certified answers, and their middle half",
+        f"{scenes} scenes, counts in the bars. Time: median of the certified answers, and their middle half",
     )
 
 

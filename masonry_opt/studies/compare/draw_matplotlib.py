@@ -108,7 +108,7 @@ def _bars(chart: Bars) -> Figure:
         left = [start + share for start, share in zip(left, shares, strict=True)]
     bars.set_xlim(0, 1)
     bars.xaxis.set_major_formatter(PercentFormatter(1.0))
-    bars.set_xlabel(chart.counts, fontsize=9)
+    bars.set_xlabel("scenes", fontsize=9)
     bars.set_ylim(len(rows) - 0.4, -0.6)
     low, median, high = zip(*chart.times, strict=True)
     times.hlines(rows, low, high, color="0.6", linewidth=2)

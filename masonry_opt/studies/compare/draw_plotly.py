@@ -11,10 +11,18 @@ from plotly.subplots import make_subplots
 
 from masonry_opt.studies.compare.charts import Axis, Bars, Chart, Series
 
-#: Heights in pixels: of what is between the axes, and of a bar's row.
-_HEIGHT, _ROW = 380, 34
+#: Heights in pixels: of a chart, and of a bar's row.
+_HEIGHT, _ROW = 540, 34
 
-_LEGEND = {"orientation": "h", "x": 0, "yref": "container", "y": 0, "yanchor": "bottom"}
+_LEGEND = {
+    "orientation": "h",
+    "traceorder": "normal",
+    "xref": "container",
+    "x": 0,
+    "yref": "container",
+    "y": 0,
+    "yanchor": "bottom",
+}
 
 
 def draw(chart: Chart | Bars) -> go.Figure:
@@ -44,13 +52,12 @@ def _panels(chart: Chart) -> go.Figure:
     if len(chart.panels) > 1:
         shown = {title: [of == title for of in panel_of] for title in chart.panels}
         buttons = [
-            {"label": escape(title), "method": "restyle", "args": [{"visible": [visible]}]}
+            {"label": escape(title), "method": "restyle", "args": [{"visible": visible}]}
             for title, visible in shown.items()
         ]
         place = {"x": 0, "xanchor": "left", "y": 1.02, "yanchor": "bottom"}
         figure.update_layout(updatemenus=[{"buttons": buttons, **place}])
-    names = {series.name for panel in chart.panels.values() for series in panel}
-    figure.update_layout(height=_HEIGHT + 20 * len(names) + 80, xaxis=_axis(chart.x), yaxis=_axis(chart.y))
+    figure.update_layout(height=_HEIGHT, xaxis=_axis(chart.x), yaxis=_axis(chart.y))
     return figure
 
 
@@ -89,12 +96,13 @@ def _axis(axis: Axis) -> dict[str, Any]:
         "range": [math.log10(end) for end in axis.limits] if axis.log else axis.limits,
         "tickvals": [*axis.ticks],
         "ticktext": [*axis.ticks.values()],
+        "tickangle": 0,
         "showgrid": True,
     }
 
 
 def _bars(chart: Bars) -> go.Figure:
-    figure = make_subplots(1, 2, shared_yaxes=True, column_widths=[0.65, 0.35], horizontal_spacing=0.03)
+    figure = make_subplots(1, 2, shared_yaxes=True, horizontal_spacing=0.06)
     # In two lines, to leave room beside them on a narrow screen.
     labels = [escape(label).replace(" · ", "<br>", 1) for label in chart.labels]
     for name, colour, counts in chart.parts:
@@ -126,8 +134,8 @@ def _bars(chart: Bars) -> go.Figure:
         barmode="stack",
         barnorm="percent",
         height=160 + _ROW * len(labels),
-        xaxis={"title": escape(chart.counts), "ticksuffix": " %"},
-        xaxis2=_axis(chart.time),
+        xaxis={"title": "scenes", "tickvals": [0, 50], "ticktext": ["0", "50 %"]},
+        xaxis2=_axis(chart.time) | {"tickfont": {"size": 10}},
         yaxis={"autorange": "reversed"},
     )
     return figure
