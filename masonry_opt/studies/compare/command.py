@@ -47,6 +47,9 @@ def compare(
     time_limit: Annotated[float, typer.Option(min=0.1, help="Seconds a run.")] = 60.0,
     memory_limit: Annotated[float, typer.Option(min=1, help="MB a run, libraries included.")] = 4000.0,
     cases: Annotated[Path, typer.Option(help="Folder of the case files.")] = Path("cases"),
+    update_best_known: Annotated[
+        bool, typer.Option("--update-best-known", help="Write lower exact states to best_known.toml.")
+    ] = False,
     out: Annotated[Path, typer.Option(help="Folder of results and report.")] = Path("results/compare"),
 ) -> None:
     """Time methods and solvers on scenes, judge their answers, write tables, charts and a report.
@@ -63,7 +66,12 @@ def compare(
     with errors.status("comparing") as status, _ended_by_kill():
         limits = Limits(time_limit, memory_limit, repeats)
         comparison = run_comparison(
-            compared, asked, limits, out, lambda line: status.update(line.replace("[", r"\["))
+            compared,
+            asked,
+            limits,
+            out,
+            lambda line: status.update(line.replace("[", r"\[")),
+            update_best_known,
         )
         status.update("report")
         written = write_report(comparison, out)

@@ -65,7 +65,12 @@ class Comparison:
 
 
 def compare(
-    scenes: Sequence[CaseScene], plan: Plan, limits: Limits, folder: Path, progress: Progress
+    scenes: Sequence[CaseScene],
+    plan: Plan,
+    limits: Limits,
+    folder: Path,
+    progress: Progress,
+    update_best_known: bool = False,
 ) -> Comparison:
     """Make the runs that ``folder`` does not hold yet, and judge all of the plan's.
 
@@ -73,6 +78,7 @@ def compare(
     ----------
     folder: where ``results.csv`` and ``bounds.json`` are kept.
     progress: called with a line before each run.
+    update_best_known: write lower exact states to the registries; else they are told in the notes.
 
     Raises
     ------
@@ -98,7 +104,7 @@ def compare(
         interrupted = True
         notes.append("interrupted: the same command continues where it stopped")
     found = lowest_exact(rows)
-    notes += improve(scenes, found)
+    notes += improve(scenes, found, update_best_known)
     best = merged(known, found)
     summary = frames.summary(rows, bounds, best, {scene.name: scene.expected for scene in scenes})
     return Comparison(tuple(scenes), plan, limits, bounds, best, summary, tuple(notes), interrupted)
