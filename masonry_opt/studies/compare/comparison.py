@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +18,7 @@ from masonry_opt.studies.compare.best_known import BestKnown, best_known, improv
 from masonry_opt.studies.compare.case_scenes import CaseScene
 from masonry_opt.studies.compare.known_answers import ANSWER, ASSOCIATIVE
 from masonry_opt.studies.compare.machine import versions_hash
-from masonry_opt.studies.compare.measure import FINISHED, Ended, run_limited
+from masonry_opt.studies.compare.measure import CRASHED, DIED, FINISHED, Ended, run_limited
 from masonry_opt.studies.compare.plan import Plan, Run
 from masonry_opt.studies.compare.store import Store, row
 from masonry_opt.studies.compare.worker import bound_scene, run_pair
@@ -27,8 +28,6 @@ REPEATED_BELOW = 5.0
 
 #: Seconds that the certified bounds of a scene may take at least.
 _BOUNDS_TIME = 120.0
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -52,6 +51,7 @@ class Comparison:
     summary: one row a scene and pair (see :func:`~.frames.summary`).
     notes: what else a reader must know, a line each.
     interrupted: whether runs are missing.
+    failure: if every run crashed or died, how most of them did; else "".
     """
 
     scenes: tuple[CaseScene, ...]
@@ -62,14 +62,15 @@ class Comparison:
     summary: pd.DataFrame
     notes: tuple[str, ...]
     interrupted: bool
+    failure: str
 
 
-def compare(
+def run_plan(
     scenes: Sequence[CaseScene],
     plan: Plan,
     limits: Limits,
     folder: Path,
-    progress: Progress,
+    progress: Callable[[str], None],
     update_best_known: bool = False,
 ) -> Comparison:
     """Make the runs that ``folder`` does not hold yet, and judge all of the plan's.
@@ -107,11 +108,21 @@ def compare(
     notes += improve(scenes, found, update_best_known)
     best = merged(known, found)
     summary = frames.summary(rows, bounds, best, {scene.name: scene.expected for scene in scenes})
-    return Comparison(tuple(scenes), plan, limits, bounds, best, summary, tuple(notes), interrupted)
+    return Comparison(
+        tuple(scenes), plan, limits, bounds, best, summary, tuple(notes), interrupted, _failure(rows)
+    )
+
+
+def _failure(rows: Sequence[dict[str, Any]]) -> str:
+    """How most runs ended, if all of them crashed or died; else ""."""
+    if not rows or any(line["ended"] not in (CRASHED, DIED) for line in rows):
+        return ""
+    ((reason, count),) = Counter(f"{line['ended']}: {line['message']}" for line in rows).most_common(1)
+    return f"{count} of {len(rows)} {reason}"
 
 
 def _measure(
-    scenes: Sequence[CaseScene], plan: Plan, limits: Limits, store: Store, progress: Progress
+    scenes: Sequence[CaseScene], plan: Plan, limits: Limits, store: Store, progress: Callable[[str], None]
 ) -> Any:
     """Lines of all runs of the plan, as they are read or made."""
     by_name = {scene.name: scene for scene in scenes}
@@ -139,7 +150,7 @@ def _solve(scene: CaseScene, run: Run, limits: Limits) -> Ended:
 
 
 def _bounds(
-    scenes: Sequence[CaseScene], path: Path, limits: Limits, progress: Progress
+    scenes: Sequence[CaseScene], path: Path, limits: Limits, progress: Callable[[str], None]
 ) -> tuple[dict[str, Bounds], list[str]]:
     """Certified bounds of every scene, from the cache beside the results or computed; what failed."""
     try:
