@@ -14,6 +14,7 @@ from masonry_opt.cli import app
 from masonry_opt.studies.compare import command, compare, comparison
 from masonry_opt.studies.compare.case_scenes import find_scenes
 from masonry_opt.studies.compare.comparison import Limits, run_plan
+from masonry_opt.studies.compare.judge import FAILED, Reason
 from masonry_opt.studies.compare.measure import CRASHED, TIME_LIMIT, Ended
 from masonry_opt.studies.compare.page import page
 from masonry_opt.studies.compare.plan import plan
@@ -107,7 +108,7 @@ def test_a_raised_limit_runs_again_what_it_killed(tmp_path, monkeypatch):
     machine = Machine()
     monkeypatch.setattr(comparison, "run_limited", kill)
     result = run_plan(find_scenes([TWO_BLOCKS]), PLAN, LIMITS, tmp_path, lambda _: None)
-    assert set(result.summary["verdict"]) == {"failed but said so"}
+    assert set(result.summary["reason"]) == {Reason.TIME_LIMIT}
     assert write_report(result, tmp_path)  # charts of failures alone
     machine, _ = run(tmp_path, monkeypatch)
     assert machine.runs == []
@@ -161,7 +162,7 @@ def test_the_page_works_offline_and_escapes_what_cases_say(tmp_path, monkeypatch
     mo.save(two_blocks().model_copy(update={"title": evil}), case)
     monkeypatch.setattr(comparison, "run_limited", Machine())
     result = run_plan(find_scenes([case]), PLAN, LIMITS, tmp_path, lambda _: None)
-    result.summary.loc[0, ["verdict", "reason"]] = ["wrong", f"crashed: {evil}"]
+    result.summary.loc[0, ["verdict", "reason", "message"]] = [FAILED, Reason.CRASHED, evil]
     html = page(result)
     assert "alert(1)" in html
     for part in ("<script>alert", "<img src=x", "a<b>", "c<i>"):

@@ -12,9 +12,9 @@ import pandas as pd
 
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.studies.compare import frames
-from masonry_opt.studies.compare.judge import CERTIFIED, FAILED, NAMED, TARGET, WRONG
+from masonry_opt.studies.compare.judge import CERTIFIED, FAILED, NAMED, TARGET, WRONG, Reason
 from masonry_opt.studies.compare.known_answers import ASSOCIATIVE, COULOMB
-from masonry_opt.studies.compare.measure import MEMORY_LIMIT, TIME_LIMIT
+from masonry_opt.studies.compare.text import number, reason_text
 from masonry_opt.studies.palette import COLOURS
 
 GREY = "#777777"
@@ -241,26 +241,19 @@ def _letter(row: Mapping[Any, Any]) -> str:
     """The letter of a row that is not certified."""
     if row["verdict"] != FAILED:
         return "W" if row["verdict"] == WRONG else "N"
-    if str(row["reason"]).startswith(TIME_LIMIT):
-        return "T"
-    return "M" if str(row["reason"]).startswith(MEMORY_LIMIT) else "F"
+    return {Reason.TIME_LIMIT: "T", Reason.MEMORY_LIMIT: "M"}.get(row["reason"], "F")
 
 
 def _hover(rows: pd.DataFrame) -> list[str]:
     """What the marks of rows say when pointed at, in lines."""
     return [
         f"{row['scene']}: {row['pair']}, tolerance {number(row['tolerance'])}\n"
-        f"{row['verdict']} {row['reason']}\n"
+        f"{row['verdict']} {reason_text(row)}\n"
         f"λ {number(row['load_factor'], 9)}\n"
         f"error {number(row['error'])}, violation {number(row['violation'])}\n"
         f"{number(row['time'], 3)} s, {row['peak_memory']:.0f} MB, {number(row['iterations'])} iterations"
         for row in rows.to_dict("records")
     ]
-
-
-def number(value: float | None, digits: int = 5) -> str:
-    """A number in so many digits; a dash for what is not known."""
-    return "–" if value is None or math.isnan(value) else f"{value:.{digits}g}"
 
 
 def _error_words(question: str, error: str) -> tuple[str, str]:

@@ -13,13 +13,13 @@ import pandas as pd
 
 from masonry_opt.files import write_whole
 from masonry_opt.studies.compare import frames
-from masonry_opt.studies.compare.accuracy import Bounds
+from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown, best_known, improve, lowest_exact, merged
 from masonry_opt.studies.compare.case_scenes import CaseScene
 from masonry_opt.studies.compare.known_answers import ANSWER, ASSOCIATIVE
 from masonry_opt.studies.compare.machine import versions_hash
 from masonry_opt.studies.compare.measure import CRASHED, DIED, FINISHED, Ended, run_limited
-from masonry_opt.studies.compare.plan import Plan, Run
+from masonry_opt.studies.compare.plan import Plan, PlannedRun
 from masonry_opt.studies.compare.store import Store, row
 from masonry_opt.studies.compare.worker import bound_scene, run_pair
 
@@ -45,7 +45,7 @@ class Comparison:
 
     Attributes
     ----------
-    scenes, plan, limits: what was asked.
+    scenes, plan, limits: what was compared.
     bounds: certified bounds of the associative load factor, by scene name.
     best: lowest exact Coulomb state known, by scene name.
     summary: one row a scene and pair (see :func:`~.frames.summary`).
@@ -57,7 +57,7 @@ class Comparison:
     scenes: tuple[CaseScene, ...]
     plan: Plan
     limits: Limits
-    bounds: dict[str, Bounds]
+    bounds: dict[str, CertifiedBounds]
     best: dict[str, BestKnown]
     summary: pd.DataFrame
     notes: tuple[str, ...]
@@ -92,7 +92,7 @@ def run_plan(
     """
     known = best_known(scenes)
     store = Store(folder / "results.csv")
-    bounds: dict[str, Bounds] = {}
+    bounds: dict[str, CertifiedBounds] = {}
     rows: list[dict[str, Any]] = []
     notes: list[str] = []
     interrupted = False
@@ -145,13 +145,13 @@ def _measure(
         yield line
 
 
-def _solve(scene: CaseScene, run: Run, limits: Limits) -> Ended:
+def _solve(scene: CaseScene, run: PlannedRun, limits: Limits) -> Ended:
     return run_limited(run_pair, (scene.path, run.pair, limits.time), limits.time, limits.memory)
 
 
 def _bounds(
     scenes: Sequence[CaseScene], path: Path, limits: Limits, progress: Callable[[str], None]
-) -> tuple[dict[str, Bounds], list[str]]:
+) -> tuple[dict[str, CertifiedBounds], list[str]]:
     """Certified bounds of every scene, from the cache beside the results or computed; what failed."""
     try:
         cached = json.loads(path.read_text("utf-8"))
@@ -170,5 +170,5 @@ def _bounds(
                 continue
             cached[scene.content] = ended.value
             write_whole(path, json.dumps(cached, indent=1))
-        found[scene.name] = Bounds(**cached[scene.content])
+        found[scene.name] = CertifiedBounds(**cached[scene.content])
     return found, notes

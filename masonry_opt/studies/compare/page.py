@@ -7,11 +7,12 @@ from typing import Any
 import pandas as pd
 
 from masonry_opt.studies.compare import draw_plotly, frames
-from masonry_opt.studies.compare.accuracy import Bounds
-from masonry_opt.studies.compare.charts import charts, number
+from masonry_opt.studies.compare.accuracy import CertifiedBounds
+from masonry_opt.studies.compare.charts import charts
 from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
 from masonry_opt.studies.compare.judge import GAP_FLOOR, LIMITS, OUTSIDE, TARGET, VERDICTS
 from masonry_opt.studies.compare.machine import machine, versions
+from masonry_opt.studies.compare.text import number, reason_text
 from masonry_opt.studies.page import render
 
 #: Columns of tables: of the frames, and their headings here.
@@ -35,7 +36,7 @@ _RUNS = {
     "error": "error",
     "violation": "violation",
     "time": "time (s)",
-    "reason": "why",
+    "why": "why",
     "iterations": "iterations",
     "lp_solves": "LPs",
     "peak_memory": "peak (MB)",
@@ -70,7 +71,7 @@ def page(comparison: Comparison) -> str:
         limits=comparison.limits,
         notes=comparison.notes,
         success=_table(frames.success(summary) if len(summary) else summary, _SUCCESS),
-        runs=_table(summary, _RUNS),
+        runs=_table(summary.assign(why=[*map(reason_text, summary.to_dict("records"))]), _RUNS),
         charts=_charts(summary),
         references=_references(comparison),
         left_out={"columns": ["method", "model", "solver", "why"], "rows": left_out},
@@ -129,7 +130,7 @@ def _references(comparison: Comparison) -> dict[str, Any]:
     return {"columns": columns, "rows": rows}
 
 
-def _certified_to(bounds: Bounds | None) -> str:
+def _certified_to(bounds: CertifiedBounds | None) -> str:
     if bounds is None:
         return "no bounds"
     if bounds.finite:
