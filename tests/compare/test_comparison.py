@@ -13,6 +13,7 @@ import masonry_opt as mo
 from masonry_opt.cli import app
 from masonry_opt.studies.compare import command, compare, comparison
 from masonry_opt.studies.compare.case_scenes import find_scenes
+from masonry_opt.studies.compare.charts import charts
 from masonry_opt.studies.compare.comparison import Limits, run_plan
 from masonry_opt.studies.compare.judge import FAILED, Reason
 from masonry_opt.studies.compare.measure import CRASHED, TIME_LIMIT, Ended
@@ -163,7 +164,7 @@ def test_the_page_works_offline_and_escapes_what_cases_say(tmp_path, monkeypatch
     monkeypatch.setattr(comparison, "run_limited", Machine())
     result = run_plan(find_scenes([case]), PLAN, LIMITS, tmp_path, lambda _: None)
     result.summary.loc[0, ["verdict", "reason", "message"]] = [FAILED, Reason.CRASHED, evil]
-    html = page(result)
+    html = page(result, charts(result.summary))
     assert "alert(1)" in html
     for part in ("<script>alert", "<img src=x", "a<b>", "c<i>"):
         assert part not in html

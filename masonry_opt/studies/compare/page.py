@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import pandas as pd
 
 from masonry_opt.studies.compare import draw_plotly, frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.charts import charts
+from masonry_opt.studies.compare.charts import Bars, Chart
 from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
 from masonry_opt.studies.compare.judge import GAP_FLOOR, LIMITS, OUTSIDE, TARGET, VERDICTS
 from masonry_opt.studies.compare.machine import machine, versions
@@ -59,7 +60,7 @@ _FORMATS = {
 }
 
 
-def page(comparison: Comparison) -> str:
+def page(comparison: Comparison, charts: Sequence[Chart | Bars]) -> str:
     """The whole file."""
     summary = comparison.summary
     about = machine() | {f"version of {name}": release for name, release in versions().items()}
@@ -72,7 +73,7 @@ def page(comparison: Comparison) -> str:
         notes=comparison.notes,
         success=_table(frames.success(summary) if len(summary) else summary, _SUCCESS),
         runs=_table(summary.assign(why=[*map(reason_text, summary.to_dict("records"))]), _RUNS),
-        charts=_charts(summary),
+        charts=_drawn(charts),
         references=_references(comparison),
         left_out={"columns": ["method", "model", "solver", "why"], "rows": left_out},
         residuals={
@@ -87,9 +88,9 @@ def page(comparison: Comparison) -> str:
     )
 
 
-def _charts(summary: pd.DataFrame) -> list[dict[str, str]]:
+def _drawn(charts: Sequence[Chart | Bars]) -> list[dict[str, str]]:
     drawn: list[dict[str, str]] = []
-    for chart in charts(summary):
+    for chart in charts:
         # Without its bar of buttons, which covers the charts on a narrow screen.
         config = {"displayModeBar": False, "responsive": True}
         html = draw_plotly.draw(chart).to_html(full_html=False, include_plotlyjs=not drawn, config=config)

@@ -25,13 +25,15 @@ def write_report(comparison: Comparison, folder: Path) -> list[Path]:
     Raises OutputError if the folder cannot be written.
     """
     files: dict[str, str | bytes] = {"summary.csv": comparison.summary.to_csv(index=False)}
-    for chart in charts(comparison.summary):
+    drawn = charts(comparison.summary)
+    for chart in drawn:
         figure = draw_matplotlib.draw(chart)
         for kind in ("png", "svg"):
             stream = io.BytesIO()
             figure.savefig(stream, format=kind, dpi=_DPI, metadata={"Date": None} if kind == "svg" else None)
+            figure.set_layout_engine("none")  # laid out: the next kind looks the same
             files[f"{chart.name}.{kind}"] = stream.getvalue()
-    files["report.html"] = page(comparison)
+    files["report.html"] = page(comparison, drawn)
     try:
         for name, content in files.items():
             write_whole(folder / name, content)
