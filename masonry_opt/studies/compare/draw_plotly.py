@@ -45,9 +45,8 @@ def _panels(chart: Chart) -> go.Figure:
             listed.add(series.name)
             panel_of.append(title)
     if chart.band is not None:
-        figure.add_hrect(
-            chart.band, chart.y.limits[1], fillcolor="#EDEDED", opacity=1, line_width=0, layer="below"
-        )
+        band = {"fillcolor": "#EDEDED", "opacity": 1, "line_width": 0, "layer": "below"}
+        figure.add_hrect(chart.band, chart.y.limits[1], **band)
         figure.add_annotation(
             text="not certified", x=0, xref="paper", y=1, yref="paper", showarrow=False, yanchor="top"
         )
