@@ -108,15 +108,8 @@ def _bars(chart: Bars) -> go.Figure:
     labels = [escape(label).replace(" · ", "<br>", 1) for label in chart.labels]
     for name, colour, counts in chart.parts:
         text = [str(count or "") for count in counts]
-        figure.add_bar(
-            x=counts,
-            y=labels,
-            name=escape(name),
-            orientation="h",
-            text=text,
-            textangle=0,
-            marker_color=colour,
-        )
+        bars = go.Bar(x=counts, y=labels, name=escape(name), orientation="h", marker_color=colour)
+        figure.add_trace(bars.update(text=text, textangle=0, insidetextanchor="middle"), 1, 1)
     low, median, high = ([*column] for column in zip(*chart.times, strict=True))
     figure.add_scatter(
         x=median,
