@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from pathlib import Path
 from typing import NoReturn
 
 
@@ -28,3 +29,9 @@ def die() -> NoReturn:
 def fail() -> NoReturn:
     """Raise what nobody expects."""
     raise ZeroDivisionError("by zero")
+
+
+def start_and_sleep(case: Path, *_: object) -> None:
+    """A run that says when it starts, and takes a minute."""
+    case.with_suffix(".started").touch()
+    time.sleep(60)

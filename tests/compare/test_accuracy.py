@@ -12,16 +12,16 @@ import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.studies.atlas.small_scenes import block, chute, confined, overhanging
 from masonry_opt.studies.compare import accuracy
-from masonry_opt.studies.compare.accuracy import CERTIFIED, Bounds, certified_bounds
+from masonry_opt.studies.compare.accuracy import CLOSE, CertifiedBounds, certified_bounds
 
 #: What arithmetic of double precision may take from a bound.
 _ROUNDING = 1e-12
 
 
-def assert_certified(bounds: Bounds, load_factor: float, rounding: float = _ROUNDING) -> None:
+def assert_certified(bounds: CertifiedBounds, load_factor: float, rounding: float = _ROUNDING) -> None:
     assert bounds.lower <= load_factor * (1 + rounding)
     assert bounds.upper >= load_factor * (1 - rounding)
-    assert bounds.width <= CERTIFIED
+    assert bounds.width <= CLOSE
 
 
 @pytest.mark.parametrize(
@@ -55,7 +55,7 @@ def test_wedges():
 def test_wall_1():
     """0.64286 published (Table 1), to its last digit."""
     bounds = certified_bounds(assemble(mo.load(CASES / "ferris_tinloi" / "wall_1.toml")).problem)
-    assert bounds.width <= CERTIFIED
+    assert bounds.width <= CLOSE
     assert bounds.middle == pytest.approx(0.64286, abs=5e-6)
 
 

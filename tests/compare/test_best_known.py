@@ -30,7 +30,7 @@ def exact(case, **known):
 
 
 def known_after(case, *rows):
-    improve([case], lowest_exact(rows))
+    improve([case], lowest_exact(rows), write=True)
     return best_known([case])[case.name]
 
 
@@ -82,9 +82,17 @@ def test_an_unwritable_registry_is_named_and_no_error(case, monkeypatch):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr("masonry_opt.studies.compare.best_known.write_whole", refuse)
-    (message,) = improve([case], lowest_exact([exact(case, load_factor=0.15)]))
+    (message,) = improve([case], lowest_exact([exact(case, load_factor=0.15)]), write=True)
     assert "cannot be written (Permission denied)" in message
     assert "0.15" in message
+
+
+def test_without_the_option_a_lower_state_is_told_and_nothing_written(case, tmp_path):
+    before = (tmp_path / FILE).read_bytes()
+    (message,) = improve([case], lowest_exact([exact(case, load_factor=0.15)]), write=False)
+    assert "--update-best-known" in message
+    assert "0.15" in message
+    assert (tmp_path / FILE).read_bytes() == before
 
 
 def test_a_broken_registry_is_one_clear_error(case, tmp_path):

@@ -11,10 +11,12 @@ from typer.testing import CliRunner
 
 import masonry_opt as mo
 from masonry_opt.cli import app
-from masonry_opt.studies.compare import comparison
+from masonry_opt.studies.compare import command, compare, comparison
 from masonry_opt.studies.compare.case_scenes import find_scenes
-from masonry_opt.studies.compare.comparison import Limits, compare
-from masonry_opt.studies.compare.measure import TIME_LIMIT, Ended
+from masonry_opt.studies.compare.charts import charts
+from masonry_opt.studies.compare.comparison import Limits, run_plan
+from masonry_opt.studies.compare.judge import FAILED, Reason
+from masonry_opt.studies.compare.measure import CRASHED, TIME_LIMIT, Ended
 from masonry_opt.studies.compare.page import page
 from masonry_opt.studies.compare.plan import plan
 from masonry_opt.studies.compare.report import summary_text, write_report
@@ -55,7 +57,7 @@ class Machine:
 def run(folder, monkeypatch, stop=None, limits=LIMITS):
     machine = Machine(stop)
     monkeypatch.setattr(comparison, "run_limited", machine)
-    return machine, compare(find_scenes([TWO_BLOCKS]), PLAN, limits, folder, lambda _: None)
+    return machine, run_plan(find_scenes([TWO_BLOCKS]), PLAN, limits, folder, lambda _: None)
 
 
 def test_an_interrupted_comparison_reports_and_continues(tmp_path, monkeypatch):
@@ -94,7 +96,7 @@ def test_a_changed_scene_is_run_again(tmp_path, monkeypatch):
     monkeypatch.setattr(comparison, "run_limited", machine)
     for friction, runs in ((0.1, 4), (0.1, 4), (0.2, 8)):
         mo.save(two_blocks(friction), case)
-        compare(find_scenes([case]), PLAN, LIMITS, tmp_path, lambda _: None)
+        run_plan(find_scenes([case]), PLAN, LIMITS, tmp_path, lambda _: None)
         assert len(machine.runs) == runs
 
 
@@ -106,13 +108,46 @@ def test_a_raised_limit_runs_again_what_it_killed(tmp_path, monkeypatch):
 
     machine = Machine()
     monkeypatch.setattr(comparison, "run_limited", kill)
-    result = compare(find_scenes([TWO_BLOCKS]), PLAN, LIMITS, tmp_path, lambda _: None)
-    assert set(result.summary["verdict"]) == {"failed but said so"}
+    result = run_plan(find_scenes([TWO_BLOCKS]), PLAN, LIMITS, tmp_path, lambda _: None)
+    assert set(result.summary["reason"]) == {Reason.TIME_LIMIT}
     assert write_report(result, tmp_path)  # charts of failures alone
     machine, _ = run(tmp_path, monkeypatch)
     assert machine.runs == []
     machine, _ = run(tmp_path, monkeypatch, limits=Limits(time=60, memory=4000, repeats=1))
     assert len(machine.runs) == 4
+
+
+def test_a_comparison_without_any_result_says_why_and_fails(tmp_path, monkeypatch):
+    def crash(function, arguments, *limits):
+        reason = "" if function is comparison.bound_scene else f"of {arguments[1].solver}"
+        return Ended(CRASHED, reason, None, 1.0, 100.0)
+
+    monkeypatch.setattr(comparison, "run_limited", crash)
+    arguments = [str(TWO_BLOCKS), "--methods", "static", "--solvers", "clarabel,highs"]
+    arguments += ["--tolerances", "1e-9", "--repeats", "1", "--out", str(tmp_path)]
+    result = CliRunner().invoke(command.app, arguments)
+    assert isinstance(result.exception, mo.MasonryError)
+    assert result.exception.exit_code == 1
+    assert "crashed: of highs" in str(result.exception)  # two runs of three
+    assert "\n" not in str(result.exception)
+    assert (tmp_path / "report.html").exists()
+
+
+def test_the_python_function_returns_what_it_judged(tmp_path, monkeypatch):
+    monkeypatch.setattr(comparison, "run_limited", Machine())
+    found = compare(
+        ["two_blocks"],
+        methods=["static"],
+        solvers=["highs"],
+        tolerances=[1e-9],
+        repeats=1,
+        out=tmp_path,
+        cases=CASES,
+    )
+    assert list(found.summary["load_factor"]) == [0.25, 0.25]  # CVXPY and Pyomo
+    assert (tmp_path / "report.html").exists()
+    with pytest.raises(mo.OptionError):
+        compare(["two_blocks"], repeats=0, out=tmp_path, cases=CASES)
 
 
 def test_results_of_another_version_are_refused(tmp_path, monkeypatch):
@@ -127,9 +162,9 @@ def test_the_page_works_offline_and_escapes_what_cases_say(tmp_path, monkeypatch
     case.parent.mkdir()
     mo.save(two_blocks().model_copy(update={"title": evil}), case)
     monkeypatch.setattr(comparison, "run_limited", Machine())
-    result = compare(find_scenes([case]), PLAN, LIMITS, tmp_path, lambda _: None)
-    result.summary.loc[0, ["verdict", "reason"]] = ["wrong", f"crashed: {evil}"]
-    html = page(result)
+    result = run_plan(find_scenes([case]), PLAN, LIMITS, tmp_path, lambda _: None)
+    result.summary.loc[0, ["verdict", "reason", "message"]] = [FAILED, Reason.CRASHED, evil]
+    html = page(result, charts(result.summary))
     assert "alert(1)" in html
     for part in ("<script>alert", "<img src=x", "a<b>", "c<i>"):
         assert part not in html

@@ -9,9 +9,9 @@ import pytest
 from lines import line
 
 from masonry_opt.studies.compare import frames
-from masonry_opt.studies.compare.accuracy import Bounds
+from masonry_opt.studies.compare.accuracy import CertifiedBounds
 
-BOUNDS = {name: Bounds(1 - 1e-12, 1 + 1e-12) for name in ("a", "b", "c")}
+BOUNDS = {name: CertifiedBounds(1 - 1e-12, 1 + 1e-12) for name in ("a", "b", "c")}
 
 
 def test_times_are_medians_without_what_all_share():

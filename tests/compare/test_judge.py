@@ -6,11 +6,20 @@ import pytest
 from lines import line
 
 from masonry_opt.answer.status import Status
-from masonry_opt.studies.compare.accuracy import Bounds
+from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
-from masonry_opt.studies.compare.judge import CERTIFIED, FAILED, NAMED, WRONG, judge
+from masonry_opt.studies.compare.judge import (
+    CERTIFIED,
+    FAILED,
+    NAMED,
+    WRONG,
+    Reason,
+    judge,
+    residuals_over_limit,
+)
+from masonry_opt.studies.compare.text import reason_text
 
-BOUNDS = Bounds(0.5 - 1e-11, 0.5 + 1e-11)
+BOUNDS = CertifiedBounds(0.5 - 1e-11, 0.5 + 1e-11)
 BEST = BestKnown(0.4, "refined")
 
 
@@ -41,35 +50,55 @@ def test_without_a_reference_there_is_no_error():
 @pytest.mark.parametrize(
     ("known", "verdict", "reason"),
     [
-        ({"complementarity": 2e-4}, WRONG, "complementarity 4.0e-04 > 1e-04"),
-        ({"flow": float("nan")}, WRONG, "flow nan"),
-        ({"yield": None}, WRONG, "no certificate"),
-        ({"method": "nonassociative", "yield": 0.05}, CERTIFIED, ""),
-        ({"method": "nonassociative", "yield": 0.5}, WRONG, "yield 5.0e-01 > 1e-01"),
-        ({"method": "mpec", "yield": 1e-5}, WRONG, "yield 1.0e-05 > 1e-06"),
-        ({"load_factor": None, "status": "not converged: cycling"}, FAILED, "cycling"),
-        ({"load_factor": None, "status": "solver failed", "message": "at 3"}, FAILED, "solver failed: at 3"),
-        ({"load_factor": 0.5002}, WRONG, "λ above its certified bound 0.5"),
-        ({"load_factor": 0.4998}, WRONG, "λ below its certified bound 0.5"),
-        ({"method": "refined", "load_factor": 0.5002}, WRONG, "λ above its certified bound 0.5"),
-        ({"method": "refined", "load_factor": 0.4}, CERTIFIED, ""),
-        ({"load_factor": None, "status": Status.UNSTABLE}, WRONG, "(right: answer)"),
-        ({"load_factor": None, "status": Status.LOCKED}, WRONG, "(right: answer)"),
-        ({"method": "mpec", "load_factor": None, "status": Status.JAMMED}, WRONG, "(right: not this)"),
-        ({"method": "mpec", "load_factor": None, "status": Status.UNSTABLE}, FAILED, "unstable"),
-        ({"load_factor": None, "ended": "refused"}, FAILED, "refused"),
-        ({"load_factor": None, "ended": "time limit", "message": "over 2 s"}, FAILED, "time limit: over 2 s"),
-        ({"load_factor": None, "ended": "crashed", "message": "why"}, FAILED, "crashed: why"),
+        ({"complementarity": 2e-4}, WRONG, Reason.RESIDUAL),
+        ({"flow": float("nan")}, WRONG, Reason.RESIDUAL),
+        ({"yield": None}, WRONG, Reason.NO_CERTIFICATE),
+        ({"method": "nonassociative", "yield": 0.05}, CERTIFIED, Reason.NONE),
+        ({"method": "nonassociative", "yield": 0.5}, WRONG, Reason.RESIDUAL),
+        ({"method": "mpec", "yield": 1e-5}, WRONG, Reason.RESIDUAL),
+        ({"load_factor": None, "status": "not converged: cycling"}, FAILED, Reason.NO_ANSWER),
+        ({"load_factor": None, "status": "solver failed", "message": "at 3"}, FAILED, Reason.NO_ANSWER),
+        ({"load_factor": 0.5002}, WRONG, Reason.ABOVE_BOUND),
+        ({"load_factor": 0.4998}, WRONG, Reason.BELOW_BOUND),
+        ({"method": "refined", "load_factor": 0.5002}, WRONG, Reason.ABOVE_BOUND),
+        ({"method": "refined", "load_factor": 0.4}, CERTIFIED, Reason.NONE),
+        ({"load_factor": None, "status": Status.UNSTABLE}, WRONG, Reason.FALSE_CLAIM),
+        ({"load_factor": None, "status": Status.LOCKED}, WRONG, Reason.FALSE_CLAIM),
+        ({"method": "mpec", "load_factor": None, "status": Status.JAMMED}, WRONG, Reason.FALSE_CLAIM),
+        ({"method": "mpec", "load_factor": None, "status": Status.UNSTABLE}, FAILED, Reason.UNCONFIRMED),
+        ({"load_factor": None, "ended": "refused"}, FAILED, Reason.UNCONFIRMED),
+        ({"load_factor": None, "ended": "time limit"}, FAILED, Reason.TIME_LIMIT),
+        ({"load_factor": None, "ended": "memory limit"}, FAILED, Reason.MEMORY_LIMIT),
+        ({"load_factor": None, "ended": "crashed", "message": "why"}, FAILED, Reason.CRASHED),
+        ({"load_factor": None, "ended": "died"}, FAILED, Reason.DIED),
     ],
 )
 def test_verdicts(known, verdict, reason):
     judged = judge(line(**({"load_factor": 0.5} | known)), BOUNDS, BEST, {})
-    assert judged["verdict"] == verdict
-    assert reason in judged["reason"]
+    assert (judged["verdict"], judged["reason"]) == (verdict, reason)
+
+
+def test_residuals_over_their_limits():
+    """Complementarity is relative to λ: 2e-4 of 0.5 is four times the limit."""
+    row = line(load_factor=0.5, complementarity=2e-4)
+    assert residuals_over_limit(row) == {"complementarity": pytest.approx(4e-4)}
+
+
+def test_what_is_right_is_told_beside_a_false_claim():
+    row = line(load_factor=None, status=Status.UNSTABLE)
+    assert judge(row, BOUNDS, BEST, {})["right"] == "answer"
+    row |= {"method": "mpec", "status": Status.JAMMED}
+    assert judge(row, BOUNDS, BEST, {})["right"] == ""
+
+
+@pytest.mark.parametrize("reason", Reason)
+def test_every_reason_but_none_has_its_text(reason):
+    row = line(reason=reason, right="", flow=1.0)
+    assert bool(reason_text(row)) == (reason != Reason.NONE)
 
 
 INF = float("inf")
-FALLS, UNLIMITED, UNKNOWN = Bounds(-INF, -INF), Bounds(INF, INF), Bounds(-INF, INF)
+FALLS, UNLIMITED, UNKNOWN = CertifiedBounds(-INF, -INF), CertifiedBounds(INF, INF), CertifiedBounds(-INF, INF)
 
 
 @pytest.mark.parametrize(
@@ -129,7 +158,7 @@ def _claiming(method, claim):
 @pytest.mark.parametrize("scale", [1.0, 1e4])
 def test_complementarity_is_relative(scale):
     """A live load 10⁴ times smaller makes λ and the energy in units of it so many times larger."""
-    bounds = Bounds(0.5 * scale, 0.5 * scale)
+    bounds = CertifiedBounds(0.5 * scale, 0.5 * scale)
     for left, verdict in ((2e-5, CERTIFIED), (2e-4, WRONG)):
         row = line(load_factor=0.5 * scale, complementarity=left * scale)
         assert judge(row, bounds, None, {})["verdict"] == verdict

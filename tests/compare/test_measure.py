@@ -10,8 +10,9 @@ import time
 
 import hogs
 import pytest
-from scenes import CASES
+from scenes import CASES, two_blocks
 
+import masonry_opt as mo
 from masonry_opt.studies.compare.measure import (
     CRASHED,
     DIED,
@@ -73,17 +74,23 @@ def test_a_wrong_case_is_refused():
 
 def test_a_comparison_that_is_killed_takes_its_run_along(tmp_path):
     """It is ended like Ctrl-C within a run of a minute, and no process is left."""
-    command = [sys.executable, "-c", "from masonry_opt.cli import main; main()", "compare"]
-    command += [str(CASES / "ferris_tinloi" / "wall_6.toml"), "--methods", "global", "--time-limit", "60"]
+    case = tmp_path / "two_blocks.toml"
+    mo.save(two_blocks(), case)
+    program = "import hogs; from masonry_opt.studies.compare import comparison as c; "
+    program += "c.run_pair = hogs.start_and_sleep; from masonry_opt.cli import main; main()"
+    arguments = ["compare", str(case), "--methods", "static", "--out", str(tmp_path)]
     comparison = subprocess.Popen(
-        [*command, "--out", str(tmp_path)], stderr=subprocess.PIPE, text=True, start_new_session=True
+        [sys.executable, "-c", program, *arguments],
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)},
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
     )
     deadline = time.monotonic() + 60
-    while not (tmp_path / "bounds.json").exists():
+    while not case.with_suffix(".started").exists():
         assert time.monotonic() < deadline
-        time.sleep(0.1)
-    time.sleep(1.0)  # the run, of a minute, is under way
-    assert comparison.poll() is None
+        assert comparison.poll() is None
+        time.sleep(0.05)
     comparison.send_signal(signal.SIGTERM)
     _, said = comparison.communicate(timeout=30)
     assert comparison.returncode == 130, said

@@ -26,8 +26,8 @@ from masonry_opt.problem.state import State
 from masonry_opt.solvers.load_units import in_units_of_load
 from masonry_opt.solvers.registry import find_solver
 
-#: (upper − lower) / |λ| that is asked for.
-CERTIFIED = 1e-9
+#: (upper − lower) / |λ| that is close enough.
+CLOSE = 1e-9
 
 #: Load factors below this are compared as they are: near zero a relative difference says nothing.
 SMALLEST = 1e-2
@@ -53,7 +53,7 @@ _MARGIN = 1e-9
 
 
 @dataclass(frozen=True)
-class Bounds:
+class CertifiedBounds:
     """lower ≤ λ ≤ upper; infinite where nothing feasible was found.
 
     Both −∞: the dead load alone has no state of equilibrium. Both +∞: λ is unlimited.
@@ -159,7 +159,7 @@ class _Polyhedron:
         return splu(sp.csc_matrix(normal), permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
 
 
-def certified_bounds(problem: Problem) -> Bounds:
+def certified_bounds(problem: Problem) -> CertifiedBounds:
     """Bounds of λ from feasible points of eq. (9) and of eq. (10).
 
     Feasible: equations to 1e-11 in units of the load and of the mean velocity, inequalities to the last
@@ -172,9 +172,9 @@ def certified_bounds(problem: Problem) -> Bounds:
     statics, kinematics = _statics(problem), _kinematics(problem)
     small = problem.joints < _SMALL
     if statics.extreme(fixed=True) == _INFEASIBLE if small else falling_mechanism(problem) is not None:
-        return Bounds(-np.inf, -np.inf)
+        return CertifiedBounds(-np.inf, -np.inf)
     within, opening = statics.interior(), kinematics.interior()
-    bounds = Bounds(-np.inf, np.inf)
+    bounds = CertifiedBounds(-np.inf, np.inf)
     for language, name, tolerance in _SOURCES:
         if name == "highs" and not small:
             continue
@@ -185,11 +185,11 @@ def certified_bounds(problem: Problem) -> Bounds:
         state = answer.state
         lower = scaled.load_factor * statics.inside(np.append(state.q, state.load_factor), within)
         upper = scaled.load_factor * kinematics.inside(_mechanism(problem, state), opening)
-        bounds = Bounds(float(np.fmax(bounds.lower, lower)), float(np.fmin(bounds.upper, upper)))
-        if bounds.width <= CERTIFIED:
+        bounds = CertifiedBounds(float(np.fmax(bounds.lower, lower)), float(np.fmin(bounds.upper, upper)))
+        if bounds.width <= CLOSE:
             break
     if small and not bounds.finite and statics.extreme(fixed=False) == _UNBOUNDED:
-        return Bounds(np.inf, np.inf)
+        return CertifiedBounds(np.inf, np.inf)
     return bounds
 
 

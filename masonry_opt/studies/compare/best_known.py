@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -27,8 +27,9 @@ _LOWER = 1e-8
 
 _HEADER = """\
 # The lowest exact Coulomb load factor known of each case file, and the method that found it.
-# `masonry-opt compare` rewrites this file when a run of mpec, refined or global, all of whose residuals
-# are below 1e-8, finds a lower one. `content` is the scene's hash: a changed scene has no best known state.
+# `masonry-opt compare --update-best-known` rewrites this file when a run of mpec, refined or global, all of
+# whose residuals are below 1e-8, finds a lower one. `content` is the scene's hash: a changed scene has no
+# best known state.
 """
 
 
@@ -93,8 +94,8 @@ def merged(known: dict[str, BestKnown], found: dict[str, BestKnown]) -> dict[str
     return known | lower
 
 
-def improve(scenes: Iterable[CaseScene], best: dict[str, BestKnown]) -> list[str]:
-    """Write what is lower than the registries say, or new there; lines that say what was done.
+def improve(scenes: Iterable[CaseScene], best: Mapping[str, BestKnown], write: bool) -> list[str]:
+    """What is lower than the registries say, or new there, in lines; written to them if ``write``.
 
     A scene without a registry near its file is left alone. A registry that cannot be written is named.
     """
@@ -108,18 +109,17 @@ def improve(scenes: Iterable[CaseScene], best: dict[str, BestKnown]) -> list[str
         same = entry.get("content") == scene.content
         if same and not _is_lower(found.load_factor, entry["load_factor"]):
             continue
-        entries[key] = {
-            "load_factor": found.load_factor,
-            "method": found.method,
-            "content": scene.content,
-        }
-        what = f"{key}: {found.load_factor:.9g}, found by {found.method}"
+        what = f"{key}: lower exact state {found.load_factor:.9g}, found by {found.method}"
+        if not write:
+            lines.append(f"{what}; --update-best-known writes it to {registry}")
+            continue
+        entries[key] = {"load_factor": found.load_factor, "method": found.method, "content": scene.content}
         try:
             write_whole(registry, _HEADER + tomli_w.dumps(dict(sorted(entries.items()))))
         except OSError as error:
-            lines.append(f"{registry} cannot be written ({error.strerror}); lower state of {what}")
+            lines.append(f"{what}; {registry} cannot be written ({error.strerror})")
         else:
-            lines.append(f"{registry}: {what}")
+            lines.append(f"{what}; written to {registry}")
     return lines
 
 

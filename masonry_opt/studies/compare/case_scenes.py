@@ -25,7 +25,7 @@ class CaseScene:
     path: the case file.
     content: hash of blocks, joints, loads and gravity; words and references do not change it.
     title: its title, as in the case file.
-    expected: by question, what is known of its answer by hand (see :func:`~.truth.known_claims`).
+    expected: by question, what is known of its answer by hand (see :func:`~.known_answers.known_claims`).
     """
 
     name: str

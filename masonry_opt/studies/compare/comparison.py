@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,13 +13,13 @@ import pandas as pd
 
 from masonry_opt.files import write_whole
 from masonry_opt.studies.compare import frames
-from masonry_opt.studies.compare.accuracy import Bounds
+from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown, best_known, improve, lowest_exact, merged
 from masonry_opt.studies.compare.case_scenes import CaseScene
 from masonry_opt.studies.compare.known_answers import ANSWER, ASSOCIATIVE
 from masonry_opt.studies.compare.machine import versions_hash
-from masonry_opt.studies.compare.measure import FINISHED, Ended, run_limited
-from masonry_opt.studies.compare.plan import Plan, Run
+from masonry_opt.studies.compare.measure import CRASHED, DIED, FINISHED, Ended, run_limited
+from masonry_opt.studies.compare.plan import Plan, PlannedRun
 from masonry_opt.studies.compare.store import Store, row
 from masonry_opt.studies.compare.worker import bound_scene, run_pair
 
@@ -27,8 +28,6 @@ REPEATED_BELOW = 5.0
 
 #: Seconds that the certified bounds of a scene may take at least.
 _BOUNDS_TIME = 120.0
-
-Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -46,26 +45,33 @@ class Comparison:
 
     Attributes
     ----------
-    scenes, plan, limits: what was asked.
+    scenes, plan, limits: what was compared.
     bounds: certified bounds of the associative load factor, by scene name.
     best: lowest exact Coulomb state known, by scene name.
     summary: one row a scene and pair (see :func:`~.frames.summary`).
     notes: what else a reader must know, a line each.
     interrupted: whether runs are missing.
+    failure: if every run crashed or died, how most of them did; else "".
     """
 
     scenes: tuple[CaseScene, ...]
     plan: Plan
     limits: Limits
-    bounds: dict[str, Bounds]
+    bounds: dict[str, CertifiedBounds]
     best: dict[str, BestKnown]
     summary: pd.DataFrame
     notes: tuple[str, ...]
     interrupted: bool
+    failure: str
 
 
-def compare(
-    scenes: Sequence[CaseScene], plan: Plan, limits: Limits, folder: Path, progress: Progress
+def run_plan(
+    scenes: Sequence[CaseScene],
+    plan: Plan,
+    limits: Limits,
+    folder: Path,
+    progress: Callable[[str], None],
+    update_best_known: bool = False,
 ) -> Comparison:
     """Make the runs that ``folder`` does not hold yet, and judge all of the plan's.
 
@@ -73,6 +79,7 @@ def compare(
     ----------
     folder: where ``results.csv`` and ``bounds.json`` are kept.
     progress: called with a line before each run.
+    update_best_known: write lower exact states to the registries; else they are told in the notes.
 
     Raises
     ------
@@ -85,7 +92,7 @@ def compare(
     """
     known = best_known(scenes)
     store = Store(folder / "results.csv")
-    bounds: dict[str, Bounds] = {}
+    bounds: dict[str, CertifiedBounds] = {}
     rows: list[dict[str, Any]] = []
     notes: list[str] = []
     interrupted = False
@@ -98,14 +105,24 @@ def compare(
         interrupted = True
         notes.append("interrupted: the same command continues where it stopped")
     found = lowest_exact(rows)
-    notes += improve(scenes, found)
+    notes += improve(scenes, found, update_best_known)
     best = merged(known, found)
     summary = frames.summary(rows, bounds, best, {scene.name: scene.expected for scene in scenes})
-    return Comparison(tuple(scenes), plan, limits, bounds, best, summary, tuple(notes), interrupted)
+    return Comparison(
+        tuple(scenes), plan, limits, bounds, best, summary, tuple(notes), interrupted, _failure(rows)
+    )
+
+
+def _failure(rows: Sequence[dict[str, Any]]) -> str:
+    """How most runs ended, if all of them crashed or died; else ""."""
+    if not rows or any(line["ended"] not in (CRASHED, DIED) for line in rows):
+        return ""
+    ((reason, count),) = Counter(f"{line['ended']}: {line['message']}" for line in rows).most_common(1)
+    return f"{count} of {len(rows)} {reason}"
 
 
 def _measure(
-    scenes: Sequence[CaseScene], plan: Plan, limits: Limits, store: Store, progress: Progress
+    scenes: Sequence[CaseScene], plan: Plan, limits: Limits, store: Store, progress: Callable[[str], None]
 ) -> Any:
     """Lines of all runs of the plan, as they are read or made."""
     by_name = {scene.name: scene for scene in scenes}
@@ -128,13 +145,13 @@ def _measure(
         yield line
 
 
-def _solve(scene: CaseScene, run: Run, limits: Limits) -> Ended:
+def _solve(scene: CaseScene, run: PlannedRun, limits: Limits) -> Ended:
     return run_limited(run_pair, (scene.path, run.pair, limits.time), limits.time, limits.memory)
 
 
 def _bounds(
-    scenes: Sequence[CaseScene], path: Path, limits: Limits, progress: Progress
-) -> tuple[dict[str, Bounds], list[str]]:
+    scenes: Sequence[CaseScene], path: Path, limits: Limits, progress: Callable[[str], None]
+) -> tuple[dict[str, CertifiedBounds], list[str]]:
     """Certified bounds of every scene, from the cache beside the results or computed; what failed."""
     try:
         cached = json.loads(path.read_text("utf-8"))
@@ -153,5 +170,5 @@ def _bounds(
                 continue
             cached[scene.content] = ended.value
             write_whole(path, json.dumps(cached, indent=1))
-        found[scene.name] = Bounds(**cached[scene.content])
+        found[scene.name] = CertifiedBounds(**cached[scene.content])
     return found, notes

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from masonry_opt.studies.compare.accuracy import Bounds
+from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
 from masonry_opt.studies.compare.judge import CERTIFIED, NAMED, TARGET, VERDICTS, judge
 from masonry_opt.studies.compare.store import pair_of
@@ -24,7 +24,7 @@ _PAIR = ["method", "model", "solver", "tolerance"]
 
 def summary(
     rows: Iterable[dict[str, Any]],
-    bounds: Mapping[str, Bounds],
+    bounds: Mapping[str, CertifiedBounds],
     best: Mapping[str, BestKnown],
     expected: Mapping[str, Mapping[str, str]],
 ) -> pd.DataFrame:
@@ -70,13 +70,14 @@ def summary(
         "question",
         "verdict",
         "reason",
+        "right",
         "load_factor",
         "error",
         "below",
         "violation",
     ]
     columns += ["time", *medians[2:], "lp_solves", "nlp_solves", "iterations", "repeats", "joints", "blocks"]
-    columns += ["equilibrium", "yield", "flow", "complementarity", "bound"]
+    columns += ["equilibrium", "yield", "flow", "complementarity", "bound", "ended", "status", "message"]
     return pd.DataFrame(lines)[columns]
 
 
@@ -87,19 +88,19 @@ def pareto(frame: pd.DataFrame, cost: str = "time", error: str = "error") -> pd.
     return known[known[error] < before]
 
 
-def reached(frame: pd.DataFrame, asks: str) -> pd.DataFrame:
+def reached(frame: pd.DataFrame, question: str) -> pd.DataFrame:
     """By scene and pair, the least time at any tolerance of a certified answer with an error within TARGET.
 
     Columns: scene, pair, joints, time (infinite where none reached it). Scenes of whose answer nothing is
     known, so that there is no error, are left out.
     """
-    asked = frame[(frame["question"] == asks)]
-    known = asked.groupby("scene")["error"].transform(lambda errors: errors.notna().any())
-    asked = asked[known].copy()
-    there = (asked["verdict"] == CERTIFIED) & (asked["error"] <= TARGET[asks])
-    asked["time"] = asked["time"].where(there, np.inf)
-    joints = asked.groupby("scene")["joints"].transform("max")
-    times = asked.assign(joints=joints).groupby(["scene", "pair"], as_index=False, sort=False)
+    rows = frame[frame["question"] == question]
+    known = rows.groupby("scene")["error"].transform(lambda errors: errors.notna().any())
+    rows = rows[known].copy()
+    there = (rows["verdict"] == CERTIFIED) & (rows["error"] <= TARGET[question])
+    rows["time"] = rows["time"].where(there, np.inf)
+    joints = rows.groupby("scene")["joints"].transform("max")
+    times = rows.assign(joints=joints).groupby(["scene", "pair"], as_index=False, sort=False)
     return times.agg(joints=("joints", "first"), time=("time", "min"))
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from enum import StrEnum
 from typing import Any
 
-from masonry_opt.studies.compare.accuracy import SMALLEST, Bounds
+from masonry_opt.studies.compare.accuracy import SMALLEST, CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
 from masonry_opt.studies.compare.known_answers import ANSWER, ASSOCIATIVE, CLAIMS, COULOMB, known_claims
-from masonry_opt.studies.compare.measure import FINISHED
+from masonry_opt.studies.compare.measure import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT
 
 #: Verdicts, best first. The first two are a success; only the first is drawn as a point of time and error.
 #: certified: a load factor whose certificate holds, not contradicted by what is known of the scene.
@@ -52,42 +53,93 @@ VIOLATION_FLOOR = 1e-10
 TARGET = {ASSOCIATIVE: 1e-6, COULOMB: 1e-2}
 
 
-def question(method: str) -> str:
-    """Which λ a method asks for."""
+class Reason(StrEnum):
+    """Why a run has its verdict."""
+
+    #: Certified.
+    NONE = ""
+    #: A load factor, and wrong: more is left in its certificate than its limit, or there is no certificate;
+    #: or λ is outside the certified bounds.
+    RESIDUAL = "residual"
+    NO_CERTIFICATE = "no_certificate"
+    ABOVE_BOUND = "above_bound"
+    BELOW_BOUND = "below_bound"
+    #: What the run says of the scene is known to be false, known to be right, or neither.
+    FALSE_CLAIM = "false_claim"
+    RIGHT_CLAIM = "right_claim"
+    UNCONFIRMED = "unconfirmed"
+    #: It says nothing of the scene: not converged, solver failed; or it was ended.
+    NO_ANSWER = "no_answer"
+    TIME_LIMIT = "time_limit"
+    MEMORY_LIMIT = "memory_limit"
+    CRASHED = "crashed"
+    DIED = "died"
+
+
+_ENDS = {
+    TIME_LIMIT: Reason.TIME_LIMIT,
+    MEMORY_LIMIT: Reason.MEMORY_LIMIT,
+    CRASHED: Reason.CRASHED,
+    DIED: Reason.DIED,
+}
+
+
+def question_of(method: str) -> str:
+    """Which λ a method looks for."""
     return ASSOCIATIVE if _kind(method) == "associative" else COULOMB
 
 
+def limits_of(method: str) -> dict[str, float]:
+    """What the certificate of a method's answer may leave."""
+    return LIMITS[_kind(method)]
+
+
+def residuals_over_limit(row: Mapping[Any, Any]) -> dict[str, float | None]:
+    """The residuals of a row with a load factor that are over their limits; one that is missing or no number
+    is as well."""
+    limits = limits_of(row["method"])
+    left = {name: row[name] for name in limits}
+    if left["complementarity"] is not None:
+        left["complementarity"] /= max(abs(row["load_factor"]), SMALLEST)
+    return {name: value for name, value in left.items() if value is None or not value <= limits[name]}
+
+
 def judge(
-    row: dict[str, Any], bounds: Bounds | None, best: BestKnown | None, expected: Mapping[str, str]
+    row: dict[str, Any],
+    bounds: CertifiedBounds | None,
+    best: BestKnown | None,
+    expected: Mapping[str, str],
 ) -> dict[str, Any]:
     """Verdict, reason and errors of one run.
 
     Parameters
     ----------
-    expected: what is known of the scene by hand, by question (see :func:`~.truth.known_claims`).
+    expected: what is known of the scene by hand, by question (see :func:`~.known_answers.known_claims`).
 
     Returns
     -------
-    ``question``; ``verdict`` (one of VERDICTS) and ``reason`` ("" if certified); ``error``: distance of λ
-    from the certified one, half the bracket's width at least, or from the best exact Coulomb state, 1e-7 at
-    least, both relative; ``below``: whether λ is below that state, which no exact one is known to be;
-    ``violation``: largest violation of yield, in median block weights, 1e-10 at least. None
-    where there is no such number.
+    ``question``; ``verdict`` (one of VERDICTS) and ``reason`` (a Reason); ``right``: the claims known to be
+    right of the scene; ``error``: distance of λ from the certified one, half the bracket's width at least,
+    or from the best exact Coulomb state, 1e-7 at least, both relative; ``below``: whether λ is below that
+    state, which no exact one is known to be; ``violation``: largest violation of yield, in median block
+    weights, 1e-10 at least. None where there is no such number.
     """
-    asks = question(row["method"])
-    verdict, reason = _verdict(row, bounds, known_claims(asks, bounds, expected))
+    question = question_of(row["method"])
+    known = known_claims(question, bounds, expected)
+    verdict, reason = _verdict(row, bounds, known)
     error, below = None, False
     load_factor = row["load_factor"]
-    if load_factor is not None and asks == ASSOCIATIVE and bounds is not None and bounds.finite:
+    if load_factor is not None and question == ASSOCIATIVE and bounds is not None and bounds.finite:
         distance = abs(load_factor - bounds.middle) / max(abs(bounds.middle), SMALLEST)
         error = max(distance, bounds.width / 2, 1e-16)
-    elif load_factor is not None and asks == COULOMB and best is not None:
+    elif load_factor is not None and question == COULOMB and best is not None:
         gap = (load_factor - best.load_factor) / max(abs(best.load_factor), SMALLEST)
         error, below = max(abs(gap), GAP_FLOOR), gap < -GAP_FLOOR
     return {
-        "question": asks,
+        "question": question,
         "verdict": verdict,
         "reason": reason,
+        "right": " or ".join(claim for claim in CLAIMS if known.get(claim)),
         "error": error,
         "below": below,
         "violation": None if row["yield"] is None else max(row["yield"], VIOLATION_FLOOR),
@@ -98,25 +150,20 @@ def _kind(method: str) -> str:
     return _KINDS.get(method, "exact")
 
 
-def _verdict(row: dict[str, Any], bounds: Bounds | None, known: Mapping[str, bool]) -> tuple[str, str]:
-    words = f"{row['status'] if row['ended'] == FINISHED else row['ended']}: {row['message']}"
+def _verdict(
+    row: dict[str, Any], bounds: CertifiedBounds | None, known: Mapping[str, bool]
+) -> tuple[str, Reason]:
     claim = _claim(row)
     if known.get(claim) is False:
-        right = [other for other in CLAIMS if known.get(other)]
-        return WRONG, f"{words} (right: {' or '.join(right) or 'not this'})"
+        return WRONG, Reason.FALSE_CLAIM
     if claim != ANSWER:
-        return (NAMED if known.get(claim) else FAILED), words
-    limits = LIMITS[_kind(row["method"])]
-    left = {name: row[name] for name in limits}
-    if left["complementarity"] is not None:
-        left["complementarity"] /= max(abs(row["load_factor"]), SMALLEST)
-    # A residual that is missing or no number fails as well.
-    missed = [name for name, limit in limits.items() if not (left[name] is not None and left[name] <= limit)]
-    if missed:
-        residuals = [
-            f"{name} {left[name]:.1e} > {limits[name]:.0e}" for name in missed if left[name] is not None
-        ]
-        return WRONG, ", ".join(residuals) or "no certificate"
+        if known.get(claim):
+            return NAMED, Reason.RIGHT_CLAIM
+        return FAILED, Reason.UNCONFIRMED if claim in CLAIMS else _ENDS.get(row["ended"], Reason.NO_ANSWER)
+    over = residuals_over_limit(row)
+    if over:
+        missing = all(value is None for value in over.values())
+        return WRONG, Reason.NO_CERTIFICATE if missing else Reason.RESIDUAL
     return _within(row, bounds)
 
 
@@ -127,14 +174,14 @@ def _claim(row: dict[str, Any]) -> str:
     return ANSWER if row["load_factor"] is not None else str(row["status"])
 
 
-def _within(row: dict[str, Any], bounds: Bounds | None) -> tuple[str, str]:
+def _within(row: dict[str, Any], bounds: CertifiedBounds | None) -> tuple[str, Reason]:
     """Whether λ agrees with the bounds. Coulomb's has the upper one: its states are states of eq. (9)."""
     if bounds is None or not bounds.finite:
-        return CERTIFIED, ""
+        return CERTIFIED, Reason.NONE
     margin = OUTSIDE * max(abs(bounds.middle), SMALLEST)
     load_factor = row["load_factor"]
     if load_factor > bounds.upper + margin:
-        return WRONG, f"λ above its certified bound {bounds.upper:.9g}"
-    if load_factor < bounds.lower - margin and question(row["method"]) == ASSOCIATIVE:
-        return WRONG, f"λ below its certified bound {bounds.lower:.9g}"
-    return CERTIFIED, ""
+        return WRONG, Reason.ABOVE_BOUND
+    if load_factor < bounds.lower - margin and question_of(row["method"]) == ASSOCIATIVE:
+        return WRONG, Reason.BELOW_BOUND
+    return CERTIFIED, Reason.NONE

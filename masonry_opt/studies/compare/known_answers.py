@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from masonry_opt.answer.status import Status
-from masonry_opt.studies.compare.accuracy import Bounds
+from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.measure import REFUSED
 
 ASSOCIATIVE, COULOMB = "associative", "Coulomb"
@@ -16,12 +16,14 @@ ANSWER = "answer"
 CLAIMS = (ANSWER, REFUSED, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
 
 
-def known_claims(asks: str, bounds: Bounds | None, expected: Mapping[str, str]) -> dict[str, bool]:
+def known_claims(
+    question: str, bounds: CertifiedBounds | None, expected: Mapping[str, str]
+) -> dict[str, bool]:
     """By claim, whether it is right; what nobody knows is left out.
 
     Parameters
     ----------
-    asks: ASSOCIATIVE or COULOMB.
+    question: ASSOCIATIVE or COULOMB.
     bounds: certified bounds of the associative load factor; None if unknown.
     expected: by question, the claim that was derived by hand (the failure atlas).
 
@@ -32,17 +34,17 @@ def known_claims(asks: str, bounds: Bounds | None, expected: Mapping[str, str]) 
     end at a load factor it cannot be unlimited. It may still have no mechanism that goes with them, or one
     where dilatancy would lock.
     """
-    if asks in expected:
-        return {claim: claim == expected[asks] for claim in CLAIMS}
+    if question in expected:
+        return {claim: claim == expected[question] for claim in CLAIMS}
     of_statics = [claim for claim in CLAIMS if claim != REFUSED]
     if bounds is None:
         return {}
     if bounds.unstable:
         return {claim: claim == Status.UNSTABLE for claim in of_statics}
     if bounds.finite:
-        if asks == COULOMB:
+        if question == COULOMB:
             return dict.fromkeys((Status.UNLIMITED, Status.LOCKED, Status.JAMMED), False)
         return {claim: claim == ANSWER for claim in of_statics}
-    if bounds.unlimited and asks == ASSOCIATIVE:
+    if bounds.unlimited and question == ASSOCIATIVE:
         return {claim: claim in (Status.UNLIMITED, Status.LOCKED) for claim in of_statics}
     return {}

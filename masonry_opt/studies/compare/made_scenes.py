@@ -17,7 +17,7 @@ from masonry_opt.studies.atlas.entries import ATLAS
 from masonry_opt.studies.atlas.entry import Entry, Run
 from masonry_opt.studies.atlas.random_scenes import KINDS, random_scene
 from masonry_opt.studies.compare.case_scenes import content_of
-from masonry_opt.studies.compare.judge import question
+from masonry_opt.studies.compare.judge import question_of
 from masonry_opt.studies.compare.known_answers import ANSWER, CLAIMS
 from masonry_opt.studies.compare.measure import REFUSED
 
@@ -64,16 +64,16 @@ def write_random(folder: Path, count: int) -> list[Path]:
 
 
 def right_claims(entry: Entry) -> dict[str, str]:
-    """By question, the claim (see :mod:`~.truth`) that is right for an entry's scene.
+    """By question, the claim (see :mod:`~.known_answers`) that is right for an entry's scene.
 
     A load factor if any run must find one, whatever others are known to fail at. Questions on which the
     entry's runs say nothing of the scene are left out.
     """
     found: dict[str, set[str]] = {}
     for run in entry.runs:
-        found.setdefault(question(run.method), set()).update(_claims(run))
-    right = {asks: {ANSWER} if ANSWER in claims else claims for asks, claims in found.items()}
-    return {asks: claims.pop() for asks, claims in right.items() if len(claims) == 1}
+        found.setdefault(question_of(run.method), set()).update(_claims(run))
+    right = {question: {ANSWER} if ANSWER in claims else claims for question, claims in found.items()}
+    return {question: claims.pop() for question, claims in right.items() if len(claims) == 1}
 
 
 def _claims(run: Run) -> Iterator[str]:

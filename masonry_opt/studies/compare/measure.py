@@ -6,14 +6,17 @@ library's "forkserver"): starting one takes milliseconds, where a new interprete
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
 import os
 import signal
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from masonry_opt.errors import MasonryError
@@ -69,11 +72,11 @@ def run_limited(
     memory_limit: MB of resident memory above which it is killed (where the system has /proc).
     """
     os.environ.update(_ONE_THREAD)
-    # The main program too: every process would import it again.
-    _CONTEXT.set_forkserver_preload(["__main__", "masonry_opt.studies.compare.worker"])
+    _CONTEXT.set_forkserver_preload(["masonry_opt.studies.compare.worker"])
     receiver, sender = _CONTEXT.Pipe(duplex=False)
     process = _CONTEXT.Process(target=_call, args=(sender, function, arguments), daemon=True)
-    process.start()
+    with _main_hidden():
+        process.start()
     sender.close()
     start, peak = time.perf_counter(), 0.0
     try:
@@ -95,6 +98,18 @@ def run_limited(
         process.kill()
         process.join()
         receiver.close()
+
+
+@contextlib.contextmanager
+def _main_hidden() -> Iterator[None]:
+    """Within it a new process imports nothing of the main program: a script without a main guard would
+    start its comparison again there."""
+    main = sys.modules["__main__"]
+    sys.modules["__main__"] = ModuleType("__main__")
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
 
 
 def _call(sender: Connection, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:

@@ -1,148 +1,139 @@
-"""The report as one HTML file: interactive charts and tables, no network needed.
-
-Whatever comes from a case file or a solver is escaped: in tables by pandas, in charts where they are
-made.
-"""
+"""The report as one HTML file: tables and interactive charts, no network needed."""
 
 from __future__ import annotations
 
-from html import escape
+from collections.abc import Sequence
+from typing import Any
 
 import pandas as pd
-import plotly.io
 
-from masonry_opt.studies.compare import frames
-from masonry_opt.studies.compare.accuracy import Bounds
+from masonry_opt.studies.compare import draw_plotly, frames
+from masonry_opt.studies.compare.accuracy import CertifiedBounds
+from masonry_opt.studies.compare.charts import Bars, Chart
 from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
-from masonry_opt.studies.compare.interactive import interactive_charts, number
-from masonry_opt.studies.compare.judge import GAP_FLOOR, LIMITS, OUTSIDE, TARGET
-from masonry_opt.studies.compare.known_answers import ASSOCIATIVE, COULOMB
+from masonry_opt.studies.compare.judge import GAP_FLOOR, LIMITS, OUTSIDE, TARGET, VERDICTS
 from masonry_opt.studies.compare.machine import machine, versions
+from masonry_opt.studies.compare.text import number, reason_text
+from masonry_opt.studies.page import render
 
-_STYLE = """
-body { font: 15px/1.45 system-ui, sans-serif; margin: 2em auto; max-width: 1200px; padding: 0 1em }
-table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums }
-th, td { padding: 3px 8px; border-bottom: 1px solid #ddd; text-align: left; white-space: nowrap }
-th { position: sticky; top: 0; background: #f4f4f4; cursor: pointer }
-.table { overflow: auto; max-height: 600px; margin: 1em 0 }
-.words td { white-space: normal } input { padding: 4px; width: 20em }
-"""
+#: Columns of tables: of the frames, and their headings here.
+_SUCCESS = {
+    "pair": "method · model · solver",
+    "tolerance": "tolerance",
+    "success": "success",
+    **{verdict: verdict for verdict in VERDICTS},
+    "on target": "on target",
+    "time": "median time (s)",
+    "largest error": "largest error",
+    "largest violation": "largest violation",
+    "peak_memory": "peak (MB)",
+}
+_RUNS = {
+    "scene": "scene",
+    "pair": "method · model · solver",
+    "load_factor": "λ",
+    "tolerance": "tolerance",
+    "verdict": "verdict",
+    "error": "error",
+    "violation": "violation",
+    "time": "time (s)",
+    "why": "why",
+    "iterations": "iterations",
+    "lp_solves": "LPs",
+    "peak_memory": "peak (MB)",
+    "blocks": "blocks",
+    "joints": "joints",
+    "equilibrium": "equilibrium",
+    "yield": "yield",
+    "flow": "flow",
+    "complementarity": "complementarity",
+}
+_FORMATS = {
+    "tolerance": "{:.0e}",
+    "success": "{:.0%}",
+    "on target": "{:.0%}",
+    "load_factor": "{:.9g}",
+    "time": "{:.3g}",
+    **dict.fromkeys(("error", "violation", "largest error", "largest violation"), "{:.1e}"),
+    **dict.fromkeys(("equilibrium", "yield", "flow", "complementarity"), "{:.0e}"),
+    **dict.fromkeys(("iterations", "lp_solves", "peak_memory", "blocks", "joints"), "{:.0f}"),
+}
 
-#: Sorts a table at a click on its head, and hides rows that do not hold what is typed.
-_SCRIPT = """
-for (const head of document.querySelectorAll('th')) head.onclick = () => {
-  const body = head.closest('table').tBodies[0], at = head.cellIndex, up = head.dataset.up !== '1';
-  head.dataset.up = up ? '1' : '0';
-  const key = row => { const text = row.cells[at].textContent, number = parseFloat(text);
-                       return isNaN(number) ? text : number };
-  const rows = [...body.rows].sort((a, b) => { const x = key(a), y = key(b);
-    return typeof x === typeof y ? (x < y ? -1 : x > y ? 1 : 0) : typeof x === 'number' ? -1 : 1 });
-  if (!up) rows.reverse();
-  body.append(...rows);
-};
-for (const box of document.querySelectorAll('input')) box.oninput = () => {
-  for (const row of document.querySelectorAll('#' + box.dataset.table + ' tbody tr'))
-    row.hidden = !box.value.toLowerCase().split(' ').every(w => row.textContent.toLowerCase().includes(w));
-};
-"""
 
-
-def page(comparison: Comparison) -> str:
+def page(comparison: Comparison, charts: Sequence[Chart | Bars]) -> str:
     """The whole file."""
     summary = comparison.summary
-    parts = ["<h1>Comparison of methods and solvers</h1>", _meaning(comparison)]
-    if not summary.empty:
-        for index, (title, figure) in enumerate(interactive_charts(summary)):
-            parts.append(f"<h2>{escape(title)}</h2>")
-            parts.append(
-                plotly.io.to_html(
-                    figure, full_html=False, include_plotlyjs=index == 0, config={"displaylogo": False}
-                )
-            )
-        parts += [
-            "<h2>Success rate and time, method × solver</h2>",
-            _table(frames.success(summary).drop(columns="pair"), "success"),
-        ]
-        parts += [
-            "<h2>All runs (medians of repeats)</h2>",
-            '<input data-table="runs" placeholder="filter: wall_6 clarabel certified">',
-            _table(summary.drop(columns="pair"), "runs"),
-        ]
-    parts += ["<h2>What answers are measured by</h2>", _table(_references(comparison), "references")]
-    if comparison.plan.left_out:
-        left_out = pd.DataFrame([vars(item) for item in comparison.plan.left_out])
-        parts += ["<h2>Not applicable</h2>", _table(left_out, "left_out")]
     about = machine() | {f"version of {name}": release for name, release in versions().items()}
-    parts += [
-        "<h2>Machine, versions, command</h2>",
-        _table(pd.DataFrame(about.items(), columns=["", " "]), "about"),
-    ]
-    return (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>Comparison</title>'
-        f"<style>{_STYLE}</style></head><body>{''.join(parts)}<script>{_SCRIPT}</script></body></html>\n"
+    left_out = [[i.method, i.model, i.solver, i.reason] for i in comparison.plan.left_out]
+    return render(
+        "comparison.html",
+        title="Comparison of methods and solvers",
+        scenes=len(comparison.scenes),
+        limits=comparison.limits,
+        notes=comparison.notes,
+        success=_table(frames.success(summary) if len(summary) else summary, _SUCCESS),
+        runs=_table(summary.assign(why=[*map(reason_text, summary.to_dict("records"))]), _RUNS),
+        charts=_drawn(charts),
+        references=_references(comparison),
+        left_out={"columns": ["method", "model", "solver", "why"], "rows": left_out},
+        residuals={
+            "columns": ["", *LIMITS["exact"]],
+            "rows": [[kind, *(f"{limit:g}" for limit in of.values())] for kind, of in LIMITS.items()],
+        },
+        outside=f"{OUTSIDE:g}",
+        target={question: f"{error:g}" for question, error in TARGET.items()},
+        gap_floor=f"{GAP_FLOOR:g}",
+        repeated_below=f"{REPEATED_BELOW:g}",
+        about={"columns": ["", ""], "rows": [*about.items()]},
     )
 
 
-def _meaning(comparison: Comparison) -> str:
-    """What a reader must know before the charts."""
-    limits = comparison.limits
-    certificates = "; ".join(
-        f"{kind}: " + ", ".join(f"{name} ≤ {value:g}" for name, value in of.items())
-        for kind, of in LIMITS.items()
-    )
-    lines = [
-        f"{len(comparison.scenes)} scenes. Each run in its own process, on one core, within "
-        f"{limits.time:g} s and {limits.memory:g} MB; times are medians of {limits.repeats} runs (of one "
-        f"where a run takes over {REPEATED_BELOW:g} s), without reading the scene and the check of its "
-        "dead load, which all share.",
-        f"Certified: there is a load factor, its certificate leaves at most ({certificates}), and it lies no "
-        f"more than {OUTSIDE:g} outside the certified bounds. Named correctly: there is none, and the reason "
-        "is known to be the right one, by the failure atlas or by the bounds. Failed but said so: no answer "
-        "(not converged, solver failed, a limit), or a reason that nobody can confirm. Wrong: a load factor "
-        "without its certificate, or a load factor or reason known to be false. Success: certified or "
-        "named correctly. Only what is certified is drawn as a point of time and error.",
-        "Error of the associative λ: relative distance from the middle of certified bounds. Error of "
-        f"Coulomb's λ: relative gap to the best exact state known, {GAP_FLOOR:g} at least; beside it the "
-        "largest violation of yield in median block weights. An answer below the best exact state is not "
-        "exact. One above it may still be a state of Coulomb friction: there are many, and the least is the "
-        "safe one.",
-        "Profiles and growth: least time, at any tolerance, to a certified answer with an error of at most "
-        f"{TARGET[ASSOCIATIVE]:g} (associative) or {TARGET[COULOMB]:g} (Coulomb). Open marks and broken "
-        "lines: Pyomo.",
-        *comparison.notes,
-    ]
-    return "".join(f"<p>{escape(line)}</p>" for line in lines)
+def _drawn(charts: Sequence[Chart | Bars]) -> list[dict[str, str]]:
+    drawn: list[dict[str, str]] = []
+    for chart in charts:
+        # Without its bar of buttons, which covers the charts on a narrow screen.
+        config = {"displayModeBar": False, "responsive": True}
+        html = draw_plotly.draw(chart).to_html(full_html=False, include_plotlyjs=not drawn, config=config)
+        drawn.append({"title": chart.title, "html": html, "notes": chart.notes})
+    return drawn
 
 
-def _references(comparison: Comparison) -> pd.DataFrame:
-    lines = []
+def _table(frame: pd.DataFrame, columns: dict[str, str]) -> dict[str, Any]:
+    """Headings and rows of text, of some of a frame's columns."""
+    rows = [[_cell(name, row[name]) for name in columns] for row in frame.to_dict("records")]
+    return {"columns": [*columns.values()], "rows": rows}
+
+
+def _cell(name: str, value: Any) -> str:
+    if pd.isna(value):
+        return "–"
+    return _FORMATS.get(name, "{}").format(value)
+
+
+def _references(comparison: Comparison) -> dict[str, Any]:
+    rows = []
     for scene in comparison.scenes:
         bounds, best = comparison.bounds.get(scene.name), comparison.best.get(scene.name)
-        lines.append(
-            {
-                "scene": scene.name,
-                "title": scene.title,
-                "λ associative, at least": f"{bounds.lower:.12g}" if bounds else "",
-                "at most": f"{bounds.upper:.12g}" if bounds else "",
-                "certified to": _certified_to(bounds),
-                "right by hand": "; ".join(f"{asks}: {claim}" for asks, claim in scene.expected.items()),
-                "best exact Coulomb λ": f"{best.load_factor:.9g}" if best else "none known",
-                "found by": best.method if best else "",
-            }
+        rows.append(
+            [
+                scene.name,
+                scene.title,
+                number(bounds.lower if bounds else None, 12),
+                number(bounds.upper if bounds else None, 12),
+                _certified_to(bounds),
+                number(best.load_factor if best else None, 9),
+                best.method if best else "",
+                "; ".join(f"{question}: {claim}" for question, claim in scene.expected.items()),
+            ]
         )
-    return pd.DataFrame(lines)
+    bounded = ["associative λ, at least", "at most", "certified to"]
+    columns = ["scene", "title", *bounded, "lowest exact Coulomb λ", "found by", "known by hand"]
+    return {"columns": columns, "rows": rows}
 
 
-def _certified_to(bounds: Bounds | None) -> str:
+def _certified_to(bounds: CertifiedBounds | None) -> str:
     if bounds is None:
         return "no bounds"
     if bounds.finite:
         return f"{bounds.width:.0e}"
     return "unstable" if bounds.unstable else "unlimited" if bounds.unlimited else "unknown"
-
-
-def _table(frame: pd.DataFrame, name: str) -> str:
-    html = frame.to_html(
-        index=False, border=0, table_id=name, na_rep="", float_format=number, escape=True, justify="left"
-    )
-    return f'<div class="table">{html}</div>'

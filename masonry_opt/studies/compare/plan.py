@@ -34,7 +34,7 @@ class Pair:
 
 
 @dataclass(frozen=True)
-class Run:
+class PlannedRun:
     """One process: a scene's name, a pair, and which of the repeats (from 1) it is."""
 
     scene: str
@@ -59,12 +59,12 @@ class Plan:
     pairs: tuple[Pair, ...]
     left_out: tuple[NotApplicable, ...]
 
-    def runs(self, scenes: Sequence[str], repeats: int) -> Iterator[Run]:
+    def runs(self, scenes: Sequence[str], repeats: int) -> Iterator[PlannedRun]:
         """Every run. Repeats come last: an interrupted comparison has seen everything once."""
         for repeat in range(1, repeats + 1):
             for scene in scenes:
                 for pair in self.pairs:
-                    yield Run(scene, pair, repeat)
+                    yield PlannedRun(scene, pair, repeat)
 
 
 def plan(

@@ -6,11 +6,11 @@ import io
 from pathlib import Path
 
 import pandas as pd
-from matplotlib.figure import Figure
 
 from masonry_opt.errors import OutputError
 from masonry_opt.files import write_whole
-from masonry_opt.studies.compare import frames, pictures
+from masonry_opt.studies.compare import draw_matplotlib, frames
+from masonry_opt.studies.compare.charts import charts
 from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
 from masonry_opt.studies.compare.judge import TARGET
 from masonry_opt.studies.compare.known_answers import ASSOCIATIVE, COULOMB
@@ -25,34 +25,21 @@ def write_report(comparison: Comparison, folder: Path) -> list[Path]:
     Raises OutputError if the folder cannot be written.
     """
     files: dict[str, str | bytes] = {"summary.csv": comparison.summary.to_csv(index=False)}
-    for name, figure in _figures(comparison.summary).items():
+    drawn = charts(comparison.summary)
+    for chart in drawn:
+        figure = draw_matplotlib.draw(chart)
         for kind in ("png", "svg"):
             stream = io.BytesIO()
             figure.savefig(stream, format=kind, dpi=_DPI, metadata={"Date": None} if kind == "svg" else None)
-            files[f"{name}.{kind}"] = stream.getvalue()
-    files["report.html"] = page(comparison)
+            figure.set_layout_engine("none")  # laid out: the next kind looks the same
+            files[f"{chart.name}.{kind}"] = stream.getvalue()
+    files["report.html"] = page(comparison, drawn)
     try:
         for name, content in files.items():
             write_whole(folder / name, content)
     except OSError as error:
         raise OutputError(f"{folder}: cannot be written: {error.strerror}") from None
     return [folder / "results.csv", *(folder / name for name in files)]
-
-
-def _figures(summary: pd.DataFrame) -> dict[str, Figure]:
-    if summary.empty:
-        return {}
-    figures = {"success": pictures.success(summary)}
-    for asks in (ASSOCIATIVE, COULOMB):
-        if not (summary["question"] == asks).any():
-            continue
-        name = asks.lower()
-        figures[f"time_error_{name}"] = pictures.time_error(summary, asks)
-        figures[f"profile_{name}"] = pictures.profile(summary, asks)
-        figures[f"size_{name}"] = pictures.size(summary, asks)
-        if asks == COULOMB:
-            figures[f"time_violation_{name}"] = pictures.time_error(summary, asks, "violation")
-    return figures
 
 
 def summary_text(comparison: Comparison) -> str:

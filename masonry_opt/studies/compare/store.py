@@ -13,7 +13,7 @@ from masonry_opt.errors import OptionError, OutputError
 from masonry_opt.files import write_whole
 from masonry_opt.studies.compare.case_scenes import CaseScene
 from masonry_opt.studies.compare.measure import DIED, MEMORY_LIMIT, TIME_LIMIT, Ended
-from masonry_opt.studies.compare.plan import Pair, Run
+from masonry_opt.studies.compare.plan import Pair, PlannedRun
 
 #: What a run is: a line with the same is not measured again.
 _KEY = ("scene", "content", "versions", "method", "model", "solver", "tolerance", "repeat")
@@ -44,7 +44,7 @@ COLUMNS = (*_KEY, *_WORDS, *_NUMBERS)
 
 
 def row(
-    scene: CaseScene, run: Run, versions: str, ended: Ended, time_limit: float, memory_limit: float
+    scene: CaseScene, run: PlannedRun, versions: str, ended: Ended, time_limit: float, memory_limit: float
 ) -> dict[str, Any]:
     """A run as a line: seconds, memory in MB, λ and its certificate.
 
@@ -120,7 +120,7 @@ class Store:
         self._done[_identity(line)] = line
 
     def find(
-        self, scene: CaseScene, run: Run, versions: str, time_limit: float, memory_limit: float
+        self, scene: CaseScene, run: PlannedRun, versions: str, time_limit: float, memory_limit: float
     ) -> dict[str, Any] | None:
         """The line of a run, if it was made; not of one killed at a limit since raised, nor of one that died
         without a word, which something else than the run may have killed."""

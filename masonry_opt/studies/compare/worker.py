@@ -36,7 +36,7 @@ def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
 
     A first solve of one block, not timed, loads what libraries load late.
     """
-    asked: dict[str, Any] = {"model": pair.model, "solver": pair.solver, "tolerance": pair.tolerance}
+    chosen: dict[str, Any] = {"model": pair.model, "solver": pair.solver, "tolerance": pair.tolerance}
     method = METHODS[pair.method]
     options: dict[str, Any] = {}
     if method.options and "time_limit" in method.options.model_fields:
@@ -47,9 +47,9 @@ def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
             for model in ("cvxpy", "pyomo"):
                 solve(_WARM_UP, "static", model=model)
         else:
-            solve(_WARM_UP, pair.method, **asked)
+            solve(_WARM_UP, pair.method, **chosen)
     start = time.perf_counter()
-    result = solve(path, pair.method, **asked, **options)
+    result = solve(path, pair.method, **chosen, **options)
     wall = time.perf_counter() - start
     kept = result.as_dict()
     for frame in ("history", "block_results", "joint_results"):

@@ -1,0 +1,101 @@
+"""The comparison as a Python function: what the command `masonry-opt compare` calls, too."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from masonry_opt.errors import MasonryError, OptionError
+from masonry_opt.studies.compare.case_scenes import CaseScene, find_scenes
+from masonry_opt.studies.compare.comparison import Comparison, Limits, run_plan
+from masonry_opt.studies.compare.made_scenes import write_atlas, write_random
+from masonry_opt.studies.compare.plan import plan
+
+#: What is compared when nothing is named: every method that a wall of Table 1 takes seconds for, with the
+#: solvers of the package, at a loose and at the package's own tolerance.
+METHODS = ("static", "kinematic", "nonassociative", "mpec", "refined")
+MODELS = ("cvxpy", "pyomo")
+SOLVERS = ("clarabel", "highs", "highs-ipm")
+TOLERANCES = (1e-6, 1e-9)
+
+#: Of a run: times it is made, seconds and MB.
+REPEATS, TIME_LIMIT, MEMORY_LIMIT = 3, 60.0, 4000.0
+
+#: Folders of the case files, and of results and report.
+CASES, OUT = Path("cases"), Path("results/compare")
+
+
+class NoRunEndedError(MasonryError):
+    """Every run of a comparison crashed or died; the message says how most of them did."""
+
+    exit_code = 1
+
+
+def compare(
+    scenes: Sequence[str | Path] = (),
+    *,
+    methods: Sequence[str] = METHODS,
+    models: Sequence[str] = MODELS,
+    solvers: Sequence[str] = SOLVERS,
+    tolerances: Sequence[float] = TOLERANCES,
+    repeats: int = REPEATS,
+    time_limit: float = TIME_LIMIT,
+    memory_limit: float = MEMORY_LIMIT,
+    out: str | Path = OUT,
+    update_best_known: bool = False,
+    cases: str | Path = CASES,
+    atlas: bool = False,
+    random: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Comparison:
+    """Time methods and solvers on scenes, judge their answers, write tables, charts and a page.
+
+    Runs that ``out`` holds already are not made again: an interrupted comparison (Ctrl-C) is reported with
+    what it has, and continues when it is called again.
+
+    Parameters
+    ----------
+    scenes: case files, or names of those in the folder ``cases``.
+    tolerances: asked of the solvers that take one.
+    repeats: runs of each; times are medians.
+    time_limit, memory_limit: seconds and MB (10⁶ bytes, libraries included) that a run may take.
+    out: folder of results and report.
+    update_best_known: write lower exact Coulomb states to the registry ``best_known.toml``.
+    atlas: also the scenes of the failure atlas.
+    random: also so many random scenes.
+    progress: called with a line before each run.
+
+    Raises
+    ------
+    CaseError
+        If a case file or a registry is missing or wrong.
+    OptionError
+        If a name is unknown, a number is out of range, or nothing is left to compare.
+    OutputError
+        If ``out`` cannot be written.
+    NoRunEndedError
+        If every run crashed or died; the report is written all the same.
+    """
+    # Charts and pages are slow to import: only when they are needed.
+    from masonry_opt.studies.compare.report import write_report
+
+    if repeats < 1:
+        raise OptionError(f"repeats must be at least 1, not {repeats}")
+    planned, out = plan(methods, models, solvers, tolerances), Path(out)
+    compared = _scenes(scenes, Path(cases), atlas, random, out / "scenes")
+    limits = Limits(time_limit, memory_limit, repeats)
+    comparison = run_plan(compared, planned, limits, out, progress, update_best_known)
+    progress("report")
+    write_report(comparison, out)
+    if comparison.failure and not comparison.interrupted:
+        raise NoRunEndedError(f"no run ended: {comparison.failure}; see {out / 'report.html'}")
+    return comparison
+
+
+def _scenes(
+    names: Sequence[str | Path], cases: Path, atlas: bool, random: int, folder: Path
+) -> tuple[CaseScene, ...]:
+    if not (names or atlas or random):
+        raise OptionError("nothing to compare: name case files, --atlas or --random")
+    expected = write_atlas(folder, cases) if atlas else {}
+    return find_scenes([*names, *expected, *write_random(folder, random)], cases, expected)

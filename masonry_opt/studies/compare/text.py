@@ -1,0 +1,37 @@
+"""What reports say of a run in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from masonry_opt.studies.compare.judge import Reason, limits_of, residuals_over_limit
+from masonry_opt.studies.compare.measure import FINISHED
+
+
+def reason_text(row: Mapping[Any, Any]) -> str:
+    """Why a row of the summary (see :func:`~.frames.summary`) has its verdict; "" if it is certified."""
+    said = str(row["status"] if row["ended"] == FINISHED else row["ended"])
+    said += f": {row['message']}" if row["message"] else ""
+    match row["reason"]:
+        case Reason.NONE:
+            return ""
+        case Reason.RESIDUAL:
+            limits = limits_of(row["method"])
+            over = residuals_over_limit(row).items()
+            return ", ".join(f"{name} {residual:.1e} > {limits[name]:.0e}" for name, residual in over)
+        case Reason.NO_CERTIFICATE:
+            return "no certificate"
+        case Reason.ABOVE_BOUND:
+            return "λ above its certified bound"
+        case Reason.BELOW_BOUND:
+            return "λ below its certified bound"
+        case Reason.FALSE_CLAIM:
+            return f"{said} (right: {row['right'] or 'not this'})"
+    return said
+
+
+def number(value: float | None, digits: int = 5) -> str:
+    """A number in so many digits; a dash for what is not known."""
+    return "–" if value is None or math.isnan(value) else f"{value:.{digits}g}"
