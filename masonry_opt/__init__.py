@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         load,
         save,
     )
+    from masonry_opt.studies.compare.api import compare
 
 __all__ = [
     "Arch",
@@ -50,6 +51,7 @@ __all__ = [
     "Status",
     "Wall",
     "check",
+    "compare",
     "load",
     "save",
     "solve",
@@ -67,6 +69,7 @@ _HOMES = {
     "Result": "answer.result",
     "Status": "answer.status",
     "check": "duality",
+    "compare": "studies.compare.api",
     "solve": "analysis",
     "stressed_joints": "explain.stressed_joints",
 }

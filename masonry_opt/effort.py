@@ -16,8 +16,8 @@ class Effort:
     Attributes
     ----------
     seconds: by part. ``scene`` is reading, joints and matrices; ``dead_load`` the check that the scene
-        stands; ``build`` declares the model; ``compile`` turns it to solver data, updates included; ``solve`` is
-        the solver's own time; ``read`` turns its answer to arrays.
+        stands; ``build`` declares the model; ``compile`` turns it to solver data, updates included; ``solve``
+        is the solver's own time; ``read`` turns its answer to arrays.
     lp_solves, nlp_solves: linear (or mixed-integer) and nonlinear programs solved.
     iterations: of the solvers, summed.
     solvers: names of the solvers by what they did, such as "dead load" or "sub-problems".

@@ -52,10 +52,13 @@ class Limits:
     block: float
     joint: float
 
+    def as_dict(self) -> dict[str, float]:
+        """The limits by the names that residuals have in reports."""
+        return {field.name.rstrip("_"): getattr(self, field.name) for field in fields(self)}
+
     def failing(self, residuals: Mapping[str, float | None]) -> dict[str, float | None]:
-        """Those of the residuals, by the names of these limits, that exceed them; one that is missing or no
-        number does too."""
-        most = {field.name.rstrip("_"): getattr(self, field.name) for field in fields(self)}
+        """Those of the residuals that exceed their limits; one that is missing or no number does too."""
+        most = self.as_dict()
         return {name: value for name, value in residuals.items() if value is None or not value <= most[name]}
 
 

@@ -189,6 +189,12 @@ _ENTRIES = (
 SOLVERS: dict[tuple[str, str], Entry] = {(entry.language, entry.name): entry for entry in _ENTRIES}
 
 
+def names() -> list[str]:
+    """Every solver by name, in any language, installed or not, and what CVXPY finds beside them."""
+    known = [name for _, name in SOLVERS]
+    return list(dict.fromkeys([*known, *sorted(engine.lower() for engine in _installed_for_cvxpy())]))
+
+
 def find_entry(language: str, name: str | None) -> Entry:
     """The solver of that name in that language, or the language's default.
 

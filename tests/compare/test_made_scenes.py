@@ -10,7 +10,7 @@ import masonry_opt as mo
 from masonry_opt.answer.status import Status
 from masonry_opt.cli import app
 from masonry_opt.studies.atlas.entries import ATLAS
-from masonry_opt.studies.atlas.entry import Entry, Run
+from masonry_opt.studies.atlas.entry import Entry, Expectation
 from masonry_opt.studies.atlas.random_scenes import random_scene
 from masonry_opt.studies.compare.case_scenes import content_of, find_scenes
 from masonry_opt.studies.compare.made_scenes import right_claims, write_atlas, write_random
@@ -43,7 +43,7 @@ def test_right_claims_of_the_atlas(name, associative, coulomb):
 
 
 def test_expected_failures_say_nothing_of_the_scene():
-    runs = (Run(Status.CYCLING), Run(Status.SOLVER_FAILED, "static"))
+    runs = (Expectation(Status.CYCLING), Expectation(Status.SOLVER_FAILED, "static"))
     assert right_claims(Entry("made up", "", lambda _: random_scene("wall", 0), runs)) == {}
 
 

@@ -17,20 +17,16 @@ import scipy.sparse as sp
 from scipy.optimize import linprog
 from scipy.sparse.linalg import SuperLU, splu
 
-from masonry_opt.answer.certificate import finite
-from masonry_opt.effort import Stopwatch
+from masonry_opt.answer.acceptance import SMALLEST
+from masonry_opt.effort import Effort
 from masonry_opt.explain.diagnosis import falling_mechanism
-from masonry_opt.methods.associative import associative_answer
+from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
-from masonry_opt.problem.state import State
-from masonry_opt.solvers.load_units import in_units_of_load
+from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
 
 #: (upper − lower) / |λ| that is close enough.
 CLOSE = 1e-9
-
-#: Load factors below this are compared as they are: near zero a relative difference says nothing.
-SMALLEST = 1e-2
 
 #: The solvers whose answers are made exact, until the bracket is narrow enough: an interior point, and of
 #: small scenes a vertex.
@@ -171,7 +167,7 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
     problem = scaled.problem
     statics, kinematics = _statics(problem), _kinematics(problem)
     small = problem.joints < _SMALL
-    if statics.extreme(fixed=True) == _INFEASIBLE if small else falling_mechanism(problem) is not None:
+    if statics.extreme(fixed=True) == _INFEASIBLE if small else _falls(problem):
         return CertifiedBounds(-np.inf, -np.inf)
     within, opening = statics.interior(), kinematics.interior()
     bounds = CertifiedBounds(-np.inf, np.inf)
@@ -179,12 +175,11 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
         if name == "highs" and not small:
             continue
         solver = find_solver(language, name, tolerance)
-        answer, _ = associative_answer(problem, "static", solver, Stopwatch())
-        if answer.state is None:
+        state = Driver(problem, "static", solver, Effort(), of_load=True).solve().state
+        if state is None:
             continue
-        state = answer.state
         lower = scaled.load_factor * statics.inside(np.append(state.q, state.load_factor), within)
-        upper = scaled.load_factor * kinematics.inside(_mechanism(problem, state), opening)
+        upper = scaled.load_factor * kinematics.inside(np.concatenate([state.d, state.p]), opening)
         bounds = CertifiedBounds(float(np.fmax(bounds.lower, lower)), float(np.fmin(bounds.upper, upper)))
         if bounds.width <= CLOSE:
             break
@@ -193,49 +188,31 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
     return bounds
 
 
-def _mechanism(problem: Problem, state: State) -> np.ndarray:
-    k = problem.sliding
-    return np.concatenate([state.d, state.p[0][k], state.p[1][k], state.p[2], state.p[3]])
+def _falls(problem: Problem) -> bool:
+    return falling_mechanism(problem, find_solver("cvxpy", None), Effort()) is not None
 
 
 def _statics(problem: Problem) -> _Polyhedron:
-    """Eq. (9) over (q, λ): equilibrium; sliding and rocking slacks as forces."""
-    c, k = problem.joints, problem.sliding
-    n, s, m = (_pick(3 * np.arange(c) + part, 3 * c) for part in range(3))
-    slide = sp.diags_array(problem.friction[k]) @ n[k]
-    rock = sp.diags_array(1 / problem.half_length) @ m
-    G = sp.vstack([slide - s[k], slide + s[k], n - rock, n + rock])
-    cohesion = problem.cohesion[k]
+    """Eq. (9) over (q, λ): equilibrium; the slacks of the faces as forces."""
+    arm = problem.face_arm
+    slacks = sp.diags_array(1 / arm) @ problem.C(problem.friction)
     return _Polyhedron(
         A=sp.hstack([problem.B, problem.live[:, None]], format="csr"),
         b=-problem.dead,
-        G=sp.hstack([G, sp.csr_array((G.shape[0], 1))], format="csr"),
-        g=np.concatenate([cohesion, cohesion, np.zeros(2 * c)]),
-        cost=np.append(np.zeros(3 * c), 1.0),
+        G=sp.hstack([slacks, sp.csr_array((problem.faces, 1))], format="csr"),
+        g=problem.face_cohesion / arm,
+        cost=np.append(np.zeros(3 * problem.joints), 1.0),
     )
 
 
 def _kinematics(problem: Problem) -> _Polyhedron:
     """Eq. (10) over (d, p): Bᵀd = D p, f_L·d = Σ|f_L|, p ≥ 0."""
-    b, c, k = 3 * problem.blocks, problem.joints, problem.sliding
-    opening, slip, rotation = (_pick(3 * np.arange(c) + part, 3 * c).T for part in range(3))
-    dilates = opening[:, k] @ sp.diags_array(finite(problem.friction)[k])
-    lifts = opening @ sp.diags_array(problem.half_length)
-    D = sp.hstack([dilates - slip[:, k], dilates + slip[:, k], lifts - rotation, lifts + rotation])
-    rates = D.shape[1]
-    cohesion = problem.cohesion[k]
-    work = np.concatenate([-problem.dead, cohesion, cohesion, np.zeros(2 * c)])
-    live = np.append(problem.live, np.zeros(rates))
+    velocities, faces = 3 * problem.blocks, problem.faces
+    live = np.append(problem.live, np.zeros(faces))
     return _Polyhedron(
-        A=sp.vstack([sp.hstack([problem.B.T, -D]), live[None, :]], format="csr"),
-        b=np.append(np.zeros(3 * c), problem.live_norm),
-        G=sp.hstack([sp.csr_array((rates, b)), sp.eye_array(rates)], format="csr"),
-        g=np.zeros(rates),
-        cost=work / problem.live_norm,
+        A=sp.vstack([sp.hstack([problem.B.T, -problem.D(problem.friction)]), live[None, :]], format="csr"),
+        b=np.append(np.zeros(3 * problem.joints), problem.live_norm),
+        G=sp.hstack([sp.csr_array((faces, velocities)), sp.eye_array(faces)], format="csr"),
+        g=np.zeros(faces),
+        cost=np.concatenate([-problem.dead, problem.face_cohesion]) / problem.live_norm,
     )
-
-
-def _pick(columns: np.ndarray, width: int) -> sp.csr_array:
-    """Matrix that picks entries of a vector."""
-    count = len(columns)
-    return sp.csr_array((np.ones(count), (np.arange(count), columns)), shape=(count, width))

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from masonry_opt.errors import MasonryError, OptionError
+from masonry_opt.studies.cases import case_folder
 from masonry_opt.studies.compare.case_scenes import CaseScene, find_scenes
 from masonry_opt.studies.compare.comparison import Comparison, Limits, run_plan
 from masonry_opt.studies.compare.made_scenes import write_atlas, write_random
@@ -21,8 +22,8 @@ TOLERANCES = (1e-6, 1e-9)
 #: Of a run: times it is made, seconds and MB.
 REPEATS, TIME_LIMIT, MEMORY_LIMIT = 3, 60.0, 4000.0
 
-#: Folders of the case files, and of results and report.
-CASES, OUT = Path("cases"), Path("results/compare")
+#: Folder of results and report.
+OUT = Path("results/compare")
 
 
 class NoRunEndedError(MasonryError):
@@ -43,7 +44,7 @@ def compare(
     memory_limit: float = MEMORY_LIMIT,
     out: str | Path = OUT,
     update_best_known: bool = False,
-    cases: str | Path = CASES,
+    cases: str | Path | None = None,
     atlas: bool = False,
     random: int = 0,
     progress: Callable[[str], None] = lambda _: None,
@@ -56,6 +57,7 @@ def compare(
     Parameters
     ----------
     scenes: case files, or names of those in the folder ``cases``.
+    cases: folder of the case files; see :func:`~masonry_opt.studies.cases.case_folder`.
     tolerances: asked of the solvers that take one.
     repeats: runs of each; times are medians.
     time_limit, memory_limit: seconds and MB (10⁶ bytes, libraries included) that a run may take.
@@ -82,7 +84,9 @@ def compare(
     if repeats < 1:
         raise OptionError(f"repeats must be at least 1, not {repeats}")
     planned, out = plan(methods, models, solvers, tolerances), Path(out)
-    compared = _scenes(scenes, Path(cases), atlas, random, out / "scenes")
+    compared = _scenes(
+        scenes, case_folder(None if cases is None else Path(cases)), atlas, random, out / "scenes"
+    )
     limits = Limits(time_limit, memory_limit, repeats)
     comparison = run_plan(compared, planned, limits, out, progress, update_best_known)
     progress("report")

@@ -10,17 +10,14 @@ from typing import Any
 
 import tomli_w
 
+from masonry_opt.answer.acceptance import SMALLEST, Kind
 from masonry_opt.errors import CaseError
 from masonry_opt.files import write_whole
-from masonry_opt.methods.refined.programs import EXACT
-from masonry_opt.studies.compare.accuracy import SMALLEST
 from masonry_opt.studies.compare.case_scenes import CaseScene
+from masonry_opt.studies.compare.limits import residuals_over_limit
 
 #: The registry's name, in the folder of the case files or one above.
 FILE = "best_known.toml"
-
-#: Methods whose states can be exact.
-EXACT_METHODS = ("mpec", "refined", "global")
 
 #: By so much, relative, must a load factor be lower: states are exact to no more.
 _LOWER = 1e-8
@@ -75,13 +72,9 @@ def lowest_exact(rows: Iterable[dict[str, Any]]) -> dict[str, BestKnown]:
 
 
 def is_exact(row: dict[str, Any]) -> bool:
-    """Whether a run ended in an exact Coulomb state: of an exact method, every residual below 1e-8."""
-    residuals = [row[name] for name in ("equilibrium", "yield", "flow", "complementarity")]
-    return (
-        row["method"] in EXACT_METHODS
-        and row["load_factor"] is not None
-        and all(residual is not None and residual < EXACT for residual in residuals)
-    )
+    """Whether a run ended in an exact Coulomb state, by the limits of exact answers."""
+    can_be = row["load_factor"] is not None and row["kind"] in (Kind.RELAXED, Kind.EXACT)
+    return can_be and not residuals_over_limit(row, Kind.EXACT)
 
 
 def merged(known: dict[str, BestKnown], found: dict[str, BestKnown]) -> dict[str, BestKnown]:

@@ -13,6 +13,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from masonry_opt.errors import InterruptedByUserError, OptionError, printable
+from masonry_opt.studies.cases import CASES_HELP
 from masonry_opt.studies.compare import api
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
@@ -47,7 +48,7 @@ def compare(
     memory_limit: Annotated[
         float, typer.Option(min=1, help="MB a run, libraries included.")
     ] = api.MEMORY_LIMIT,
-    cases: Annotated[Path, typer.Option(help="Folder of the case files.")] = api.CASES,
+    cases: Annotated[Path | None, typer.Option(help=CASES_HELP, show_default=False)] = None,
     update_best_known: Annotated[
         bool, typer.Option("--update-best-known", help="Write lower exact states to best_known.toml.")
     ] = False,

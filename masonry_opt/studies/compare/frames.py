@@ -77,8 +77,8 @@ def summary(
         "violation",
     ]
     columns += ["time", *medians[2:], "lp_solves", "nlp_solves", "iterations", "repeats", "joints", "blocks"]
-    columns += ["equilibrium", "yield", "flow", "complementarity", "bound", "ended", "status", "message"]
-    return pd.DataFrame(lines)[columns]
+    columns += ["equilibrium", "yield", "flow", "complementarity", "bound", "ended", "status", "kind"]
+    return pd.DataFrame(lines)[[*columns, "message"]]
 
 
 def pareto(frame: pd.DataFrame, cost: str = "time", error: str = "error") -> pd.DataFrame:

@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from enum import StrEnum
 from typing import Any
 
-from masonry_opt.studies.compare.accuracy import SMALLEST, CertifiedBounds
+from masonry_opt.answer.acceptance import SMALLEST
+from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
 from masonry_opt.studies.compare.known_answers import ANSWER, ASSOCIATIVE, CLAIMS, COULOMB, known_claims
+from masonry_opt.studies.compare.limits import residuals_over_limit
 from masonry_opt.studies.compare.measure import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT
 
 #: Verdicts, best first. The first two are a success; only the first is drawn as a point of time and error.
@@ -19,28 +21,8 @@ from masonry_opt.studies.compare.measure import CRASHED, DIED, FINISHED, MEMORY_
 CERTIFIED, NAMED, FAILED, WRONG = "certified", "named correctly", "failed but said so", "wrong"
 VERDICTS = (CERTIFIED, NAMED, FAILED, WRONG)
 
-#: What a certificate may leave in a certified answer, by kind of method; complementarity over |λ| (over
-#: ``SMALLEST`` at least).
-#: associative: no force out by more than a ten-thousandth (of the weight, of a median block), and λ by no
-#:   more than that: the four digits in which published load factors agree. What is beyond is the error axis.
-#: loop: exact forces leave next to nothing (at the fast pace up to 1e-3 of complementarity). Where there are
-#:   none it keeps its last sub-problem, which turns shear limits about the normal forces before: a tenth of
-#:   a block's weight is what the published parameters leave on the walls of Table 1, and the small cohesion's
-#:   share, taken off λ and not off the forces, some 1e-4 of equilibrium and complementarity. Sliding
-#:   contracts by 10⁻³ μ of its slip by construction, and a slip may be several times the largest block
-#:   velocity.
-#: exact: a hundred times what the MPEC's last relaxation leaves; the refinement leaves less than 1e-8.
-LIMITS: dict[str, dict[str, float]] = {
-    "associative": dict.fromkeys(("equilibrium", "yield", "flow", "complementarity"), 1e-4),
-    "loop": {"equilibrium": 1e-3, "yield": 0.1, "flow": 3e-3, "complementarity": 1e-2},
-    "exact": dict.fromkeys(("equilibrium", "yield", "flow", "complementarity"), 1e-6),
-}
-
 #: How far λ may lie outside the certified bounds, relative: the four digits of the associative limits.
 OUTSIDE = 1e-4
-
-#: Kind of each method that is not exact.
-_KINDS = {"static": "associative", "kinematic": "associative", "nonassociative": "loop"}
 
 #: Gaps to the best exact Coulomb state below this are none: the MPEC leaves some 1e-8 of λ.
 GAP_FLOOR = 1e-7
@@ -86,22 +68,7 @@ _ENDS = {
 
 def question_of(method: str) -> str:
     """Which λ a method looks for."""
-    return ASSOCIATIVE if _kind(method) == "associative" else COULOMB
-
-
-def limits_of(method: str) -> dict[str, float]:
-    """What the certificate of a method's answer may leave."""
-    return LIMITS[_kind(method)]
-
-
-def residuals_over_limit(row: Mapping[Any, Any]) -> dict[str, float | None]:
-    """The residuals of a row with a load factor that are over their limits; one that is missing or no number
-    is as well."""
-    limits = limits_of(row["method"])
-    left = {name: row[name] for name in limits}
-    if left["complementarity"] is not None:
-        left["complementarity"] /= max(abs(row["load_factor"]), SMALLEST)
-    return {name: value for name, value in left.items() if value is None or not value <= limits[name]}
+    return ASSOCIATIVE if method in ("static", "kinematic") else COULOMB
 
 
 def judge(
@@ -144,10 +111,6 @@ def judge(
         "below": below,
         "violation": None if row["yield"] is None else max(row["yield"], VIOLATION_FLOOR),
     }
-
-
-def _kind(method: str) -> str:
-    return _KINDS.get(method, "exact")
 
 
 def _verdict(

@@ -14,7 +14,7 @@ from masonry_opt.errors import OutputError
 from masonry_opt.scene.case_file import save
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.atlas.entries import ATLAS
-from masonry_opt.studies.atlas.entry import Entry, Run
+from masonry_opt.studies.atlas.entry import Entry, Expectation
 from masonry_opt.studies.atlas.random_scenes import KINDS, random_scene
 from masonry_opt.studies.compare.case_scenes import content_of
 from masonry_opt.studies.compare.judge import question_of
@@ -76,7 +76,7 @@ def right_claims(entry: Entry) -> dict[str, str]:
     return {question: claims.pop() for question, claims in right.items() if len(claims) == 1}
 
 
-def _claims(run: Run) -> Iterator[str]:
+def _claims(run: Expectation) -> Iterator[str]:
     if not isinstance(run.expected, Status):
         yield REFUSED
     elif run.expected.usable:

@@ -7,11 +7,13 @@ from typing import Any
 
 import pandas as pd
 
+from masonry_opt.answer.acceptance import LIMITS
 from masonry_opt.studies.compare import draw_plotly, frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.charts import Bars, Chart
 from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
-from masonry_opt.studies.compare.judge import GAP_FLOOR, LIMITS, OUTSIDE, TARGET, VERDICTS
+from masonry_opt.studies.compare.judge import GAP_FLOOR, OUTSIDE, TARGET, VERDICTS
+from masonry_opt.studies.compare.limits import RESIDUALS
 from masonry_opt.studies.compare.machine import machine, versions
 from masonry_opt.studies.compare.text import number, reason_text
 from masonry_opt.studies.page import render
@@ -77,8 +79,10 @@ def page(comparison: Comparison, charts: Sequence[Chart | Bars]) -> str:
         references=_references(comparison),
         left_out={"columns": ["method", "model", "solver", "why"], "rows": left_out},
         residuals={
-            "columns": ["", *LIMITS["exact"]],
-            "rows": [[kind, *(f"{limit:g}" for limit in of.values())] for kind, of in LIMITS.items()],
+            "columns": ["", *RESIDUALS],
+            "rows": [
+                [kind, *(f"{of.as_dict()[name]:g}" for name in RESIDUALS)] for kind, of in LIMITS.items()
+            ],
         },
         outside=f"{OUTSIDE:g}",
         target={question: f"{error:g}" for question, error in TARGET.items()},

@@ -6,16 +6,8 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 
 from masonry_opt.errors import OptionError
-from masonry_opt.methods.registry import IPOPT, METHODS
-from masonry_opt.solvers.registry import (
-    FOUND_BY_CVXPY,
-    HIPO,
-    LANGUAGES,
-    SOLVERS,
-    TOLERANCE,
-    find_solver,
-    found_by_cvxpy,
-)
+from masonry_opt.methods.registry import METHODS
+from masonry_opt.solvers.registry import LANGUAGES, SOLVERS, find_entry, find_solver, names
 
 
 @dataclass(frozen=True, order=True)
@@ -82,8 +74,7 @@ def plan(
     """
     _known("method", methods, METHODS)
     _known("model", models, LANGUAGES)
-    everywhere = {solver for _, solver in SOLVERS}
-    _known("solver", solvers, sorted({*everywhere, HIPO, *FOUND_BY_CVXPY, *found_by_cvxpy(), *IPOPT}))
+    _known("solver", solvers, names())
     for tolerance in tolerances:
         find_solver(LANGUAGES[0], None, tolerance)  # refuses what is out of range
     pairs: list[Pair] = []
@@ -103,15 +94,15 @@ def plan(
 def _combinations(method: str, models: Sequence[str], solvers: Sequence[str]) -> list[tuple[str, str]]:
     """Models and solvers as named; of a method with machinery of its own, those it has."""
     own = METHODS[method]
-    if not own.fixed_tolerance:
+    if not own.own_tolerances:
         return [(model, solver) for model in models for solver in solvers]
     every = [(model, solver) for model, allowed in own.solvers.items() for solver in allowed]
     return [pair for pair in every if pair[1] in solvers] or every[:1]
 
 
 def _rungs(method: str, model: str, solver: str, tolerances: Sequence[float]) -> Sequence[float | None]:
-    takes_one = (model, solver) in SOLVERS or solver in FOUND_BY_CVXPY
-    return [None] if METHODS[method].fixed_tolerance or not takes_one else tolerances
+    takes_one = find_entry(model, solver).options is not None
+    return tolerances if takes_one and not METHODS[method].own_tolerances else [None]
 
 
 def _reason(method: str, model: str, solver: str) -> str:
@@ -119,26 +110,17 @@ def _reason(method: str, model: str, solver: str) -> str:
     own = METHODS[method]
     if model not in own.solvers:
         return f"the method is declared in {', '.join(own.solvers)} only"
-    if solver == HIPO and (model, solver) not in SOLVERS:
-        return "not installed: pip install 'masonry_opt[solvers]'"
+    driven = [language for language, name in SOLVERS if name == solver] or [LANGUAGES[0]]
+    if model not in driven:
+        return f"the solver is driven from {', '.join(driven)} only"
     allowed = own.solvers[model]
     if allowed and solver not in allowed:
         return f"the method takes there: {', '.join(allowed)}"
-    driven = [language for language, name in SOLVERS if name == solver]
-    if driven and model not in driven:
-        return f"the solver is driven from {', '.join(driven)} only"
-    if model != "cvxpy" and not driven and solver not in IPOPT:
-        return "the solver is driven from cvxpy only"
     try:
-        if solver in IPOPT:
-            if allowed:
-                IPOPT[solver].require()
-                return ""
-            return "a solver of method 'mpec' only"
-        find_solver(model, solver, TOLERANCE)
+        entry = find_entry(model, solver)
     except OptionError as error:
-        return str(error).split(";")[0]
-    return ""
+        return str(error).split(": ", 1)[-1]
+    return "a solver of nonlinear programs" if entry.nonlinear and not allowed else ""
 
 
 def _known(what: str, names: Sequence[str], known: Collection[str]) -> None:

@@ -18,7 +18,7 @@ from masonry_opt.studies.compare.plan import Pair, PlannedRun
 #: What a run is: a line with the same is not measured again.
 _KEY = ("scene", "content", "versions", "method", "model", "solver", "tolerance", "repeat")
 
-_WORDS = ("ended", "status", "message")
+_WORDS = ("ended", "status", "kind", "message")
 _NUMBERS = (
     "load_factor",
     "bound",
@@ -62,6 +62,7 @@ def row(
         "repeat": run.repeat,
         "ended": ended.how,
         "status": value.get("status", ""),
+        "kind": value.get("kind", ""),
         "message": _one_line(value.get("message", ended.reason)),
         "wall": value.get("wall", ended.seconds),
         "peak_memory": ended.peak,

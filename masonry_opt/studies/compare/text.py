@@ -6,7 +6,9 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from masonry_opt.studies.compare.judge import Reason, limits_of, residuals_over_limit
+from masonry_opt.answer.acceptance import LIMITS, Kind
+from masonry_opt.studies.compare.judge import Reason
+from masonry_opt.studies.compare.limits import residuals_over_limit
 from masonry_opt.studies.compare.measure import FINISHED
 
 
@@ -18,7 +20,7 @@ def reason_text(row: Mapping[Any, Any]) -> str:
         case Reason.NONE:
             return ""
         case Reason.RESIDUAL:
-            limits = limits_of(row["method"])
+            limits = LIMITS[Kind(row["kind"])].as_dict()
             over = residuals_over_limit(row).items()
             return ", ".join(f"{name} {residual:.1e} > {limits[name]:.0e}" for name, residual in over)
         case Reason.NO_CERTIFICATE:

@@ -43,7 +43,7 @@ def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
         options["time_limit"] = _OWN_LIMIT * time_limit
     with contextlib.suppress(MasonryError, ArithmeticError, ValueError, AttributeError):
         # A solver that fails here fails again below, where it counts.
-        if method.fixed_tolerance:
+        if method.own_tolerances:
             for model in ("cvxpy", "pyomo"):
                 solve(_WARM_UP, "static", model=model)
         else:

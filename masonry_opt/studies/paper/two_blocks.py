@@ -26,6 +26,7 @@ import math
 import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 from matplotlib.axes import Axes
@@ -141,7 +142,7 @@ def fig6(cases: Path, progress: Progress = lambda _: None) -> Report:
             ("coulomb", "global"),
             ("nonassociative", "nonassociative"),
         ):
-            options = {"preset": "paper"} if method == "nonassociative" else {}
+            options: dict[str, Any] = {"preset": "paper"} if method == "nonassociative" else {}
             result = solve(scene, method, **options)
             report.published_values.append(
                 against_reference(scene, reference, result, f"{variant.name} ({method})")
