@@ -26,7 +26,7 @@ def case(tmp_path):
 
 
 def exact(case, **known):
-    return line(scene=case.name, method="refined") | known
+    return line(**({"scene": case.name, "method": "refined"} | known))
 
 
 def known_after(case, *rows):

@@ -28,6 +28,7 @@ LIMITS = Limits(time=30, memory=4000, repeats=1)
 
 VALUE = {
     "status": "optimal",
+    "kind": "associative",
     "message": "",
     "load_factor": 0.25,
     "wall": 0.5,

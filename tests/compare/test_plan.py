@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import pytest
 
 import masonry_opt as mo
-from masonry_opt.solvers.registry import HIPO, SOLVERS
+from masonry_opt.solvers.registry import SOLVERS
 from masonry_opt.studies.compare.plan import Pair, plan
 
 
@@ -34,12 +36,13 @@ def test_a_solver_the_method_does_not_take_is_left_out_with_a_reason():
     assert all(item.reason for item in found.left_out)
 
 
-def test_the_newer_interior_point_is_planned_or_its_absence_said():
-    found = plan(["static"], ["cvxpy"], ["highs", HIPO], [1e-6])
-    planned = HIPO in {pair.solver for pair in found.pairs}
-    said = [item.reason for item in found.left_out if item.solver == HIPO]
-    assert planned == (("cvxpy", HIPO) in SOLVERS)
-    assert said == ([] if planned else ["not installed: pip install 'masonry_opt[solvers]'"])
+def test_a_solver_that_is_not_installed_is_left_out_with_what_to_install(monkeypatch):
+    absent = dataclasses.replace(SOLVERS["cvxpy", "highs-hipo"], missing=lambda: "pip install it")
+    monkeypatch.setitem(SOLVERS, ("cvxpy", "highs-hipo"), absent)
+    found = plan(["static"], ["cvxpy"], ["highs", "highs-hipo"], [1e-6])
+    assert {pair.solver for pair in found.pairs} == {"highs"}
+    (left_out,) = found.left_out
+    assert (left_out.solver, left_out.reason) == ("highs-hipo", "pip install it")
 
 
 def test_repeats_come_last():
