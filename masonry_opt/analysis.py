@@ -25,10 +25,10 @@ from masonry_opt.explain.diagnosis import (
     moving_blocks,
 )
 from masonry_opt.explain.sentences import message
+from masonry_opt.explain.summary import summary_text
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble
-from masonry_opt.report.summary import summary_text
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, find_solver

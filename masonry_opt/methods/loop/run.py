@@ -53,7 +53,8 @@ def run(
 class _Run:
     def __init__(self, problem: Problem, driver: Driver, parameters: Parameters, solver: Solver) -> None:
         self.problem, self.driver, self.parameters, self.solver = problem, driver, parameters, solver
-        self.solution = Solution(Status.ITERATION_LIMIT, Kind.LOOP, slope=problem.dilatancy)
+        kind = Kind.LOOP if parameters.finish else Kind.BARE_LOOP
+        self.solution = Solution(Status.ITERATION_LIMIT, kind, slope=problem.dilatancy)
         self.load_factors: list[float] = []
         self.states: deque[State] = deque(maxlen=LONGEST_PERIOD + 1)
         self.next_try = self.still_since = 0
