@@ -48,11 +48,6 @@ class GlobalOptions(Options):
     time_limit: seconds for bounds and search together (the search is given one at least).
     rate_bound: bound of the rates that kinematics leave unbounded, in units of the live load's mean
         velocity. Where it is needed nothing is proven.
-
-    Raises
-    ------
-    pydantic.ValidationError
-        If a parameter is of the wrong type or out of range.
     """
 
     time_limit: Annotated[float, Strict(), Field(gt=0, le=1e6)] = 60.0

@@ -44,11 +44,6 @@ class MpecOptions(Options):
     epsilon: first bound on each z p, in median block weights times the live load's mean velocity.
     epsilon_min: last bound.
     minimise: look for the least λ; False for any state at all (the paper's MCP column).
-
-    Raises
-    ------
-    pydantic.ValidationError
-        If a parameter is of the wrong type or out of range.
     """
 
     start: Literal["loop", "cold"] | InstanceOf[Solution] = "loop"

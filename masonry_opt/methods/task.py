@@ -18,7 +18,8 @@ Progress = Callable[[Any], None]
 
 
 class Options(BaseModel):
-    """Options of a method: frozen, unknown names refused."""
+    """Options of a method: frozen; unknown names, wrong types and values out of range are refused
+    (pydantic.ValidationError; ``mo.solve`` makes an OptionError of it)."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 

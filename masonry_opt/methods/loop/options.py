@@ -31,21 +31,13 @@ ROUGH_FROM = 1000
 
 @dataclass(frozen=True)
 class Parameters:
-    """What one run of the loop works with (section 4.2).
+    """What one run of the loop works with: the options, decided for a scene and a solver.
 
     Attributes
     ----------
-    alpha, alpha_min: slope of the contracting shear limit over μ, at first and at last.
     shrink: factor on alpha from one sub-problem to the next (the paper: 1/2).
-    beta: weight of the newest normal forces against those before.
-    tol: relative change of λ at which the loop stops.
-    c0: small cohesion, as a fraction of the largest normal force of each part.
-    start, trial_cohesion: first sub-problem.
-    max_iterations: sub-problems before the run gives up.
-    always: whether the loop runs even where the associative answer obeys the joints' own flow rule.
     tolerance: feasibility and gap asked of the solver of sub-problems; None: the solver's own.
-    finish: whether the run ends with exact forces.
-    early: whether it ends as soon as there is one.
+    early: whether the run ends as soon as there is an exact state.
     """
 
     alpha: float
@@ -95,11 +87,6 @@ class LoopOptions(Options):
         was found roughly is solved accurately.
     revise: another way to turn the shear limits (section 6.4): called with a
         :class:`~masonry_opt.methods.loop.steps.Turn`, returns the next ``ShearLimits``.
-
-    Raises
-    ------
-    pydantic.ValidationError
-        If a parameter is of the wrong type or out of range.
     """
 
     preset: Literal["paper"] | None = None

@@ -42,11 +42,6 @@ class RefinedOptions(Options):
     restarts: further starts from loops on the scene with its frictions changed at random.
     spread: by how much restarts change each joint's friction (standard deviation of its logarithm).
     seed: of the random numbers; the same seed gives the same answer.
-
-    Raises
-    ------
-    pydantic.ValidationError
-        If a parameter is of the wrong type or out of range.
     """
 
     start: Literal["loop", "mpec"] | InstanceOf[Solution] = "loop"

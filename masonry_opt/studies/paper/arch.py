@@ -69,14 +69,10 @@ def fig9(cases: Path, progress: Progress = lambda _: None, counts: Sequence[int]
 
     Parameters
     ----------
-    cases: folder of the case files.
-    progress: called with a line before each search.
     counts: numbers of voussoirs of the look at convergence.
 
     Raises
     ------
-    CaseError
-        If the case file is missing or wrong.
     NoLoadFactorError
         If a linear program of a search fails.
     """

@@ -97,18 +97,7 @@ VARIATIONS = (
 
 
 def fig11(cases: Path, progress: Progress = lambda _: None) -> Report:
-    """Load factor against sub-problems for several starts, α and β, wall 6.
-
-    Parameters
-    ----------
-    cases: folder of the case files.
-    progress: called with a line before each run.
-
-    Raises
-    ------
-    CaseError
-        If the case file is missing or wrong.
-    """
+    """Load factor against sub-problems for several starts, α and β, wall 6."""
     scene = open_case(cases, wall_file(6))
     published = scene.reference["nonassociative"].value
     report = Report(

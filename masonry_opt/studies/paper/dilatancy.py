@@ -65,18 +65,7 @@ def by_hand(friction: float, none: float) -> float:
 
 
 def dilatancy(cases: Path, progress: Progress = lambda _: None) -> Report:
-    """Load factor against the stress at which dilatancy vanishes; joints too stressed to dilate.
-
-    Parameters
-    ----------
-    cases: folder of the case files.
-    progress: called with a line before each solve.
-
-    Raises
-    ------
-    CaseError
-        If a case file is missing or wrong.
-    """
+    """Load factor against the stress at which dilatancy vanishes; joints too stressed to dilate."""
     blocks, wall = open_case(cases, TWO_BLOCKS), open_case(cases, wall_file(1))
     checked = open_case(cases, wall_file(_CHECKED))
     report = Report(

@@ -23,18 +23,7 @@ _ALWAYS_BELOW = 0.1
 
 
 def fig12(cases: Path, progress: Progress = lambda _: None) -> Report:
-    """Shares of sliding friction and of raised weight at each iteration of wall 6.
-
-    Parameters
-    ----------
-    cases: folder of the case files.
-    progress: called with a line before the solve.
-
-    Raises
-    ------
-    CaseError
-        If the case file is missing or wrong.
-    """
+    """Shares of sliding friction and of raised weight at each iteration of wall 6."""
     scene = open_case(cases, wall_file(6))
     progress("wall 6: loop")
     result = solve(scene, preset="paper")

@@ -76,18 +76,7 @@ def facade_file(size: str) -> str:
 
 
 def facades(cases: Path, progress: Progress = lambda _: None) -> Report:
-    """Load factors, mechanisms and times of four façades, associative and Coulomb.
-
-    Parameters
-    ----------
-    cases: folder of the case files.
-    progress: called with a line before each solve.
-
-    Raises
-    ------
-    CaseError
-        If a case file is missing or wrong.
-    """
+    """Load factors, mechanisms and times of four façades, associative and Coulomb."""
     runs: list[_Run] = []
     for size in SIZES:
         scene = open_case(cases, facade_file(size))

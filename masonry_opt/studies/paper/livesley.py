@@ -32,18 +32,7 @@ _RUNS: dict[str, tuple[str, dict[str, Any], str, tuple[float, float]]] = {
 
 
 def fig8(cases: Path, progress: Progress = lambda _: None) -> Report:
-    """Uplift of one of two wedges: associative and Coulomb, both mechanisms.
-
-    Parameters
-    ----------
-    cases: folder of the case files.
-    progress: called with a line before each solve.
-
-    Raises
-    ------
-    CaseError
-        If the case file is missing or wrong.
-    """
+    """Uplift of one of two wedges: associative and Coulomb, both mechanisms."""
     scene = open_case(cases, WEDGES)
     report = Report(
         captions={

@@ -30,7 +30,8 @@ class Example:
     Attributes
     ----------
     title: what it shows.
-    run: rebuilds it, given the folder of case files and a place for progress lines.
+    run: rebuilds it, given the folder of case files and what is called with a line before each solve; raises
+        CaseError if a case file is missing or wrong.
     also: further names, such as those of figures that it holds beside the one that names it.
     in_paper: whether it is one of the paper's, which ``all`` rebuilds.
     """

@@ -31,18 +31,7 @@ COINCIDE = 1e-4
 
 
 def rib(cases: Path, progress: Progress = lambda _: None) -> Report:
-    """Load factor of the rib against friction, associative and Coulomb.
-
-    Parameters
-    ----------
-    cases: folder of the case files.
-    progress: called with a line before each friction.
-
-    Raises
-    ------
-    CaseError
-        If the case file is missing or wrong.
-    """
+    """Load factor of the rib against friction, associative and Coulomb."""
     scene, arch = open_arch(cases, CASE)
     rows = []
     for mu in FRICTIONS:

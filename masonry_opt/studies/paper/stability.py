@@ -26,18 +26,7 @@ _MESSAGE = 90
 
 
 def stability(cases: Path, progress: Progress) -> Report:
-    """Every run of the failure atlas against its expectation, and the loop over grids of its parameters.
-
-    Parameters
-    ----------
-    cases: folder of the case files.
-    progress: called with a line before each entry and wall.
-
-    Raises
-    ------
-    CaseError
-        If a case file is missing or wrong.
-    """
+    """Every run of the failure atlas against its expectation, and the loop over grids of its parameters."""
     report = Report()
     _atlas(report, cases, progress)
     report.remarks.append(

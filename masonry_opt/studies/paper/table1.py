@@ -49,14 +49,7 @@ def table1(cases: Path, progress: Progress = lambda _: None, walls: Sequence[int
 
     Parameters
     ----------
-    cases: folder of the case files.
-    progress: called with a line before each solve.
     walls: which of the six.
-
-    Raises
-    ------
-    CaseError
-        If a case file is missing or wrong.
     """
     report = Report(
         captions={

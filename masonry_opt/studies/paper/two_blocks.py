@@ -105,18 +105,7 @@ def jump_angle(scene: Scene, between: float) -> float:
 
 
 def fig6(cases: Path, progress: Progress = lambda _: None) -> Report:
-    """Load factor of two blocks and of their wedge variants against the angle of dilatancy.
-
-    Parameters
-    ----------
-    cases: folder of the case files.
-    progress: called with a line before each step.
-
-    Raises
-    ------
-    CaseError
-        If a case file is missing or wrong.
-    """
+    """Load factor of two blocks and of their wedge variants against the angle of dilatancy."""
     report = Report(
         captions={
             "fig6": "Fig. 6: two blocks, of which the lower, A, is pushed to the right: (b) it expands as it "

@@ -124,18 +124,7 @@ def follow(scene: Scene, **options: Any) -> tuple[Result, list[Step]]:
 
 
 def fig7(cases: Path, progress: Progress = lambda _: None) -> Report:
-    """Forces between the two blocks at every iteration, and where the loop ends without contraction.
-
-    Parameters
-    ----------
-    cases: folder of the case files.
-    progress: called with a line before each solve.
-
-    Raises
-    ------
-    CaseError
-        If a case file is missing or wrong.
-    """
+    """Forces between the two blocks at every iteration, and where the loop ends without contraction."""
     scene = open_case(cases, TWO_BLOCKS)
     mu = scene.joints.friction
     report = Report(

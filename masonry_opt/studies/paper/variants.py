@@ -80,18 +80,7 @@ VARIATIONS = (
 
 
 def variants(cases: Path, progress: Progress = lambda _: None) -> Report:
-    """The six walls and the smallest façade with and without what section 6.4 tried.
-
-    Parameters
-    ----------
-    cases: folder of the case files.
-    progress: called with a line before each solve.
-
-    Raises
-    ------
-    CaseError
-        If a case file is missing or wrong.
-    """
+    """The six walls and the smallest façade with and without what section 6.4 tried."""
     files = {f"wall {number}": wall_file(number) for number in WALLS}
     files["façade 1 × 3"] = facade_file("1x3")
     report = Report(

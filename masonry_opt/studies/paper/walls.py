@@ -36,18 +36,7 @@ def sliding_share(result: Result) -> float:
 
 
 def fig10(cases: Path, progress: Progress = lambda _: None) -> Report:
-    """The six mechanisms that the loop ends with, in one sheet.
-
-    Parameters
-    ----------
-    cases: folder of the case files.
-    progress: called with a line before each solve.
-
-    Raises
-    ------
-    CaseError
-        If a case file is missing or wrong.
-    """
+    """The six mechanisms that the loop ends with, in one sheet."""
     report = Report(
         captions={
             "fig10": "Fig. 10: mechanisms of the six walls of Ferris & Tin-Loi at the loop's last "
@@ -95,18 +84,7 @@ def fig10(cases: Path, progress: Progress = lambda _: None) -> Report:
 
 
 def fig13(cases: Path, progress: Progress = lambda _: None) -> Report:
-    """The wall of 792 blocks: associative and Coulomb load factor, and its mechanism.
-
-    Parameters
-    ----------
-    cases: folder of the case files.
-    progress: called with a line before each solve.
-
-    Raises
-    ------
-    CaseError
-        If the case file is missing or wrong.
-    """
+    """The wall of 792 blocks: associative and Coulomb load factor, and its mechanism."""
     scene = open_case(cases, LARGE_WALL)
     progress("associative")
     associative = solve(scene, "static")
