@@ -61,10 +61,6 @@ class Solution:
         """Add a reason."""
         self.reasons.append(reason(code, **values))
 
-    def has(self, code: Code) -> bool:
-        """Whether a reason is among those given."""
-        return any(given.code is code for given in self.reasons)
-
     def failing(self, problem: Problem) -> dict[str, float | None]:
         """Residuals that exceed the limits of its kind; none if it passes or there is no load factor."""
         if self.load_factor is None or self.q is None or self.d is None:

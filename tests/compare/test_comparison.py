@@ -11,7 +11,8 @@ from typer.testing import CliRunner
 
 import masonry_opt as mo
 from masonry_opt.cli import app
-from masonry_opt.studies.compare import command, compare, comparison
+from masonry_opt.studies.compare import command, comparison
+from masonry_opt.studies.compare.api import compare
 from masonry_opt.studies.compare.case_scenes import find_scenes
 from masonry_opt.studies.compare.charts import charts
 from masonry_opt.studies.compare.comparison import Limits, run_plan

@@ -14,8 +14,8 @@ from masonry_opt.studies.compare.charts import Bars, Chart
 from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
 from masonry_opt.studies.compare.judge import GAP_FLOOR, OUTSIDE, TARGET, VERDICTS
 from masonry_opt.studies.compare.limits import RESIDUALS
-from masonry_opt.studies.compare.machine import machine, versions
 from masonry_opt.studies.compare.text import number, reason_text
+from masonry_opt.studies.machine import machine, versions
 from masonry_opt.studies.page import render
 
 #: Columns of tables: of the frames, and their headings here.

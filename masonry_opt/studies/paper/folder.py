@@ -4,10 +4,7 @@ from __future__ import annotations
 
 import io
 import json
-import os
-import platform
 import re
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +14,10 @@ import pandas as pd
 from masonry_opt.errors import OutputError
 from masonry_opt.files import write_whole
 from masonry_opt.report.terminal import format_cell
+from masonry_opt.studies.machine import machine, versions
 from masonry_opt.studies.page import render
 from masonry_opt.studies.paper.example import DIFFERENCE_NOTE, Report
 from masonry_opt.studies.paper.registry import EXAMPLES
-
-#: Packages whose versions decide what comes out.
-_PACKAGES = ("masonry_opt", "clarabel", "cvxpy", "highspy", "pyomo", "numpy", "scipy")
 
 #: Of the records that the index page is made from.
 _FORMAT = "masonry_opt reproduced example, 2"
@@ -90,7 +85,7 @@ def _record(report: Report, seconds: float) -> dict[str, Any]:
         "captions": report.captions,
         "remarks": report.remarks,
         "differences": report.all_differences,
-        "machine": _machine(),
+        "machine": ", ".join(f"{name} {value}" for name, value in {**machine(), **versions()}.items()),
     }
 
 
@@ -111,11 +106,6 @@ def _table(frame: pd.DataFrame) -> dict[str, Any]:
 def _is_number(cell: str) -> bool:
     """Whether a cell holds a number, an interval of numbers, or a dash for none."""
     return all(re.fullmatch(r"–|[+-]?\d[\d.]*(e[+-]\d+)?", end) for end in cell.split(" to "))
-
-
-def _machine() -> str:
-    packages = ", ".join(f"{package} {version(package)}" for package in _PACKAGES)
-    return f"Python {platform.python_version()}, {platform.machine()}, {os.cpu_count()} cores; {packages}"
 
 
 def _page(folder: Path) -> str:

@@ -1,4 +1,4 @@
-"""The machine, the versions, and the command that made a comparison."""
+"""The machine, the versions and the command that something was made with."""
 
 from __future__ import annotations
 
