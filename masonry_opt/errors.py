@@ -24,8 +24,11 @@ class MasonryError(Exception):
         super().__init__(printable(str(message)))
 
 
-class CaseError(MasonryError):
-    """A case file or scene is wrong; the message names the file, the key or block, and the remedy."""
+class CaseError(MasonryError, ValueError):
+    """A case file or scene is wrong; the message names the file, the key or block, and the remedy.
+
+    It is a ValueError too, so that a record built inside one of pydantic's validators is refused there.
+    """
 
 
 class OptionError(MasonryError):

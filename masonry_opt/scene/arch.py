@@ -53,7 +53,7 @@ class Arch(Record):
 
     Raises
     ------
-    pydantic.ValidationError
+    CaseError
         If the angles or the thickness make no arch, or a point load names no voussoir.
     """
 

@@ -7,7 +7,7 @@ unknown key or a wrong type is refused alike in both.
 from __future__ import annotations
 
 import math
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import numpy as np
 from pydantic import (
@@ -19,8 +19,19 @@ from pydantic import (
     PlainSerializer,
     Strict,
     StringConstraints,
+    ValidationError,
     model_validator,
 )
+
+from masonry_opt.errors import CaseError
+from masonry_opt.scene.mistakes import wrong_call
+
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass as _ModelType
+else:
+    _ModelType = type(BaseModel)  # the same; its name is not public
+
+_R = TypeVar("_R", bound="Record")
 
 #: Beyond this, squares and products of lengths and forces leave what double precision can carry.
 LARGEST_NUMBER = 1e30
@@ -70,8 +81,31 @@ Name = Annotated[str, Strict(), StringConstraints(min_length=1, max_length=200, 
 Text = Annotated[str, Strict(), StringConstraints(max_length=2000, pattern=rf"^(?:[^{_UNSEEN}]|[\t\n\r])*$")]
 
 
-class Record(BaseModel):
-    """A frozen record that refuses unknown keys and finds aliases by either name."""
+class _RecordType(_ModelType):
+    """The class of records, which tells what is wrong when one is called in Python.
+
+    Records inside another, or in a case file, are validated by pydantic, which does not call them: what is
+    wrong with them is told once, with the whole.
+    """
+
+    # mypy does not know that every class of this type is a Record.
+    def __call__(cls: type[_R], /, *unnamed: Any, **values: Any) -> _R:  # type: ignore[misc]
+        if unnamed:
+            raise CaseError(f"{cls.__name__}: give every value by its name: {', '.join(cls.model_fields)}")
+        try:
+            return super().__call__(**values)  # type: ignore[misc]
+        except ValidationError as error:
+            raise wrong_call(error, cls, values) from None
+
+
+class Record(BaseModel, metaclass=_RecordType):
+    """A frozen record that refuses unknown keys and finds aliases by either name.
+
+    Raises
+    ------
+    CaseError
+        If it is called with values that are wrong; the message names the class, the key and the remedy.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
@@ -103,7 +137,7 @@ class Block(Record):
 
     Raises
     ------
-    pydantic.ValidationError
+    CaseError
         If a key is unknown, a value is no finite number, or the weight is missing or doubled.
     """
 
@@ -162,7 +196,7 @@ class JointDefaults(Record):
 
     Raises
     ------
-    pydantic.ValidationError
+    CaseError
         If friction or cohesion is negative, dilatancy exceeds friction, or the stresses do not rise.
     """
 
@@ -192,7 +226,7 @@ class Joint(Record):
 
     Raises
     ------
-    pydantic.ValidationError
+    CaseError
         If a value is out of range.
     """
 
@@ -205,7 +239,7 @@ class Joint(Record):
     def over(self, defaults: JointDefaults) -> JointDefaults:
         """The joint's properties: those given here, the rest from ``defaults``.
 
-        Raises pydantic.ValidationError if the two together are not admissible.
+        Raises CaseError if the two together are not admissible.
         """
         given = self.model_dump(exclude={"between"}, exclude_none=True)
         return JointDefaults(**(defaults.model_dump() | given))

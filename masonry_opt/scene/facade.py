@@ -43,7 +43,7 @@ class Facade(Record):
 
     Raises
     ------
-    pydantic.ValidationError
+    CaseError
         If the lintel's course is not one of shifted blocks, in which it bears on whole ones, or the
         façade is larger than 100,000 blocks.
     """

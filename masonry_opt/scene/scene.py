@@ -58,7 +58,7 @@ class Scene(SceneKeys):
 
     Raises
     ------
-    pydantic.ValidationError
+    CaseError
         If names repeat, no block is fixed or none can move, or an exception names no block.
     """
 

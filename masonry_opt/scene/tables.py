@@ -36,17 +36,10 @@ def read_tables(path: Path) -> dict[str, Any]:
         If there is no such file, or it is no regular file, too large, no UTF-8 text, or not valid.
     """
     text = _read_text(path)
+    if path.suffix.lower() not in _PARSERS:
+        raise CaseError(f"{path}: a case file's name ends in .toml or .json")
     try:
-        match path.suffix.lower():
-            case ".toml":
-                if found := _LONG_KEY.search(text):
-                    line = text.count("\n", 0, found.start()) + 1
-                    raise ValueError(f"a key has more than {_MOST_PARTS} parts (line {line})")
-                case = tomllib.loads(text, parse_float=_number)
-            case ".json":
-                case = json.loads(text, object_pairs_hook=_without_repeats, parse_float=_number)
-            case _:
-                raise CaseError(f"{path}: a case file's name ends in .toml or .json")
+        case = _PARSERS[path.suffix.lower()](text)
     except RecursionError:
         raise CaseError(f"{path}: is nested too deeply to be a case file") from None
     except ValueError as error:
@@ -67,20 +60,22 @@ def read_tables(path: Path) -> dict[str, Any]:
 
 
 def _read_text(path: Path) -> str:
+    data = b""
     try:
         mode = path.stat().st_mode
-        if stat.S_ISDIR(mode):
-            raise CaseError(f"{path}: is a folder, not a case file")
-        if not stat.S_ISREG(mode):  # reading a pipe or a device might never end
-            raise CaseError(f"{path}: is a pipe or device: write the case to a file")
-        with path.open("rb") as stream:
-            data = stream.read(LARGEST_FILE + 1)
+        if stat.S_ISREG(mode):  # reading a pipe or a device might never end
+            with path.open("rb") as stream:
+                data = stream.read(LARGEST_FILE + 1)
     except FileNotFoundError:
         raise CaseError(f"{path}: no such file") from None
     except OSError as error:
         raise CaseError(f"{path}: cannot be read: {error.strerror}") from None
     except ValueError as error:  # a path no file can have
         raise CaseError(f"{path}: cannot be read: {error}") from None
+    if stat.S_ISDIR(mode):
+        raise CaseError(f"{path}: is a folder, not a case file")
+    if not stat.S_ISREG(mode):
+        raise CaseError(f"{path}: is a pipe or device: write the case to a file")
     if len(data) > LARGEST_FILE:
         raise CaseError(
             f"{path}: is larger than {LARGEST_FILE // 1_000_000} MB, more than a scene that can be solved "
@@ -90,6 +85,17 @@ def _read_text(path: Path) -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
         raise CaseError(f"{path}: is not UTF-8 text; save it as UTF-8") from None
+
+
+def _toml(text: str) -> Any:
+    if found := _LONG_KEY.search(text):
+        line = text.count("\n", 0, found.start()) + 1
+        raise ValueError(f"a key has more than {_MOST_PARTS} parts (line {line})")
+    return tomllib.loads(text, parse_float=_number)
+
+
+def _json(text: str) -> Any:
+    return json.loads(text, object_pairs_hook=_without_repeats, parse_float=_number)
 
 
 def _number(text: str) -> float:
@@ -107,3 +113,6 @@ def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
             raise ValueError(f"key '{key}' is given twice in one object")
         table[key] = value
     return table
+
+
+_PARSERS = {".toml": _toml, ".json": _json}

@@ -48,7 +48,7 @@ class Wall(Record):
 
     Raises
     ------
-    pydantic.ValidationError
+    CaseError
         If a course is empty, has a zero length or only gaps, or a name stands for no course.
     """
 

@@ -1,0 +1,211 @@
+"""What is wrong in a case file, or with the values a record is called with: one line a mistake."""
+
+from __future__ import annotations
+
+import difflib
+import reprlib
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+from pydantic.fields import FieldInfo
+
+from masonry_opt.errors import CaseError, printable
+
+#: Plainer words than pydantic's for what users meet most.
+_MESSAGES = {
+    "model_type": "must be a table of keys",
+    "dict_type": "must be a table of keys",
+    "list_type": "must be a list",
+    "tuple_type": "must be a list of two",
+    "too_short": "needs at least {min_length} entries, has {actual_length}",
+    "too_long": "takes at most {max_length} entries, has {actual_length}",
+    "float_type": "must be a number",
+    "int_type": "must be a whole number",
+    "bool_type": "must be true or false",
+    "string_type": "must be text",
+    "string_too_short": "must not be empty",
+    "string_too_long": "must have at most {max_length} characters",
+    "string_pattern_mismatch": "must not hold control characters",
+    "greater_than": "must be greater than {gt}",
+    "greater_than_equal": "must be {ge} or more",
+    "string_unicode": "must be text of whole characters",
+    "missing": "needs two numbers, [x, y]",  # of an entry; a missing key has a sentence of its own
+}
+
+#: What Python calls by other names than a case file.
+_PYTHON_MESSAGES = _MESSAGES | {
+    "model_type": "must be a {class_name}, or a dict of its keys",
+    "dict_type": "must be a dict",
+    "bool_type": "must be True or False",
+    "missing": "needs two entries",
+}
+
+#: Mistakes named in one message; who makes more makes the same one again and again.
+_MOST_IN_FILE = 20
+_MOST_IN_CALL = 19  # with a last line that counts the others, twenty lines
+
+#: Characters of a message that quotes names.
+_LONGEST = 500
+
+_SHORT = reprlib.Repr()
+_SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
+
+#: The two kinds of an entry of a wall's courses, which pydantic names beside its keys.
+_KINDS = ("name", "lengths")
+
+
+def wrong_file(
+    error: ValidationError, path: Path, case: Mapping[str, Any], schema: type[BaseModel]
+) -> CaseError:
+    """The error of a case file: file, table or block, key, what is wrong.
+
+    Parameters
+    ----------
+    error:
+        What pydantic found in ``case``.
+    path:
+        The file.
+    case:
+        Its tables.
+    schema:
+        The record that they fill.
+    """
+
+    def line(item: dict[str, Any]) -> str:
+        loc, where = list(item["loc"]), []
+        table = str(loc[0]) if loc else ""
+        record = _held(schema, table)
+        if table in ("block", "joint") and len(loc) > 1 and isinstance(loc[1], int):
+            where, loc = [_entry(table, loc[1], case.get(table))], loc[2:]
+        elif len(loc) > 1 or record:
+            where, loc = [f"[{_one_line(table)}]"], loc[1:]
+        loc = [part for part in loc if part not in _KINDS]
+        if item["type"] == "list_type" and table in ("block", "joint") and not loc:
+            return f"[{table}]: write [[{table}]], with double brackets, once for each {table}"
+        return ": ".join([*where, _sentence(item, loc, record or schema, _MESSAGES)])
+
+    return _told(error, str(path), line, _MOST_IN_FILE)
+
+
+def wrong_call(error: ValidationError, record: type[BaseModel], values: Mapping[str, Any]) -> CaseError:
+    """The error of a record called with wrong values: class, name, key, what is wrong.
+
+    Parameters
+    ----------
+    error:
+        What pydantic found in ``values``.
+    record:
+        The class that was called.
+    values:
+        By name.
+    """
+    field_names = {field.alias or name: name for name, field in record.model_fields.items()}
+
+    def line(item: dict[str, Any]) -> str:
+        loc, where = list(item["loc"]), []
+        name = str(field_names.get(loc[0], loc[0])) if loc else ""
+        alias = record.model_fields[name].alias if name in record.model_fields else None
+        if alias and len(loc) > 1 and isinstance(loc[1], int):
+            where, loc = [_entry(alias, loc[1], values.get(loc[0]))], loc[2:]
+        elif loc:
+            loc = [name, *(part for part in loc[1:] if name != "courses" or part not in _KINDS)]
+        return ": ".join([*where, _sentence(item, loc, _held(record, name) or record, _PYTHON_MESSAGES)])
+
+    return _told(error, f"{record.__name__} {_name(values)}".rstrip(), line, _MOST_IN_CALL)
+
+
+def _told(error: ValidationError, head: str, line: Callable[[dict[str, Any]], str], most: int) -> CaseError:
+    mistakes = error.errors(include_url=False)
+    lines = [line(dict(item)) for item in mistakes[:most]]
+    if more := len(mistakes) - len(lines):
+        lines.append(f"and {more} more mistakes")
+    return CaseError("\n".join(f"{head}: {text}" for text in lines))
+
+
+def _sentence(
+    item: dict[str, Any], loc: list[Any], record: type[BaseModel], messages: Mapping[str, str]
+) -> str:
+    """The key at ``loc`` and what is wrong with it; ``record`` has the keys to suggest."""
+    key = _dotted(loc)
+    if item["type"] == "extra_forbidden":
+        return f"unknown key '{key}'{_suggestion(key, record)}"
+    if item["type"] == "missing" and loc and isinstance(loc[-1], int):
+        return f"key '{_dotted(loc[:-1])}': {messages['missing']}"
+    if item["type"] == "missing":
+        return f"missing key '{key}'" if key else "missing table"
+    if item["type"] in messages:
+        message = messages[item["type"]].format(**item.get("ctx", {}))
+    else:
+        message = item["msg"].removeprefix("Value error, ")
+        message = message[:1].lower() + message[1:_LONGEST]
+    if item["type"] != "value_error" or key:
+        message += f" (found {_shown(item['input'])})"
+    return f"key '{key}': {message}" if key else message
+
+
+def _entry(table: str, index: int, entries: Any) -> str:
+    """An entry of a list of tables by its number and its name."""
+    listed = isinstance(entries, list | tuple) and index < len(entries)
+    name = _name(entries[index]) if listed else ""
+    return f"{table} no. {index + 1}" + (f" ({name})" if name else "")
+
+
+def _name(entry: Any) -> str:
+    """The name of a block or of the blocks of a joint, as it is shown; empty if there is none."""
+    name = entry.get("name", entry.get("between")) if isinstance(entry, Mapping) else None
+    try:
+        return _shown(name) if name else ""
+    except ValueError:  # an array, which is neither true nor false
+        return ""
+
+
+def _shown(value: Any) -> str:
+    """A value in one short line, however large or deep it is."""
+    try:
+        shown = _SHORT.repr(value).replace("\n", " ")
+    except ValueError:  # Python writes out no whole number of thousands of digits
+        return "a number of thousands of digits"
+    return shown if len(shown) <= _SHORT.maxother else f"{shown[: _SHORT.maxother - 3]}..."
+
+
+def _one_line(text: str) -> str:
+    """A key as it is shown: keys are a user's own words, of any length."""
+    text = printable(text).replace("\n", "\\n")
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def _dotted(loc: list[Any]) -> str:
+    key = ""
+    for part in loc:
+        if isinstance(part, int):
+            key += f"[{part}]"
+        else:
+            key += f".{part}" if key else str(part)
+    return _one_line(key)
+
+
+def _suggestion(key: str, record: type[BaseModel]) -> str:
+    known = list(_fields(record))
+    close = difflib.get_close_matches(key.rsplit(".", 1)[-1], known, n=1)
+    return f"; did you mean '{close[0]}'?" if close else f"; known: {', '.join(known)}"
+
+
+def _fields(record: type[BaseModel]) -> dict[str, FieldInfo]:
+    """A record's fields by their own names, or, if it is filled by aliases alone, by these."""
+    by_name = record.model_config.get("populate_by_name")
+    return {name if by_name else field.alias or name: field for name, field in record.model_fields.items()}
+
+
+def _held(record: type[BaseModel], key: str) -> type[BaseModel] | None:
+    """The class of the records that a key of another one holds; None if it holds plain values."""
+    field = _fields(record).get(key)
+    return next(_classes(field.annotation), None) if field else None
+
+
+def _classes(annotation: Any) -> Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in get_args(annotation):
+        yield from _classes(part)

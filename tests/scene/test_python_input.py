@@ -1,0 +1,195 @@
+"""Wrong values in Python end in the same kind of message as in a case file."""
+
+from __future__ import annotations
+
+import pickle
+from typing import Annotated
+
+import numpy as np
+import pydantic
+import pytest
+from scenes import two_blocks
+
+import masonry_opt as mo
+
+TRIANGLE = [(0, 0), (1, 0), (0, 1)]
+JOINTS = {"friction": 0.5}
+ARCH = {
+    "radius": 10,
+    "angles": (180, 0),
+    "thickness": 1,
+    "voussoirs": 7,
+    "unit_weight": 1,
+    "weights": "sector",
+}
+
+FACADE = {
+    "openings": (1, 1),
+    "block": (2, 1),
+    "jamb": 1,
+    "opening": (1, 1),
+    "sill": 2,
+    "spandrel": 2,
+    "weight": 1,
+    "lintel_weight": 1,
+}
+
+
+def block(**values):
+    return mo.Block(**({"name": "A", "vertices": TRIANGLE, "weight": 1} | values))
+
+
+#: What is called, and by line of the message what must be in it.
+WRONG_CALLS = {
+    "unknown key": (lambda: block(wieght=1), [["Block 'A': ", "'wieght'", "did you mean 'weight'"]]),
+    "missing keys": (lambda: mo.Block(weight=1), [["Block: ", "'name'"], ["Block: ", "'vertices'"]]),
+    "no names": (lambda: mo.Block("A", TRIANGLE), [["Block: ", "name, vertices, weight"]]),
+    "wrong values": (
+        lambda: block(weight=-1, vertices=[(0, "0"), *TRIANGLE], live=(1,), fixed=1),
+        [
+            ["Block 'A': ", "'vertices[0][1]'", "number", "found '0'"],
+            ["Block 'A': ", "'weight'", "0 or more", "found -1"],
+            ["Block 'A': ", "'live'", "two"],
+            ["Block 'A': ", "'fixed'", "True or False", "found 1"],
+        ],
+    ),
+    "name of another type": (lambda: block(name=5), [["Block 5: ", "'name'", "text"]]),
+    "name that is an array": (lambda: block(name=np.zeros(2)), [["Block: ", "'name'", "text"]]),
+    "name with an escape": (
+        lambda: block(name="\x1b[31m\n"),
+        [["Block '\\x1b[31m\\n'", "'name'", "control"]],
+    ),
+    "key with an escape": (
+        lambda: block(**{"\x1b[31m\n": 1}),
+        [["Block 'A'", "'\\x1b[31m\\n'", "known: name"]],
+    ),
+    "value of several lines": (lambda: block(live=np.eye(3)), [["Block 'A'", "'live'", "found array("]]),
+    "two weights": (lambda: block(unit_weight=1), [["Block 'A': ", "'weight' or 'unit_weight'"]]),
+    "joint": (
+        lambda: mo.Joint(between=("A", "B"), fricton=1),
+        [["Joint ('A', 'B')", "'fricton'", "'friction'"]],
+    ),
+    "joint of one block": (lambda: mo.Joint(between=("A",)), [["Joint ('A',)", "'between'", "two entries"]]),
+    "joint over defaults": (
+        lambda: mo.Joint(between=("A", "B"), dilatancy=0.6).over(mo.JointDefaults(friction=0.5)),
+        [["JointDefaults: ", "'dilatancy'", "'friction'"]],
+    ),
+    "joint properties": (
+        lambda: mo.JointDefaults(friction=-1),
+        [["JointDefaults: ", "'friction'", "found -1"]],
+    ),
+    "scene": (
+        lambda: mo.Scene(joints=0.5, blcks=[]),
+        [
+            ["Scene: ", "'joints'", "JointDefaults", "found 0.5"],
+            ["Scene: ", "'blcks'", "did you mean 'blocks'"],
+        ],
+    ),
+    "scene of tables": (
+        lambda: mo.Scene(
+            joints={"fricton": 1},
+            blocks=({"name": "A", "vertices": TRIANGLE, "wieght": 1}, 5, {"vertices": TRIANGLE}),
+            exceptions=[{"between": ["A", "B"], "cohesion": -1}],
+        ),
+        [
+            ["Scene: ", "missing", "'joints.friction'"],
+            ["Scene: ", "'joints.fricton'", "did you mean 'friction'"],
+            ["Scene: block no. 1 ('A')", "'wieght'", "did you mean 'weight'"],
+            ["Scene: block no. 2", "Block", "found 5"],
+            ["Scene: block no. 3", "missing", "'name'"],
+            ["Scene: joint no. 1 (['A', 'B'])", "'cohesion'", "found -1"],
+        ],
+    ),
+    "scene by the keys of a file": (
+        lambda: mo.Scene(joints=JOINTS, block=[{"name": "A", "vertices": []}]),
+        [["Scene: block no. 1 ('A')", "'vertices'", "at least 3"]],
+    ),
+    "scene without a support": (lambda: mo.Scene(joints=JOINTS, blocks=[block()]), [["Scene: ", "fixed"]]),
+    "wall": (
+        lambda: mo.Wall(block=(4, 1), weight=1, courses=["name", [1, "1"]], course={"name": [1, None]}),
+        [["Wall: ", "'courses[1][1]'", "found '1'"], ["Wall: ", "'course.name[1]'", "found None"]],
+    ),
+    "block of a wall": (
+        lambda: mo.Wall(block=(4, 1), weight=9e29, courses=[[4]]).blocks(),
+        [["Block '1-1': ", "'weight'", "found 3.6e+30"]],
+    ),
+    "façade": (lambda: mo.Facade(**FACADE | {"sill": 1}), [["Facade: ", "'sill'", "odd number"]]),
+    "façade's key": (lambda: mo.Facade(**FACADE, silll=1), [["Facade: ", "'silll'", "did you mean 'sill'"]]),
+    "arch": (lambda: mo.Arch(**ARCH | {"thickness": 30}), [["Arch: ", "'thickness'", "found 30"]]),
+    "load of an arch": (
+        lambda: mo.Arch(**ARCH, point_loads=[{"voussoir": 1, "force": (0, 1), "forc": 1}]),
+        [["Arch: ", "'point_loads[0].forc'", "did you mean 'force'"]],
+    ),
+    "point load": (
+        lambda: mo.PointLoad(voussoir=0, force=(0, 1)),
+        [["PointLoad: ", "'voussoir'", "found 0"]],
+    ),
+    "reference": (
+        lambda: mo.Reference(value=1, sorce=""),
+        [["Reference: ", "'source'"], ["'sorce'", "'source'"]],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", WRONG_CALLS)
+def test_wrong_call(name):
+    call, expected = WRONG_CALLS[name]
+    with pytest.raises(mo.CaseError) as error:
+        call()
+    message = str(error.value)
+    lines = message.split("\n")
+    for line, words in zip(lines, expected, strict=True):
+        for word in words:
+            assert word in line
+    assert all(line.isprintable() for line in lines)
+    assert "http" not in message
+
+
+@pytest.mark.parametrize(("wrong", "lines"), [(19, 19), (20, 20), (21, 20), (1000, 20)])
+def test_message_has_at_most_twenty_lines(wrong, lines):
+    with pytest.raises(mo.CaseError) as error:
+        block(vertices=[(0, "0")] * wrong)
+    assert len(str(error.value).split("\n")) == lines
+
+
+def test_error_of_a_record_shows_nothing_of_pydantic():
+    with pytest.raises(mo.CaseError) as error:
+        block(wieght=1)
+    assert error.value.__suppress_context__
+    assert error.value.__cause__ is None
+    assert str(pickle.loads(pickle.dumps(error.value))) == str(error.value)
+
+
+def test_validators_of_others_may_build_records():
+    def built(weight):
+        return block(weight=weight)
+
+    model = pydantic.create_model("Model", stone=(Annotated[float, pydantic.AfterValidator(built)], ...))
+    with pytest.raises(pydantic.ValidationError, match="Block 'A'"):
+        model(stone=-1)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda path: mo.load(5), ["path of a case file", "int"]),
+        (lambda path: mo.load(None), ["path of a case file", "NoneType"]),
+        (lambda path: mo.save(5, path), ["Scene", "int"]),
+        (lambda path: mo.save(two_blocks(), 5), ["path of a case file", "int"]),
+        (lambda path: mo.save(two_blocks(), path.with_name("a\0.toml")), ["cannot be written"]),
+    ],
+)
+def test_load_and_save_say_what_they_take(call, words, tmp_path):
+    with pytest.raises(mo.CaseError) as error:
+        call(tmp_path / "case.toml")
+    for word in words:
+        assert word in str(error.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_block_that_the_generator_of_a_file_cannot_build(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text("[joints]\nfriction = 1\n[wall]\nblock = [4, 1]\nweight = 9e29\ncourses = [[4]]")
+    with pytest.raises(mo.CaseError, match=r"'weight'.*found 3\.6e\+30") as error:
+        mo.load(path)
+    assert str(error.value).startswith(f"{path}: ")
