@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pyomo.environ as pyo
 
+from masonry_opt.models.pyomo_arrays import dot
 from masonry_opt.models.pyomo_states import PyomoStates
-from masonry_opt.models.pyomo_terms import dot
 from masonry_opt.problem.problem import Problem
 
 

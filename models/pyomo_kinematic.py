@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pyomo.environ as pyo
 
-from masonry_opt.models.pyomo_terms import Limits, Mechanism, dot, duals, values
+from masonry_opt.models.pyomo_arrays import dot, duals, values
+from masonry_opt.models.pyomo_terms import Limits, Mechanism
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
 

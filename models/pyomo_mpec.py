@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pyomo.environ as pyo
 
+from masonry_opt.models.pyomo_arrays import values
 from masonry_opt.models.pyomo_states import PyomoStates
-from masonry_opt.models.pyomo_terms import values
 from masonry_opt.problem.problem import Problem
 
 

@@ -6,7 +6,8 @@ from math import inf
 
 import pyomo.environ as pyo
 
-from masonry_opt.models.pyomo_terms import Mechanism, Statics, dot
+from masonry_opt.models.pyomo_arrays import dot
+from masonry_opt.models.pyomo_terms import Mechanism, Statics
 from masonry_opt.problem.problem import Problem, ShearLimits
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pyomo.environ as pyo
 
-from masonry_opt.models.pyomo_terms import Mechanism, Statics, put, values
+from masonry_opt.models.pyomo_arrays import put, values
+from masonry_opt.models.pyomo_terms import Mechanism, Statics
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pyomo.environ as pyo
 
-from masonry_opt.models.pyomo_terms import Limits, Statics, duals
+from masonry_opt.models.pyomo_arrays import duals
+from masonry_opt.models.pyomo_terms import Limits, Statics
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
 
