@@ -21,21 +21,24 @@ _VERDICTS = {
 
 #: From so many columns on parameters are compiled as constants, anew for every solve: CVXPY's tensor over
 #: parameters costs memory that grows with the square of the joints, and more time than compiling again.
-_CONSTANTS_FROM = 3000
+_TOO_LARGE = 3000
 
 
 class CvxpyEngine:
-    """A declared program and the solver that answers it; compiled once where its parameters allow.
+    """A declared program and the solver that answers it.
 
     Parameters
     ----------
     purpose: what it is solved for, under which the effort records the solver.
+    repeats: whether it is solved again and again with other parameters; it is then compiled only once.
     """
 
-    def __init__(self, program: cp.Problem, solver: Solver, effort: Effort, purpose: str) -> None:
+    def __init__(
+        self, program: cp.Problem, solver: Solver, effort: Effort, purpose: str, repeats: bool = False
+    ) -> None:
         self.program, self.solver, self.effort = program, solver, effort
         effort.uses(solver.name, purpose)
-        self._as_constants = program.size_metrics.num_scalar_variables >= _CONSTANTS_FROM
+        self._as_constants = not repeats or program.size_metrics.num_scalar_variables >= _TOO_LARGE
 
     def size(self) -> LpSize:
         """Rows, columns and non-zeros as compiled."""

@@ -33,6 +33,7 @@ class Driver:
     of_load: whether the program is declared in units of the load (the problem then needs one), in which it
         is solved more accurately.
     purpose: what it is solved for, under which the effort records the solver.
+    repeats: whether it is solved again and again with other shear limits.
     """
 
     def __init__(
@@ -44,6 +45,7 @@ class Driver:
         limits: ShearLimits | None = None,
         of_load: bool = False,
         purpose: str = "load factor",
+        repeats: bool = False,
     ) -> None:
         engine, models = _DECLARED[solver.language]
         self.effort = effort
@@ -51,7 +53,7 @@ class Driver:
         limits = limits or ShearLimits.true(problem)
         with effort.measure("build"):
             self.model = models[formulation](self._scaled.problem, self._scaled.limits(limits))
-        self._engine = engine(self.model.program, solver, effort, purpose)
+        self._engine = engine(self.model.program, solver, effort, purpose, repeats=repeats)
 
     def set_shear_limits(self, limits: ShearLimits) -> None:
         """Change the model's shear limits, and nothing else."""

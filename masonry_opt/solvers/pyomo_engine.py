@@ -28,7 +28,9 @@ class PyomoEngine:
     purpose: what it is solved for, under which the effort records the solver.
     """
 
-    def __init__(self, program: pyo.ConcreteModel, solver: Solver, effort: Effort, purpose: str) -> None:
+    def __init__(
+        self, program: pyo.ConcreteModel, solver: Solver, effort: Effort, purpose: str, **_: bool
+    ) -> None:
         self.program, self.solver, self.effort = program, solver, effort
         effort.uses(solver.name, purpose)
         self._run_time = 0.0

@@ -112,6 +112,7 @@ def _declare(task: Task, attempt: Attempt) -> Driver:
         # What is solved roughly is equally rough at every size in units of the load.
         of_load=rough is not None,
         purpose="sub-problems",
+        repeats=True,
     )
 
 
