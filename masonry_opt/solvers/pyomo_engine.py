@@ -26,10 +26,11 @@ class PyomoEngine:
     Parameters
     ----------
     purpose: what it is solved for, under which the effort records the solver.
+    repeats: whether it is solved again and again; it stays loaded in any case.
     """
 
     def __init__(
-        self, program: pyo.ConcreteModel, solver: Solver, effort: Effort, purpose: str, **_: bool
+        self, program: pyo.ConcreteModel, solver: Solver, effort: Effort, purpose: str, repeats: bool = False
     ) -> None:
         self.program, self.solver, self.effort = program, solver, effort
         effort.uses(solver.name, purpose)
