@@ -6,24 +6,32 @@ import json
 
 import numpy as np
 import pytest
-from scenes import block_on_floor, small_wall, two_blocks
+from scenes import block_on_floor, pressed_down, small_wall, two_blocks
 
 import masonry_opt as mo
 
 
-@pytest.mark.parametrize(
-    ("live", "friction", "expected"),
-    [((0.5, 0.0), 0.5, 0.5), ((1.0, 0.0), 0.5, 0.5)],
-)
-def test_utilisation_is_force_over_limit(live, friction, expected):
-    """At collapse a sliding block uses all its friction; held by twice the need, half of it."""
-    result = mo.solve(block_on_floor(4, 2, friction, live=live), "static")
-    assert result.joints["utilisation"][0] == pytest.approx(1.0)
-    held = block_on_floor(1, 2, 1.0)  # overturns at 0.5, sliding needs 1.0
-    joint = mo.solve(held, "static").joints.iloc[0]
-    assert abs(joint["s"]) / (1.0 * joint["n"]) == pytest.approx(expected)
-    assert joint["utilisation"] == pytest.approx(1.0)  # by rocking
+@pytest.mark.parametrize(("friction", "of_shear"), [(0.5, 1.0), (0.8, 0.625), (1.0, 0.5)])
+def test_utilisation_is_force_over_limit(friction, of_shear):
+    """A block that overturns at λ = 1/2 uses 0.5 / μ of its friction, and all of its rocking."""
+    result = mo.solve(block_on_floor(1, 2, friction), "static", solver="highs")
+    joint = result.joints.iloc[0]
+    assert abs(joint["s"]) / (friction * joint["n"]) == pytest.approx(of_shear)
     assert abs(joint["m"]) / (joint["n"] * joint["length"] / 2) == pytest.approx(1.0)
+    assert joint["utilisation"] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("friction", "cohesion"), [(0.5, 0.0), (0.25, 0.0), (0.3, 0.05)])
+def test_a_sliding_joint_is_used_up_by_its_shear(friction, cohesion):
+    """A low block slides at λ = μ + c L / W, its joint nowhere near rocking: |m| / (n L / 2) = λ h / w."""
+    scene = block_on_floor(4, 2, friction)
+    scene = scene.model_copy(update={"joints": mo.JointDefaults(friction=friction, cohesion=cohesion)})
+    result = mo.solve(scene, "static", solver="highs")
+    load_factor = friction + 4 * cohesion
+    assert result.load_factor == pytest.approx(load_factor)
+    joint = result.joints.iloc[0]
+    assert joint["utilisation"] == pytest.approx(1.0)
+    assert abs(joint["m"]) / (joint["n"] * joint["length"] / 2) == pytest.approx(load_factor * 2 / 4)
 
 
 def test_idle_joints_have_no_utilisation_and_others_none_above_one():
@@ -63,7 +71,22 @@ def test_repr_is_short():
     assert len(repr(mo.solve(two_blocks()))) < 2000
 
 
-@pytest.mark.parametrize("tolerance", [0, -1.0, 1.0, "1e-9", float("nan")])
-def test_tolerance_must_be_one(tolerance):
-    with pytest.raises(mo.OptionError, match="tolerance"):
-        mo.solve(two_blocks(), tolerance=tolerance)
+
+def test_json_is_everything_a_result_says():
+    result = mo.solve(two_blocks())
+    answer = json.loads(result.to_json())
+    assert answer["reasons"] == [reason.as_dict() for reason in result.reasons]
+    assert answer["reasons"][0] == {"code": "sub-problems", "count": len(result.history)}
+    assert answer["kind"] == "loop"
+    assert answer["solvers"] == result.solvers
+    assert answer["certificate"] == result.certificate.as_dict()
+    assert (answer["blocks"], answer["joints"]) == (2, 3)
+    assert len(answer["joint_results"]) == 3
+    assert len(answer["block_results"]) == 2
+
+
+def test_required_is_the_load_factor_or_an_error_that_says_why():
+    assert mo.solve(two_blocks(), "static").required() == pytest.approx(0.25, rel=1e-7)
+    with pytest.raises(mo.MasonryError, match=r"^scene: unlimited: .*no mechanism") as error:
+        mo.solve(pressed_down(), "static").required()
+    assert error.value.exit_code == 1

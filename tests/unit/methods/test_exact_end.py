@@ -1,4 +1,4 @@
-"""The loop's exact end and its paces: what they leave, against the loop without them."""
+"""The loop's exact end: what it leaves from exact and from rough mechanisms, and when there is none."""
 
 from __future__ import annotations
 
@@ -7,119 +7,128 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scenes import CASES, block_on_floor
+from scenes import WALLS, block_on_floor, declared, small_wall
 
 import masonry_opt as mo
-from masonry_opt.effort import Stopwatch
-from masonry_opt.methods.loop.exact_end import MOST_ENERGY, exact_finish
-from masonry_opt.methods.loop.options import FAST_FROM, LoopOptions
-from masonry_opt.methods.loop.steps import first_limits, run_loop
+from masonry_opt.answer.certificate import certify
+from masonry_opt.answer.reasons import Code
+from masonry_opt.effort import Effort
+from masonry_opt.methods.loop import exact_end
+from masonry_opt.methods.loop import run as loop_run
+from masonry_opt.methods.loop.exact_end import MOST_ENERGY, accurate_end, rough_end
+from masonry_opt.methods.loop.options import LoopOptions
+from masonry_opt.models.cvxpy_least_energy import CvxpyForcesFor
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.solvers.driver import declare
-from masonry_opt.solvers.registry import find_solver, rougher
+from masonry_opt.problem.state import State
+from masonry_opt.solvers.cvxpy_engine import has_optimum
+from masonry_opt.solvers.registry import find_solver
 
-FACADE = CASES / "gilbert" / "facade_1x3.toml"
-#: One program more, solved to 1e-9 like every other; energy is a sum over joints.
-EXACT = 1e-7 * 10
-
-
-def wall(number: int):
-    return CASES / "ferris_tinloi" / f"wall_{number}.toml"
-
-
-@pytest.mark.parametrize("number", range(1, 7))
-def test_walls_end_in_an_exact_state_near_the_loops_own_load_factor(number):
-    result, raw = mo.solve(wall(number)), mo.solve(wall(number), finish=False)
-    left = result.certificate
-    assert max(left.equilibrium, left.yield_) < 1e-8
-    assert left.complementarity < EXACT
-    assert raw.certificate.yield_ > 1e-5
-    assert result.load_factor == pytest.approx(raw.load_factor, abs=1e-5)
-    assert "exact state on their mechanism" in result.message
-    assert "exact" not in raw.message
-    # The series before it is the same.
-    np.testing.assert_array_equal(result.history["load_factor"], raw.history["load_factor"])
+#: Programs solved to 1e-9 of numbers near one.
+SAME = 1e-7
+CLARABEL = find_solver("cvxpy", None)
+SCENES = {
+    "wall": small_wall(6, 5),
+    "cohesion": small_wall(4, 3, cohesion=0.05),
+    "dilatancy": small_wall(4, 3, dilatancy=0.1),
+    "nothing slides": small_wall(4, 3, friction=float("inf")),
+}
 
 
-@pytest.mark.parametrize("path", [FACADE, wall(6)], ids=["façade", "wall 6"])
-def test_fast_pace_takes_fewer_iterations_to_an_exact_state(path):
-    fast, paper = mo.solve(path, pace="fast"), mo.solve(path, pace="paper")
-    assert fast.status is mo.Status.CONVERGED
-    # Solved to 1e-9 in units of the load, here some hundred of the certificate's block weights.
-    assert max(fast.certificate.equilibrium, fast.certificate.yield_) < 5e-7
-    # The mechanism is of the true flow rule, and what it leaves is what no forces near it avoid.
-    assert fast.certificate.flow < 1e-7
-    assert fast.certificate.complementarity < MOST_ENERGY * fast.load_factor
-    assert fast.load_factor <= mo.solve(path, "static").load_factor
-    assert fast.iterations < paper.iterations
+@pytest.fixture(scope="module")
+def exact_states():
+    """By scene: the problem and the state that the loop ends in."""
+    found = {}
+    for name, scene in SCENES.items():
+        result = mo.solve(scene, sub_problems="accurate", always=True)
+        problem, solution = result.assembly.problem, result.solution
+        p = problem.rates(solution.d, problem.dilatancy)
+        found[name] = problem, State(result.load_factor, solution.q, solution.d, p)
+    return found
 
 
-def test_pace_is_chosen_by_size():
-    options = LoopOptions()
-    assert options.parameters(FAST_FROM - 1) == LoopOptions(pace="paper").parameters(FAST_FROM)
-    assert options.parameters(FAST_FROM) == LoopOptions(pace="fast").parameters(1)
-    assert LoopOptions(pace="fast", alpha=0.2).parameters(1).alpha == 0.2
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("noise", [1e-5, 1e-4])
+def test_a_rough_mechanism_leads_back_to_an_exact_state(name, noise, exact_states):
+    problem, state = exact_states[name]
+    # What an interior point leaves: the same energy in every face.
+    rough = state.p + noise / np.maximum(problem.slacks(state.q), noise)
+    effort = Effort()
+    found = rough_end(problem, replace(state, p=rough), CLARABEL, effort)
+    assert effort.lp_solves == 2
+    # λ may fall by what noise · faces of energy are worth.
+    assert found.load_factor == pytest.approx(state.load_factor, rel=1e-2)
+    assert problem.slacks(found.q).min() > -SAME
+    left = certify(problem, found.load_factor, found.q, found.d, found.slope)
+    assert max(left.equilibrium, left.flow) < 10 * SAME
+    assert left.complementarity < MOST_ENERGY * found.load_factor
 
 
-@pytest.mark.parametrize("solver", ["highs", "highs-ipm"])
-def test_solvers_that_cannot_be_rough_keep_the_paper_s_pace(solver):
-    """HiGHS's interior point ends "unknown" at 1e-4, its simplex in a vertex all the same."""
-    options = LoopOptions()
-    assert options.parameters(FAST_FROM, solver) == LoopOptions(pace="paper").parameters(1)
-    asked = mo.solve(wall(1), solver=solver, pace="fast")
-    assert asked.status is mo.Status.CONVERGED
-    assert asked.solver == solver
-    assert "with solver" not in asked.message  # nor did another one help it out
+@pytest.mark.parametrize("number", [1, 3, 5])
+def test_exact_collapse_states_are_left_as_they_are(number):
+    """For the mechanism of an exact state no forces do better than none, and their λ is no higher."""
+    exact = mo.solve(WALLS[number - 1], "refined", perturbations=0)
+    problem, d = exact.assembly.problem, exact.solution.d
+    p = problem.rates(d, problem.dilatancy)
+    model = CvxpyForcesFor(problem, p, 1e3)
+    assert has_optimum(model.program, CLARABEL, Effort(), "test")
+    load_factor, q = model.statics.forces()
+    assert problem.slacks(q) @ p < 10 * SAME
+    assert load_factor <= exact.load_factor + SAME
 
 
-@pytest.mark.parametrize("name", ["clarabel", "highs", "highs-ipm"])
-def test_tolerance_of_rough_sub_problems_reaches_the_solver(name):
-    solver = find_solver("cvxpy", name)
-    rough = rougher(solver, 1e-4)
-    assert (rough.name, rough.tolerance) == (name, 1e-4)
-    changed = {key: value for key, value in rough.options.items() if solver.options.get(key) != value}
-    assert {value for value in changed.values() if value is not False} == {1e-4}
-    # Never tighter than was asked for.
-    assert rougher(rough, 1e-9) == rough
+def test_without_a_mechanism_of_its_own_flow_the_sub_problem_s_is_kept(monkeypatch, exact_states):
+    problem, state = exact_states["wall"]
+    solved = []
+
+    def only_the_first(*arguments):
+        solved.append(has_optimum(*arguments))
+        return len(solved) == 1 and solved[0]
+
+    monkeypatch.setattr(exact_end, "has_optimum", only_the_first)
+    found = rough_end(problem, state, CLARABEL, Effort())
+    assert solved == [True, True]
+    np.testing.assert_array_equal(found.d, state.d)
 
 
-def test_fast_pace_is_solved_roughly(monkeypatch):
-    asked = []
-    monkeypatch.setattr(
-        "masonry_opt.methods.loop.runs.rougher",
-        lambda solver, tolerance: asked.append(tolerance) or rougher(solver, tolerance),
-    )
-    mo.solve(wall(1), pace="paper")
-    assert asked == []
-    mo.solve(wall(1), pace="fast")
-    assert asked == [1e-4]
+def test_no_forces_no_end(exact_states):
+    """Hung up, every joint of a wall would have to pull: there are no forces for any mechanism."""
+    problem, state = exact_states["wall"]
+    assert rough_end(problem, state, CLARABEL, Effort()) is not None
+    effort = Effort()
+    assert rough_end(replace(problem, dead=-problem.dead), state, CLARABEL, effort) is None
+    assert effort.lp_solves == 1
 
 
 def test_no_exact_state_on_faces_that_cannot_all_be_at_yield():
     """A block that slides to the right is not at yield to the left; on that mechanism there is no state."""
-    scene = block_on_floor(4, 2, 0.65)
-    problem = assemble(scene).problem
-    state = mo.solve(scene, "static").finding
-    p = np.zeros((4, 1))
-    p[:2] = 1.0  # slides to both sides at once
-    broken = type("State", (), {"p": p, "q": state.q, "d": state.d})()
-    exact, solves = exact_finish(problem, broken, state.load_factor, Stopwatch())
-    assert exact is None
-    assert solves == 2
+    result = mo.solve(block_on_floor(4, 2, 0.65), "static")
+    problem, solution = result.assembly.problem, result.solution
+    to_both_sides = np.array([1.0, 1.0, 0.0, 0.0])
+    broken = State(result.load_factor, solution.q, solution.d, to_both_sides)
+    effort = Effort()
+    assert accurate_end(problem, broken, result.load_factor, CLARABEL, effort) is None
+    assert effort.lp_solves == 2
+
+
+def test_an_exact_state_on_its_own_mechanism_is_found_again(exact_states):
+    """Every face that moves is at yield."""
+    problem, state = exact_states["wall"]
+    end = accurate_end(problem, state, state.load_factor, CLARABEL, Effort())
+    assert end.load_factor == pytest.approx(state.load_factor, abs=SAME)
+    assert problem.slacks(end.q).min() > -SAME
+    moving = state.p > 1e-6 * state.p.max()
+    assert np.abs(problem.slacks(end.q)[moving]).max() < SAME
+    np.testing.assert_array_equal(end.slope, problem.dilatancy)
 
 
 def test_an_early_end_that_fails_is_tried_again_after_a_pause(monkeypatch):
     """Also where λ stands still all the while, as it does at every step for so large a tolerance."""
-    at = []
-    problem = assemble(mo.load(wall(1))).problem
-    parameters = replace(LoopOptions(pace="fast", tol=0.5).parameters(1), max_iterations=14)
-    limits = first_limits(problem, parameters)
-    driver = declare(problem, "static", find_solver("cvxpy", None), Stopwatch(), limits)
-    seen = []
-    monkeypatch.setattr(
-        "masonry_opt.methods.loop.steps.rough_finish", lambda *_: at.append(len(seen)) or (None, 2)
-    )
-    finding, _ = run_loop(problem, driver, parameters, seen.append)
-    assert finding.status is mo.Status.ITERATION_LIMIT
-    assert len(at) > 2
-    assert {later - before for before, later in pairwise(at)} == {2}
+    problem = assemble(mo.load(WALLS[0])).problem
+    parameters = LoopOptions(sub_problems="rough", tol=0.5, max_iterations=14).parameters(1, CLARABEL)
+    seen, tried_after = [], []
+    monkeypatch.setattr(loop_run, "rough_end", lambda *_: tried_after.append(len(seen)))
+    solution = loop_run.run(problem, declared(problem), parameters, CLARABEL, seen.append)
+    assert solution.status is mo.Status.ITERATION_LIMIT
+    assert [reason.code for reason in solution.reasons] == [Code.STILL_CHANGES]
+    assert len(tried_after) > 2
+    assert {later - before for before, later in pairwise(tried_after)} == {2}
