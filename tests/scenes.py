@@ -9,6 +9,7 @@ import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.solution import Solution
+from masonry_opt.cli import main
 from masonry_opt.effort import Effort
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.driver import Driver
@@ -115,3 +116,15 @@ KINDS_OF_JOINTS = {
     "no cohesion": small_wall(),
     "dilatancy": small_wall(dilatancy=0.1),
 }
+
+
+def run_command(monkeypatch: Any, capsys: Any, *arguments: object) -> tuple[int, str, str]:
+    """Exit code, standard output and standard error of the command line."""
+    monkeypatch.setattr("sys.argv", ["masonry-opt", *map(str, arguments)])
+    code: Any = 0
+    try:
+        main()
+    except SystemExit as end:
+        code = end.code or 0
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err

@@ -14,7 +14,6 @@ from masonry_opt.studies.atlas.entry import Expectation, carry_out
 from masonry_opt.studies.atlas.heat_maps import scene_sheet
 from masonry_opt.studies.paper.stability import atlas_row, difference_line
 
-
 #: Of an entry on which the loop tries every remedy in vain, runs that begin with the loop all the same.
 IN_VAIN = ("sizes 1 : 10⁴, the small one pushed", {"refined", "mpec", "global"})
 

@@ -80,7 +80,7 @@ def test_a_traceback_is_shown_not_raised(monkeypatch):
 
 
 def test_uncertified_answers_are_not_safe(frame):
-    """A loose tolerance stops wall 2 with energy amiss: within 1 % is not enough; or so much that λ is refused."""
+    """A loose tolerance stops wall 2 with energy amiss: within 1 % is not enough. Or λ is refused."""
     loose = Grid("tol", Axis.of("c0", "c₀", (1e-6, 3e-6, 1e-5)), Axis.of("tol", "tol", (1e-5, 1e-3)))
     cells = run_grid(loose, CASES, walls=[2])
     refused = cells[cells["status"] == mo.Status.SOLVER_FAILED]

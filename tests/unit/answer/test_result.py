@@ -71,7 +71,6 @@ def test_repr_is_short():
     assert len(repr(mo.solve(two_blocks()))) < 2000
 
 
-
 def test_json_is_everything_a_result_says():
     result = mo.solve(two_blocks())
     answer = json.loads(result.to_json())

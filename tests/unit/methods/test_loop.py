@@ -152,7 +152,7 @@ def test_slopes_halve_from_alpha_to_alpha_min():
 
 
 def test_sub_problems_have_the_states_that_are_recorded():
-    """Of each: forces in equilibrium, within the limits it was solved with, and the shear limits of step 4."""
+    """Of each: forces in equilibrium, within the limits it was solved with; and those are step 4's."""
     problem = assemble(two_blocks()).problem
     solution, said = followed(problem, declared(problem), **PAPER)
     assert [step.load_factor for step in said] == [entry.load_factor for entry in solution.history]

@@ -53,7 +53,9 @@ def test_too_much_small_cohesion_is_taken_back():
     assert series(Shortfall.INEXACT, roomy)[:3] == ["c0=0.0001", "start=cohesive", "c0=1e-05"]
 
 
-@pytest.mark.parametrize("failure", [Status.CYCLING, Status.SOLVER_FAILED, Shortfall.ROUGH, Shortfall.INEXACT])
+@pytest.mark.parametrize(
+    "failure", [Status.CYCLING, Status.SOLVER_FAILED, Shortfall.ROUGH, Shortfall.INEXACT]
+)
 def test_rough_sub_problems_are_first_solved_accurately(failure):
     """What a rough run could not do proves little; and no rough answer ends early."""
     assert series(failure, ROUGH)[0] == "sub_problems=accurate"

@@ -89,7 +89,7 @@ def test_eq_9_and_eq_10(problem):
 
 
 def test_motion_for_slacks(problem):
-    q, z = weaker_forces(problem)
+    _, z = weaker_forces(problem)
     model = CvxpyMotionFor(problem, z, problem.dilatancy)
     expected = least_of_motion(problem, z, problem.dilatancy)
     assert optimum(model) == pytest.approx(expected, abs=SAME * problem.live_norm)

@@ -100,7 +100,7 @@ def test_what_is_said_of_each_face(problem):
 
 @pytest.mark.parametrize("sense", [0, 1])
 def test_rates_give_back_what_moved(sense):
-    """A block slides in one sense and rocks about both edges, as any velocities that open the joint let it."""
+    """A block slides in one sense and rocks about both edges, as any opening lets it."""
     problem = assemble(block_on_floor()).problem
     p = np.array([0.0, 0.0, 0.25, 0.5])
     p[sense] = 0.75
