@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from scenes import CASES, WALLS, run_command
+from scenes import CASES, WALLS, block_on_floor, run_command
 
+import masonry_opt as mo
 from masonry_opt.report.terminal import markdown
 from masonry_opt.studies.paper.table1 import table1
 from masonry_opt.studies.paper.text import report_text
@@ -63,16 +64,26 @@ def test_reproduce_table1(monkeypatch, capsys, tmp_path):
 
 
 def test_table1_says_which_value_misses(tmp_path):
-    cases = tmp_path / "ferris_tinloi"
-    cases.mkdir(parents=True)
-    text = WALLS[0].read_text().replace("value = 0.63982", "value = 0.64082").replace("= 83,", "= 84,")
-    (cases / WALLS[0].name).write_text(text)
+    """One block that rocks at λ = 1/2 in the place of wall 1, for speed, with two wrong references."""
+    wall = tmp_path / "ferris_tinloi" / WALLS[0].name
+    wall.parent.mkdir()
+    values = {
+        "associative": 0.5,
+        "nonassociative": 0.6,
+        "mpec": 0.5,
+        "refined": 0.5,
+        "blocks": 1,
+        "joints": 2,
+    }
+    references = {
+        name: mo.Reference(value=value, source="by hand", tolerance=1e-3) for name, value in values.items()
+    }
+    mo.save(block_on_floor().model_copy(update={"reference": references}), wall)
     table = table1(tmp_path, walls=[1])
+    assert len(table.missed) == 2
     missed = "\n".join(table.missed)
-    assert "wall 1: joints: 83, published 84" in missed
-    assert "wall 1 (cvxpy, clarabel): nonassociative" in missed
-    assert "published 0.64082" in missed
-    assert ": associative" not in missed
+    assert "wall 1 (cvxpy, clarabel): nonassociative: 0.5, published 0.6" in missed
+    assert "wall 1: joints: 1, published 2" in missed
     assert missed in report_text("Table 1", table).replace("\n  ", "\n")
     assert set(table.tables["table1_residuals"]["method"]) == {"loop", "mpec", "refined"}
 
