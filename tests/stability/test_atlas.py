@@ -13,16 +13,28 @@ from masonry_opt.studies.atlas.entries import ATLAS
 from masonry_opt.studies.atlas.entry import Expectation, carry_out
 from masonry_opt.studies.atlas.heat_maps import scene_sheet
 
-#: Of an entry on which the loop tries every remedy in vain, runs that begin with the loop all the same.
-IN_VAIN = ("sizes 1 : 10⁴, the small one pushed", {"refined", "mpec", "global"})
+#: Runs of many attempts each, beside others of their entry that stay: the loop's remedies in vain before a
+#: method that begins with it, and walls of large friction by vertices.
+SLOW = {
+    "sizes 1 : 10⁴, the small one pushed": {"refined", "mpec", "global", "nonassociative start=cohesive"},
+    "μ large: wall 3": {"nonassociative highs", "nonassociative highs-ipm"},
+    "a vertex from a cohesive start: wall 1": {"nonassociative highs start=cohesive"},
+}
 
 
 def _runs():
     for entry in ATLAS:
         for run in entry.runs:
-            slow = run.slow or (entry.name == IN_VAIN[0] and run.method in IN_VAIN[1])
+            slow = run.slow or run.name in SLOW.get(entry.name, ())
             marks = [pytest.mark.slow] if slow else []
             yield pytest.param(entry, run, id=f"{entry.name}: {run.name}", marks=marks)
+
+
+def test_slow_runs_are_runs():
+    """A name that is none would leave a slow run among the others."""
+    for entry, names in SLOW.items():
+        (runs,) = (known.runs for known in ATLAS if known.name == entry)
+        assert names <= {run.name for run in runs}
 
 
 @pytest.mark.parametrize(("entry", "run"), list(_runs()))
