@@ -16,7 +16,7 @@ from masonry_opt.studies.paper.table1 import RESTARTS
 METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     "associative": ("static", {}),
     "nonassociative": ("nonassociative", PAPER),
-    "coulomb": ("refined", {}),
+    "coulomb": ("refined", {"perturbations": 50}),
     "mpec": ("mpec", {}),
     "refined": ("refined", {"restarts": RESTARTS}),
 }
