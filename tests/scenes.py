@@ -1,13 +1,23 @@
-"""Scenes and paths that several tests share."""
+"""Scenes, paths and solves that several tests share."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import masonry_opt as mo
+from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.result import Result
+from masonry_opt.answer.solution import Solution
+from masonry_opt.cli import main
+from masonry_opt.effort import Effort
+from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.solvers.driver import Driver
+from masonry_opt.solvers.registry import find_solver
 
 CASES = Path(__file__).parent.parent / "cases"
 ALL_CASES = sorted(CASES.glob("*/*.toml"))
+WALLS = [CASES / "ferris_tinloi" / f"wall_{number}.toml" for number in range(1, 7)]
 
 
 def block_on_floor(
@@ -51,3 +61,70 @@ def small_wall(courses: int = 4, length: int = 3, friction: float = 0.65, **join
         courses=[half if row % 2 == 0 else full for row in range(courses)],
     )
     return mo.Scene(joints=mo.JointDefaults(friction=friction, **joints), blocks=wall.blocks())
+
+
+def declared(
+    problem: Problem,
+    formulation: str = "static",
+    language: str = "cvxpy",
+    solver: str | None = None,
+    limits: ShearLimits | None = None,
+    of_load: bool = False,
+) -> Driver:
+    """Eq. (9) or eq. (10) of a problem, with an effort of its own."""
+    return Driver(problem, formulation, find_solver(language, solver), Effort(), limits, of_load)
+
+
+def values_of(answer: Result | Solution, code: Code) -> dict[str, Any] | None:
+    """The values of the reason with that code; None if it is not among those given."""
+    return next((reason.values for reason in answer.reasons if reason.code is code), None)
+
+
+def irregular() -> mo.Scene:
+    """Three stones with no two edges alike, on a sloping support."""
+    return mo.Scene(
+        joints=mo.JointDefaults(friction=0.7),
+        blocks=[
+            mo.Block(name="A", vertices=[(0, 0), (3, 1), (2.5, 2.5), (0.2, 2)], weight=3, live=(1, 0.5)),
+            mo.Block(name="B", vertices=[(0.2, 2), (2.5, 2.5), (1, 4)], weight=2),
+            mo.Block(name="ground", vertices=[(-3, -1), (6, 2), (6, -3)], fixed=True),
+        ],
+    )
+
+
+def overhanging() -> mo.Scene:
+    """A block whose centroid lies beyond the edge that bears it: it falls under its own weight."""
+    return mo.Scene(
+        joints=mo.JointDefaults(friction=0.6),
+        blocks=[
+            mo.Block(name="A", vertices=[(0, 0), (3, 0), (3, 1), (0, 1)], weight=1, live=(1, 0)),
+            mo.Block(name="base", vertices=[(-3, -1), (0.5, -1), (0.5, 0), (-3, 0)], fixed=True),
+        ],
+    )
+
+
+def pressed_down() -> mo.Scene:
+    """A block on the ground with a live load straight down, which no motion lets do work."""
+    return block_on_floor(live=(0.0, -1.0))
+
+
+#: Scenes whose joints differ in kind: some cannot slide, none can, all have cohesion, all dilate.
+KINDS_OF_JOINTS = {
+    "one joint cannot slide": two_blocks(),
+    "nothing slides": small_wall(friction=float("inf")),
+    "cohesion": small_wall(cohesion=0.05),
+    "no cohesion": small_wall(),
+    "dilatancy": small_wall(dilatancy=0.1),
+}
+
+
+def run_command(monkeypatch: Any, capsys: Any, *arguments: object) -> tuple[int, str, str]:
+    """Exit code, standard output and standard error of the command line."""
+    monkeypatch.setattr("sys.argv", ["masonry-opt", *map(str, arguments)])
+    code: Any = 0
+    try:
+        main()
+    except SystemExit as end:
+        code = end.code or 0
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err

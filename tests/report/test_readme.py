@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
+from scenes import block_on_floor, pressed_down
 
 import masonry_opt as mo
 
@@ -20,7 +24,7 @@ def blocks(language):
 
 
 def test_python_example_prints_what_stands_below_it():
-    (example,) = blocks("python")
+    example, _ = blocks("python")
     (printed,) = blocks("text")
     assert len(example.splitlines()) <= 15
     out = io.StringIO()
@@ -43,3 +47,26 @@ def test_pictures_and_pages_exist():
     assert linked
     for link in linked:
         assert (ROOT / link).is_file(), link
+
+
+def test_example_of_a_user_s_own_tests_holds_each_case_to_it(tmp_path):
+    """λ = 2 is enough, λ = 1/2 is not, and none at all says why."""
+    _, example = blocks("python")
+    assert len(example.splitlines()) == 10
+    (tmp_path / "test_masonry.py").write_text(example)
+    (tmp_path / "cases").mkdir()
+    scenes = {"enough": block_on_floor(live=(0.25, 0.0)), "weak": block_on_floor(), "none": pressed_down()}
+    for name, scene in scenes.items():
+        mo.save(scene, tmp_path / "cases" / f"{name}.toml")
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "--rootdir", str(tmp_path), "-p", "no:cacheprovider", "-rA"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 1, done.stderr
+    outcomes = re.findall(r"^(PASSED|FAILED) .*\[(\w+)\]", done.stdout, re.MULTILINE)
+    assert {name: word for word, name in outcomes} == {"enough": "PASSED", "weak": "FAILED", "none": "FAILED"}
+    assert "unlimited: the live load cannot cause collapse" in done.stdout

@@ -8,17 +8,33 @@ import pytest
 from scenes import CASES
 
 import masonry_opt as mo
+from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.studies.atlas.entries import ATLAS
-from masonry_opt.studies.atlas.entry import Run, carry_out
+from masonry_opt.studies.atlas.entry import Expectation, carry_out
 from masonry_opt.studies.atlas.heat_maps import scene_sheet
-from masonry_opt.studies.paper.stability import atlas_row, difference_line
+
+#: Runs of many attempts each, beside others of their entry that stay: the loop's remedies in vain before a
+#: method that begins with it, and walls of large friction by vertices.
+SLOW = {
+    "sizes 1 : 10⁴, the small one pushed": {"refined", "mpec", "global", "nonassociative start=cohesive"},
+    "μ large: wall 3": {"nonassociative highs", "nonassociative highs-ipm"},
+    "a vertex from a cohesive start: wall 1": {"nonassociative highs start=cohesive"},
+}
 
 
 def _runs():
     for entry in ATLAS:
         for run in entry.runs:
-            marks = [pytest.mark.slow] if run.slow else []
+            slow = run.slow or run.name in SLOW.get(entry.name, ())
+            marks = [pytest.mark.slow] if slow else []
             yield pytest.param(entry, run, id=f"{entry.name}: {run.name}", marks=marks)
+
+
+def test_slow_runs_are_runs():
+    """A name that is none would leave a slow run among the others."""
+    for entry, names in SLOW.items():
+        (runs,) = (known.runs for known in ATLAS if known.name == entry)
+        assert names <= {run.name for run in runs}
 
 
 @pytest.mark.parametrize(("entry", "run"), list(_runs()))
@@ -32,7 +48,7 @@ def test_names_are_unique():
 
 
 ENTRY = next(entry for entry in ATLAS if entry.name == "joint 10⁻⁶ of a block long")
-RIGHT = Run(mo.Status.OPTIMAL, "static", load_factor=0.5, source="μ")
+RIGHT = Expectation(mo.Status.OPTIMAL, "static", load_factor=0.5, source="μ")
 
 
 @pytest.mark.parametrize(
@@ -42,28 +58,26 @@ RIGHT = Run(mo.Status.OPTIMAL, "static", load_factor=0.5, source="μ")
         ({"expected": mo.CaseError}, "optimal (), expected: CaseError"),
         ({"load_factor": 0.5001}, "expected 0.5000995 to 0.5001005 (μ)"),
         ({"load_factor": (0.1, 0.49)}, "expected 0.1 to 0.49 (μ)"),
-        ({"says": "cycle"}, "the message does not say 'cycle'"),
+        ({"why": reason(Code.REPEATS)}, "not given as a reason: {'code': 'repeats'}"),
     ],
 )
 def test_what_is_not_as_expected_is_said(wrong, difference):
     """The judge can fail: on the status, the error, λ and the message."""
     assert carry_out(ENTRY, RIGHT, CASES).difference == ""
-    outcome = carry_out(ENTRY, dataclasses.replace(RIGHT, **wrong), CASES)
-    assert difference in outcome.difference
-    assert atlas_row(outcome)["as expected"] == "no"
-    assert difference_line(outcome).startswith("joint 10⁻⁶ of a block long, static: ")
+    observed = carry_out(ENTRY, dataclasses.replace(RIGHT, **wrong), CASES)
+    assert difference in observed.difference
 
 
-def test_a_traceback_is_an_outcome():
+def test_a_traceback_is_observed_too():
     def broken(_):
         raise ZeroDivisionError("in the scene")
 
-    outcome = carry_out(dataclasses.replace(ENTRY, scene=broken), RIGHT, CASES)
-    assert outcome.got == "traceback of ZeroDivisionError"
-    assert "in the scene" in outcome.difference
+    observed = carry_out(dataclasses.replace(ENTRY, scene=broken), RIGHT, CASES)
+    assert observed.got == "traceback of ZeroDivisionError"
+    assert "in the scene" in observed.difference
 
 
 def test_scene_sheet_shows_each_scene_once():
-    outcomes = [carry_out(ENTRY, run, CASES) for run in ENTRY.runs[:2]]
-    titles = [axes.get_title() for axes in scene_sheet(outcomes).axes if axes.get_title()]
+    observeds = [carry_out(ENTRY, run, CASES) for run in ENTRY.runs[:2]]
+    titles = [axes.get_title() for axes in scene_sheet(observeds).axes if axes.get_title()]
     assert titles == ["joint 10⁻⁶ of a block long\nstatic: λ = 0.5"]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import EXACT, failing_residuals
+from masonry_opt.answer.acceptance import Kind
 from masonry_opt.studies.atlas.small_scenes import rectangle
 
 RUNS = {
@@ -56,7 +56,7 @@ ALWAYS = {"static, simplex", "kinematic, interior point", "kinematic, Pyomo"}
 SCENES = {"column": (column, 0.25, 0.25), "two blocks": (two_blocks, 0.25, 0.15)}
 
 
-@pytest.mark.parametrize("side", [3e3, 1e5])
+@pytest.mark.parametrize("side", [3e3, pytest.param(1e5, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize("run", RUNS)
 def test_the_load_factor_is_right_or_not_given(run, scene, side):
@@ -69,7 +69,7 @@ def test_the_load_factor_is_right_or_not_given(run, scene, side):
     else:
         assert run not in ALWAYS
         assert result.load_factor is None
-        assert result.message
+        assert result.reasons
 
 
 @pytest.mark.parametrize("run", RUNS)
@@ -88,5 +88,7 @@ def test_small_cohesion_is_small_for_light_blocks_too():
 def test_a_mechanism_that_the_live_load_does_not_drive_is_refused():
     """HiGHS takes loads of 1e-10 for zero, and calls what comes of it optimal."""
     result = mo.solve(column(20.0), "static")
-    finding = dataclasses.replace(result.finding, d=np.zeros_like(result.finding.d))
-    assert failing_residuals(result.assembly.problem, finding, EXACT) == "the live load drives nothing"
+    assert result.kind is Kind.ASSOCIATIVE
+    assert result.solution.failing(result.assembly.problem) == {}
+    still = dataclasses.replace(result.solution, d=np.zeros_like(result.solution.d))
+    assert still.failing(result.assembly.problem)["work"] == inf

@@ -36,7 +36,7 @@ def test_one_row_a_run(frame):
 def test_cells_are_what_solve_answers(frame):
     """The default cell is Table 1's: 0.63982 in the paper."""
     cell = frame.iloc[3]
-    result = mo.solve(CASES / "ferris_tinloi" / "wall_1.toml", beta=0.6, finish=False, remedies="slope")
+    result = mo.solve(CASES / "ferris_tinloi" / "wall_1.toml", beta=0.6, preset="paper")
     assert cell["load_factor"] == pytest.approx(0.63982, rel=3e-4)
     assert cell["load_factor"] == pytest.approx(result.load_factor, rel=1e-9)
     assert cell["sub_problems"] == len(result.history)
@@ -80,9 +80,11 @@ def test_a_traceback_is_shown_not_raised(monkeypatch):
 
 
 def test_uncertified_answers_are_not_safe(frame):
-    """A loose tolerance stops wall 2 with energy amiss: 1 % is not enough."""
-    loose = Grid("tol", Axis.of("c0", "c₀", (3e-6, 1e-5)), Axis.of("tol", "tol", (1e-5, 1e-3)))
+    """A loose tolerance stops wall 2 with energy amiss: within 1 % is not enough. Or λ is refused."""
+    loose = Grid("tol", Axis.of("c0", "c₀", (1e-6, 3e-6, 1e-5)), Axis.of("tol", "tol", (1e-5, 1e-3)))
     cells = run_grid(loose, CASES, walls=[2])
+    refused = cells[cells["status"] == mo.Status.SOLVER_FAILED]
+    assert list(zip(refused["c₀"], refused["tol"], strict=True)) == [("3e-06", "0.001")]
     uncertified = cells[~cells["certified"] & cells["load_factor"].notna()]
     assert len(uncertified) > 0
     assert (uncertified["energy"] > 1e-3).all()

@@ -20,9 +20,9 @@ import pytest
 from scenes import CASES, small_wall
 
 import masonry_opt as mo
+from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.status import Status
 from masonry_opt.studies.atlas.random_scenes import KINDS, random_scene
-from masonry_opt.studies.compare.judge import LIMITS
 
 #: Programs solved to 1e-9, twice. Random scenes have sliver cells and light blocks, which cost digits.
 EXACT, RANDOM = 1e-7, 1e-6
@@ -168,16 +168,16 @@ def check_order(kind: str, seed: int) -> None:
     associative = mo.solve(scene, "static").load_factor
     if associative is None:
         return
-    loop, refined = mo.solve(scene), mo.solve(scene, "refined", kicks=0)
+    loop, refined = mo.solve(scene), mo.solve(scene, "refined", perturbations=0)
     if loop.load_factor is None:
         assert loop.status in LOOP_GIVES_UP
-        assert loop.message
+        assert loop.reasons
     else:
         # The loop's sub-problems violate the true law a little; no λ reported exceeds the bound.
         assert loop.load_factor <= associative + RANDOM
         # The forces are in equilibrium with the load factor reported beside them.
         problem = loop.assembly.problem
-        residual = problem.B @ loop.finding.q + loop.load_factor * problem.live + problem.dead
+        residual = problem.B @ loop.solution.q + loop.load_factor * problem.live + problem.dead
         assert np.abs(residual).max() < 1e-8 * np.abs(problem.dead).sum()
     if refined.load_factor is None:
         assert loop.load_factor is None
@@ -221,11 +221,11 @@ def test_loop_with_remedies_certifies_nearly_every_random_scene():
         result = mo.solve(scene)
         left = result.certificate
         if left and max(left.equilibrium, left.yield_) < 1e-6 and left.complementarity < 1e-3:
-            assert left.flow < LIMITS["loop"]["flow"], scene.title
+            assert left.flow < LIMITS[Kind.LOOP].flow, scene.title
             known += 1
         elif mo.solve(scene, "static").load_factor is not None and result.status is not Status.UNSTABLE:
             missed.append(f"{scene.title}: {result.status}")
-        assert result.status.usable or result.message, scene.title
+        assert result.status.usable or result.reasons, scene.title
     print(f"{known} certified; not: {missed}")
     assert known >= 0.99 * (known + len(missed)), missed
 

@@ -115,7 +115,6 @@ cli.main()
 
 
 def test_ctrl_c_in_ipopt_ends_with_what_is_known():
-    pytest.importorskip("casadi")
     wall_6 = CASES / "ferris_tinloi" / "wall_6.toml"
     command = [sys.executable, "-c", IN_IPOPT, str(wall_6)]
     ended = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)

@@ -9,14 +9,14 @@ import pytest
 from scenes import ALL_CASES, CASES
 
 import masonry_opt as mo
-from masonry_opt.studies.paper.paper_loop import PAPER
+from masonry_opt.methods.loop.options import PAPER
 from masonry_opt.studies.paper.table1 import RESTARTS
 
 #: The method that must meet a reference of that name, and its options.
 METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     "associative": ("static", {}),
     "nonassociative": ("nonassociative", PAPER),
-    "coulomb": ("refined", {}),
+    "coulomb": ("refined", {"perturbations": 50}),
     "mpec": ("mpec", {}),
     "refined": ("refined", {"restarts": RESTARTS}),
 }
@@ -55,9 +55,13 @@ def test_reference(path: Path, name: str) -> None:
     reference = scene.reference[name]
     result = mo.solve(scene, method, **options)
     assert result.status.usable, result.message
-    if name == "refined" and result.load_factor < reference.value:
-        return  # a lower exact state than was known
-    assert result.load_factor == pytest.approx(reference.value, rel=reference.tolerance)
+    margin = reference.tolerance * abs(reference.value)
+    assert result.load_factor <= reference.value + margin
+    # The refined value is the lowest exact state known: a lower one, exact too, is no mistake.
+    if name == "refined":
+        assert result.certificate.worst < 1e-8
+    else:
+        assert result.load_factor >= reference.value - margin
 
 
 @pytest.mark.parametrize("path", ALL_CASES, ids=lambda path: path.stem)

@@ -6,8 +6,7 @@ import json
 import sys
 
 import pytest
-
-from masonry_opt.cli import main
+from scenes import run_command
 
 GOOD = """
 [joints]
@@ -23,15 +22,6 @@ vertices = [[-4, -1], [9, -1], [9, 0], [-4, 0]]
 fixed = true
 """
 BESIDE = '[[block]]\nname = "B"\nvertices = [[0.9, 0], [1.9, 0], [1.9, 1], [0.9, 1]]\nweight = 1\n'
-
-
-def run(monkeypatch, capsys, *arguments):
-    """Exit code, standard output and standard error of the command line."""
-    monkeypatch.setattr("sys.argv", ["masonry-opt", *map(str, arguments)])
-    with pytest.raises(SystemExit) as end:
-        main()
-    captured = capsys.readouterr()
-    return end.value.code or 0, captured.out, captured.err
 
 
 WRONG_CASES = {
@@ -86,7 +76,7 @@ def test_wrong_case_file(name, tmp_path, monkeypatch, capsys):
     text, expected = WRONG_CASES[name]
     path = tmp_path / "case.toml"
     path.write_text(text)
-    code, out, err = run(monkeypatch, capsys, "solve", path)
+    code, out, err = run_command(monkeypatch, capsys, "solve", path)
     assert code == 2
     assert out == ""
     assert str(path) in err
@@ -114,7 +104,7 @@ def test_unreadable_file(name, content, words, tmp_path, monkeypatch, capsys):
         path.mkdir()
     elif content is not None:
         path.write_bytes(content)
-    code, out, err = run(monkeypatch, capsys, "solve", path)
+    code, out, err = run_command(monkeypatch, capsys, "solve", path)
     assert (code, out) == (2, "")
     assert str(path) in err
     assert words in err
@@ -124,7 +114,7 @@ def test_unreadable_file(name, content, words, tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("option", "words"),
     [
-        (["--solver", "mosek"], "not installed"),
+        (["--solver", "mosek"], "choose from: clarabel, highs"),
         (["--solver", "clarabel", "--model", "pyomo"], "takes solver: highs-ipm, highs"),
         (["--model", "ampl"], "choose from: cvxpy, pyomo"),
         (["--method", "magic"], "choose from: static"),
@@ -135,7 +125,7 @@ def test_unreadable_file(name, content, words, tmp_path, monkeypatch, capsys):
 def test_wrong_option(option, words, tmp_path, monkeypatch, capsys):
     path = tmp_path / "case.toml"
     path.write_text(GOOD)
-    code, out, err = run(monkeypatch, capsys, "solve", path, *option)
+    code, out, err = run_command(monkeypatch, capsys, "solve", path, *option)
     assert (code, out) == (2, "")
     assert words in err
     assert "Traceback" not in err
@@ -171,7 +161,7 @@ def test_scene_without_load_factor(name, method, tmp_path, monkeypatch, capsys):
     text, status, expected = NO_LOAD_FACTOR[name]
     path = tmp_path / "case.toml"
     path.write_text(text)
-    code, out, _ = run(monkeypatch, capsys, "solve", path, "--method", method, "--json")
+    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--method", method, "--json")
     answer = json.loads(out)
     assert code == 1
     assert answer["status"] == status
@@ -215,7 +205,7 @@ weight = 1
 """
     start, key = FLAT_ARCH.index('[[block]]\nname = "key"'), FLAT_ARCH.index('[[block]]\nname = "right"')
     path.write_text(FLAT_ARCH[:start] + halves + FLAT_ARCH[key:])
-    code, out, _ = run(monkeypatch, capsys, "solve", path, "--json")
+    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--json")
     answer = json.loads(out)
     assert code == 1
     assert answer["status"].startswith("unlimited")
@@ -227,7 +217,7 @@ def test_dead_load_that_wedging_alone_carries_is_unstable(tmp_path, monkeypatch,
     path = tmp_path / "case.toml"
     widening = FLAT_ARCH.replace("0.8", "1.1").replace("2.2", "1.9")
     path.write_text(widening)
-    code, out, _ = run(monkeypatch, capsys, "solve", path, "--json")
+    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--json")
     answer = json.loads(out)
     assert code == 1
     assert answer["status"] == "unstable under dead load"
@@ -237,19 +227,20 @@ def test_dead_load_that_wedging_alone_carries_is_unstable(tmp_path, monkeypatch,
 def test_dilatancy_that_locks_is_told_from_a_load_that_cannot_act(tmp_path, monkeypatch, capsys):
     path = tmp_path / "case.toml"
     path.write_text(GOOD + ROOF)
-    code, out, _ = run(monkeypatch, capsys, "solve", path, "--method", "static", "--json")
+    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--method", "static", "--json")
     assert code == 1
     assert json.loads(out)["status"] == "unlimited: dilatancy locks the blocks"
-    code, out, _ = run(monkeypatch, capsys, "solve", path, "--json")
+    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--json")
     assert code == 0
     assert json.loads(out)["load_factor"] == pytest.approx(0.6, rel=1e-7)
-    assert "began again from a cohesive start" in json.loads(out)["message"]
+    again = json.loads(out)["reasons"][0]
+    assert (again["code"], again["remedies"]) == ("began again", ["start=cohesive"])
 
 
 def test_mpec_without_its_extra_ends_with_exit_code_2(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "casadi", None)
     path = tmp_path / "case.toml"
     path.write_text(GOOD)
-    code, out, err = run(monkeypatch, capsys, "solve", path, "--method", "mpec")
+    code, out, err = run_command(monkeypatch, capsys, "solve", path, "--method", "mpec")
     assert (code, out) == (2, "")
     assert "pip install 'masonry_opt[mpec]'" in err

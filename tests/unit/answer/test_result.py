@@ -1,0 +1,91 @@
+"""What a result says of joints and blocks, in the units of the case."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from scenes import block_on_floor, pressed_down, small_wall, two_blocks
+
+import masonry_opt as mo
+
+
+@pytest.mark.parametrize(("friction", "of_shear"), [(0.5, 1.0), (0.8, 0.625), (1.0, 0.5)])
+def test_utilisation_is_force_over_limit(friction, of_shear):
+    """A block that overturns at λ = 1/2 uses 0.5 / μ of its friction, and all of its rocking."""
+    result = mo.solve(block_on_floor(1, 2, friction), "static", solver="highs")
+    joint = result.joints.iloc[0]
+    assert abs(joint["s"]) / (friction * joint["n"]) == pytest.approx(of_shear)
+    assert abs(joint["m"]) / (joint["n"] * joint["length"] / 2) == pytest.approx(1.0)
+    assert joint["utilisation"] == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("friction", "cohesion"), [(0.5, 0.0), (0.25, 0.0), (0.3, 0.05)])
+def test_a_sliding_joint_is_used_up_by_its_shear(friction, cohesion):
+    """A low block slides at λ = μ + c L / W, its joint nowhere near rocking: |m| / (n L / 2) = λ h / w."""
+    scene = block_on_floor(4, 2, friction)
+    scene = scene.model_copy(update={"joints": mo.JointDefaults(friction=friction, cohesion=cohesion)})
+    result = mo.solve(scene, "static", solver="highs")
+    load_factor = friction + 4 * cohesion
+    assert result.load_factor == pytest.approx(load_factor)
+    joint = result.joints.iloc[0]
+    assert joint["utilisation"] == pytest.approx(1.0)
+    assert abs(joint["m"]) / (joint["n"] * joint["length"] / 2) == pytest.approx(load_factor * 2 / 4)
+
+
+def test_idle_joints_have_no_utilisation_and_others_none_above_one():
+    frame = mo.solve(small_wall(6, 4), "static").joints
+    idle = frame["utilisation"].isna()
+    largest = frame["n"].max()
+    assert (frame.loc[idle, ["n", "s"]].abs() <= 1e-6 * largest).all(axis=None)
+    assert (frame.loc[~idle, "utilisation"] <= 1 + 1e-3).all()
+
+
+def test_sliding_block_moves_as_it_should():
+    """Associative: it slides to the right and opens by μ per unit slip; live load moves at rate 1."""
+    result = mo.solve(block_on_floor(4, 2, 0.5), "static")
+    block, joint = result.blocks.iloc[0], result.joints.iloc[0]
+    assert block[["vx", "vy", "omega"]].to_numpy(float) == pytest.approx([1, 0.5, 0], abs=1e-6)
+    assert joint[["slip", "opening", "rotation"]].to_numpy(float) == pytest.approx([1, 0.5, 0], abs=1e-6)
+    assert joint[["n", "s"]].to_numpy(float) == pytest.approx([1, -0.5], abs=1e-6)
+
+
+def test_overturning_block_turns_about_its_toe():
+    result = mo.solve(block_on_floor(1, 2, 0.8), "static")
+    block = result.blocks.iloc[0]
+    # The centroid stands 1 above and 0.5 left of the toe: turning by -1 moves it (1, 0.5).
+    assert block[["vx", "vy", "omega"]].to_numpy(float) == pytest.approx([1, 0.5, -1], abs=1e-6)
+
+
+def test_json_is_plain_and_without_nan():
+    text = mo.solve(two_blocks()).to_json()
+    assert "NaN" not in text
+    assert "Infinity" not in text
+    answer = json.loads(text)
+    assert answer["history"][0]["alpha"] is None
+    assert np.isclose(answer["load_factor"], 0.15, rtol=1e-3)
+
+
+def test_repr_is_short():
+    assert len(repr(mo.solve(two_blocks()))) < 2000
+
+
+def test_json_is_everything_a_result_says():
+    result = mo.solve(two_blocks())
+    answer = json.loads(result.to_json())
+    assert answer["reasons"] == [reason.as_dict() for reason in result.reasons]
+    assert answer["reasons"][0] == {"code": "sub-problems", "count": len(result.history)}
+    assert answer["kind"] == "loop"
+    assert answer["solvers"] == result.solvers
+    assert answer["certificate"] == result.certificate.as_dict()
+    assert (answer["blocks"], answer["joints"]) == (2, 3)
+    assert len(answer["joint_results"]) == 3
+    assert len(answer["block_results"]) == 2
+
+
+def test_required_is_the_load_factor_or_an_error_that_says_why():
+    assert mo.solve(two_blocks(), "static").required() == pytest.approx(0.25, rel=1e-7)
+    with pytest.raises(mo.MasonryError, match=r"^scene: unlimited: .*no mechanism") as error:
+        mo.solve(pressed_down(), "static").required()
+    assert error.value.exit_code == 1

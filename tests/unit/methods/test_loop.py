@@ -1,0 +1,338 @@
+"""The loop's parts: what it changes in a program, how it turns limits, its options, and when it stops."""
+
+from __future__ import annotations
+
+import highspy
+import numpy as np
+import pytest
+from scenes import WALLS, block_on_floor, declared, small_wall, two_blocks
+
+import masonry_opt as mo
+from masonry_opt.answer.reasons import Code
+from masonry_opt.methods.loop.options import PAPER, ROUGH_FROM, LoopOptions
+from masonry_opt.methods.loop.run import run
+from masonry_opt.methods.loop.steps import SubProblem, Turn, corrected
+from masonry_opt.methods.loop.stopping import diverges, obeys_own_flow, period
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.state import State
+from masonry_opt.solvers.lp import Solved, Verdict
+from masonry_opt.solvers.registry import find_solver, rougher
+
+CLARABEL = find_solver("cvxpy", None)
+
+
+def followed(problem, driver, **options):
+    """A run of the loop with those options, and its steps."""
+    said = []
+    parameters = LoopOptions(**options).parameters(problem.joints, CLARABEL)
+    return run(problem, driver, parameters, CLARABEL, said.append), said
+
+
+# What it changes ---------------------------------------------------------------------------------------
+
+
+def compiled_cvxpy(driver):
+    """Everything that Clarabel receives: cost, matrix, right-hand side."""
+    data, _, _ = driver.model.program.get_problem_data("CLARABEL", solver_opts={})
+    matrix = data["A"].tocoo()
+    entries = dict(zip(zip(matrix.row.tolist(), matrix.col.tolist(), strict=True), matrix.data, strict=True))
+    return entries, data["b"].copy(), data["c"].copy()
+
+
+def test_loop_changes_nothing_but_the_shear_limits_in_cvxpy():
+    problem = assemble(mo.load(WALLS[0])).problem
+    driver = declared(problem)
+    entries, rhs, cost = compiled_cvxpy(driver)
+    solution, _ = followed(problem, driver)
+    assert len(solution.history) > 3
+    entries_after, rhs_after, cost_after = compiled_cvxpy(driver)
+
+    # Rows 3b ... 3b + 2k are the shear rows; columns 1 ... c the normal forces.
+    b3, k, c = 3 * problem.blocks, len(problem.sliding), problem.joints
+    assert [variable.name() for variable in driver.model.program.variables()] == ["load_factor", "q"]
+    shear_rows, normal_columns = range(b3, b3 + 2 * k), range(1, 1 + c)
+    assert entries.keys() == entries_after.keys()
+    changed = {at for at in entries if entries[at] != entries_after[at]}
+    allowed = {at for at in entries if at[0] in shear_rows and at[1] in normal_columns}
+    assert len(allowed) == 2 * k
+    assert changed == allowed  # every slope was changed, and nothing else
+    assert set(np.flatnonzero(rhs != rhs_after)) == set(shear_rows)  # every cohesion, nothing else
+    np.testing.assert_array_equal(cost, cost_after)
+
+
+def compiled_pyomo(highs):
+    """Everything that HiGHS holds: matrix entries by (row, column), row bounds, and columns."""
+    lp = highs._solver_model.getLp()
+    matrix = lp.a_matrix_
+    major = np.repeat(np.arange(len(matrix.start_) - 1), np.diff(matrix.start_))
+    by_column = matrix.format_ == highspy.MatrixFormat.kColwise
+    row, column = (matrix.index_, major) if by_column else (major, matrix.index_)
+    entries = {(int(i), int(j)): value for i, j, value in zip(row, column, matrix.value_, strict=True)}
+    bounds = np.stack([lp.row_lower_, lp.row_upper_])
+    return entries, bounds, np.stack([lp.col_cost_, lp.col_lower_, lp.col_upper_])
+
+
+def test_loop_changes_nothing_but_the_shear_limits_in_pyomo():
+    problem = assemble(mo.load(WALLS[0])).problem
+    driver = declared(problem, language="pyomo")
+    highs, k = driver._engine._highs, len(problem.sliding)
+    entries, bounds, columns = compiled_pyomo(highs)
+    solution, _ = followed(problem, driver)
+    assert len(solution.history) > 3
+    entries_after, bounds_after, columns_after = compiled_pyomo(highs)
+
+    program = driver.model.program
+    shear = list(program.within_yield.values())[: 2 * k]
+    shear_rows = {highs._pyomo_con_to_solver_con_map[row] for row in shear}
+    normal = list(program.q.values())[: problem.joints]
+    normal_columns = {highs._pyomo_var_to_solver_var_map[id(n)] for n in normal}
+    assert entries.keys() == entries_after.keys()
+    changed = {at for at in entries if entries[at] != entries_after[at]}
+    allowed = {at for at in entries if at[0] in shear_rows and at[1] in normal_columns}
+    assert len(allowed) == 2 * k
+    assert changed == allowed
+    assert set(np.flatnonzero((bounds != bounds_after).any(axis=0))) == shear_rows
+    np.testing.assert_array_equal(columns, columns_after)
+
+
+# Its steps ---------------------------------------------------------------------------------------------
+
+
+def a_turn(problem, about, alpha=0.3, small_cohesion=0.01):
+    """A turn about those normal forces, all else arbitrary."""
+    k = len(problem.sliding)
+    solved = Solved(Verdict.OPTIMAL, "", 0.0)
+    last = SubProblem(1, solved, None, None, float("nan"), np.zeros(k), False)
+    return Turn(problem, last, alpha, np.full(k, small_cohesion), about)
+
+
+def test_step_4_turns_each_limit_about_its_normal_force():
+    """|s| ≤ c⁰ + (1 + α) n μ − α n' μ: at n' = n the true law and the small cohesion, falling by α μ."""
+    problem = assemble(small_wall()).problem
+    about = np.linspace(0.5, 4.0, problem.joints)
+    limits = a_turn(problem, about).limits()
+    np.testing.assert_allclose(limits.slope, -0.3 * problem.friction)
+    at = limits.cohesion + limits.slope * about[problem.sliding]
+    np.testing.assert_allclose(at, problem.friction * about[problem.sliding] + 0.01)
+
+
+def test_step_4_with_cohesion_and_dilatancy():
+    """Limits fall by tan φ₀ − α μ; joints that dilate at their friction angle keep theirs."""
+    dilatant = assemble(small_wall(cohesion=0.1, dilatancy=0.2)).problem
+    about = np.linspace(0.5, 4.0, dilatant.joints)
+    limits = a_turn(dilatant, about).limits()
+    np.testing.assert_allclose(limits.slope, 0.2 - 0.3 * dilatant.friction)
+    at = limits.cohesion + limits.slope * about[dilatant.sliding]
+    true = dilatant.cohesion + dilatant.friction * about[dilatant.sliding]
+    np.testing.assert_allclose(at, true + 0.01)
+    associative = assemble(small_wall(cohesion=0.1, dilatancy=0.65)).problem
+    limits = a_turn(associative, about).limits()
+    np.testing.assert_array_equal(limits.slope, associative.friction)
+    np.testing.assert_array_equal(limits.cohesion, associative.cohesion)
+
+
+def test_step_6_takes_off_the_small_cohesion_of_every_slip():
+    problem = assemble(small_wall()).problem
+    k = len(problem.sliding)
+    p = np.zeros(problem.faces)
+    p[0], p[k + 1], p[-1] = 0.5, 0.25, 1.0
+    state = State(0.6, np.ones(3 * problem.joints), np.zeros(3 * problem.blocks), p)
+    solved = Solved(Verdict.OPTIMAL, "", 0.0)
+    last = SubProblem(9, solved, state, None, 0.001, np.full(k, 0.04), True)
+    assert corrected(problem, last) == pytest.approx(0.6 - 0.04 * 0.75 / problem.live_norm)
+
+
+def test_slopes_halve_from_alpha_to_alpha_min():
+    """Step 5, literally: halved while above α_min, which it may undershoot once."""
+    problem = assemble(small_wall(6, 5)).problem
+    _, said = followed(problem, declared(problem), **PAPER | {"alpha_min": 0.05, "always": True})
+    alpha = np.array([step.alpha for step in said])
+    np.testing.assert_allclose(alpha[1:7], [0.3, 0.15, 0.075, 0.0375, 0.05, 0.05])
+    assert np.isnan(alpha[0])
+
+
+def test_sub_problems_have_the_states_that_are_recorded():
+    """Of each: forces in equilibrium, within the limits it was solved with; and those are step 4's."""
+    problem = assemble(two_blocks()).problem
+    solution, said = followed(problem, declared(problem), **PAPER)
+    assert [step.load_factor for step in said] == [entry.load_factor for entry in solution.history]
+    assert all(entry.solved is None for entry in solution.history)
+    for number, step in enumerate(said, start=1):
+        solved = step.solved
+        assert (step.iteration, solved.number) == (number, number)
+        q, limits = solved.state.q, solved.limits
+        balance = problem.B @ q + step.load_factor * problem.live + problem.dead
+        assert np.abs(balance).max() < 1e-8
+        limit = limits.cohesion + limits.slope * (problem.N @ q)
+        assert (np.abs(problem.S @ q) <= limit + 1e-7).all()
+    before, last = said[-2].solved, said[-1].solved
+    about = 0.6 * before.state.q + 0.4 * said[-3].solved.state.q
+    turn = Turn(problem, before, last.alpha, last.small_cohesion, about[: problem.joints])
+    np.testing.assert_allclose(last.limits.slope, turn.limits().slope)
+    np.testing.assert_allclose(last.limits.cohesion, turn.limits().cohesion, rtol=1e-12)
+
+
+def test_limits_may_be_revised_in_another_way():
+    """Limits that are never turned are the associative ones: λ stands still at 2.5 μ."""
+    turns = []
+
+    def left_as_they_are(turn):
+        turns.append(turn.last.number)
+        return turn.last.limits
+
+    result = mo.solve(two_blocks(), revise=left_as_they_are, finish=False, always=True)
+    np.testing.assert_allclose(result.history["load_factor"], 0.25, rtol=1e-7)
+    assert turns == list(range(1, len(result.history)))
+
+
+def test_a_sub_problem_without_state_is_named():
+    """A large slope caps normal forces at c / (αμ) and locks joints of wall 6."""
+    problem = assemble(mo.load(WALLS[5])).problem
+    solution, _ = followed(problem, declared(problem), beta=0.2)
+    assert solution.status is mo.Status.NO_STATE
+    assert solution.load_factor is None
+    assert solution.q is None
+    (why,) = solution.reasons
+    assert (why.code, why.values) == (Code.SUB_PROBLEM_EMPTY, {"number": 4})
+
+
+def test_dilatancy_at_friction_is_the_flow_of_the_first_sub_problem():
+    for dilatancy, obeys in ((0.65, True), (0.3, False)):
+        problem = assemble(block_on_floor(4, 2, 0.65)).problem
+        problem.dilatancy[:] = dilatancy
+        assert obeys_own_flow(problem, declared(problem).solve().state) is obeys
+
+
+# When it stops -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("load_factors", "expected"),
+    [
+        ([1.0, 2.1, 4.3, 8.7, 17.5, 35.1], True),  # more than doubles five times
+        ([1.0, 2.1, 4.3, 8.7, 17.5, 34.9], False),
+        ([1.0, 2.1, 4.3, 8.7, 17.5], False),
+        ([-1.0, 2.1, 4.3, 8.7, 17.5, 35.1], False),
+        ([1.0, *(1001 * 1.011**step for step in range(31))], True),  # thirty rises by more than 1 %
+        ([1.0, *(1001 * 1.009**step for step in range(31))], False),
+        ([1.0, *(1.011**step for step in range(31))], False),  # not to a thousand times the first
+    ],
+)
+def test_divergence(load_factors, expected):
+    assert diverges(load_factors) is expected
+
+
+@pytest.mark.parametrize("length", [2, 3, 6])
+def test_a_cycle_is_found_when_it_came_back_twice(length):
+    swing = np.linspace(0.3, 0.4, length)
+    load_factors = [*np.linspace(0.9, 0.5, 5), *np.tile(swing, 3)]
+    normal = [np.array([value, 1.0]) for value in load_factors]
+    assert period(load_factors, normal) == length
+    assert period(load_factors[:-1], normal[:-1]) == 0
+    # λ alone comes back: the forces are others.
+    assert period(load_factors, [np.array([1.0 + step, 1.0]) for step in range(len(normal))]) == 0
+
+
+def test_a_swing_that_dies_away_is_no_cycle():
+    damped = [0.3 + 0.05 * (-0.8) ** step for step in range(40)]
+    assert period(damped, [np.array([1.0])] * len(damped)) == 0
+
+
+# Its options -------------------------------------------------------------------------------------------
+
+
+def test_sub_problems_are_rough_or_accurate_by_size():
+    options = LoopOptions()
+    accurate, rough = LoopOptions(sub_problems="accurate"), LoopOptions(sub_problems="rough")
+    assert options.parameters(ROUGH_FROM - 1, CLARABEL) == accurate.parameters(ROUGH_FROM, CLARABEL)
+    assert options.parameters(ROUGH_FROM, CLARABEL) == rough.parameters(1, CLARABEL)
+    assert (accurate.parameters(1, CLARABEL).tolerance, rough.parameters(1, CLARABEL).tolerance) == (
+        None,
+        1e-4,
+    )
+    given = LoopOptions(sub_problems="rough", alpha=0.2).parameters(1, CLARABEL)
+    assert given.alpha == 0.2
+
+
+@pytest.mark.parametrize("solver", ["highs", "highs-ipm", "scs"])
+def test_solvers_that_cannot_stop_early_solve_accurately(solver):
+    """HiGHS's interior point ends "unknown" at 1e-4, its simplex in a vertex all the same."""
+    solver = find_solver("cvxpy", solver)
+    accurate = LoopOptions(sub_problems="accurate").parameters(1, solver)
+    assert LoopOptions().parameters(ROUGH_FROM, solver) == accurate
+    assert LoopOptions().parameters(ROUGH_FROM, find_solver("cvxpy", "piqp")) != accurate
+
+
+def test_rough_sub_problems_are_solved_roughly(monkeypatch):
+    asked = []
+    monkeypatch.setattr(
+        "masonry_opt.methods.loop.method.rougher",
+        lambda solver, tolerance: asked.append(tolerance) or rougher(solver, tolerance),
+    )
+    mo.solve(two_blocks(), sub_problems="accurate")
+    assert asked == []
+    mo.solve(two_blocks(), sub_problems="rough")
+    assert asked == [1e-4]
+
+
+def test_the_preset_is_section_5_and_what_stands_beside_it_counts():
+    paper = LoopOptions(preset="paper")
+    assert {name: getattr(paper, name) for name in PAPER} == PAPER
+    assert (PAPER["alpha"], PAPER["beta"], PAPER["tol"], PAPER["c0"]) == (0.3, 0.6, 1e-5, 1e-5)
+    assert LoopOptions(preset="paper", beta=0.2).beta == 0.2
+    assert LoopOptions(preset="paper", remedies="none").remedies == "none"
+    assert not paper.parameters(10 * ROUGH_FROM, CLARABEL).finish
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [
+        ("preset", "fast"),
+        ("sub_problems", "fast"),
+        ("beta", 0),
+        ("beta", 1.5),
+        ("tol", 0),
+        ("alpha", -1),
+        ("c0", -1e-5),
+        ("max_iterations", 0),
+        ("start", "warm"),
+        ("trial_cohesion", 0),
+        ("always", 1),
+        ("remedies", "some"),
+        ("revise", 0.1),
+    ],
+)
+def test_options_out_of_range_are_refused_by_name(option, value):
+    with pytest.raises(mo.OptionError, match=f"option '{option}'"):
+        mo.solve(two_blocks(), **{option: value})
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ({"pace": "paper"}, "sub_problems"),
+        ({"pace": "fast"}, "sub_problems"),
+        ({"kicks": 5}, "perturbations"),
+        ({"move_limit": 0.1}, "revise"),
+        ({"only_at_yield": True}, "revise"),
+    ],
+)
+def test_old_names_of_options_are_refused_with_the_new(old, new):
+    method = "refined" if "kicks" in old else "nonassociative"
+    with pytest.raises(mo.OptionError, match=rf"no option '{next(iter(old))}', which is now {new}"):
+        mo.solve(two_blocks(), method, **old)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"bta": 0.5}, "did you mean 'beta'"),
+        ({"metod": "static"}, "did you mean 'method'"),
+        ({"zzz": 1}, "it has: preset, sub_problems, alpha"),
+        ({"method": "statik"}, "method 'statik' is unknown; choose from: static, kinematic"),
+        ({"method": "static", "beta": 0.5}, "method 'static' has no option 'beta'"),
+    ],
+)
+def test_unknown_options_are_refused_with_what_there_is(wrong, words):
+    with pytest.raises(mo.OptionError, match=words):
+        mo.solve(two_blocks(), **wrong)

@@ -1,0 +1,181 @@
+"""Every model declares itself on joints of every kind, and has the order of faces that the problem has."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cvxpy as cp
+import numpy as np
+import pyomo.environ as pyo
+import pytest
+from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
+from scenes import KINDS_OF_JOINTS, declared
+
+from masonry_opt.models import cvxpy_terms, pyomo_terms
+from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
+from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
+from masonry_opt.models.cvxpy_least_energy import CvxpyForcesFor, CvxpyMotionFor
+from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyStanding
+from masonry_opt.models.cvxpy_static import CvxpyStatic
+from masonry_opt.models.pyomo_arrays import put, values
+from masonry_opt.models.pyomo_global import PyomoGlobal
+from masonry_opt.models.pyomo_kinematic import PyomoKinematic
+from masonry_opt.models.pyomo_mpec import PyomoMpec
+from masonry_opt.models.pyomo_refinement import PyomoForces, PyomoMotion
+from masonry_opt.models.pyomo_static import PyomoStatic
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.problem import ShearLimits
+from masonry_opt.problem.state import State
+
+PROBLEMS = {name: assemble(scene).problem for name, scene in KINDS_OF_JOINTS.items()}
+
+
+@pytest.fixture(params=PROBLEMS)
+def problem(request):
+    return PROBLEMS[request.param]
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Random numbers in place of a state."""
+
+    q: np.ndarray
+    d: np.ndarray
+    p: np.ndarray
+    load_factor: float = 0.7
+
+
+@pytest.fixture
+def numbers(problem):
+    rng = np.random.default_rng(4)
+    shapes = (3 * problem.joints, 3 * problem.blocks)
+    return Numbers(*(rng.normal(size=size) for size in shapes), rng.uniform(size=problem.faces))
+
+
+#: Models that have statics, by name, each of a problem and its true shear limits.
+STATIC = {
+    "eq. (9)": CvxpyStatic,
+    "standing": CvxpyStanding,
+    "forces for rates": lambda problem, _: CvxpyForcesFor(problem, np.ones(problem.faces), 30.0),
+    "at yield": lambda problem, _: CvxpyAtYield(problem, np.arange(problem.faces) % 2 == 0, 0.5),
+    "eq. (9) in Pyomo": PyomoStatic,
+    "refinement, forces": lambda problem, _: PyomoForces(problem),
+    "MPEC": lambda problem, _: PyomoMpec(problem),
+    "global": lambda problem, _: PyomoGlobal(problem, *np.ones((2, problem.faces)), 1.0),
+}
+#: Models that have mechanisms.
+KINEMATIC = {
+    "eq. (10)": CvxpyKinematic,
+    "driven": lambda problem, limits: CvxpyDriven(problem, problem.dead, limits),
+    "motion for slacks": lambda problem, limits: CvxpyMotionFor(
+        problem, np.ones(problem.faces), limits.slope
+    ),
+    "eq. (10) in Pyomo": PyomoKinematic,
+    "refinement, motion": lambda problem, _: PyomoMotion(problem),
+    "MPEC": STATIC["MPEC"],
+    "global": STATIC["global"],
+}
+
+
+def of_pyomo(model):
+    return isinstance(model.program, pyo.ConcreteModel)
+
+
+@pytest.mark.parametrize("name", STATIC)
+def test_slacks_and_equilibrium_are_the_problem_s(name, problem, numbers):
+    """At any forces whatever: the slack of each face, in order, and what is out of balance."""
+    model = STATIC[name](problem, ShearLimits.true(problem))
+    statics, load_factor = model.statics, numbers.load_factor
+    if of_pyomo(model):
+        put(statics.q, numbers.q)
+        statics.load_factor.set_value(load_factor)
+        slacks = np.array([pyo.value(slack) for slack in statics.slacks])
+        balance = [pyo.value(row.body) - pyo.value(row.upper) for row in statics.equilibrium.values()]
+    else:
+        statics.q.value = numbers.q
+        if isinstance(statics.load_factor, cp.Variable):
+            statics.load_factor.value = load_factor
+        else:
+            load_factor = statics.load_factor.value
+        slacks, balance = statics.slacks.value, statics.equilibrium.args[0].value
+    np.testing.assert_allclose(slacks, problem.slacks(numbers.q), atol=1e-12)
+    expected = problem.B @ numbers.q + load_factor * problem.live + problem.dead
+    np.testing.assert_allclose(balance, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", KINEMATIC)
+def test_flow_is_the_problem_s(name, problem, numbers):
+    """At any velocities and rates whatever: Bᵀd − D p of each joint, under the friction of eq. (10), or the
+    joints' own flow rule."""
+    limits = ShearLimits.true(problem)
+    model = KINEMATIC[name](problem, limits)
+    of_own_flow = name in ("refinement, motion", "MPEC", "global")
+    slope = problem.dilatancy if of_own_flow else problem.friction
+    mechanism = model.mechanism
+    if of_pyomo(model):
+        put(mechanism.d, numbers.d)
+        put(mechanism.p, numbers.p)
+        rows = mechanism.compatibility.values()
+        departure = np.array([pyo.value(row.body) - pyo.value(row.upper) for row in rows])
+        slip = [pyo.value(slip) for slip in mechanism.slip]
+    else:
+        mechanism.d.value, mechanism.p.value = numbers.d, numbers.p
+        departure, slip = mechanism.compatibility.args[0].value, mechanism.slip.value
+    expected = problem.B.T @ numbers.d - problem.D(slope) @ numbers.p
+    np.testing.assert_allclose(departure, expected, atol=1e-12)
+    np.testing.assert_allclose(slip, problem.slip(numbers.p), atol=1e-12)
+
+
+@pytest.mark.parametrize("language", ["cvxpy", "pyomo"])
+def test_size_of_eq_9_and_eq_10(language, problem):
+    b, c, k = problem.blocks, problem.joints, len(problem.sliding)
+    static, kinematic = (declared(problem, name, language).size() for name in ("static", "kinematic"))
+    assert (static.rows, static.columns) == (3 * b + 2 * k + 2 * c, 3 * c + 1)
+    # CVXPY writes p ≥ 0 as rows.
+    signs = problem.faces if language == "cvxpy" else 0
+    assert (kinematic.rows, kinematic.columns) == (3 * c + 1 + signs, 3 * b + 2 * k + 2 * c)
+
+
+@pytest.mark.parametrize("name", [name for name in STATIC | KINEMATIC if name not in ("MPEC", "global")])
+def test_linear_models_compile(name, problem):
+    """To solver data, on joints of every kind: what a solver is handed is finite."""
+    model = (STATIC | KINEMATIC)[name](problem, ShearLimits.true(problem))
+    if of_pyomo(model):
+        form = LinearStandardFormCompiler().write(model.program, mixed_form=True, set_sense=None)
+        matrix = form.A
+    else:
+        assert model.program.is_dpp()
+        matrix = model.program.get_problem_data("CLARABEL")[0]["A"]
+    assert min(matrix.shape) > 0
+    assert np.isfinite(matrix.data).all()
+
+
+def test_an_mpec_holds_a_state_and_tells_what_it_leaves(problem, numbers):
+    model = PyomoMpec(problem)
+    model.start_from(State(numbers.load_factor, numbers.q, numbers.d, numbers.p))
+    read = model.read()
+    assert read.load_factor == numbers.load_factor
+    for ours, theirs in ((read.q, numbers.q), (read.d, numbers.d), (read.p, numbers.p)):
+        np.testing.assert_array_equal(ours, theirs)
+    expected = np.maximum(problem.slacks(numbers.q), 0.0) * numbers.p
+    np.testing.assert_allclose(model.products(), expected, atol=1e-12)
+    assert len(model.complementarity_rows) == problem.faces
+    model.program.epsilon.set_value(0.25)
+    rows = zip(model.complementarity_rows, expected, strict=True)
+    assert all(pyo.value(row.body) - pyo.value(row.upper) == pytest.approx(z_p - 0.25) for row, z_p in rows)
+
+
+@pytest.mark.parametrize("terms", [cvxpy_terms, pyomo_terms], ids=["cvxpy", "pyomo"])
+def test_shear_limits_can_be_changed(terms, problem):
+    k = len(problem.sliding)
+    new = ShearLimits(np.linspace(-0.1, 0.4, k), np.linspace(0.2, 0.1, k))
+    if terms is cvxpy_terms:
+        limits = terms.Limits(ShearLimits.true(problem))
+        limits.set(new)
+        slope, cohesion = limits.slope.value, limits.cohesion.value
+    else:
+        limits = terms.Limits(pyo.ConcreteModel(), ShearLimits.true(problem))
+        limits.set(new)
+        slope, cohesion = values(limits.slope), values(limits.cohesion)
+    np.testing.assert_array_equal(slope, new.slope)
+    np.testing.assert_array_equal(cohesion, new.cohesion)

@@ -1,0 +1,131 @@
+"""Yield conditions and flow rule, against each joint written out by hand, and normality between them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scenes import KINDS_OF_JOINTS, block_on_floor, irregular
+
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.problem import ShearLimits
+
+PROBLEMS = {name: assemble(scene).problem for name, scene in KINDS_OF_JOINTS.items()} | {
+    "irregular": assemble(irregular()).problem
+}
+
+
+@pytest.fixture(params=PROBLEMS)
+def problem(request):
+    return PROBLEMS[request.param]
+
+
+def slacks_by_hand(problem, q, slope, cohesion):
+    """|s| ≤ c + slope n and |m| ≤ n L / 2, joint by joint."""
+    n, s, m = q.reshape(3, -1)
+    plus, minus, one_edge, other_edge = [], [], [], []
+    for joint, half in enumerate(problem.half_length):
+        if joint in problem.sliding:
+            at = list(problem.sliding).index(joint)
+            limit = cohesion[at] + slope[at] * n[joint]
+            plus.append(limit - s[joint])
+            minus.append(limit + s[joint])
+        one_edge.append(n[joint] * half - m[joint])
+        other_edge.append(n[joint] * half + m[joint])
+    return np.array([*plus, *minus, *one_edge, *other_edge])
+
+
+def motion_by_hand(problem, p, slope):
+    """Opening, slip and rotation of each joint: sliding opens by the slope, rocking by L / 2."""
+    k, c = len(problem.sliding), problem.joints
+    plus, minus, one_edge, other_edge = np.split(p, [k, 2 * k, 2 * k + c])
+    opening = problem.half_length * (one_edge + other_edge)
+    slip, rotation = np.zeros(c), other_edge - one_edge
+    for at, joint in enumerate(problem.sliding):
+        slip[joint] = minus[at] - plus[at]
+        opening[joint] += slope[at] * (plus[at] + minus[at])
+    return np.concatenate([opening, slip, rotation])
+
+
+def test_yield_conditions_are_those_of_each_joint(problem):
+    rng = np.random.default_rng(0)
+    q = rng.normal(size=3 * problem.joints)
+    expected = slacks_by_hand(problem, q, problem.friction, problem.cohesion)
+    assert problem.slacks(q).shape == (problem.faces,)
+    np.testing.assert_allclose(problem.slacks(q), expected, atol=1e-14)
+    slope = rng.normal(size=len(problem.sliding))
+    without = slacks_by_hand(problem, q, slope, np.zeros_like(slope))
+    np.testing.assert_allclose(problem.C(slope) @ q, without, atol=1e-14)
+
+
+def test_the_flow_rule_is_that_of_each_joint(problem):
+    rng = np.random.default_rng(1)
+    p, slope = rng.uniform(size=problem.faces), rng.normal(size=len(problem.sliding))
+    np.testing.assert_allclose(problem.D(slope) @ p, motion_by_hand(problem, p, slope), atol=1e-14)
+    np.testing.assert_allclose(
+        problem.D(problem.dilatancy) @ p, motion_by_hand(problem, p, problem.dilatancy)
+    )
+
+
+def test_normality(problem):
+    """Flow that opens joints by the friction is normal to the yield surface; any other is not."""
+    D, C = problem.D(problem.friction).toarray(), problem.C(problem.friction).toarray()
+    np.testing.assert_array_equal(D, C.T)
+    steeper = problem.D(problem.friction + 0.1).toarray()
+    assert np.count_nonzero(steeper != C.T) == 2 * len(problem.sliding)
+
+
+def test_virtual_work(problem):
+    """q · D p = (z − c) · p at any forces and rates: what joints dissipate is what their limits resist."""
+    rng = np.random.default_rng(2)
+    for _ in range(5):
+        q, p = rng.normal(size=3 * problem.joints), rng.uniform(size=problem.faces)
+        work = (problem.slacks(q) - problem.face_cohesion) @ p
+        assert q @ (problem.D(problem.friction) @ p) == pytest.approx(work, rel=1e-12)
+        # Of eq. (1) and eq. (2): B q and d do the same work as q and Bᵀd.
+        d = rng.normal(size=3 * problem.blocks)
+        assert (problem.B @ q) @ d == pytest.approx(q @ (problem.B.T @ d), rel=1e-12)
+
+
+def test_what_is_said_of_each_face(problem):
+    k, c = len(problem.sliding), problem.joints
+    every = list(range(c))
+    assert problem.face_joint.tolist() == [*problem.sliding, *problem.sliding, *every, *every]
+    np.testing.assert_array_equal(problem.face_arm[: 2 * k], 1.0)
+    np.testing.assert_array_equal(problem.face_arm[2 * k :], np.tile(problem.half_length, 2))
+    np.testing.assert_array_equal(problem.face_cohesion[: 2 * k], np.tile(problem.cohesion, 2))
+    np.testing.assert_array_equal(problem.face_cohesion[2 * k :], 0.0)
+    p = np.arange(problem.faces, dtype=float)
+    np.testing.assert_array_equal(problem.slip(p), p[:k] + p[k : 2 * k])
+
+
+@pytest.mark.parametrize("sense", [0, 1])
+def test_rates_give_back_what_moved(sense):
+    """A block slides in one sense and rocks about both edges, as any opening lets it."""
+    problem = assemble(block_on_floor()).problem
+    p = np.array([0.0, 0.0, 0.25, 0.5])
+    p[sense] = 0.75
+    slope = np.array([0.2])
+    d = np.linalg.solve(problem.B.T.toarray(), problem.D(slope) @ p)
+    np.testing.assert_allclose(problem.rates(d, slope), p, atol=1e-12)
+
+
+def test_rates_of_blocks_that_pass_into_each_other_are_never_negative():
+    problem = assemble(irregular()).problem
+    rng = np.random.default_rng(3)
+    slip = problem.joints + problem.sliding
+    for _ in range(20):
+        d = rng.normal(size=3 * problem.blocks)
+        p, u = problem.rates(d, problem.friction), problem.B.T @ d
+        assert p.min() >= 0
+        # Slip and rotation are kept whole; only the opening may fall short.
+        departure = u - problem.D(problem.friction) @ p
+        np.testing.assert_allclose(departure[slip], 0, atol=1e-12)
+        np.testing.assert_allclose(departure[2 * problem.joints :], 0, atol=1e-12)
+        assert departure.max() < 1e-12
+
+
+def test_true_shear_limits_are_the_joints_own(problem):
+    limits = ShearLimits.true(problem)
+    np.testing.assert_array_equal(limits.slope, problem.friction)
+    np.testing.assert_array_equal(limits.cohesion, problem.cohesion)
+    assert len(problem.friction) == len(problem.cohesion) == len(problem.dilatancy) == len(problem.sliding)

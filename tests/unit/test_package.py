@@ -1,0 +1,139 @@
+"""The package as a whole: its names, what importing it loads, and what it needs to find its models."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import masonry_opt as mo
+
+ROOT = Path(__file__).parents[2]
+PACKAGE = ROOT / "masonry_opt"
+
+
+def in_a_process_of_its_own(program, **keys):
+    """Standard output of a Python program."""
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False, timeout=120, **keys
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def test_names_are_those_announced():
+    assert dir(mo) == mo.__all__ == sorted(mo.__all__)
+    for name in mo.__all__:
+        assert getattr(mo, name).__name__ == name
+    with pytest.raises(AttributeError, match="no attribute 'Finding'"):
+        mo.Finding  # noqa: B018
+
+
+def test_star_gives_the_names_and_nothing_else():
+    names: dict[str, object] = {}
+    exec("from masonry_opt import *", names)
+    assert sorted(set(names) - {"__builtins__"}) == mo.__all__
+
+
+def imports_of(path):
+    """Full names of the modules that a file imports, wherever in it."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{path}: a relative import"
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+
+
+#: What a room of the package may not know, because that comes after it.
+LATER = {
+    "scene": ("problem", "answer", "solvers", "models", "methods", "explain", "report"),
+    "problem": ("answer", "solvers", "models", "methods", "explain", "report"),
+    "answer": ("models", "methods", "explain", "report"),
+    "solvers": ("methods", "explain", "report"),
+    "methods": ("report",),
+}
+
+
+@pytest.mark.parametrize(
+    "path",
+    [path for path in sorted(PACKAGE.rglob("*.py")) if "studies" not in path.relative_to(PACKAGE).parts],
+    ids=lambda path: str(path.relative_to(PACKAGE)),
+)
+def test_no_module_knows_what_comes_after_it(path):
+    """Studies use the package as a user does: none of it imports them (the command loads them by name)."""
+    room = path.relative_to(PACKAGE).parts[0]
+    refused = [f"masonry_opt.{name}" for name in ("studies", *LATER.get(room, ()))]
+    known = list(imports_of(path))
+    assert not [name for name in known if name.startswith(tuple(refused))]
+
+
+def test_models_know_the_problem_and_each_other_alone():
+    for path in (ROOT / "models").glob("*.py"):
+        own = [name for name in imports_of(path) if name.startswith("masonry_opt")]
+        assert not [
+            name for name in own if not name.startswith(("masonry_opt.models", "masonry_opt.problem"))
+        ]
+
+
+@pytest.fixture
+def copied(tmp_path):
+    """A folder with the package and its models, as a clone has them, and a case file."""
+    for name in ("masonry_opt", "models"):
+        shutil.copytree(ROOT / name, tmp_path / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "cases" / "gilbert" / "two_blocks.toml", tmp_path)
+    return tmp_path
+
+
+IN_A_CLONE = """
+import json, sys
+import masonry_opt.cli
+import masonry_opt as mo
+from masonry_opt.models import cvxpy_terms
+load_factor = mo.solve("two_blocks.toml").load_factor
+of_studies = [name for name in sys.modules if name.startswith(("masonry_opt.studies", "plotly"))]
+print(json.dumps([load_factor, mo.__file__, cvxpy_terms.__file__, of_studies]))
+"""
+
+
+def test_python_started_in_a_clone_finds_the_models_there_and_loads_no_study(copied):
+    """Whatever is installed beside it, and without a path of Python's. Command and solve are all that is
+    asked for: studies, and what only they need, stay where they are."""
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    printed = in_a_process_of_its_own(IN_A_CLONE, cwd=copied, env=environment)
+    load_factor, package, models, of_studies = json.loads(printed)
+    assert load_factor == pytest.approx(0.15, rel=1e-3)
+    assert package == str(copied / "masonry_opt" / "__init__.py")
+    assert models == str(copied / "models" / "cvxpy_terms.py")
+    assert of_studies == []
+
+
+def test_models_inside_the_package_are_found_as_a_wheel_has_them(copied):
+    (copied / "models").rename(copied / "masonry_opt" / "models")
+    environment = os.environ | {"PYTHONPATH": str(copied)}
+    program = "import masonry_opt.models.pyomo_terms as terms; print(terms.__file__)"
+    printed = in_a_process_of_its_own(program, cwd=copied.parent, env=environment)
+    assert printed == str(copied / "masonry_opt" / "models" / "pyomo_terms.py")
+
+
+def test_every_package_of_the_tree_is_in_the_wheel():
+    """Folders are listed in pyproject.toml by hand."""
+    setuptools = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
+    found = {".".join(path.parent.relative_to(ROOT).parts) for path in PACKAGE.rglob("__init__.py")}
+    assert found | {"masonry_opt.models"} <= set(setuptools["packages"])
+    for name in setuptools["packages"]:
+        assert (ROOT / setuptools["package-dir"].get(name, name.replace(".", "/"))).is_dir()
+
+
+@pytest.mark.parametrize("name", ["masonry_opt.command", "masonry_opt.cli"])
+def test_commands_can_be_imported_without_running(name):
+    assert callable(importlib.import_module(name).main)
