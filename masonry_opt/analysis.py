@@ -21,6 +21,7 @@ from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.explain.diagnosis import (
     DeadLoadUndecided,
     falling_mechanism,
+    friction_would_hold,
     locking_joints,
     moving_blocks,
 )
@@ -35,9 +36,6 @@ from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, find_solv
 
 #: A load factor this little below zero is zero.
 _NEGATIVE = 1e-6
-
-#: Slip over the largest velocity from which on more friction might hold what falls.
-_SLIDES = 1e-3
 
 #: Options under other names than they once had: the new name, and what else has changed.
 RENAMED = {
@@ -96,6 +94,8 @@ def solve(
         If a method, model, solver or option is unknown or not available, or the method does not know
         dilatancy that falls with stress.
     """
+    if not callable(progress):
+        raise OptionError(f"progress must be a function of a step (found {progress!r})")
     chosen, own_options = _choose(method, options)
     named = _solver(chosen, model, solver, tolerance)
     effort = Effort()
@@ -113,7 +113,9 @@ def solve(
             f"method '{method}' does not know dilatancy that falls with stress: use 'nonassociative', or "
             "leave 'dilatancy_stress' out"
         )
-    solution = _unless_it_stands(assembly, named, effort)
+    # Of methods that bring their own solver nobody named one: what is quick decides whether the scene stands.
+    of_dead_load = find_solver("cvxpy", None) if solver is None and chosen.own_tolerances else named
+    solution = _unless_it_stands(assembly, of_dead_load, effort)
     if solution is None:
         solution = chosen.run(Task(problem, named, own_options, effort, progress))
         solution.accept(problem)
@@ -146,7 +148,7 @@ def as_scene(scene: Scene | str | Path) -> Scene:
 
 def _choose(name: str, options: Mapping[str, Any]) -> tuple[Method, Any]:
     """A method and its options, checked. Raises OptionError naming what is wrong."""
-    if name not in METHODS:
+    if not isinstance(name, str) or name not in METHODS:
         raise OptionError(f"method '{name}' is unknown; choose from: {', '.join(METHODS)}")
     method = METHODS[name]
     known = list(method.options.model_fields) if method.options else []
@@ -159,16 +161,15 @@ def _choose(name: str, options: Mapping[str, Any]) -> tuple[Method, Any]:
     try:
         return method, method.options(**given) if method.options else None
     except ValidationError as error:
-        wrong = "; ".join(
-            ": ".join([*(f"option '{option}'" for option in item["loc"][:1]), item["msg"]])
-            for item in error.errors()
-        )
-        raise OptionError(f"method '{name}': {wrong}") from None
+        # Of an option that may be one of several things, what is said of the first will do.
+        wrong = {".".join(map(str, item["loc"][:1])): item["msg"] for item in reversed(error.errors())}
+        said = [f"option '{option}': {words}" if option else words for option, words in wrong.items()]
+        raise OptionError(f"method '{name}': {'; '.join(said)}") from None
 
 
 def _instead(option: str, known: list[str]) -> str:
     """What to write in place of an option that a method does not have."""
-    if option in RENAMED:
+    if option in RENAMED and RENAMED[option].split()[0] in known:
         return f", which is now {RENAMED[option]}"
     arguments = ["scene", "method", "model", "solver", "tolerance", "progress"]
     close = difflib.get_close_matches(option, [*known, *arguments], n=1)
@@ -176,11 +177,14 @@ def _instead(option: str, known: list[str]) -> str:
 
 
 def _solver(method: Method, model: str | None, name: str | None, tolerance: float | None) -> Solver:
+    for what, given in (("model", model), ("solver", name)):
+        if not isinstance(given, str | None):
+            raise OptionError(f"{what} must be a name (found {given!r})")
     model = model or next(iter(method.solvers))
     if model in LANGUAGES and model not in method.solvers:
         raise OptionError(f"method '{method.name}' is declared in {', '.join(method.solvers)} only")
     allowed = method.solvers.get(model, ())
-    name = str(name).lower() if name else (allowed[0] if allowed else None)
+    name = name.lower() if name else (allowed[0] if allowed else None)
     if allowed and name not in allowed:
         raise OptionError(
             f"method '{method.name}' with model '{model}' takes solver: {', '.join(allowed)} (found '{name}')"
@@ -209,9 +213,8 @@ def _unless_it_stands(assembly: Assembly, solver: Solver, effort: Effort) -> Sol
     if falling is None:
         return None
     solution.d = falling
-    slip = np.abs((problem.B.T @ falling).reshape(3, -1)[1])
-    slides = bool((slip[problem.sliding] > _SLIDES * np.abs(falling).max()).any())
-    solution.add(Code.FALLS, blocks=_names(assembly, moving_blocks(falling)), slides=slides)
+    held = friction_would_hold(problem, solver)
+    solution.add(Code.FALLS, blocks=_names(assembly, moving_blocks(falling)), friction=held)
     return solution
 
 

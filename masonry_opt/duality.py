@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.analysis import solve
-from masonry_opt.answer.acceptance import SMALLEST
+from masonry_opt.answer.acceptance import AGREEMENT, DUALITY, SMALLEST
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.problem.problem import Problem
@@ -17,10 +17,6 @@ from masonry_opt.problem.state import State
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import LANGUAGES, find_solver
-
-#: Relative agreement demanded of load factors, and of every other condition.
-LOAD_FACTOR_TOLERANCE = 1e-7
-CONDITION_TOLERANCE = 1e-6
 
 #: CVXPY with Clarabel leaves more digits here than the default tolerance asks for.
 _SOLVER_TOLERANCE = 1e-10
@@ -43,10 +39,7 @@ class DualityReport:
     def passed(self) -> bool:
         """Load factors agree to 1e-7 relative, every residual is below 1e-6."""
         residuals = self.table.drop(columns=["formulation", "model", "load_factor", "difference"])
-        return bool(
-            (self.table["difference"] <= LOAD_FACTOR_TOLERANCE).all()
-            and (residuals <= CONDITION_TOLERANCE).all(axis=None)
-        )
+        return bool((self.table["difference"] <= AGREEMENT).all() and (residuals <= DUALITY).all(axis=None))
 
 
 def check(scene: Scene | str | Path) -> DualityReport:

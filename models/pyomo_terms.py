@@ -57,14 +57,10 @@ class Statics:
             return internal[row] + external == -dead[row]
 
         self.equilibrium = model.equilibrium = pyo.Constraint(range(3 * problem.blocks), rule=balance)
-        joints = problem.sliding.tolist()
-        limit = [cohesion[i] + slope[i] * q[joint] for i, joint in enumerate(joints)]
-        shear = [q[problem.joints + joint] for joint in joints]
-        self.slacks: list[Any] = [
-            *(most - s for most, s in zip(limit, shear, strict=True)),
-            *(most + s for most, s in zip(limit, shear, strict=True)),
-            *rows(problem.R, q),
-        ]
+        limit = [cohesion[i] + slope[i] * n for i, n in enumerate(rows(problem.N, q))]
+        shared = [*limit, *limit, *[0.0] * (2 * problem.joints)]
+        without_friction = rows(problem.C(np.zeros(len(limit))), q)
+        self.slacks: list[Any] = [z + most for z, most in zip(without_friction, shared, strict=True)]
 
     def forces(self) -> tuple[float, np.ndarray]:
         """λ and joint forces, shape (3c,), that the variables hold."""

@@ -24,12 +24,12 @@ class Kind(StrEnum):
     #: the normal forces before: a tenth of a block's weight is what the published parameters leave on the
     #: walls of Table 1, and the small cohesion's share, taken off λ and not off the forces, some 1e-4 of
     #: equilibrium and complementarity. Sliding contracts by 10⁻³ μ of its slip by construction, and a slip
-    #: may be several times the largest block velocity.
+    #: may be ten times the largest block velocity: a long block that turns slips at a far joint.
     LOOP = "loop"
     #: The paper's loop, stopped by its own rule and without an exact end: it leaves up to some per cent, and
     #: at a joint that does not slide half of its block's forces, so that yield is limited joint by joint.
     BARE_LOOP = "bare loop"
-    #: The MPEC's, a hundred times what its last relaxation leaves.
+    #: The MPEC's: exact, but for what its last relaxation leaves of complementarity (by default some 1e-8).
     RELAXED = "relaxed"
     #: A state of forces and a mechanism that meet every condition to rounding.
     EXACT = "exact"
@@ -69,11 +69,15 @@ class Limits:
 #: The table. Four digits of λ are those in which published associative load factors agree.
 LIMITS: dict[Kind, Limits] = {
     Kind.ASSOCIATIVE: Limits(1e-4, 1e-4, 1e-4, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
-    Kind.LOOP: Limits(1e-3, 0.1, 3e-3, 1e-2, work=5e-2, block=5e-2, joint=0.5),
+    Kind.LOOP: Limits(1e-3, 0.1, 1e-2, 1e-2, work=5e-2, block=5e-2, joint=0.5),
     Kind.BARE_LOOP: Limits(1e-2, inf, 5e-2, 5e-2, work=5e-2, block=5e-2, joint=1.0),
-    Kind.RELAXED: Limits(1e-6, 1e-6, 1e-6, 1e-6, work=1e-3, block=1e-3, joint=1e-3),
+    Kind.RELAXED: Limits(1e-6, 1e-6, 1e-6, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
     Kind.EXACT: Limits(1e-8, 1e-8, 1e-8, 1e-8, work=1e-3, block=1e-3, joint=1e-3),
 }
+
+#: Of the four answers to an associative problem that ``check`` compares: relative difference of their load
+#: factors, and what any of their conditions may leave.
+AGREEMENT, DUALITY = 1e-7, 1e-6
 
 #: Load factors below this are judged, and compared with each other, as if they were this large.
 SMALLEST = 1e-2

@@ -11,7 +11,7 @@ class Code(StrEnum):
     """What can be said of how an analysis ended; beside each, its values."""
 
     # No load factor, of any method.
-    FALLS = "falls"  # blocks, slides
+    FALLS = "falls"  # blocks, friction: whether more of it would hold them
     DEAD_LOAD_UNDECIDED = "dead load undecided"  # word
     WEDGED = "wedged"  # load_factor, blocks
     SOLVER_STOPPED = "solver stopped"  # word
@@ -29,13 +29,12 @@ class Code(StrEnum):
     FLOW_RULE_IDLE = "flow rule idle"
     STILL_CHANGES = "still changes"  # count, lowest, highest
     GROWS = "grows"  # load_factor, count
-    REPEATS = "repeats"  # period, lowest, highest
-    EXACT_IN_CYCLE = "exact in cycle"
+    REPEATS = "repeats"  # period, lowest, highest, exact: whether its last state is
     SUB_PROBLEM_FAILED = "sub-problem failed"  # number, word
     SUB_PROBLEM_EMPTY = "sub-problem empty"  # number
     BEGAN_AGAIN = "began again"  # first, remedies, in_vain
     LOCKED_ALL_THE_SAME = "locked all the same"
-    LEAST_CERTIFIED = "least certified"  # load_factor, None if there is none
+    LEAST_BORNE_OUT = "least borne out"  # load_factor, None if there is none
 
     # The MPEC.
     LOCAL_MINIMUM = "local minimum"  # epsilon
@@ -51,10 +50,10 @@ class Code(StrEnum):
     EXACT = "exact"  # fall below the start; None without one
     STATIONARY = "stationary"
     UNDECIDED = "undecided"
-    NOT_REFINED = "not refined"  # why: one of the next three
+    NOT_REFINED = "not refined"  # why: one of the next three; residuals with the last
     NO_STATICS = "no statics"
     NO_KINEMATICS = "no kinematics"
-    RESIDUAL = "residual"  # residual
+    RESIDUAL = "residual"
 
     # The global search.
     PROVEN = "proven"  # bound, load_factor, largest_rate

@@ -18,7 +18,7 @@ from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.problem import Problem, ShearLimits
 
 
 @dataclass(frozen=True)
@@ -67,9 +67,11 @@ class Result:
     stationary: of a refined answer: True if no mechanism tried among the faces at yield lowers λ, False if
         the solver could not tell for some; None for other methods.
     bound: proven lower bound of λ, of method "global"; None for other methods.
-    seconds: by part (see :class:`~masonry_opt.effort.Stopwatch`).
+    seconds: by part (see :class:`~masonry_opt.effort.Effort`).
+    solvers: names of the solvers by what they did: "dead load", "load factor", "sub-problems", ...
     size: of scene and linear program.
     assembly, solution: the matrices, and forces and velocities in their units.
+    summary: what ``print`` shows.
     """
 
     case: str
@@ -271,7 +273,7 @@ def _utilisation(problem: Problem, q: np.ndarray) -> np.ndarray:
     n, s, m = q.reshape(3, -1)
     m = np.abs(m) / problem.half_length
     nothing = 1e-6 * (np.abs(n).max() or 1.0)
-    limit = problem.cohesion + problem.friction * n[problem.sliding]
+    limit = ShearLimits.true(problem).at(n[problem.sliding])
     used = m / np.maximum(n, nothing)
     shear = np.abs(s[problem.sliding]) / np.maximum(limit, nothing)
     used[problem.sliding] = np.maximum(used[problem.sliding], shear)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import inf
 from typing import Any
 
 from masonry_opt.answer.reasons import Code, Reason
@@ -10,6 +11,12 @@ from masonry_opt.answer.status import Status
 
 #: Of what a list names, so many are named.
 _NAMED = 5
+
+_RESIDUALS = {
+    "work": "work of forces out of balance",
+    "block": "equilibrium of one block",
+    "joint": "yield of one joint",
+}
 
 _OF_JOINTS = {
     Status.LOCKED: "the joints that slide there and have no room to open",
@@ -24,7 +31,7 @@ def message(reasons: Sequence[Reason]) -> str:
 
 
 def _falls(v: dict[str, Any]) -> str:
-    friction = ", or raise the friction of its joints" if v["slides"] else ""
+    friction = ", or raise the friction of its joints" if v["friction"] else ""
     return f"the dead load alone moves {_blocks(v['blocks'])}: support what falls{friction}"
 
 
@@ -43,7 +50,7 @@ def _joints(v: dict[str, Any]) -> str:
 
 def _not_certified(v: dict[str, Any]) -> str:
     left = ", ".join(
-        "the live load drives nothing" if value == float("inf") else f"{name} {value:.1e}"
+        "the live load drives nothing" if value == inf else f"{_RESIDUALS.get(name, name)} {value:.1e}"
         for name, value in v["residuals"].items()
     )
     return (
@@ -62,10 +69,10 @@ def _with(v: dict[str, Any]) -> list[str]:
     return [first, *(f"with {remedy}" for remedy in others)]
 
 
-def _least_certified(v: dict[str, Any]) -> str:
+def _least_borne_out(v: dict[str, Any]) -> str:
     if v["load_factor"] is None:
-        return "none of the load factors met is certified"
-    return f"the lowest certified load factor met is {v['load_factor']:.6g}"
+        return "none of the load factors met is borne out by its own state"
+    return f"the lowest load factor met that its own state bears out is {v['load_factor']:.6g}"
 
 
 def _exact(v: dict[str, Any]) -> str:
@@ -141,9 +148,9 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     ),
     Code.REPEATS: lambda v: (
         f"the loop repeats itself every {v['period']} sub-problems, between load factors "
-        f"{v['lowest']:.6g} and {v['highest']:.6g}: lower 'beta'"
+        f"{v['lowest']:.6g} and {v['highest']:.6g}"
+        + (", and this state is exact" if v["exact"] else ": lower 'beta'")
     ),
-    Code.EXACT_IN_CYCLE: lambda v: "the state given is exact all the same",
     Code.SUB_PROBLEM_FAILED: lambda v: (
         f"sub-problem {v['number']} ended with '{v['word']}': try another solver"
     ),
@@ -156,7 +163,7 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
         "sliding joints that dilate jam the blocks, so that they carry any multiple of the live load; "
         "without dilatancy they can move, but no run of the loop tells at which load"
     ),
-    Code.LEAST_CERTIFIED: _least_certified,
+    Code.LEAST_BORNE_OUT: _least_borne_out,
     Code.LOCAL_MINIMUM: lambda v: f"a local minimum, complementary to within ε = {v['epsilon']:.0e}",
     Code.ONE_OF_MANY: lambda v: f"one state of many (MCP), complementary to within ε = {v['epsilon']:.0e}",
     Code.RELAXED_FROM: lambda v: f"relaxed from ε = {v['epsilon']:.0e}, larger ones could not be followed",
@@ -178,6 +185,7 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.UNDECIDED: lambda v: "for some mechanisms the solver could not tell whether they lower it",
     Code.NOT_REFINED: _not_refined,
     Code.NO_STATICS: lambda v: "no statics bring every face of a mechanism to yield",
+    Code.RESIDUAL: lambda v: "the state found leaves too much of its conditions",
     Code.NO_KINEMATICS: lambda v: "kinematics allow no mechanism",
     Code.PROVEN: lambda v: (
         f"proven least: {_bracket(v)} (rates are at most {v['largest_rate']:.4g}, which kinematics imply)"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated
 
 import numpy as np
@@ -22,7 +22,7 @@ from masonry_opt.methods.refined.programs import Refiner
 from masonry_opt.methods.task import Method, Options, Task
 from masonry_opt.models.pyomo_global import PyomoGlobal
 from masonry_opt.models.pyomo_refinement import PyomoForces, PyomoMotion
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.highs_session import HighsSession
 from masonry_opt.solvers.lp import LpSize, Verdict
 from masonry_opt.solvers.registry import find_solver
@@ -90,7 +90,7 @@ def face_bounds(problem: Problem, highest: float, imposed: float, effort: Effort
     loads = np.abs(problem.dead).sum() + highest * problem.live_norm
     bounded = np.isfinite(largest)
     n = np.where(bounded, largest, 10 * loads)
-    shear, rocking = problem.cohesion + problem.friction * n[problem.sliding], problem.half_length * n
+    shear, rocking = ShearLimits.true(problem).at(n[problem.sliding]), problem.half_length * n
     rate = _largest_rates(problem, highest, effort)
     finite = np.isfinite(rate)
     return FaceBounds(
@@ -163,8 +163,7 @@ def global_search(task: Task) -> Solution:
     # A trace above, so that rounding does not cut off the best state itself.
     highest += 1e-7 * max(abs(highest), 1.0)
     began = time.perf_counter()
-    with effort.measure("compile"):
-        of_faces = face_bounds(problem, highest, options.rate_bound, effort)
+    of_faces = face_bounds(problem, highest, options.rate_bound, effort)
     with effort.measure("build"):
         model = PyomoGlobal(problem, of_faces.slack, of_faces.rate, highest)
     time_left = options.time_limit - (time.perf_counter() - began)
@@ -177,7 +176,8 @@ def global_search(task: Task) -> Solution:
         answer.solution_loader.load_vars()
         found = Refiner(problem, effort).first(model.read().q)
         if found is not None and (solution.load_factor is None or found.load_factor < solution.load_factor):
-            solution.load_factor, solution.q, solution.d = found.load_factor, found.q, found.d
+            lower = replace(solution, load_factor=found.load_factor, q=found.q, d=found.d)
+            solution = solution if lower.failing(problem) else lower
     solution.bound = 0.0
     if answer.termination_condition == TerminationCondition.provenInfeasible:
         # There is nothing below ``highest``, which lies a trace above the best state.

@@ -15,7 +15,7 @@ import numpy as np
 from pydantic import Field, InstanceOf, Strict, model_validator
 
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.errors import OptionError
@@ -89,7 +89,7 @@ def mpec(task: Task) -> Solution:
     if options.start != "cold":
         before = loop_or(options.start, task)
         if before.q is None:
-            before.add(Code.START_FAILED)
+            before.reasons.insert(0, reason(Code.START_FAILED))
             return before
     start = None if before is None else _state(task.problem, before)
     solution = _relaxed(task, options, start)

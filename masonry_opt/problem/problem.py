@@ -93,6 +93,11 @@ class Problem:
         without_friction = sp.vstack([-self.S, self.S, self.R])
         return (without_friction + self.both_senses @ sp.diags_array(slope) @ self.N).tocsr()
 
+    @cached_property
+    def true_yield(self) -> sp.csr_array:
+        """C(μ), of the true friction law, shape (faces, 3c)."""
+        return self.C(self.friction)
+
     def D(self, slope: np.ndarray) -> sp.csr_array:
         """Flow rule that opens joints by that slope, shape (k,), per unit slip: shape (3c, faces).
 
@@ -126,7 +131,7 @@ class Problem:
     def slacks(self, q: np.ndarray) -> np.ndarray:
         """Slack z of each face under forces q and the true friction law, eq. (4), shape (faces,): negative
         is a violation."""
-        return self.C(self.friction) @ q + self.face_cohesion
+        return self.true_yield @ q + self.face_cohesion
 
     def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
         """Rates p ≥ 0 with which the joints could follow Bᵀd under a flow rule, shape (faces,).
@@ -208,6 +213,10 @@ class ShearLimits:
     def true(cls, problem: Problem) -> ShearLimits:
         """The joints' own friction and cohesion; flow normal to them is associative (C = D)."""
         return cls(problem.friction, problem.cohesion)
+
+    def at(self, n: np.ndarray) -> np.ndarray:
+        """The largest |s| under normal forces n of the joints that can slide, shape (k,) each."""
+        return self.cohesion + self.slope * n
 
 
 def _selection(columns: np.ndarray, width: int) -> sp.csr_array:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from masonry_opt.methods.loop.steps import SubProblem
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
 
 
@@ -53,8 +53,8 @@ def recorded(problem: Problem, last: SubProblem, before: State | None) -> Iterat
     state, limits = last.state, last.limits
     assert state is not None  # only a solved sub-problem is recorded
     n, slip = problem.normal_forces(state.q), problem.slip(state.p)
-    coulomb = problem.cohesion + problem.friction * n[problem.sliding]
-    limit = limits.cohesion + limits.slope * n[problem.sliding] - last.small_cohesion
+    coulomb = ShearLimits.true(problem).at(n[problem.sliding])
+    limit = limits.at(n[problem.sliding]) - last.small_cohesion
     change = np.nan if before is None else np.abs(n - problem.normal_forces(before.q)).max()
 
     def in_units_of_load_factor(energy: float) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from math import inf
 
-from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.acceptance import residuals
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
@@ -23,6 +23,9 @@ from masonry_opt.solvers.registry import rougher
 
 #: Runs of the loop after which a scene is given up.
 _MOST_RUNS = 14
+
+#: Residuals up to which a sub-problem's state bears its load factor out.
+_BORNE_OUT = 1e-3
 
 Failure = Status | Shortfall
 
@@ -47,10 +50,10 @@ def nonassociative(task: Task) -> Solution:
     runs: list[_Ran] = []
     left = {failure: list(remedies) for failure, remedies in REMEDIES.items()}
     driver: Driver | None = None
-    certified = _LeastCertified(problem)
+    borne_out = _LeastBorneOut(problem)
 
     def follow(step: Iteration) -> None:
-        certified.see(step)
+        borne_out.see(step)
         task.progress(replace(step, attempt=len(runs) + 1, remedy=attempt.remedy))
 
     while True:
@@ -69,34 +72,32 @@ def nonassociative(task: Task) -> Solution:
         attempt = following
     for ran in runs:
         if ran.solution.status in (Status.CYCLING, Status.ITERATION_LIMIT):
-            ran.solution.reasons.append(certified.reason)
-    solution = _gathered(runs, options)
+            ran.solution.reasons.append(borne_out.reason)
+    solution = _gathered(problem, runs, options)
     solution.size = driver.size()
     return solution
 
 
-class _LeastCertified:
-    """The least load factor among the sub-problems' own that pass for what they are under the true law."""
+class _LeastBorneOut:
+    """The least load factor of a sub-problem whose state bears it out under the true law."""
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self.least = problem, inf
 
     def see(self, step: Iteration) -> None:
-        """Certify a sub-problem's state under the joints' own flow rule."""
+        """Look at a sub-problem's state under the joints' own flow rule."""
         state = step.solved.state if step.solved else None
         if state is None or state.load_factor >= self.least:
             return
         slope = self.problem.dilatancy_at(self.problem.normal_forces(state.q))
-        answer = Solution(
-            Status.CONVERGED, Kind.LOOP, [], load_factor=state.load_factor, q=state.q, d=state.d, slope=slope
-        )
-        if not answer.failing(self.problem):
+        left = residuals(self.problem, state.load_factor, state.q, state.d, slope)
+        if max(left.values()) <= _BORNE_OUT:
             self.least = state.load_factor
 
     @property
     def reason(self) -> Reason:
         """It, for a reader; None if there is none."""
-        return reason(Code.LEAST_CERTIFIED, load_factor=None if self.least == inf else self.least)
+        return reason(Code.LEAST_BORNE_OUT, load_factor=None if self.least == inf else self.least)
 
 
 def _declare(task: Task, attempt: Attempt) -> Driver:
@@ -125,7 +126,7 @@ def _failure(problem: Problem, attempt: Attempt, solution: Solution) -> Failure 
     if not solution.status.usable:
         return None if solution.status is Status.JAMMED else solution.status
     finish = attempt.parameters.finish
-    if finish and not solution.accept(problem):
+    if finish and solution.failing(problem):
         return Shortfall.INEXACT
     if not solution.flow_rule_matters:
         return None if attempt.parameters.tolerance is None else Shortfall.ROUGH
@@ -163,12 +164,15 @@ def _next(runs: list[_Ran], left: dict[Failure, list[Remedy]], options: LoopOpti
     return None
 
 
-def _gathered(runs: list[_Ran], options: LoopOptions) -> Solution:
+def _gathered(problem: Problem, runs: list[_Ran], options: LoopOptions) -> Solution:
     """The solution of the last run if it decides the matter (or is the loop as it is, with less slope), else
-    of the first with a load factor, else of the first; with the history of all."""
+    of the first whose load factor passes, else of the first that has one, else of the first; with the history
+    of all."""
     last = runs[-1]
     decided = last.failure is None or (options.remedies == "slope" and last.failure is not Status.NO_STATE)
-    kept = last if decided else next((ran for ran in runs if ran.solution.status.usable), runs[0])
+    usable = [ran for ran in runs if ran.solution.status.usable]
+    passing = [ran for ran in usable if not ran.solution.failing(problem)]
+    kept = last if decided else next(iter([*passing, *usable, runs[0]]))
     solution, remedies = kept.solution, [ran.attempt.remedy for ran in runs[1:]]
     if remedies:
         if kept.failure is Status.LOCKED:

@@ -127,10 +127,9 @@ class _Run:
             cycle = self.load_factors[-length:]
             values = {"period": length, "lowest": min(cycle), "highest": max(cycle)}
             if self._exact_end(last):
-                solution.add(Code.REPEATS, **values)
-                solution.add(Code.EXACT_IN_CYCLE)
+                solution.add(Code.REPEATS, **values, exact=True)
             else:
-                solution.end(Status.CYCLING, Code.REPEATS, **values)
+                solution.end(Status.CYCLING, Code.REPEATS, **values, exact=False)
             return True
         return False
 

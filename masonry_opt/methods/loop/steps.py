@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from masonry_opt.answer.acceptance import largest_acting, of_lesser_block
+from masonry_opt.errors import OptionError
 from masonry_opt.methods.loop.options import Parameters
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.driver import Driver
-from masonry_opt.solvers.lp import Solved, Verdict
+from masonry_opt.solvers.lp import LpAnswer, Solved, Verdict
 
 #: How often a trial cohesion that carries no dead load is multiplied by four.
 _TRIALS = 8
@@ -99,13 +100,7 @@ def sub_problems(
         driver.set_shear_limits(limits)  # step 2
         answer = driver.solve()
         if number == 1 and parameters.start == "cohesive":
-            for _ in range(_TRIALS):
-                # The trial cohesion is arbitrary: raise it while it is too small to carry the dead load.
-                if answer.solved.verdict is not Verdict.INFEASIBLE:
-                    break
-                limits = ShearLimits(limits.slope, 4 * limits.cohesion)
-                driver.set_shear_limits(limits)
-                answer = driver.solve()
+            limits, answer = _raised_trial_cohesion(driver, limits, answer)
         state = answer.state
         still = bool(
             before
@@ -125,6 +120,8 @@ def sub_problems(
         n, n_before = (problem.normal_forces(of.q) for of in (state, before or state))
         about = parameters.beta * n + (1 - parameters.beta) * n_before
         limits = revise(Turn(problem, last, alpha, small_cohesion, about))  # step 4
+        if not isinstance(limits, ShearLimits):
+            raise OptionError(f"option 'revise' must return ShearLimits (found {limits!r})")
         before = state
         number += 1
 
@@ -135,6 +132,19 @@ def first_limits(problem: Problem, parameters: Parameters) -> ShearLimits:
         nothing = np.zeros(len(problem.sliding))
         return ShearLimits(nothing, nothing + parameters.trial_cohesion)
     return ShearLimits.true(problem)
+
+
+def _raised_trial_cohesion(
+    driver: Driver, limits: ShearLimits, answer: LpAnswer
+) -> tuple[ShearLimits, LpAnswer]:
+    """The trial cohesion is arbitrary: raise it while it is too small to carry the dead load."""
+    for _ in range(_TRIALS):
+        if answer.solved.verdict is not Verdict.INFEASIBLE:
+            break
+        limits = ShearLimits(limits.slope, 4 * limits.cohesion)
+        driver.set_shear_limits(limits)
+        answer = driver.solve()
+    return limits, answer
 
 
 def corrected(problem: Problem, last: SubProblem) -> float:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
 
 #: Below this share of λ the energy of sliding cannot matter: the flow rule has no influence.
@@ -27,7 +27,7 @@ def obeys_own_flow(problem: Problem, state: State) -> bool:
     """Whether sliding takes no part in the energy of an associative mechanism: it then obeys the joints' own
     flow rule, too."""
     n = problem.normal_forces(state.q)
-    spared = (problem.friction - problem.dilatancy_at(n)) * n[problem.sliding] + problem.cohesion
+    spared = ShearLimits(problem.friction - problem.dilatancy_at(n), problem.cohesion).at(n[problem.sliding])
     energy = float(spared @ problem.slip(state.p))
     return energy <= NO_INFLUENCE * abs(state.load_factor) * problem.live_norm
 

@@ -199,7 +199,7 @@ class Refiner:
         """Forces (3c,) of least p·z for given rates, with a little weight on λ, which breaks ties."""
         problem, program = self.problem, self._forces.program
         self._statics.set(program.load_cost, np.array([_TIE_BREAK * problem.live_norm]))
-        self._statics.set(program.force_cost, problem.C(problem.friction).T @ rates)
+        self._statics.set(program.force_cost, problem.true_yield.T @ rates)
         self._statics.set(program.room, np.full(problem.faces, np.inf))
         solved = self._solved(self._statics)
         self._minimise_load_factor()

@@ -71,7 +71,7 @@ ENTRIES: tuple[Entry, ...] = (
                 13 / 17,
                 TWO_FORMULATIONS,
                 options={"beta": 1.0},
-                why=reason(Code.EXACT_IN_CYCLE),
+                why=reason(Code.REPEATS, exact=True),
                 tolerance=1e-6,
             ),
             *loops(Status.CONVERGED, 13 / 17, TWO_FORMULATIONS, tolerance=2e-4),

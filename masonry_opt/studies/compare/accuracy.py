@@ -195,7 +195,7 @@ def _falls(problem: Problem) -> bool:
 def _statics(problem: Problem) -> _Polyhedron:
     """Eq. (9) over (q, λ): equilibrium; the slacks of the faces as forces."""
     arm = problem.face_arm
-    slacks = sp.diags_array(1 / arm) @ problem.C(problem.friction)
+    slacks = sp.diags_array(1 / arm) @ problem.true_yield
     return _Polyhedron(
         A=sp.hstack([problem.B, problem.live[:, None]], format="csr"),
         b=-problem.dead,

@@ -55,7 +55,7 @@ def only_at_yield(turn: Turn) -> ShearLimits:
     assert state is not None  # the sub-problem was solved
     following = turn.limits()
     n, s, _ = state.q.reshape(3, -1)[:, problem.sliding]
-    keeps = np.abs(s) < _ABOUT_TO_SLIDE * (before.cohesion + before.slope * n)
+    keeps = np.abs(s) < _ABOUT_TO_SLIDE * before.at(n)
     return ShearLimits(
         np.where(keeps, before.slope, following.slope), np.where(keeps, before.cohesion, following.cohesion)
     )
