@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from masonry_opt.studies.compare.api import compare as compare
 
 #: Where each name is. They are imported when first wanted: the modelling languages take seconds, in which the
-#: command must be able to end on Ctrl-C, and the studies are nobody's who does not use them.
+#: command must be able to end on Ctrl-C, and analyses alone need no study.
 _HOMES = {
     "analysis": ("solve",),
     "answer.certificate": ("Certificate",),

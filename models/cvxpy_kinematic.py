@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cvxpy as cp
 
-from masonry_opt.models.cvxpy_terms import Limits, Mechanism
+from masonry_opt.models.cvxpy_terms import Mechanism, ShearParameters
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
 
@@ -16,7 +16,7 @@ class CvxpyKinematic:
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
-        self.limits = Limits(limits)
+        self.limits = ShearParameters(limits)
         self.mechanism = Mechanism(problem, self.limits.slope)
         work = -problem.dead @ self.mechanism.d + self.limits.cohesion @ self.mechanism.slip
         rows = [self.mechanism.compatibility, self.mechanism.live_work]

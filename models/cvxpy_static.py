@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cvxpy as cp
 
-from masonry_opt.models.cvxpy_terms import Limits, Statics
+from masonry_opt.models.cvxpy_terms import ShearParameters, Statics
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
 
@@ -18,7 +18,7 @@ class CvxpyStatic:
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
-        self.limits = Limits(limits)
+        self.limits = ShearParameters(limits)
         self.statics = Statics(problem, self.limits)
         self.within_yield = self.statics.slacks >= 0
         objective = cp.Maximize(problem.live_norm * self.statics.load_factor)

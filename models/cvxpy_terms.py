@@ -8,7 +8,7 @@ import numpy as np
 from masonry_opt.problem.problem import Problem, ShearLimits
 
 
-class Limits:
+class ShearParameters:
     """Shear limits as parameters: all that changes between the sub-problems of the loop.
 
     Attributes
@@ -37,7 +37,10 @@ class Statics:
     """
 
     def __init__(
-        self, problem: Problem, limits: Limits | ShearLimits, load_factor: cp.Expression | None = None
+        self,
+        problem: Problem,
+        limits: ShearParameters | ShearLimits,
+        load_factor: cp.Expression | None = None,
     ) -> None:
         self.q = cp.Variable(3 * problem.joints, name="q")
         self.load_factor = cp.Variable(name="load_factor") if load_factor is None else load_factor

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pyomo.environ as pyo
 
 from masonry_opt.models.pyomo_arrays import dot, duals, values
-from masonry_opt.models.pyomo_terms import Limits, Mechanism
+from masonry_opt.models.pyomo_terms import Mechanism, ShearParameters
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
 
@@ -19,7 +19,7 @@ class PyomoKinematic:
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
         model = self.program = pyo.ConcreteModel()
         model.dual = pyo.Suffix(direction=pyo.Suffix.IMPORT)
-        self.limits = Limits(model, limits)
+        self.limits = ShearParameters(model, limits)
         mechanism = self.mechanism = Mechanism(model, problem, self.limits.slope)
         raising = dot(-problem.dead, list(mechanism.d.values()))
         dissipated = sum(self.limits.cohesion[i] * slip for i, slip in enumerate(mechanism.slip))

@@ -1,4 +1,4 @@
-"""Statics and kinematics at once, in Pyomo: what complementarity is asked of."""
+"""Statics and kinematics in one Pyomo program; the MPEC and the global search add complementarity."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pyomo.environ as pyo
 
 from masonry_opt.models.pyomo_arrays import duals
-from masonry_opt.models.pyomo_terms import Limits, Statics
+from masonry_opt.models.pyomo_terms import ShearParameters, Statics
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
 
@@ -22,7 +22,7 @@ class PyomoStatic:
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
         model = self.program = pyo.ConcreteModel()
         model.dual = pyo.Suffix(direction=pyo.Suffix.IMPORT)
-        self.limits = Limits(model, limits)
+        self.limits = ShearParameters(model, limits)
         self.statics = Statics(model, problem, self.limits)
         model.within_yield = pyo.Constraint(
             range(problem.faces), rule=lambda _, face: -self.statics.slacks[face] <= 0

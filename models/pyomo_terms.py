@@ -11,7 +11,7 @@ from masonry_opt.models.pyomo_arrays import dot, rows, store, values
 from masonry_opt.problem.problem import Problem, ShearLimits
 
 
-class Limits:
+class ShearParameters:
     """Shear limits as mutable parameters of a model: all that changes between the sub-problems of the loop.
 
     Attributes
@@ -45,7 +45,9 @@ class Statics:
     slacks: expressions, one a face.
     """
 
-    def __init__(self, model: pyo.ConcreteModel, problem: Problem, limits: Limits | ShearLimits) -> None:
+    def __init__(
+        self, model: pyo.ConcreteModel, problem: Problem, limits: ShearParameters | ShearLimits
+    ) -> None:
         self.load_factor = model.load_factor = pyo.Var()
         self.q = model.q = pyo.Var(range(3 * problem.joints))
         q, slope, cohesion = list(self.q.values()), limits.slope, limits.cohesion

@@ -25,7 +25,7 @@ from masonry_opt.models.pyomo_refinement import PyomoForces, PyomoMotion
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.highs_session import HighsSession
 from masonry_opt.solvers.lp import LpSize, Verdict
-from masonry_opt.solvers.registry import find_solver
+from masonry_opt.solvers.registry import capable, find_solver
 
 #: Relative gap at which a bracket counts as closed.
 _CLOSED = 1e-6
@@ -243,7 +243,7 @@ GLOBAL = Method(
     "global",
     global_search,
     GlobalOptions,
-    {"pyomo": ("highs",)},
+    {"pyomo": capable("pyomo", lambda solver: solver.integer)},
     own_tolerances=True,
     constant_dilatancy=True,
 )

@@ -26,7 +26,7 @@ from masonry_opt.models.pyomo_mpec import PyomoMpec
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.ipopt import IPOPT, Ipopt
-from masonry_opt.solvers.registry import find_solver
+from masonry_opt.solvers.registry import capable, find_solver
 
 #: The relaxation falls by this factor between solves.
 _FALL = 0.1
@@ -194,5 +194,10 @@ def _stopped(solution: Solution, start: State | None) -> Solution:
 
 
 MPEC = Method(
-    "mpec", mpec, MpecOptions, {"pyomo": tuple(IPOPT)}, own_tolerances=True, constant_dilatancy=True
+    "mpec",
+    mpec,
+    MpecOptions,
+    {"pyomo": capable("pyomo", lambda solver: solver.nonlinear)},
+    own_tolerances=True,
+    constant_dilatancy=True,
 )

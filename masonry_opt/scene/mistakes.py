@@ -42,7 +42,7 @@ _PYTHON_MESSAGES = _MESSAGES | {
     "missing": "needs two entries",
 }
 
-#: Mistakes named in one message; who makes more makes the same one again and again.
+#: Mistakes named in one message: more than these usually repeat the same one.
 _MOST_IN_FILE = 20
 _MOST_IN_CALL = 19  # with a last line that counts the others, twenty lines
 

@@ -27,7 +27,7 @@ Options = Callable[[float], dict[str, Any]]
 
 
 @dataclass(frozen=True)
-class Entry:
+class SolverEntry:
     """A solver as one modelling language drives it.
 
     Attributes
@@ -68,7 +68,7 @@ class Solver:
     tolerance: feasibility and gap asked of it.
     """
 
-    entry: Entry
+    entry: SolverEntry
     options: dict[str, Any]
     tolerance: float = TOLERANCE
 
@@ -168,25 +168,25 @@ def _without_ipopt() -> str:
 
 
 _ENTRIES = (
-    Entry("clarabel", "cvxpy", "CLARABEL", _clarabel, interior=True, stops_early=True),
-    Entry("highs", "cvxpy", "HIGHS", _highs_simplex),
-    Entry("highs-ipm", "cvxpy", "HIGHS", _highs_interior, interior=True),
-    Entry("highs-hipo", "cvxpy", "HIGHS", _highs_hipo, _without_hipo, interior=True),
-    Entry(
+    SolverEntry("clarabel", "cvxpy", "CLARABEL", _clarabel, interior=True, stops_early=True),
+    SolverEntry("highs", "cvxpy", "HIGHS", _highs_simplex),
+    SolverEntry("highs-ipm", "cvxpy", "HIGHS", _highs_interior, interior=True),
+    SolverEntry("highs-hipo", "cvxpy", "HIGHS", _highs_hipo, _without_hipo, interior=True),
+    SolverEntry(
         "piqp", "cvxpy", "PIQP", _piqp, _needs_extra("PIQP"), interior=True, stops_early=True, decides=False
     ),
-    Entry("osqp", "cvxpy", "OSQP", _osqp, decides=False),
-    Entry("scs", "cvxpy", "SCS", _scs, decides=False),
-    Entry("scipy", "cvxpy", "SCIPY", _scipy),
-    Entry("highs", "pyomo", "highs", _highs_simplex, integer=True),
-    Entry("highs-ipm", "pyomo", "highs", _highs_interior, interior=True),
-    Entry("highs-hipo", "pyomo", "highs", _highs_hipo, _without_hipo, interior=True),
-    Entry("casadi", "pyomo", "casadi", None, _without_casadi, interior=True, nonlinear=True),
-    Entry("ipopt", "pyomo", "ipopt", None, _without_ipopt, interior=True, nonlinear=True),
+    SolverEntry("osqp", "cvxpy", "OSQP", _osqp, decides=False),
+    SolverEntry("scs", "cvxpy", "SCS", _scs, decides=False),
+    SolverEntry("scipy", "cvxpy", "SCIPY", _scipy),
+    SolverEntry("highs", "pyomo", "highs", _highs_simplex, integer=True),
+    SolverEntry("highs-ipm", "pyomo", "highs", _highs_interior, interior=True),
+    SolverEntry("highs-hipo", "pyomo", "highs", _highs_hipo, _without_hipo, interior=True),
+    SolverEntry("casadi", "pyomo", "casadi", None, _without_casadi, interior=True, nonlinear=True),
+    SolverEntry("ipopt", "pyomo", "ipopt", None, _without_ipopt, interior=True, nonlinear=True),
 )
 
 #: By language and name. The first of a language is its default.
-SOLVERS: dict[tuple[str, str], Entry] = {(entry.language, entry.name): entry for entry in _ENTRIES}
+SOLVERS: dict[tuple[str, str], SolverEntry] = {(entry.language, entry.name): entry for entry in _ENTRIES}
 
 
 def names() -> list[str]:
@@ -195,7 +195,12 @@ def names() -> list[str]:
     return list(dict.fromkeys([*known, *sorted(engine.lower() for engine in _installed_for_cvxpy())]))
 
 
-def find_entry(language: str, name: str | None) -> Entry:
+def capable(language: str, of: Callable[[SolverEntry], bool]) -> tuple[str, ...]:
+    """Names of the solvers in that language that can do something, installed or not; its default first."""
+    return tuple(entry.name for entry in _ENTRIES if entry.language == language and of(entry))
+
+
+def find_entry(language: str, name: str | None) -> SolverEntry:
     """The solver of that name in that language, or the language's default.
 
     CVXPY drives any further solver it finds installed, with tolerances of its own.
@@ -207,14 +212,15 @@ def find_entry(language: str, name: str | None) -> Entry:
     """
     if language not in LANGUAGES:
         raise OptionError(f"model '{language}' is unknown; choose from: {', '.join(LANGUAGES)}")
-    known = [entry.name for entry in _ENTRIES if entry.language == language]
+    known = capable(language, lambda entry: not entry.nonlinear)
     name = (name or known[0]).lower()
     entry = SOLVERS.get((language, name))
     if entry is None and language == "cvxpy" and name.upper() in _installed_for_cvxpy():
-        return Entry(name, language, name.upper(), None, decides=False)
+        return SolverEntry(name, language, name.upper(), None, decides=False)
     if entry is None:
+        others = "; or any other that CVXPY finds installed" if language == "cvxpy" else ""
         raise OptionError(
-            f"solver '{name}' is unknown for model '{language}'; choose from: {', '.join(known)}"
+            f"solver '{name}' is unknown for model '{language}'; choose from: {', '.join(known)}{others}"
         )
     if missing := entry.missing():
         raise OptionError(f"solver '{name}' is not installed: {missing}")

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from masonry_opt.errors import OptionError
 
+#: What is said where a library of pages is missing.
+NEEDED = "pages need Jinja2 and plotly; install them with: pip install 'masonry_opt[studies]'"
+
 
 def render(template: str, **values: object) -> str:
     """A page from a template in ``templates/`` and the values it names.
@@ -13,7 +16,7 @@ def render(template: str, **values: object) -> str:
     try:
         import jinja2
     except ImportError:
-        raise OptionError("pages need Jinja2; install it with: pip install 'masonry_opt[studies]'") from None
+        raise OptionError(NEEDED) from None
     environment = jinja2.Environment(
         loader=jinja2.PackageLoader("masonry_opt.studies"),
         autoescape=True,

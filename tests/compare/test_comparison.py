@@ -15,8 +15,8 @@ from masonry_opt.studies.compare import command, comparison
 from masonry_opt.studies.compare.api import compare
 from masonry_opt.studies.compare.case_scenes import find_scenes
 from masonry_opt.studies.compare.charts import charts
-from masonry_opt.studies.compare.comparison import Limits, run_plan
-from masonry_opt.studies.compare.judge import FAILED, Reason
+from masonry_opt.studies.compare.comparison import RunLimits, run_plan
+from masonry_opt.studies.compare.judge import FAILED, VerdictReason
 from masonry_opt.studies.compare.measure import CRASHED, TIME_LIMIT, Ended
 from masonry_opt.studies.compare.page import page
 from masonry_opt.studies.compare.plan import plan
@@ -25,7 +25,7 @@ from masonry_opt.studies.compare.store import Store
 
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 PLAN = plan(["static"], ["cvxpy"], ["clarabel", "highs"], [1e-4, 1e-8])
-LIMITS = Limits(time=30, memory=4000, repeats=1)
+LIMITS = RunLimits(time=30, memory=4000, repeats=1)
 
 VALUE = {
     "status": "optimal",
@@ -111,11 +111,11 @@ def test_a_raised_limit_runs_again_what_it_killed(tmp_path, monkeypatch):
     machine = Machine()
     monkeypatch.setattr(comparison, "run_limited", kill)
     result = run_plan(find_scenes([TWO_BLOCKS]), PLAN, LIMITS, tmp_path, lambda _: None)
-    assert set(result.summary["reason"]) == {Reason.TIME_LIMIT}
+    assert set(result.summary["reason"]) == {VerdictReason.TIME_LIMIT}
     assert write_report(result, tmp_path)  # charts of failures alone
     machine, _ = run(tmp_path, monkeypatch)
     assert machine.runs == []
-    machine, _ = run(tmp_path, monkeypatch, limits=Limits(time=60, memory=4000, repeats=1))
+    machine, _ = run(tmp_path, monkeypatch, limits=RunLimits(time=60, memory=4000, repeats=1))
     assert len(machine.runs) == 4
 
 
@@ -165,7 +165,7 @@ def test_the_page_works_offline_and_escapes_what_cases_say(tmp_path, monkeypatch
     mo.save(two_blocks().model_copy(update={"title": evil}), case)
     monkeypatch.setattr(comparison, "run_limited", Machine())
     result = run_plan(find_scenes([case]), PLAN, LIMITS, tmp_path, lambda _: None)
-    result.summary.loc[0, ["verdict", "reason", "message"]] = [FAILED, Reason.CRASHED, evil]
+    result.summary.loc[0, ["verdict", "reason", "message"]] = [FAILED, VerdictReason.CRASHED, evil]
     html = page(result, charts(result.summary))
     assert "alert(1)" in html
     for part in ("<script>alert", "<img src=x", "a<b>", "c<i>"):

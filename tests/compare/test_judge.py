@@ -13,7 +13,7 @@ from masonry_opt.studies.compare.judge import (
     FAILED,
     NAMED,
     WRONG,
-    Reason,
+    VerdictReason,
     judge,
     residuals_over_limit,
 )
@@ -50,27 +50,35 @@ def test_without_a_reference_there_is_no_error():
 @pytest.mark.parametrize(
     ("known", "verdict", "reason"),
     [
-        ({"complementarity": 2e-4}, WRONG, Reason.RESIDUAL),
-        ({"flow": float("nan")}, WRONG, Reason.RESIDUAL),
-        ({"yield": None}, WRONG, Reason.NO_CERTIFICATE),
-        ({"method": "nonassociative", "yield": 0.05}, CERTIFIED, Reason.NONE),
-        ({"method": "nonassociative", "yield": 0.5}, WRONG, Reason.RESIDUAL),
-        ({"method": "mpec", "yield": 1e-5}, WRONG, Reason.RESIDUAL),
-        ({"load_factor": None, "status": "not converged: cycling"}, FAILED, Reason.NO_ANSWER),
-        ({"load_factor": None, "status": "solver failed", "message": "at 3"}, FAILED, Reason.NO_ANSWER),
-        ({"load_factor": 0.5002}, WRONG, Reason.ABOVE_BOUND),
-        ({"load_factor": 0.4998}, WRONG, Reason.BELOW_BOUND),
-        ({"method": "refined", "load_factor": 0.5002}, WRONG, Reason.ABOVE_BOUND),
-        ({"method": "refined", "load_factor": 0.4}, CERTIFIED, Reason.NONE),
-        ({"load_factor": None, "status": Status.UNSTABLE}, WRONG, Reason.FALSE_CLAIM),
-        ({"load_factor": None, "status": Status.LOCKED}, WRONG, Reason.FALSE_CLAIM),
-        ({"method": "mpec", "load_factor": None, "status": Status.JAMMED}, WRONG, Reason.FALSE_CLAIM),
-        ({"method": "mpec", "load_factor": None, "status": Status.UNSTABLE}, FAILED, Reason.UNCONFIRMED),
-        ({"load_factor": None, "ended": "refused"}, FAILED, Reason.UNCONFIRMED),
-        ({"load_factor": None, "ended": "time limit"}, FAILED, Reason.TIME_LIMIT),
-        ({"load_factor": None, "ended": "memory limit"}, FAILED, Reason.MEMORY_LIMIT),
-        ({"load_factor": None, "ended": "crashed", "message": "why"}, FAILED, Reason.CRASHED),
-        ({"load_factor": None, "ended": "died"}, FAILED, Reason.DIED),
+        ({"complementarity": 2e-4}, WRONG, VerdictReason.RESIDUAL),
+        ({"flow": float("nan")}, WRONG, VerdictReason.RESIDUAL),
+        ({"yield": None}, WRONG, VerdictReason.NO_CERTIFICATE),
+        ({"method": "nonassociative", "yield": 0.05}, CERTIFIED, VerdictReason.NONE),
+        ({"method": "nonassociative", "yield": 0.5}, WRONG, VerdictReason.RESIDUAL),
+        ({"method": "mpec", "yield": 1e-5}, WRONG, VerdictReason.RESIDUAL),
+        ({"load_factor": None, "status": "not converged: cycling"}, FAILED, VerdictReason.NO_ANSWER),
+        (
+            {"load_factor": None, "status": "solver failed", "message": "at 3"},
+            FAILED,
+            VerdictReason.NO_ANSWER,
+        ),
+        ({"load_factor": 0.5002}, WRONG, VerdictReason.ABOVE_BOUND),
+        ({"load_factor": 0.4998}, WRONG, VerdictReason.BELOW_BOUND),
+        ({"method": "refined", "load_factor": 0.5002}, WRONG, VerdictReason.ABOVE_BOUND),
+        ({"method": "refined", "load_factor": 0.4}, CERTIFIED, VerdictReason.NONE),
+        ({"load_factor": None, "status": Status.UNSTABLE}, WRONG, VerdictReason.FALSE_CLAIM),
+        ({"load_factor": None, "status": Status.LOCKED}, WRONG, VerdictReason.FALSE_CLAIM),
+        ({"method": "mpec", "load_factor": None, "status": Status.JAMMED}, WRONG, VerdictReason.FALSE_CLAIM),
+        (
+            {"method": "mpec", "load_factor": None, "status": Status.UNSTABLE},
+            FAILED,
+            VerdictReason.UNCONFIRMED,
+        ),
+        ({"load_factor": None, "ended": "refused"}, FAILED, VerdictReason.UNCONFIRMED),
+        ({"load_factor": None, "ended": "time limit"}, FAILED, VerdictReason.TIME_LIMIT),
+        ({"load_factor": None, "ended": "memory limit"}, FAILED, VerdictReason.MEMORY_LIMIT),
+        ({"load_factor": None, "ended": "crashed", "message": "why"}, FAILED, VerdictReason.CRASHED),
+        ({"load_factor": None, "ended": "died"}, FAILED, VerdictReason.DIED),
     ],
 )
 def test_verdicts(known, verdict, reason):
@@ -91,10 +99,10 @@ def test_what_is_right_is_told_beside_a_false_claim():
     assert judge(row, BOUNDS, BEST, {})["right"] == ""
 
 
-@pytest.mark.parametrize("reason", Reason)
+@pytest.mark.parametrize("reason", VerdictReason)
 def test_every_reason_but_none_has_its_text(reason):
     row = line(reason=reason, right="", flow=1.0)
-    assert bool(reason_text(row)) == (reason != Reason.NONE)
+    assert bool(reason_text(row)) == (reason != VerdictReason.NONE)
 
 
 INF = float("inf")

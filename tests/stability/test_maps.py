@@ -9,12 +9,12 @@ from scenes import CASES
 import masonry_opt as mo
 from masonry_opt.studies.atlas import maps
 from masonry_opt.studies.atlas.heat_maps import heat_maps, letter
-from masonry_opt.studies.atlas.maps import GRIDS, Axis, Grid, describe, run_grid, safe_region
+from masonry_opt.studies.atlas.maps import GRIDS, Grid, Ticks, describe, run_grid, safe_region
 
 SMALL = Grid(
     "limit and blending",
-    Axis("most", {"3": {"max_iterations": 3}, "200": {"max_iterations": 200}}, "200"),
-    Axis.of("beta", "β", (0.4, 0.6)),
+    Ticks("most", {"3": {"max_iterations": 3}, "200": {"max_iterations": 200}}, "200"),
+    Ticks.of("beta", "β", (0.4, 0.6)),
 )
 
 
@@ -80,11 +80,9 @@ def test_a_traceback_is_shown_not_raised(monkeypatch):
 
 
 def test_uncertified_answers_are_not_safe(frame):
-    """A loose tolerance stops wall 2 with energy amiss: within 1 % is not enough. Or λ is refused."""
-    loose = Grid("tol", Axis.of("c0", "c₀", (1e-6, 3e-6, 1e-5)), Axis.of("tol", "tol", (1e-5, 1e-3)))
+    """A loose tolerance stops wall 2 with energy amiss: within 1 % is not enough."""
+    loose = Grid("tol", Ticks.of("c0", "c₀", (3e-6, 1e-5)), Ticks.of("tol", "tol", (1e-5, 1e-3)))
     cells = run_grid(loose, CASES, walls=[2])
-    refused = cells[cells["status"] == mo.Status.SOLVER_FAILED]
-    assert list(zip(refused["c₀"], refused["tol"], strict=True)) == [("3e-06", "0.001")]
     uncertified = cells[~cells["certified"] & cells["load_factor"].notna()]
     assert len(uncertified) > 0
     assert (uncertified["energy"] > 1e-3).all()
@@ -97,8 +95,8 @@ def made_up(safe: list[list[bool]], default: tuple[str, str]) -> tuple[Grid, pd.
     rows, columns = len(safe), len(safe[0])
     grid = Grid(
         "made up",
-        Axis("r", {str(row): {} for row in range(rows)}, default[0]),
-        Axis("c", {str(column): {} for column in range(columns)}, default[1]),
+        Ticks("r", {str(row): {} for row in range(rows)}, default[0]),
+        Ticks("c", {str(column): {} for column in range(columns)}, default[1]),
     )
     cells = [
         {"wall": wall, "r": str(row), "c": str(column), "safe": safe[row][column] or wall == 2}

@@ -37,7 +37,7 @@ PRESET = {"preset": "paper"}
 
 
 @dataclass(frozen=True)
-class Axis:
+class Ticks:
     """One parameter of a grid.
 
     Attributes
@@ -52,7 +52,7 @@ class Axis:
     default: str
 
     @classmethod
-    def of(cls, option: str, name: str, numbers: Sequence[float]) -> Axis:
+    def of(cls, option: str, name: str, numbers: Sequence[float]) -> Ticks:
         """Numbers of one option of the loop, its default among them."""
         return cls(
             name,
@@ -73,25 +73,25 @@ class Grid:
     """
 
     title: str
-    rows: Axis
-    columns: Axis
+    rows: Ticks
+    columns: Ticks
     ordered: bool = True
 
 
 GRIDS: dict[str, Grid] = {
     "stability_slopes": Grid(
         "first slope α₀ and blending β",
-        Axis.of("alpha", "α₀", (0.05, 0.1, 0.3, 0.6, 0.9)),
-        Axis.of("beta", "β", (0.2, 0.4, 0.6, 0.8, 1.0)),
+        Ticks.of("alpha", "α₀", (0.05, 0.1, 0.3, 0.6, 0.9)),
+        Ticks.of("beta", "β", (0.2, 0.4, 0.6, 0.8, 1.0)),
     ),
     "stability_cohesion": Grid(
         "small cohesion c₀ and tolerance",
-        Axis.of("c0", "c₀", (0.0, 1e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4)),
-        Axis.of("tol", "tol", (1e-6, 1e-5, 1e-4, 1e-3)),
+        Ticks.of("c0", "c₀", (0.0, 1e-7, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4)),
+        Ticks.of("tol", "tol", (1e-6, 1e-5, 1e-4, 1e-3)),
     ),
     "stability_starts": Grid(
         "start and solver",
-        Axis(
+        Ticks(
             "start",
             {
                 "associative": {},
@@ -102,7 +102,7 @@ GRIDS: dict[str, Grid] = {
             },
             "associative",
         ),
-        Axis(
+        Ticks(
             "solver",
             {
                 "clarabel": {"solver": "clarabel"},
@@ -282,16 +282,16 @@ def describe(region: Region, frame: pd.DataFrame) -> str:
     )
 
 
-def _span(values: list[str], axis: Axis) -> str:
+def _span(values: list[str], axis: Ticks) -> str:
     return f"{axis.name} = {values[0]}" + (f" to {values[-1]}" if len(values) > 1 else "")
 
 
-def _middle(values: list[str], axis: Axis) -> str:
+def _middle(values: list[str], axis: Ticks) -> str:
     low, high = values[(len(values) - 1) // 2], values[len(values) // 2]
     return f"{axis.name} = {low}" + (f" to {high}" if high != low else "")
 
 
-def _distance(values: list[str], axis: Axis) -> str:
+def _distance(values: list[str], axis: Ticks) -> str:
     """How many grid values lie between the default and either edge, and what lies beyond."""
     everything, at = list(axis.values), values.index(axis.default)
     first, last = everything.index(values[0]), everything.index(values[-1])

@@ -17,7 +17,7 @@ Points = list[tuple[float, float]]
 
 
 def random_scene(kind: str, seed: int) -> Scene:
-    """The scene of a kind (a key of ``KINDS``) and a seed: the same today and tomorrow."""
+    """The scene of a kind (a key of ``KINDS``) and a seed: the same in every release."""
     rng = np.random.default_rng([list(KINDS).index(kind), seed])
     scene = KINDS[kind](rng)
     return scene.model_copy(update={"title": f"{kind} {seed}"})

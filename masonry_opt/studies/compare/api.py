@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 from masonry_opt.errors import MasonryError, OptionError
 from masonry_opt.studies.cases import case_folder
 from masonry_opt.studies.compare.case_scenes import CaseScene, find_scenes
-from masonry_opt.studies.compare.comparison import Comparison, Limits, run_plan
+from masonry_opt.studies.compare.comparison import Comparison, RunLimits, run_plan
 from masonry_opt.studies.compare.made_scenes import write_atlas, write_random
 from masonry_opt.studies.compare.plan import plan
 
@@ -33,11 +34,11 @@ class NoRunEndedError(MasonryError):
 
 
 def compare(
-    scenes: Sequence[str | Path] = (),
+    scenes: str | Path | Sequence[str | Path] = (),
     *,
-    methods: Sequence[str] = METHODS,
-    models: Sequence[str] = MODELS,
-    solvers: Sequence[str] = SOLVERS,
+    methods: str | Sequence[str] = METHODS,
+    models: str | Sequence[str] = MODELS,
+    solvers: str | Sequence[str] = SOLVERS,
     tolerances: Sequence[float] = TOLERANCES,
     repeats: int = REPEATS,
     time_limit: float = TIME_LIMIT,
@@ -83,17 +84,27 @@ def compare(
 
     if repeats < 1:
         raise OptionError(f"repeats must be at least 1, not {repeats}")
-    planned, out = plan(methods, models, solvers, tolerances), Path(out)
-    compared = _scenes(
-        scenes, case_folder(None if cases is None else Path(cases)), atlas, random, out / "scenes"
+    planned = plan(
+        _listed("methods", methods), _listed("models", models), _listed("solvers", solvers), tolerances
     )
-    limits = Limits(time_limit, memory_limit, repeats)
+    folder, out = case_folder(None if cases is None else Path(cases)), Path(out)
+    compared = _scenes(_listed("scenes", scenes), folder, atlas, random, out / "scenes")
+    limits = RunLimits(time_limit, memory_limit, repeats)
     comparison = run_plan(compared, planned, limits, out, progress, update_best_known)
     progress("report")
     write_report(comparison, out)
     if comparison.failure and not comparison.interrupted:
-        raise NoRunEndedError(f"no run ended: {comparison.failure}; see {out / 'report.html'}")
+        raise NoRunEndedError(f"no run ended: {comparison.failure}; see {out / 'summary.csv'}")
     return comparison
+
+
+def _listed(what: str, names: str | Path | Sequence[Any]) -> Sequence[Any]:
+    """Names; a name by itself is a list of one."""
+    if isinstance(names, str | Path):
+        return [names]
+    if not isinstance(names, Sequence):
+        raise OptionError(f"{what} must be a list of names (found {names!r})")
+    return names
 
 
 def _scenes(

@@ -12,7 +12,7 @@ import pandas as pd
 
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.studies.compare import frames
-from masonry_opt.studies.compare.judge import CERTIFIED, FAILED, NAMED, TARGET, WRONG, Reason
+from masonry_opt.studies.compare.judge import CERTIFIED, FAILED, NAMED, TARGET, WRONG, VerdictReason
 from masonry_opt.studies.compare.known_answers import ASSOCIATIVE, COULOMB
 from masonry_opt.studies.compare.text import number, reason_text
 from masonry_opt.studies.palette import COLOURS
@@ -241,7 +241,7 @@ def _letter(row: Mapping[Any, Any]) -> str:
     """The letter of a row that is not certified."""
     if row["verdict"] != FAILED:
         return "W" if row["verdict"] == WRONG else "N"
-    return {Reason.TIME_LIMIT: "T", Reason.MEMORY_LIMIT: "M"}.get(row["reason"], "F")
+    return {VerdictReason.TIME_LIMIT: "T", VerdictReason.MEMORY_LIMIT: "M"}.get(row["reason"], "F")
 
 
 def _hover(rows: pd.DataFrame) -> list[str]:

@@ -81,8 +81,14 @@ def compare(
     from masonry_opt.studies.compare.report import summary_text
 
     print(printable(summary_text(comparison)))
+    page = out / "report.html"
     errors.print(
-        f"written: {out / 'report.html'}, tables and pictures beside it", markup=False, soft_wrap=True
+        f"written: {page}, tables and pictures beside it"
+        if page.exists()
+        else f"written: {out / 'summary.csv'}, pictures beside it; the page needs: "
+        "pip install 'masonry_opt[studies]'",
+        markup=False,
+        soft_wrap=True,
     )
     if comparison.interrupted:
         raise InterruptedByUserError("interrupted: the same command continues where it stopped")

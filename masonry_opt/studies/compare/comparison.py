@@ -31,7 +31,7 @@ _BOUNDS_TIME = 120.0
 
 
 @dataclass(frozen=True)
-class Limits:
+class RunLimits:
     """Seconds and MB that a run may take, and how often it is repeated."""
 
     time: float
@@ -56,7 +56,7 @@ class Comparison:
 
     scenes: tuple[CaseScene, ...]
     plan: Plan
-    limits: Limits
+    limits: RunLimits
     bounds: dict[str, CertifiedBounds]
     best: dict[str, BestKnown]
     summary: pd.DataFrame
@@ -68,7 +68,7 @@ class Comparison:
 def run_plan(
     scenes: Sequence[CaseScene],
     plan: Plan,
-    limits: Limits,
+    limits: RunLimits,
     folder: Path,
     progress: Callable[[str], None],
     update_best_known: bool = False,
@@ -122,7 +122,7 @@ def _failure(rows: Sequence[dict[str, Any]]) -> str:
 
 
 def _measure(
-    scenes: Sequence[CaseScene], plan: Plan, limits: Limits, store: Store, progress: Callable[[str], None]
+    scenes: Sequence[CaseScene], plan: Plan, limits: RunLimits, store: Store, progress: Callable[[str], None]
 ) -> Any:
     """Lines of all runs of the plan, as they are read or made."""
     by_name = {scene.name: scene for scene in scenes}
@@ -145,12 +145,12 @@ def _measure(
         yield line
 
 
-def _solve(scene: CaseScene, run: PlannedRun, limits: Limits) -> Ended:
+def _solve(scene: CaseScene, run: PlannedRun, limits: RunLimits) -> Ended:
     return run_limited(run_pair, (scene.path, run.pair, limits.time), limits.time, limits.memory)
 
 
 def _bounds(
-    scenes: Sequence[CaseScene], path: Path, limits: Limits, progress: Callable[[str], None]
+    scenes: Sequence[CaseScene], path: Path, limits: RunLimits, progress: Callable[[str], None]
 ) -> tuple[dict[str, CertifiedBounds], list[str]]:
     """Certified bounds of every scene, from the cache beside the results or computed; what failed."""
     try:

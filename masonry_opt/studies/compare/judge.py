@@ -35,7 +35,7 @@ VIOLATION_FLOOR = 1e-10
 TARGET = {ASSOCIATIVE: 1e-6, COULOMB: 1e-2}
 
 
-class Reason(StrEnum):
+class VerdictReason(StrEnum):
     """Why a run has its verdict."""
 
     #: Certified.
@@ -59,10 +59,10 @@ class Reason(StrEnum):
 
 
 _ENDS = {
-    TIME_LIMIT: Reason.TIME_LIMIT,
-    MEMORY_LIMIT: Reason.MEMORY_LIMIT,
-    CRASHED: Reason.CRASHED,
-    DIED: Reason.DIED,
+    TIME_LIMIT: VerdictReason.TIME_LIMIT,
+    MEMORY_LIMIT: VerdictReason.MEMORY_LIMIT,
+    CRASHED: VerdictReason.CRASHED,
+    DIED: VerdictReason.DIED,
 }
 
 
@@ -85,7 +85,7 @@ def judge(
 
     Returns
     -------
-    ``question``; ``verdict`` (one of VERDICTS) and ``reason`` (a Reason); ``right``: the claims known to be
+    ``question``; ``verdict`` (one of VERDICTS), ``reason`` (VerdictReason); ``right``: the claims known to be
     right of the scene; ``error``: distance of λ from the certified one, half the bracket's width at least,
     or from the best exact Coulomb state, 1e-7 at least, both relative; ``below``: whether λ is below that
     state, which no exact one is known to be; ``violation``: largest violation of yield, in median block
@@ -115,18 +115,20 @@ def judge(
 
 def _verdict(
     row: dict[str, Any], bounds: CertifiedBounds | None, known: Mapping[str, bool]
-) -> tuple[str, Reason]:
+) -> tuple[str, VerdictReason]:
     claim = _claim(row)
     if known.get(claim) is False:
-        return WRONG, Reason.FALSE_CLAIM
+        return WRONG, VerdictReason.FALSE_CLAIM
     if claim != ANSWER:
         if known.get(claim):
-            return NAMED, Reason.RIGHT_CLAIM
-        return FAILED, Reason.UNCONFIRMED if claim in CLAIMS else _ENDS.get(row["ended"], Reason.NO_ANSWER)
+            return NAMED, VerdictReason.RIGHT_CLAIM
+        return FAILED, VerdictReason.UNCONFIRMED if claim in CLAIMS else _ENDS.get(
+            row["ended"], VerdictReason.NO_ANSWER
+        )
     over = residuals_over_limit(row)
     if over:
         missing = all(value is None for value in over.values())
-        return WRONG, Reason.NO_CERTIFICATE if missing else Reason.RESIDUAL
+        return WRONG, VerdictReason.NO_CERTIFICATE if missing else VerdictReason.RESIDUAL
     return _within(row, bounds)
 
 
@@ -137,14 +139,14 @@ def _claim(row: dict[str, Any]) -> str:
     return ANSWER if row["load_factor"] is not None else str(row["status"])
 
 
-def _within(row: dict[str, Any], bounds: CertifiedBounds | None) -> tuple[str, Reason]:
+def _within(row: dict[str, Any], bounds: CertifiedBounds | None) -> tuple[str, VerdictReason]:
     """Whether λ agrees with the bounds. Coulomb's has the upper one: its states are states of eq. (9)."""
     if bounds is None or not bounds.finite:
-        return CERTIFIED, Reason.NONE
+        return CERTIFIED, VerdictReason.NONE
     margin = OUTSIDE * max(abs(bounds.middle), SMALLEST)
     load_factor = row["load_factor"]
     if load_factor > bounds.upper + margin:
-        return WRONG, Reason.ABOVE_BOUND
+        return WRONG, VerdictReason.ABOVE_BOUND
     if load_factor < bounds.lower - margin and question_of(row["method"]) == ASSOCIATIVE:
-        return WRONG, Reason.BELOW_BOUND
-    return CERTIFIED, Reason.NONE
+        return WRONG, VerdictReason.BELOW_BOUND
+    return CERTIFIED, VerdictReason.NONE

@@ -8,7 +8,8 @@ from typing import Any
 import pandas as pd
 
 from masonry_opt.answer.acceptance import LIMITS
-from masonry_opt.studies.compare import draw_plotly, frames
+from masonry_opt.errors import OptionError
+from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.charts import Bars, Chart
 from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
@@ -16,7 +17,7 @@ from masonry_opt.studies.compare.judge import GAP_FLOOR, OUTSIDE, TARGET, VERDIC
 from masonry_opt.studies.compare.limits import RESIDUALS
 from masonry_opt.studies.compare.text import number, reason_text
 from masonry_opt.studies.machine import machine, versions
-from masonry_opt.studies.page import render
+from masonry_opt.studies.page import NEEDED, render
 
 #: Columns of tables: of the frames, and their headings here.
 _SUCCESS = {
@@ -63,7 +64,10 @@ _FORMATS = {
 
 
 def page(comparison: Comparison, charts: Sequence[Chart | Bars]) -> str:
-    """The whole file."""
+    """The whole file.
+
+    Raises OptionError if plotly or Jinja2, of the extra "studies", is not installed.
+    """
     summary = comparison.summary
     about = machine() | {f"version of {name}": release for name, release in versions().items()}
     left_out = [[i.method, i.model, i.solver, i.reason] for i in comparison.plan.left_out]
@@ -93,6 +97,10 @@ def page(comparison: Comparison, charts: Sequence[Chart | Bars]) -> str:
 
 
 def _drawn(charts: Sequence[Chart | Bars]) -> list[dict[str, str]]:
+    try:
+        from masonry_opt.studies.compare import draw_plotly
+    except ImportError:
+        raise OptionError(NEEDED) from None
     drawn: list[dict[str, str]] = []
     for chart in charts:
         # Without its bar of buttons, which covers the charts on a narrow screen.

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 from pathlib import Path
 
 import pandas as pd
 
-from masonry_opt.errors import OutputError
+from masonry_opt.errors import OptionError, OutputError
 from masonry_opt.files import write_whole
 from masonry_opt.studies.compare import draw_matplotlib, frames
 from masonry_opt.studies.compare.charts import charts
@@ -20,7 +21,8 @@ _DPI = 150
 
 
 def write_report(comparison: Comparison, folder: Path) -> list[Path]:
-    """Write summary.csv, pictures (PNG and SVG) and report.html; their paths.
+    """Write summary.csv, pictures (PNG and SVG) and, where the extra "studies" is installed, report.html;
+    the paths of all that the folder then holds.
 
     Raises OutputError if the folder cannot be written.
     """
@@ -33,7 +35,8 @@ def write_report(comparison: Comparison, folder: Path) -> list[Path]:
             figure.savefig(stream, format=kind, dpi=_DPI, metadata={"Date": None} if kind == "svg" else None)
             figure.set_layout_engine("none")  # laid out: the next kind looks the same
             files[f"{chart.name}.{kind}"] = stream.getvalue()
-    files["report.html"] = page(comparison, drawn)
+    with contextlib.suppress(OptionError):  # the table and the pictures need no extra
+        files["report.html"] = page(comparison, drawn)
     try:
         for name, content in files.items():
             write_whole(folder / name, content)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from masonry_opt.answer.acceptance import LIMITS, Kind
-from masonry_opt.studies.compare.judge import Reason
+from masonry_opt.studies.compare.judge import VerdictReason
 from masonry_opt.studies.compare.limits import residuals_over_limit
 from masonry_opt.studies.compare.measure import FINISHED
 
@@ -17,19 +17,19 @@ def reason_text(row: Mapping[Any, Any]) -> str:
     said = str(row["status"] if row["ended"] == FINISHED else row["ended"])
     said += f": {row['message']}" if row["message"] else ""
     match row["reason"]:
-        case Reason.NONE:
+        case VerdictReason.NONE:
             return ""
-        case Reason.RESIDUAL:
+        case VerdictReason.RESIDUAL:
             limits = LIMITS[Kind(row["kind"])].as_dict()
             over = residuals_over_limit(row).items()
             return ", ".join(f"{name} {residual:.1e} > {limits[name]:.0e}" for name, residual in over)
-        case Reason.NO_CERTIFICATE:
+        case VerdictReason.NO_CERTIFICATE:
             return "no certificate"
-        case Reason.ABOVE_BOUND:
+        case VerdictReason.ABOVE_BOUND:
             return "λ above its certified bound"
-        case Reason.BELOW_BOUND:
+        case VerdictReason.BELOW_BOUND:
             return "λ below its certified bound"
-        case Reason.FALSE_CLAIM:
+        case VerdictReason.FALSE_CLAIM:
             return f"{said} (right: {row['right'] or 'not this'})"
     return said
 

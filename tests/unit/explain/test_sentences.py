@@ -55,7 +55,7 @@ def test_every_code_has_a_sentence(code):
 #: By code: a reason, and what it must read as.
 WORDS = {
     Code.FALLS: (
-        reason(Code.FALLS, blocks=["A", "B"], slides=False),
+        reason(Code.FALLS, blocks=["A", "B"], friction=False),
         "the dead load alone moves blocks 'A', 'B': support what falls",
     ),
     Code.JOINTS: (
