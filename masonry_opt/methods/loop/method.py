@@ -166,13 +166,11 @@ def _next(runs: list[_Ran], left: dict[Failure, list[Remedy]], options: LoopOpti
 
 def _gathered(problem: Problem, runs: list[_Ran], options: LoopOptions) -> Solution:
     """The solution of the last run if it decides the matter (or is the loop as it is, with less slope), else
-    of the first whose load factor passes, else of the first that has one, else of the first; with the history
-    of all."""
+    of the first whose load factor passes, else of the first; with the history of all."""
     last = runs[-1]
     decided = last.failure is None or (options.remedies == "slope" and last.failure is not Status.NO_STATE)
-    usable = [ran for ran in runs if ran.solution.status.usable]
-    passing = [ran for ran in usable if not ran.solution.failing(problem)]
-    kept = last if decided else next(iter([*passing, *usable, runs[0]]))
+    passing = [ran for ran in runs if ran.solution.status.usable and not ran.solution.failing(problem)]
+    kept = last if decided else next(iter([*passing, runs[0]]))
     solution, remedies = kept.solution, [ran.attempt.remedy for ran in runs[1:]]
     if remedies:
         if kept.failure is Status.LOCKED:

@@ -19,9 +19,11 @@ VALUES = {
     "by": 1e-6,
     "count": 7,
     "epsilon": 3e-9,
+    "exact": True,
     "fall": 1e-3,
     "first": str(mo.Status.CYCLING),
     "forces": True,
+    "friction": True,
     "gap": 1e-4,
     "highest": 0.5,
     "in_vain": False,
@@ -34,7 +36,6 @@ VALUES = {
     "rate_bound": 100.0,
     "remedies": ["beta=0.3"],
     "residuals": {"flow": 0.1},
-    "slides": True,
     "status": str(mo.Status.LOCKED),
     "time_limit": 60.0,
     "why": str(Code.NO_STATICS),
@@ -73,7 +74,7 @@ WORDS = {
         "another solver, and look for weights or lengths of very different size",
     ),
     Code.REPEATS: (
-        reason(Code.REPEATS, period=2, lowest=0.25, highest=0.3),
+        reason(Code.REPEATS, period=2, lowest=0.25, highest=0.3, exact=False),
         "the loop repeats itself every 2 sub-problems, between load factors 0.25 and 0.3: lower 'beta'",
     ),
     Code.NOT_REFINED: (

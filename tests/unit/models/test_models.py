@@ -170,11 +170,11 @@ def test_shear_limits_can_be_changed(terms, problem):
     k = len(problem.sliding)
     new = ShearLimits(np.linspace(-0.1, 0.4, k), np.linspace(0.2, 0.1, k))
     if terms is cvxpy_terms:
-        limits = terms.Limits(ShearLimits.true(problem))
+        limits = terms.ShearParameters(ShearLimits.true(problem))
         limits.set(new)
         slope, cohesion = limits.slope.value, limits.cohesion.value
     else:
-        limits = terms.Limits(pyo.ConcreteModel(), ShearLimits.true(problem))
+        limits = terms.ShearParameters(pyo.ConcreteModel(), ShearLimits.true(problem))
         limits.set(new)
         slope, cohesion = values(limits.slope), values(limits.cohesion)
     np.testing.assert_array_equal(slope, new.slope)
