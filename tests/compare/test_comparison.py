@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 
 import pytest
 from lines import line
@@ -185,6 +186,19 @@ def test_report_files(tmp_path, monkeypatch):
         f"{name}.{kind}" for name in pictures for kind in ("png", "svg")
     }
     assert all((tmp_path / name).stat().st_size > 100 for name in names)
+
+
+@pytest.mark.parametrize("library", ["jinja2", "plotly.graph_objects"])
+def test_tables_and_pictures_need_no_extra(tmp_path, monkeypatch, library):
+    monkeypatch.setitem(sys.modules, library, None)
+    monkeypatch.delitem(sys.modules, "masonry_opt.studies.compare.draw_plotly", raising=False)
+    monkeypatch.delattr("masonry_opt.studies.compare.draw_plotly", raising=False)
+    _, result = run(tmp_path, monkeypatch)
+    names = {path.name for path in write_report(result, tmp_path)}
+    assert {"results.csv", "summary.csv", "success.png"} < names
+    assert "report.html" not in names
+    with pytest.raises(mo.OptionError, match="studies"):
+        page(result, charts(result.summary))
 
 
 def test_the_command_compares_for_real(tmp_path):

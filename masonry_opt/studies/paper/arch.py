@@ -21,7 +21,7 @@ from masonry_opt.studies.paper.continuous_arch import (
     least_friction_to_stand,
     least_thickness_ratio,
 )
-from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, or_nan, published_value
+from masonry_opt.studies.paper.example import ProgressLine, PublishedValue, Report, or_nan, published_value
 from masonry_opt.studies.paper.least_thickness import (
     LeastThickness,
     friction_to_stand,
@@ -64,7 +64,7 @@ class Transitions:
     sliding: float
 
 
-def fig9(cases: Path, progress: Progress = lambda _: None, counts: Sequence[int] = COUNTS) -> Report:
+def fig9(cases: Path, progress: ProgressLine = lambda _: None, counts: Sequence[int] = COUNTS) -> Report:
     """Search the least thickness for each friction, the three modes and where they change.
 
     Parameters

@@ -13,7 +13,7 @@ from rich.status import Status
 
 from masonry_opt.errors import OutputError
 from masonry_opt.studies.cases import CASES_HELP, case_folder
-from masonry_opt.studies.paper.example import Progress
+from masonry_opt.studies.paper.example import ProgressLine
 from masonry_opt.studies.paper.folder import open_folder, write_report
 from masonry_opt.studies.paper.registry import EXAMPLES, find_examples
 from masonry_opt.studies.paper.text import report_text
@@ -52,7 +52,7 @@ def reproduce(
         raise typer.Exit(1)
 
 
-def _progress_line(status: Status, name: str) -> Progress:
+def _progress_line(status: Status, name: str) -> ProgressLine:
     return lambda line: status.update(escape(f"{name}: {line}"))
 
 

@@ -16,7 +16,7 @@ from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.palette import COLOURS
-from masonry_opt.studies.paper.example import Progress, PublishedValue, Report
+from masonry_opt.studies.paper.example import ProgressLine, PublishedValue, Report
 from masonry_opt.studies.paper.table1 import wall_file
 
 #: Section 5.3 calls every answer "equal or very close" to 0.29649: within one in a thousand.
@@ -96,7 +96,7 @@ VARIATIONS = (
 )
 
 
-def fig11(cases: Path, progress: Progress = lambda _: None) -> Report:
+def fig11(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
     """Load factor against sub-problems for several starts, α and β, wall 6."""
     scene = open_case(cases, wall_file(6))
     published = scene.reference["nonassociative"].value

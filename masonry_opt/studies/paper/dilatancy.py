@@ -25,7 +25,7 @@ from masonry_opt.report.mechanism_plot import draw_mechanism, legend_handles
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.cases import open_case, with_joints
 from masonry_opt.studies.palette import COLOURS
-from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, load_factor_text, or_nan
+from masonry_opt.studies.paper.example import ProgressLine, PublishedValue, Report, load_factor_text, or_nan
 from masonry_opt.studies.paper.table1 import wall_file
 from masonry_opt.studies.paper.two_blocks import TWO_BLOCKS
 
@@ -64,7 +64,7 @@ def by_hand(friction: float, none: float) -> float:
     return friction * (1 + 2 * normal)
 
 
-def dilatancy(cases: Path, progress: Progress = lambda _: None) -> Report:
+def dilatancy(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
     """Load factor against the stress at which dilatancy vanishes; joints too stressed to dilate."""
     blocks, wall = open_case(cases, TWO_BLOCKS), open_case(cases, wall_file(1))
     checked = open_case(cases, wall_file(_CHECKED))

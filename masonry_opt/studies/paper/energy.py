@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from masonry_opt.analysis import solve
 from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.palette import COLOURS
-from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, against_reference
+from masonry_opt.studies.paper.example import ProgressLine, PublishedValue, Report, against_reference
 from masonry_opt.studies.paper.table1 import wall_file
 
 _SOURCE = "section 5.3"
@@ -22,7 +22,7 @@ _PUBLISHED, _NEARLY = 18.2, 0.01
 _ALWAYS_BELOW = 0.1
 
 
-def fig12(cases: Path, progress: Progress = lambda _: None) -> Report:
+def fig12(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
     """Shares of sliding friction and of raised weight at each iteration of wall 6."""
     scene = open_case(cases, wall_file(6))
     progress("wall 6: loop")

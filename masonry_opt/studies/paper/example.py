@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from masonry_opt.answer.result import Result
 from masonry_opt.scene.scene import Scene
 
-Progress = Callable[[str], None]
+ProgressLine = Callable[[str], None]
 
 #: What the column of differences holds.
 DIFFERENCE_NOTE = (

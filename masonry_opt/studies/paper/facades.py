@@ -16,7 +16,7 @@ from masonry_opt.answer.result import Result
 from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.palette import COLOURS
 from masonry_opt.studies.paper.example import (
-    Progress,
+    ProgressLine,
     PublishedValue,
     Report,
     against_reference,
@@ -75,7 +75,7 @@ def facade_file(size: str) -> str:
     return f"gilbert/facade_{size}.toml"
 
 
-def facades(cases: Path, progress: Progress = lambda _: None) -> Report:
+def facades(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
     """Load factors, mechanisms and times of four façades, associative and Coulomb."""
     runs: list[_Run] = []
     for size in SIZES:

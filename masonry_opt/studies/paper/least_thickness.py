@@ -18,7 +18,7 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.arch import Arch, PointLoad
 from masonry_opt.scene.blocks import JointDefaults
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.paper.example import Progress
+from masonry_opt.studies.paper.example import ProgressLine
 
 #: Thicknesses searched, over the radius: nearly all that an arch can have.
 THINNEST, THICKEST = 1e-3, 1.99
@@ -78,7 +78,9 @@ def opened_scene(arch: Arch, thickness: float, joints: JointDefaults, title: str
     return Scene(title=title, joints=joints, blocks=opened(arch, thickness).blocks())
 
 
-def least_thickness(arch: Arch, joints: JointDefaults, progress: Progress = lambda _: None) -> LeastThickness:
+def least_thickness(
+    arch: Arch, joints: JointDefaults, progress: ProgressLine = lambda _: None
+) -> LeastThickness:
     """Least thickness at which an equilibrium state exists, by Brent's method on the margin.
 
     The arch's own thickness and live loads are left aside; its radius stays that of the centreline.

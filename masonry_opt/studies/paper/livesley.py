@@ -10,7 +10,7 @@ import pandas as pd
 from masonry_opt.analysis import solve
 from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.paper.example import (
-    Progress,
+    ProgressLine,
     PublishedValue,
     Report,
     against_reference,
@@ -31,7 +31,7 @@ _RUNS: dict[str, tuple[str, dict[str, Any], str, tuple[float, float]]] = {
 }
 
 
-def fig8(cases: Path, progress: Progress = lambda _: None) -> Report:
+def fig8(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
     """Uplift of one of two wedges: associative and Coulomb, both mechanisms."""
     scene = open_case(cases, WEDGES)
     report = Report(

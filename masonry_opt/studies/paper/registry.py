@@ -11,7 +11,7 @@ from masonry_opt.studies.paper.arch import fig9
 from masonry_opt.studies.paper.convergence import fig11
 from masonry_opt.studies.paper.dilatancy import dilatancy
 from masonry_opt.studies.paper.energy import fig12
-from masonry_opt.studies.paper.example import Progress, Report
+from masonry_opt.studies.paper.example import ProgressLine, Report
 from masonry_opt.studies.paper.facades import facades
 from masonry_opt.studies.paper.livesley import fig8
 from masonry_opt.studies.paper.rib import rib
@@ -37,7 +37,7 @@ class Example:
     """
 
     title: str
-    run: Callable[[Path, Progress], Report]
+    run: Callable[[Path, ProgressLine], Report]
     also: tuple[str, ...] = ()
     in_paper: bool = True
 

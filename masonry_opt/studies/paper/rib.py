@@ -12,7 +12,7 @@ from masonry_opt.analysis import solve
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.cases import open_arch, with_joints
 from masonry_opt.studies.palette import COLOURS
-from masonry_opt.studies.paper.example import Progress, Report, or_nan, published_value
+from masonry_opt.studies.paper.example import ProgressLine, Report, or_nan, published_value
 from masonry_opt.studies.paper.least_thickness import friction_to_stand
 
 CASE = "pippard_ashby/rib.toml"
@@ -30,7 +30,7 @@ _TIME = 5.0
 COINCIDE = 1e-4
 
 
-def rib(cases: Path, progress: Progress = lambda _: None) -> Report:
+def rib(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
     """Load factor of the rib against friction, associative and Coulomb."""
     scene, arch = open_arch(cases, CASE)
     rows = []

@@ -20,12 +20,12 @@ from masonry_opt.studies.atlas.maps import (
     safe_region,
     with_remedies,
 )
-from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, or_nan
+from masonry_opt.studies.paper.example import ProgressLine, PublishedValue, Report, or_nan
 
 _MESSAGE = 90
 
 
-def stability(cases: Path, progress: Progress) -> Report:
+def stability(cases: Path, progress: ProgressLine) -> Report:
     """Every run of the failure atlas against its expectation, and the loop over grids of its parameters."""
     report = Report()
     _atlas(report, cases, progress)
@@ -76,7 +76,7 @@ def _shares(report: Report, runs: pd.DataFrame) -> None:
     ]
 
 
-def _atlas(report: Report, cases: Path, progress: Progress) -> None:
+def _atlas(report: Report, cases: Path, progress: ProgressLine) -> None:
     outcomes: list[Observation] = []
     for entry in ATLAS:
         progress(f"atlas: {entry.name}")

@@ -14,7 +14,7 @@ from masonry_opt.answer.result import Result
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.paper.example import (
-    Progress,
+    ProgressLine,
     PublishedValue,
     Report,
     against_reference,
@@ -44,7 +44,7 @@ def wall_file(number: int) -> str:
     return f"ferris_tinloi/wall_{number}.toml"
 
 
-def table1(cases: Path, progress: Progress = lambda _: None, walls: Sequence[int] = WALLS) -> Report:
+def table1(cases: Path, progress: ProgressLine = lambda _: None, walls: Sequence[int] = WALLS) -> Report:
     """Solve the six walls: associative in both languages, the loop, the MPEC, the refinement.
 
     Parameters

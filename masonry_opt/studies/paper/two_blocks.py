@@ -37,7 +37,7 @@ from masonry_opt.answer.status import Status
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.cases import open_case, with_joints
 from masonry_opt.studies.palette import COLOURS
-from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, against_reference, or_nan
+from masonry_opt.studies.paper.example import ProgressLine, PublishedValue, Report, against_reference, or_nan
 from masonry_opt.studies.paper.sheet import draw_panel
 
 TWO_BLOCKS = "gilbert/two_blocks.toml"
@@ -104,7 +104,7 @@ def jump_angle(scene: Scene, between: float) -> float:
     return (low + high) / 2
 
 
-def fig6(cases: Path, progress: Progress = lambda _: None) -> Report:
+def fig6(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
     """Load factor of two blocks and of their wedge variants against the angle of dilatancy."""
     report = Report(
         captions={
@@ -188,7 +188,7 @@ def _levels(variant: Variant, scene: Scene) -> tuple[float, float]:
     return closed_form(friction, variant.face, False), closed_form(friction, variant.face, True)
 
 
-def _sweep(variant: Variant, scene: Scene, progress: Progress) -> list[dict[str, object]]:
+def _sweep(variant: Variant, scene: Scene, progress: ProgressLine) -> list[dict[str, object]]:
     rows: list[dict[str, object]] = []
     levels = _levels(variant, scene)
     for angle in _ANGLES:

@@ -25,7 +25,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import find_solver
 from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.palette import COLOURS
-from masonry_opt.studies.paper.example import Progress, PublishedValue, Report, or_nan
+from masonry_opt.studies.paper.example import ProgressLine, PublishedValue, Report, or_nan
 from masonry_opt.studies.paper.two_blocks import TWO_BLOCKS
 
 #: Fig. 4 (a): limits without contraction.
@@ -123,7 +123,7 @@ def follow(scene: Scene, **options: Any) -> tuple[Result, list[Step]]:
     return result, path
 
 
-def fig7(cases: Path, progress: Progress = lambda _: None) -> Report:
+def fig7(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
     """Forces between the two blocks at every iteration, and where the loop ends without contraction."""
     scene = open_case(cases, TWO_BLOCKS)
     mu = scene.joints.friction

@@ -15,7 +15,7 @@ from masonry_opt.methods.loop.steps import Revise, Turn
 from masonry_opt.problem.problem import ShearLimits
 from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.palette import COLOURS
-from masonry_opt.studies.paper.example import Progress, Report, against_reference, or_nan
+from masonry_opt.studies.paper.example import ProgressLine, Report, against_reference, or_nan
 from masonry_opt.studies.paper.facades import facade_file
 from masonry_opt.studies.paper.table1 import WALLS, wall_file
 
@@ -79,7 +79,7 @@ VARIATIONS = (
 )
 
 
-def variants(cases: Path, progress: Progress = lambda _: None) -> Report:
+def variants(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
     """The six walls and the smallest façade with and without what section 6.4 tried."""
     files = {f"wall {number}": wall_file(number) for number in WALLS}
     files["façade 1 × 3"] = facade_file("1x3")

@@ -10,7 +10,7 @@ from masonry_opt.analysis import solve
 from masonry_opt.answer.result import Result
 from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.paper.example import (
-    Progress,
+    ProgressLine,
     PublishedValue,
     Report,
     against_reference,
@@ -35,7 +35,7 @@ def sliding_share(result: Result) -> float:
     return float(last["coulomb_sliding"] / last["load_factor"])
 
 
-def fig10(cases: Path, progress: Progress = lambda _: None) -> Report:
+def fig10(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
     """The six mechanisms that the loop ends with, in one sheet."""
     report = Report(
         captions={
@@ -83,7 +83,7 @@ def fig10(cases: Path, progress: Progress = lambda _: None) -> Report:
     return report
 
 
-def fig13(cases: Path, progress: Progress = lambda _: None) -> Report:
+def fig13(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
     """The wall of 792 blocks: associative and Coulomb load factor, and its mechanism."""
     scene = open_case(cases, LARGE_WALL)
     progress("associative")
