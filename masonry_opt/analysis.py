@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import reprlib
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -162,7 +163,10 @@ def _choose(name: str, options: Mapping[str, Any]) -> tuple[Method, Any]:
         return method, method.options(**given) if method.options else None
     except ValidationError as error:
         # Of an option that may be one of several things, what is said of the first will do.
-        wrong = {".".join(map(str, item["loc"][:1])): item["msg"] for item in reversed(error.errors())}
+        wrong = {
+            ".".join(map(str, item["loc"][:1])): f"{item['msg']} (found {reprlib.repr(item['input'])})"
+            for item in reversed(error.errors())
+        }
         said = [f"option '{option}': {words}" if option else words for option, words in wrong.items()]
         raise OptionError(f"method '{name}': {'; '.join(said)}") from None
 
@@ -171,6 +175,9 @@ def _instead(option: str, known: list[str]) -> str:
     """What to write in place of an option that a method does not have."""
     if option in RENAMED and RENAMED[option].split()[0] in known:
         return f", which is now {RENAMED[option]}"
+    homes = [name for name, has in METHODS.items() if has.options and option in has.options.model_fields]
+    if homes:
+        return f"; methods that have it: {', '.join(homes)}"
     arguments = ["scene", "method", "model", "solver", "tolerance", "progress"]
     close = difflib.get_close_matches(option, [*known, *arguments], n=1)
     return f"; did you mean '{close[0]}'?" if close else f"; it has: {', '.join(known) or 'none'}"

@@ -32,7 +32,6 @@ from masonry_opt.errors import (
 )
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.report.mechanism_plot import plot_mechanism, refuse_picture
-from masonry_opt.report.terminal import duality_text
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE
 
 #: Commands of the studies, which are loaded when they are called: by name, where their typer app is.
@@ -134,7 +133,7 @@ def check(case: Case) -> None:
     Exit code 0: they agree; 1: they do not, or there is no load factor; 2: wrong case file.
     """
     report = check_duality(case)
-    _print(duality_text(report))
+    _print(str(report))
     if not report.passed:
         raise typer.Exit(1)
 

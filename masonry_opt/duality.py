@@ -14,6 +14,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
+from masonry_opt.report.terminal import frame_text
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import LANGUAGES, find_solver
@@ -40,6 +41,10 @@ class DualityReport:
         """Load factors agree to 1e-7 relative, every residual is below 1e-6."""
         residuals = self.table.drop(columns=["formulation", "model", "load_factor", "difference"])
         return bool((self.table["difference"] <= AGREEMENT).all() and (residuals <= DUALITY).all(axis=None))
+
+    def __str__(self) -> str:
+        verdict = "static and kinematic, CVXPY and Pyomo agree" if self.passed else "they do NOT agree"
+        return f"{frame_text(self.table, 'Duality')}\n{verdict}"
 
 
 def check(scene: Scene | str | Path) -> DualityReport:

@@ -23,7 +23,7 @@ def summary_text(result: Result) -> str:
         "programs": _programs(result),
         "solvers": "   ".join(f"{what}: {', '.join(names)}" for what, names in result.solvers.items()),
         "seconds": "   ".join(f"{part} {value:.3f}" for part, value in result.seconds.items()),
-        "published": _published(result),
+        "reference": _reference(result),
         "not modelled": "\n                 ".join(result.size.left_out),
     }
     return printable("\n".join(f"{name:<16} {value}" for name, value in lines.items() if value))
@@ -49,7 +49,7 @@ def _dilatancy(result: Result) -> str:
     )
 
 
-def _published(result: Result) -> str:
+def _reference(result: Result) -> str:
     """The case file's own reference value for the method, and how far the result is from it."""
     name = "associative" if result.method in ("static", "kinematic") else result.method
     reference = result.assembly.scene.reference.get(name)

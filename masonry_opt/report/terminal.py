@@ -10,8 +10,6 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from masonry_opt.duality import DualityReport
-
 #: Columns shown as small numbers.
 _RESIDUALS = (
     "difference",
@@ -22,12 +20,6 @@ _RESIDUALS = (
     "virtual_work",
     "complementarity",
 )
-
-
-def duality_text(report: DualityReport) -> str:
-    """The duality table and the verdict."""
-    verdict = "static and kinematic, CVXPY and Pyomo agree" if report.passed else "they do NOT agree"
-    return f"{frame_text(report.table, 'Duality')}\n{verdict}"
 
 
 def markdown(frame: pd.DataFrame) -> str:

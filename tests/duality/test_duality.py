@@ -40,6 +40,7 @@ def test_a_disagreement_does_not_pass():
         wrong = table.copy()
         wrong.loc[2, column] = 2e-6
         assert not mo.DualityReport(wrong).passed
+        assert str(mo.DualityReport(wrong)).endswith("NOT agree")
 
 
 @pytest.fixture(scope="module")

@@ -72,7 +72,7 @@ def test_the_command_prints_what_python_prints(monkeypatch, capsys, tmp_path):
 def test_options_of_the_method_and_published_values(monkeypatch, capsys):
     code, out, _ = run_command(monkeypatch, capsys, "solve", WALL_1, "-o", "start=cohesive", "-o", "beta=0.5")
     assert code == 0
-    assert "published        0.63982 (Gilbert, Casapulla & Ahmed (2006), Table 1), here -0.0" in out
+    assert "reference        0.63982 (Gilbert, Casapulla & Ahmed (2006), Table 1), here -0.0" in out
     for wrong, words in (("beta=2", "beta"), ("gamma=1", "no option 'gamma'"), ("beta", "NAME=VALUE")):
         code, out, err = run_command(monkeypatch, capsys, "solve", WALL_1, "-o", wrong)
         assert (code, out) == (2, "")

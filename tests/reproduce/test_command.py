@@ -46,6 +46,15 @@ def test_a_result_is_reproduced_anywhere(elsewhere):
     }
 
 
+@pytest.mark.parametrize("example", ["all", "table1", "stability"])
+def test_a_missing_extra_is_said_before_anything_runs(elsewhere, monkeypatch, example):
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+    answer = run(example, "--out", "out")
+    assert isinstance(answer.exception, OptionError)
+    assert "masonry_opt[mpec]" in str(answer.exception)
+    assert list(elsewhere.iterdir()) == []
+
+
 def test_a_missed_value_ends_with_one(elsewhere):
     cases = shutil.copytree(CASES, elsewhere / "changed")
     wall = cases / "ferris_tinloi" / "wall_6.toml"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -80,7 +81,7 @@ def compare(
         If every run crashed or died; the report is written all the same.
     """
     # Charts and pages are slow to import: only when they are needed.
-    from masonry_opt.studies.compare.report import write_report
+    from masonry_opt.studies.compare.report import summary_text, write_report
 
     if repeats < 1:
         raise OptionError(f"repeats must be at least 1, not {repeats}")
@@ -95,7 +96,7 @@ def compare(
     write_report(comparison, out)
     if comparison.failure and not comparison.interrupted:
         raise NoRunEndedError(f"no run ended: {comparison.failure}; see {out / 'summary.csv'}")
-    return comparison
+    return replace(comparison, text=summary_text(comparison))
 
 
 def _listed(what: str, names: str | Path | Sequence[Any]) -> Sequence[Any]:

@@ -77,10 +77,7 @@ def compare(
             random=random,
             progress=lambda line: status.update(escape(line)),
         )
-    # Imported with the report, which is written.
-    from masonry_opt.studies.compare.report import summary_text
-
-    print(printable(summary_text(comparison)))
+    print(printable(str(comparison)))
     page = out / "report.html"
     errors.print(
         f"written: {page}, tables and pictures beside it"

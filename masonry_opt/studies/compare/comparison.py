@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -52,6 +52,7 @@ class Comparison:
     notes: what else a reader must know, a line each.
     interrupted: whether runs are missing.
     failure: if every run crashed or died, how most of them did; else "".
+    text: what ``print`` and the command show.
     """
 
     scenes: tuple[CaseScene, ...]
@@ -63,6 +64,10 @@ class Comparison:
     notes: tuple[str, ...]
     interrupted: bool
     failure: str
+    text: str = field(default="", repr=False)
+
+    def __str__(self) -> str:
+        return self.text
 
 
 def run_plan(

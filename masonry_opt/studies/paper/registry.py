@@ -34,12 +34,14 @@ class Example:
         CaseError if a case file is missing or wrong.
     also: further names, such as those of figures that it holds beside the one that names it.
     in_paper: whether it is one of the paper's, which ``all`` rebuilds.
+    mpec: whether it solves the MPEC, which needs the extra of that name.
     """
 
     title: str
     run: Callable[[Path, ProgressLine], Report]
     also: tuple[str, ...] = ()
     in_paper: bool = True
+    mpec: bool = False
 
 
 #: In the order of the paper.
@@ -49,7 +51,7 @@ EXAMPLES: dict[str, Example] = {
     "fig8": Example("Fig. 8: Livesley's wedges", fig8),
     "fig9": Example("Fig. 9: least thickness of a semicircular arch", fig9),
     "rib": Example("Section 5.2: arch rib of Pippard & Ashby", rib),
-    "table1": Example("Table 1: walls of Ferris & Tin-Loi", table1),
+    "table1": Example("Table 1: walls of Ferris & Tin-Loi", table1, mpec=True),
     "fig10": Example("Fig. 10: mechanisms of the walls of Ferris & Tin-Loi", fig10),
     "fig11": Example("Fig. 11: convergence, wall 6", fig11),
     "fig12": Example("Fig. 12: energy, wall 6", fig12),
@@ -57,7 +59,7 @@ EXAMPLES: dict[str, Example] = {
     "facades": Example("Figs 14 to 16: façades", facades, also=("fig14", "fig15", "fig16")),
     "variants": Example("Section 6.4: variants of the loop", variants),
     "dilatancy": Example("Section 6.5: dilatancy that falls with normal stress", dilatancy),
-    "stability": Example("Where methods fail, and what happens then", stability, in_paper=False),
+    "stability": Example("Where methods fail, and what happens then", stability, in_paper=False, mpec=True),
 }
 
 

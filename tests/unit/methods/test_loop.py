@@ -330,7 +330,8 @@ def test_old_names_of_options_are_refused_with_the_new(old, new):
         ({"metod": "static"}, "did you mean 'method'"),
         ({"zzz": 1}, "it has: preset, sub_problems, alpha"),
         ({"method": "statik"}, "method 'statik' is unknown; choose from: static, kinematic"),
-        ({"method": "static", "beta": 0.5}, "method 'static' has no option 'beta'"),
+        ({"method": "static", "beta": 0.5}, "no option 'beta'; methods that have it: nonassociative"),
+        ({"beta": 7}, r"option 'beta': .*\(found 7\)"),
     ],
 )
 def test_unknown_options_are_refused_with_what_there_is(wrong, words):
