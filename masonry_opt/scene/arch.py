@@ -113,8 +113,10 @@ class Arch(Record):
     def _voussoir(self, number: int, begin: float, end: float, force: Point | None) -> Block:
         inner, outer = self._radii()
         middle, angle = (begin + end) / 2, self.voussoir_angle
-        # Mean distance of an annulus's area from its centre, times what the angle leaves of it.
-        mean, arc = 2 / 3 * (outer**3 - inner**3) / (outer**2 - inner**2), 2 * math.sin(angle / 2) / angle
+        # Mean distance of an annulus's area from its centre, times what the angle leaves of it:
+        # 2/3 (outer³ - inner³) / (outer² - inner²), divided out, as thin rings lose digits in it.
+        mean = self.radius + self.thickness**2 / (12 * self.radius)
+        arc = 2 * math.sin(angle / 2) / angle
         area, centroid = {
             "sector": (angle * self.radius * self.thickness, mean * arc),
             "centreline": (angle * self.radius * self.thickness, self.radius * arc),

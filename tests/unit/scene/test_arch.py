@@ -118,6 +118,15 @@ def test_what_makes_no_arch_is_refused(message):
         arch(**WRONG[message])
 
 
+@pytest.mark.parametrize("thickness", [1e-9, 1e-300])
+def test_an_arch_without_thickness_has_no_area(thickness):
+    assert math.hypot(*arch(thickness=thickness).blocks()[0].weight_at) == pytest.approx(
+        10 * math.sin(math.pi / 18) / (math.pi / 18), rel=1e-14
+    )
+    with pytest.raises(mo.CaseError, match="no area"):
+        mo.solve(mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=arch(thickness=thickness).blocks()))
+
+
 def test_a_case_file_names_the_key(tmp_path):
     path = tmp_path / "arch.toml"
     text = (CASES / "casapulla_lauro" / "arch.toml").read_text()
