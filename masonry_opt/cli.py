@@ -32,6 +32,7 @@ from masonry_opt.errors import (
 )
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.report.mechanism_plot import plot_mechanism, refuse_picture
+from masonry_opt.report.terminal import print_text
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE
 
 #: Commands of the studies, which are loaded when they are called: by name, where their typer app is.
@@ -119,7 +120,7 @@ def solve(
         except KeyboardInterrupt:
             last = f"the last was {steps[-1]}, not the answer" if steps else "before the first λ"
             raise InterruptedByUserError(f"interrupted: {last}; nothing was written") from None
-    _print(result.to_json() if json else str(result))
+    print_text(result.to_json() if json else str(result))
     if plot is not None:
         _plot(result, plot)
     if not result.status.usable:
@@ -133,7 +134,7 @@ def check(case: Case) -> None:
     Exit code 0: they agree; 1: they do not, or there is no load factor; 2: wrong case file.
     """
     report = check_duality(case)
-    _print(str(report))
+    print_text(str(report))
     if not report.passed:
         raise typer.Exit(1)
 
@@ -180,14 +181,6 @@ def _interrupts() -> Iterator[Callable[[], None]]:
     finally:
         if before is signal.default_int_handler:
             signal.signal(signal.SIGINT, before)
-
-
-def _print(text: str) -> None:
-    """Print a result; a full disk or a reader that went away is an error, told while it can be."""
-    try:
-        print(text, flush=True)
-    except OSError as error:
-        raise OutputError(f"standard output cannot be written: {error.strerror}") from None
 
 
 def main() -> None:

@@ -10,6 +10,8 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from masonry_opt.errors import OutputError
+
 #: Columns shown as small numbers.
 _RESIDUALS = (
     "difference",
@@ -20,6 +22,17 @@ _RESIDUALS = (
     "virtual_work",
     "complementarity",
 )
+
+
+def print_text(text: str) -> None:
+    """Print a result; a full disk or a reader that went away is an error, told while it can be.
+
+    Raises OutputError then.
+    """
+    try:
+        print(text, flush=True)
+    except OSError as error:
+        raise OutputError(f"standard output cannot be written: {error.strerror}") from None
 
 
 def markdown(frame: pd.DataFrame) -> str:

@@ -12,7 +12,8 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
-from masonry_opt.errors import InterruptedByUserError, OptionError, printable
+from masonry_opt.errors import InterruptedByUserError, OptionError
+from masonry_opt.report.terminal import print_text
 from masonry_opt.studies.cases import CASES_HELP
 from masonry_opt.studies.compare import api
 
@@ -77,7 +78,7 @@ def compare(
             random=random,
             progress=lambda line: status.update(escape(line)),
         )
-    print(printable(str(comparison)))
+    print_text(str(comparison))
     page = out / "report.html"
     errors.print(
         f"written: {page}, tables and pictures beside it"

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from masonry_opt.errors import OptionError, OutputError
+from masonry_opt.errors import OptionError, OutputError, printable
 from masonry_opt.files import write_whole
 from masonry_opt.studies.compare import draw_matplotlib, frames
 from masonry_opt.studies.compare.charts import charts
@@ -71,4 +71,4 @@ def summary_text(comparison: Comparison) -> str:
         lines += [f"  {i.method} · {i.model} · {i.solver}: {i.reason}" for i in comparison.plan.left_out]
     if comparison.notes:
         lines += ["\nnotes:", *(f"  {note}" for note in comparison.notes)]
-    return "\n".join(lines)
+    return printable("\n".join(lines))

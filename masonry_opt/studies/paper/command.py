@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.status import Status
 
-from masonry_opt.errors import OutputError
+from masonry_opt.report.terminal import print_text
 from masonry_opt.solvers.registry import find_entry
 from masonry_opt.studies.cases import CASES_HELP, case_folder
 from masonry_opt.studies.paper.example import ProgressLine
@@ -50,7 +50,7 @@ def reproduce(
             seconds = time.perf_counter() - start
             page = write_report(out, name, report, seconds)[-1]
         # Each example is printed and on disk before the next begins: an interrupt loses one at most.
-        _print(report_text(EXAMPLES[name].title, report))
+        print_text(report_text(EXAMPLES[name].title, report))
         errors.print(f"{name}: {seconds:.1f} s, written to {page}", markup=False, highlight=False)
         missed = missed or bool(report.missed)
     if missed:
@@ -59,11 +59,3 @@ def reproduce(
 
 def _progress_line(status: Status, name: str) -> ProgressLine:
     return lambda line: status.update(escape(f"{name}: {line}"))
-
-
-def _print(text: str) -> None:
-    """Print a result; a full disk or a reader that went away is an error, told while it can be."""
-    try:
-        print(text, flush=True)
-    except OSError as error:
-        raise OutputError(f"standard output cannot be written: {error.strerror}") from None
