@@ -42,8 +42,8 @@ _NEGATIVE = 1e-6
 RENAMED = {
     "pace": "sub_problems ('accurate' for 'paper', 'rough' for 'fast'); preset='paper' is the paper's loop",
     "kicks": "perturbations",
-    "move_limit": "revise (see masonry_opt.studies.paper.variants)",
-    "only_at_yield": "revise (see masonry_opt.studies.paper.variants)",
+    "move_limit": "revise (a function; see docs/changes.md)",
+    "only_at_yield": "revise (a function; see docs/changes.md)",
 }
 
 
