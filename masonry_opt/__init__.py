@@ -8,34 +8,10 @@ after Gilbert, Casapulla & Ahmed (2006), Computers and Structures 84, 873-887.
 
 from importlib import import_module as _import_module
 from pathlib import Path as _Path
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from masonry_opt.analysis import solve as solve
-    from masonry_opt.answer.certificate import Certificate as Certificate
-    from masonry_opt.answer.result import Result as Result
-    from masonry_opt.answer.status import Status as Status
-    from masonry_opt.duality import DualityReport as DualityReport
-    from masonry_opt.duality import check as check
-    from masonry_opt.errors import CaseError as CaseError
-    from masonry_opt.errors import MasonryError as MasonryError
-    from masonry_opt.errors import OptionError as OptionError
-    from masonry_opt.explain.stressed_joints import stressed_joints as stressed_joints
-    from masonry_opt.scene.arch import Arch as Arch
-    from masonry_opt.scene.arch import PointLoad as PointLoad
-    from masonry_opt.scene.blocks import Block as Block
-    from masonry_opt.scene.blocks import Joint as Joint
-    from masonry_opt.scene.blocks import JointDefaults as JointDefaults
-    from masonry_opt.scene.blocks import Reference as Reference
-    from masonry_opt.scene.case_file import load as load
-    from masonry_opt.scene.case_file import save as save
-    from masonry_opt.scene.facade import Facade as Facade
-    from masonry_opt.scene.scene import Scene as Scene
-    from masonry_opt.scene.wall import Wall as Wall
-    from masonry_opt.studies.compare.api import compare as compare
-
-#: Where each name is. They are imported when first wanted: the modelling languages take seconds, in which the
-#: command must be able to end on Ctrl-C, and analyses alone need no study.
+#: Where each name is; type checkers read it in __init__.pyi. Names are imported when first wanted: the
+#: modelling languages take seconds, in which the command must be able to end on Ctrl-C, and analyses need no
+#: study.
 _HOMES = {
     "analysis": ("solve",),
     "answer.certificate": ("Certificate",),
