@@ -216,18 +216,18 @@ def _unless_it_stands(assembly: Assembly, solver: Solver, effort: Effort) -> Sol
             return solution
         finally:
             # Which solver decides is told; its programs and their time are those of the check.
-            effort.solvers |= own.solvers
+            effort.credit(own)
     if falling is None:
         return None
     solution.d = falling
     held = friction_would_hold(problem, solver)
-    solution.add(Code.FALLS, blocks=_names(assembly, moving_blocks(falling)), friction=held)
+    solution.add(Code.FALLS, blocks=_movers(assembly, falling), friction=held)
     return solution
 
 
 def _held_by_wedging(assembly: Assembly, solution: Solution) -> None:
     """Refuse a load factor below zero of a scene whose dead load has a state of equilibrium."""
-    moving = [] if solution.d is None else _names(assembly, moving_blocks(solution.d))
+    moving = [] if solution.d is None else _movers(assembly, solution.d)
     solution.end(Status.UNSTABLE, Code.WEDGED, load_factor=solution.load_factor, blocks=moving)
     solution.load_factor = None
 
@@ -237,10 +237,11 @@ def _name_locking_joints(assembly: Assembly, solution: Solution, solver: Solver)
     found = locking_joints(assembly.problem, solution.status, solution.q, solver, Effort())
     if len(found) == 0:
         return
-    name, joints = [block.name for block in assembly.scene.blocks], assembly.joints
-    pairs = [[name[joints.first[joint]], name[joints.second[joint]]] for joint in found]
+    ends = np.column_stack([assembly.joints.first, assembly.joints.second])
+    pairs = [assembly.names(blocks) for blocks in ends[found]]
     solution.add(Code.JOINTS, status=str(solution.status), pairs=pairs)
 
 
-def _names(assembly: Assembly, indices: np.ndarray) -> list[str]:
-    return [assembly.scene.blocks[assembly.movable[index]].name for index in indices]
+def _movers(assembly: Assembly, d: np.ndarray) -> list[str]:
+    """Names of the blocks that a mechanism moves."""
+    return assembly.names(assembly.movable[moving_blocks(d)])

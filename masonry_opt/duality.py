@@ -82,9 +82,9 @@ def check(scene: Scene | str | Path) -> DualityReport:
 
 
 def _row(problem: Problem, state: State) -> dict[str, float]:
-    balance = problem.B @ state.q + state.load_factor * problem.live + problem.dead
+    balance = problem.unbalanced(state.load_factor, state.q)
     z = problem.slacks(state.q)
-    departure = problem.B.T @ state.d - problem.D(problem.friction) @ state.p
+    departure = problem.departure(state.d, state.p, problem.friction)
     velocity = np.abs(state.d).max()
     external = state.load_factor * problem.live @ state.d + problem.dead @ state.d
     return {

@@ -34,6 +34,12 @@ class Effort:
         if solver not in names:
             names.append(solver)
 
+    def credit(self, other: Effort) -> None:
+        """Record what the solvers of another account did, without its counts and seconds."""
+        for purpose, solvers in other.solvers.items():
+            for solver in solvers:
+                self.uses(solver, purpose)
+
     @contextmanager
     def measure(self, part: str) -> Iterator[None]:
         """Add the time spent inside to a part."""

@@ -100,7 +100,7 @@ def residuals(
     than the others disappears. If it carries the live load, λ is its alone: hence each block for itself.
     """
     certificate = certify(problem, load_factor, q, d, slope)
-    unbalanced = problem.B @ q + load_factor * problem.live + problem.dead
+    unbalanced = problem.unbalanced(load_factor, q)
     work, scale = float(problem.live @ d), max(abs(load_factor), SMALLEST)
     acting = largest_acting(problem, load_factor, q)
     wasted = float(np.abs(unbalanced * d).sum())

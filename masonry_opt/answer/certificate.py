@@ -54,14 +54,12 @@ def certify(
     slope: opening per unit slip that the flow rule demands of the joints that can slide, shape (k,): μ for
         associative flow, tan φ₀ for the joints' own.
     """
-    residual = problem.B @ q + load_factor * problem.live + problem.dead
     total_dead = np.hypot(problem.dead[0::3], problem.dead[1::3]).sum() or problem.live_norm
     z, p = problem.slacks(q), problem.rates(d, slope)
-    departure = problem.B.T @ d - problem.D(slope) @ p
     live_work = float(problem.live @ d) or problem.live_norm
     return Certificate(
-        equilibrium=float(np.abs(residual).max() / total_dead),
+        equilibrium=float(np.abs(problem.unbalanced(load_factor, q)).max() / total_dead),
         yield_=max(0.0, -float((z / problem.face_arm).min()), -float(problem.normal_forces(q).min())),
-        flow=float(np.abs(departure).max() / (np.abs(d).max() or 1.0)),
+        flow=float(np.abs(problem.departure(d, p, slope)).max() / (np.abs(d).max() or 1.0)),
         complementarity=float(np.abs(z * p).sum() / abs(live_work)),
     )

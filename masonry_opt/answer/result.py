@@ -218,17 +218,13 @@ def _count(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
-def _names(assembly: Assembly, indices: np.ndarray) -> list[str]:
-    return [assembly.scene.blocks[index].name for index in indices]
-
-
 def _block_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
     problem, shapes = assembly.problem, assembly.geometry
     centroid = shapes.centroid[assembly.movable] + shapes.origin
     velocity = np.full(3 * problem.blocks, np.nan) if solution.d is None else solution.d
     return pd.DataFrame(
         {
-            "block": _names(assembly, assembly.movable),
+            "block": assembly.names(assembly.movable),
             "x": centroid[:, 0],
             "y": centroid[:, 1],
             "vx": velocity[0::3],
@@ -249,8 +245,8 @@ def _joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
     middle = joints.middle + assembly.geometry.origin
     return pd.DataFrame(
         {
-            "first": _names(assembly, joints.first),
-            "second": _names(assembly, joints.second),
+            "first": assembly.names(joints.first),
+            "second": assembly.names(joints.second),
             "x": middle[:, 0],
             "y": middle[:, 1],
             "length": joints.length,

@@ -82,7 +82,7 @@ def no_optimum(problem: Problem, word: str, solver: Solver, effort: Effort) -> t
     own = Effort()
     own_flow = _live_load_drives(problem, problem.dilatancy, solver, own)
     associative = _live_load_drives(problem, problem.friction, solver, own)
-    effort.solvers |= own.solvers
+    effort.credit(own)
     if own_flow is None or associative is None or associative:
         return Status.SOLVER_FAILED, reason(Code.SOLVER_STOPPED, word=word)
     if own_flow:
@@ -107,9 +107,9 @@ def locking_joints(
         driven = _driven(problem, _push(problem), own_flow, in_cvxpy(solver), effort)
         if driven is None:
             return nobody
-        u = problem.B.T @ driven[1]
-        departure = u - problem.D(problem.friction) @ problem.rates(driven[1], problem.friction)
-        cannot_open, slip = np.abs(departure).reshape(3, -1)[0], np.abs(u).reshape(3, -1)[1]
+        d = driven[1]
+        departure = problem.departure(d, problem.rates(d, problem.friction), problem.friction)
+        cannot_open, slip = np.abs(departure).reshape(3, -1)[0], np.abs(problem.B.T @ d).reshape(3, -1)[1]
         amount = np.where(slip > _LITTLE, cannot_open, 0.0)
     elif status is Status.UNLIMITED:
         # The live load in place of the dead, scaled as the driven mechanism is.

@@ -85,9 +85,7 @@ def _exact(v: dict[str, Any]) -> str:
 
 
 def _not_refined(v: dict[str, Any]) -> str:
-    if v["why"] == Code.RESIDUAL:
-        return f"not refined: the state found leaves residuals up to {max(v['residuals'].values()):.1e}"
-    return f"not refined: {_SENTENCES[Code(v['why'])]({})}"
+    return f"not refined: {_SENTENCES[Code(v['why'])](v)}"
 
 
 def _bracket(v: dict[str, Any]) -> str:
@@ -185,7 +183,7 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.UNDECIDED: lambda v: "for some mechanisms the solver could not tell whether they lower it",
     Code.NOT_REFINED: _not_refined,
     Code.NO_STATICS: lambda v: "no statics bring every face of a mechanism to yield",
-    Code.RESIDUAL: lambda v: "the state found leaves too much of its conditions",
+    Code.RESIDUAL: lambda v: f"the state found leaves residuals up to {max(v['residuals'].values()):.1e}",
     Code.NO_KINEMATICS: lambda v: "kinematics allow no mechanism",
     Code.PROVEN: lambda v: (
         f"proven least: {_bracket(v)} (rates are at most {v['largest_rate']:.4g}, which kinematics imply)"

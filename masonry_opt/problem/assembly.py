@@ -32,6 +32,10 @@ class Assembly:
     joints: Joints
     movable: np.ndarray
 
+    def names(self, blocks: np.ndarray) -> list[str]:
+        """Names of blocks by their indices in the scene."""
+        return [self.scene.blocks[index].name for index in blocks]
+
 
 def assemble(scene: Scene) -> Assembly:
     """Find the joints of a scene and assemble eqs (1) to (6).

@@ -154,6 +154,14 @@ class Problem:
         rock = np.where(both_edges >= np.abs(rotation), about, np.stack([-rotation, rotation]))
         return np.maximum(np.concatenate([-slip, slip, *rock]), 0.0)
 
+    def unbalanced(self, load_factor: float, q: np.ndarray) -> np.ndarray:
+        """What joint forces and loads leave of equilibrium, eq. (1), shape (3b,)."""
+        return self.B @ q + load_factor * self.live + self.dead
+
+    def departure(self, d: np.ndarray, p: np.ndarray, slope: np.ndarray) -> np.ndarray:
+        """What velocities and rates leave of the flow rule with that slope, Bᵀd − D p, shape (3c,)."""
+        return self.B.T @ d - self.D(slope) @ p
+
     def slip(self, p: np.ndarray) -> np.ndarray:
         """Sliding of either sense, shape (k,), in rates p, shape (faces,)."""
         return self.both_senses.T @ p

@@ -14,15 +14,13 @@ from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
 
 from masonry_opt.effort import Effort
 from masonry_opt.solvers.lp import LpSize, Verdict
+from masonry_opt.solvers.registry import find_solver
 
 #: Pairs of what a parameter stands at, variable or rows, and the parameter.
 Links = Sequence[tuple[Any, pyo.Param]]
 
 #: HiGHS's feasibility tolerances.
 _FEASIBILITY = 1e-10
-
-#: Name under which a result tells that this solver was used.
-NAME = "highs"
 
 _STATUS = highspy.HighsModelStatus
 _VERDICTS = {
@@ -57,7 +55,8 @@ class HighsSession:
         room: Links = (),
     ) -> None:
         self.effort = effort
-        effort.uses(NAME, purpose)
+        simplex = find_solver("pyomo", "highs", _FEASIBILITY)
+        effort.uses(simplex.name, purpose)
         form = LinearStandardFormCompiler().write(program, mixed_form=True, set_sense=None)
         self._column = {id(variable): index for index, variable in enumerate(form.columns)}
         self._columns: dict[int, np.ndarray] = {}
@@ -81,9 +80,8 @@ class HighsSession:
         self.size = LpSize(matrix.shape[0], matrix.shape[1], matrix.nnz)
         self._highs = highspy.Highs()
         self._highs.silent()
-        for name in ("primal_feasibility_tolerance", "dual_feasibility_tolerance"):
-            self._highs.setOptionValue(name, _FEASIBILITY)
-        self._highs.setOptionValue("solver", "simplex")
+        for name, value in simplex.options.items():
+            self._highs.setOptionValue(name, value)
         self._highs.passModel(lp)
         self._lower, self._upper = np.array(lp.col_lower_), np.array(lp.row_upper_)
         self._set: dict[int, Callable[[np.ndarray], None]] = {}
