@@ -20,8 +20,8 @@ class PyomoMpec(PyomoStates):
     At ε = 0 every feasible point is a state under the joints' own flow rule.
     """
 
-    def __init__(self, problem: Problem, minimise: bool = True) -> None:
-        super().__init__(problem, minimise)
+    def __init__(self, problem: Problem) -> None:
+        super().__init__(problem)
         self.program.epsilon = pyo.Param(mutable=True, initialize=1.0)
         self.program.complementarity = pyo.Constraint(
             range(problem.faces), rule=lambda m, face: m.z[face] * m.p[face] <= m.epsilon

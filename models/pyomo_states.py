@@ -17,13 +17,9 @@ class PyomoStates:
 
         min  λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    z = C(μ) q + c ≥ 0,
                                  Bᵀ d = D(tan φ₀) p,    f_L·d = Σ|f_L|,    p ≥ 0
-
-    Parameters
-    ----------
-    minimise: whether the least λ is looked for; else any state.
     """
 
-    def __init__(self, problem: Problem, minimise: bool = True) -> None:
+    def __init__(self, problem: Problem) -> None:
         self.problem = problem
         model = self.program = pyo.ConcreteModel()
         statics = self.statics = Statics(model, problem, ShearLimits.true(problem))
@@ -31,8 +27,7 @@ class PyomoStates:
         faces = range(problem.faces)
         model.z = pyo.Var(faces, domain=pyo.NonNegativeReals)
         model.yielding = pyo.Constraint(faces, rule=lambda m, face: m.z[face] == statics.slacks[face])
-        # A constant objective must still mention a variable to be written to a solver's file.
-        model.objective = pyo.Objective(expr=(problem.live_norm if minimise else 0.0) * model.load_factor)
+        model.objective = pyo.Objective(expr=problem.live_norm * model.load_factor)
 
     def start_from(self, state: State) -> None:
         """Put a state, and the slacks that follow from it, into the variables."""

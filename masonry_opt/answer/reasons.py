@@ -38,7 +38,6 @@ class Code(StrEnum):
 
     # The MPEC.
     LOCAL_MINIMUM = "local minimum"  # epsilon
-    ONE_OF_MANY = "one of many"  # epsilon
     RELAXED_FROM = "relaxed from"  # epsilon
     START_FAILED = "start failed"
     RELAXATION_STOPPED = "relaxation stopped"  # word, epsilon

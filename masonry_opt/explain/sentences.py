@@ -163,7 +163,6 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     ),
     Code.LEAST_BORNE_OUT: _least_borne_out,
     Code.LOCAL_MINIMUM: lambda v: f"a local minimum, complementary to within ε = {v['epsilon']:.0e}",
-    Code.ONE_OF_MANY: lambda v: f"one state of many (MCP), complementary to within ε = {v['epsilon']:.0e}",
     Code.RELAXED_FROM: lambda v: f"relaxed from ε = {v['epsilon']:.0e}, larger ones could not be followed",
     Code.START_FAILED: lambda v: "the loop to start from failed",
     Code.RELAXATION_STOPPED: lambda v: f"IPOPT ended with '{v['word']}' at ε = {v['epsilon']:.0e}",

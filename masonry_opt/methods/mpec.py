@@ -43,13 +43,11 @@ class MpecOptions(Options):
     start: "loop" (the loop's answer), "cold" (no forces, no motion), or a result of the same scene.
     epsilon: first bound on each z p, in median block weights times the live load's mean velocity.
     epsilon_min: last bound.
-    minimise: look for the least λ; False for any state at all (the paper's MCP column).
     """
 
     start: Literal["loop", "cold"] | InstanceOf[Solution] = "loop"
     epsilon: Annotated[float, Strict(), Field(gt=0, le=10)] = 0.03
     epsilon_min: Annotated[float, Strict(), Field(gt=0, le=10)] = 3e-9
-    minimise: Annotated[bool, Strict()] = True
 
     @model_validator(mode="after")
     def _falling(self) -> MpecOptions:
@@ -127,7 +125,7 @@ def _state(problem: Problem, solution: Solution) -> State:
 def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
     problem, effort = task.problem, task.effort
     with effort.measure("build"):
-        model = PyomoMpec(problem, options.minimise)
+        model = PyomoMpec(problem)
         at_rest = (np.zeros(size) for size in (3 * problem.joints, 3 * problem.blocks, problem.faces))
         model.start_from(start or State(0.0, *at_rest))
     with effort.measure("compile"):
@@ -142,8 +140,7 @@ def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
         # Nearer to its end the relaxation is easier to follow, if less free to find a lower λ.
         model.start_from(start)
         ipopt.forget()
-    what = Code.LOCAL_MINIMUM if options.minimise else Code.ONE_OF_MANY
-    solution.end(Status.CONVERGED, what, epsilon=options.epsilon_min)
+    solution.end(Status.CONVERGED, Code.LOCAL_MINIMUM, epsilon=options.epsilon_min)
     solution.load_factor = model.read().load_factor
     if epsilon < options.epsilon:
         solution.add(Code.RELAXED_FROM, epsilon=epsilon)

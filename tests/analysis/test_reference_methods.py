@@ -98,14 +98,6 @@ def test_mpec_reaches_the_published_value_and_refinement_goes_no_higher(number):
     assert refined.nlp_solves == 0
 
 
-def test_mcp_is_any_state_and_so_not_below_the_mpec():
-    """The paper's MCP column: conditions without minimising."""
-    mcp = mo.solve(WALLS[0], "mpec", minimise=False)
-    assert mcp.certificate.worst < 1e-7
-    assert mcp.load_factor >= mo.solve(WALLS[0], "mpec").load_factor - 1e-7
-    assert values_of(mcp, Code.ONE_OF_MANY) == {"epsilon": 3e-9}
-
-
 def test_a_relaxation_that_cannot_be_followed_is_a_status_and_what_is_kept_is_called_what_it_is():
     """Wall 5 from nothing: IPOPT reaches its iteration limit."""
     result = mo.solve(WALLS[4], "mpec", start="cold")

@@ -331,6 +331,7 @@ def test_old_names_of_options_are_refused_with_the_new(old, new):
         ({"zzz": 1}, "it has: preset, sub_problems, alpha"),
         ({"method": "statik"}, "method 'statik' is unknown; choose from: static, kinematic"),
         ({"method": "static", "beta": 0.5}, "no option 'beta'; methods that have it: nonassociative"),
+        ({"method": "mpec", "minimise": False}, "no option 'minimise'; it has: start, epsilon"),
         ({"beta": 7}, r"option 'beta': .*\(found 7\)"),
     ],
 )
