@@ -23,6 +23,7 @@ from masonry_opt.methods.loop.method import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.task import Method, Options, Task
 from masonry_opt.models.pyomo_mpec import PyomoMpec
+from masonry_opt.models.pyomo_relaxed import PyomoRelaxed
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.ipopt import IPOPT, Ipopt
@@ -125,7 +126,7 @@ def _state(problem: Problem, solution: Solution) -> State:
 def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
     problem, effort = task.problem, task.effort
     with effort.measure("build"):
-        model = PyomoMpec(problem)
+        model = PyomoRelaxed(PyomoMpec(problem))
         at_rest = (np.zeros(size) for size in (3 * problem.joints, 3 * problem.blocks, problem.faces))
         model.start_from(start or State(0.0, *at_rest))
     with effort.measure("compile"):
@@ -148,7 +149,7 @@ def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
 
 
 def _follow(
-    task: Task, model: PyomoMpec, ipopt: Ipopt, epsilon: float, last: float, solution: Solution
+    task: Task, model: PyomoRelaxed, ipopt: Ipopt, epsilon: float, last: float, solution: Solution
 ) -> bool:
     """Solve for a falling ε from the values the model holds; whether all were solved."""
     while True:

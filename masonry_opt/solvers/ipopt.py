@@ -14,7 +14,7 @@ import pyomo.environ as pyo
 from pyomo.common.errors import ApplicationError
 from pyomo.repn.plugins.nl_writer import NLWriter
 
-from masonry_opt.models.pyomo_mpec import PyomoMpec
+from masonry_opt.models.pyomo_relaxed import PyomoRelaxed
 
 #: Options for a series of solves that each begin near the last one's end.
 _OPTIONS: dict[str, Any] = {
@@ -43,7 +43,7 @@ class NlpAnswer:
 
 
 class Ipopt(Protocol):
-    """A loaded MPEC. Its variables' values are the start, and afterwards the end."""
+    """A loaded relaxation. Its variables' values are the start, and afterwards the end."""
 
     def solve(self, epsilon: float) -> NlpAnswer:
         """Solve with z p ≤ ``epsilon``, from the values that the variables hold and the last solve's
@@ -56,7 +56,7 @@ class Ipopt(Protocol):
 class CasadiIpopt:
     """IPOPT through CasADi, which reads the program once from Pyomo's ``.nl``."""
 
-    def __init__(self, model: PyomoMpec) -> None:
+    def __init__(self, model: PyomoRelaxed) -> None:
         import casadi
 
         with tempfile.TemporaryDirectory() as folder:
@@ -107,9 +107,10 @@ class CasadiIpopt:
 class ExecutableIpopt:
     """An ``ipopt`` executable on the PATH, through Pyomo."""
 
-    def __init__(self, model: PyomoMpec) -> None:
+    def __init__(self, model: PyomoRelaxed) -> None:
         self._solver = pyo.SolverFactory("ipopt", executable=shutil.which("ipopt"))
         self._solver.options.update(_OPTIONS)
+        self._epsilon = model.epsilon
         program = self._program = model.program
         # The multipliers that one solve leaves and the next begins with.
         program.ipopt_zL_out = pyo.Suffix(direction=pyo.Suffix.IMPORT)
@@ -121,7 +122,7 @@ class ExecutableIpopt:
     def solve(self, epsilon: float) -> NlpAnswer:
         """See :class:`Ipopt`."""
         program = self._program
-        program.epsilon.set_value(epsilon)
+        self._epsilon.set_value(epsilon)
         program.ipopt_zL_in.update(program.ipopt_zL_out)
         program.ipopt_zU_in.update(program.ipopt_zU_out)
         with tempfile.TemporaryDirectory() as folder:

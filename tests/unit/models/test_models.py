@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import cvxpy as cp
 import numpy as np
 import pyomo.environ as pyo
 import pytest
 from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
-from scenes import KINDS_OF_JOINTS, declared
+from scenes import declared
 
 from masonry_opt.models import cvxpy_terms, pyomo_terms
 from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
@@ -23,34 +21,7 @@ from masonry_opt.models.pyomo_kinematic import PyomoKinematic
 from masonry_opt.models.pyomo_mpec import PyomoMpec
 from masonry_opt.models.pyomo_refinement import PyomoForces, PyomoMotion
 from masonry_opt.models.pyomo_static import PyomoStatic
-from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import ShearLimits
-from masonry_opt.problem.state import State
-
-PROBLEMS = {name: assemble(scene).problem for name, scene in KINDS_OF_JOINTS.items()}
-
-
-@pytest.fixture(params=PROBLEMS)
-def problem(request):
-    return PROBLEMS[request.param]
-
-
-@dataclass(frozen=True)
-class Numbers:
-    """Random numbers in place of a state."""
-
-    q: np.ndarray
-    d: np.ndarray
-    p: np.ndarray
-    load_factor: float = 0.7
-
-
-@pytest.fixture
-def numbers(problem):
-    rng = np.random.default_rng(4)
-    shapes = (3 * problem.joints, 3 * problem.blocks)
-    return Numbers(*(rng.normal(size=size) for size in shapes), rng.uniform(size=problem.faces))
-
 
 #: Models that have statics, by name, each of a problem and its true shear limits.
 STATIC = {
@@ -148,21 +119,6 @@ def test_linear_models_compile(name, problem):
         matrix = model.program.get_problem_data("CLARABEL")[0]["A"]
     assert min(matrix.shape) > 0
     assert np.isfinite(matrix.data).all()
-
-
-def test_an_mpec_holds_a_state_and_tells_what_it_leaves(problem, numbers):
-    model = PyomoMpec(problem)
-    model.start_from(State(numbers.load_factor, numbers.q, numbers.d, numbers.p))
-    read = model.read()
-    assert read.load_factor == numbers.load_factor
-    for ours, theirs in ((read.q, numbers.q), (read.d, numbers.d), (read.p, numbers.p)):
-        np.testing.assert_array_equal(ours, theirs)
-    expected = np.maximum(problem.slacks(numbers.q), 0.0) * numbers.p
-    np.testing.assert_allclose(model.products(), expected, atol=1e-12)
-    assert len(model.complementarity_rows) == problem.faces
-    model.program.epsilon.set_value(0.25)
-    rows = zip(model.complementarity_rows, expected, strict=True)
-    assert all(pyo.value(row.body) - pyo.value(row.upper) == pytest.approx(z_p - 0.25) for row, z_p in rows)
 
 
 @pytest.mark.parametrize("terms", [cvxpy_terms, pyomo_terms], ids=["cvxpy", "pyomo"])

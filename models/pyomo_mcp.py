@@ -1,0 +1,93 @@
+"""Coulomb collapse as a mixed complementarity problem in Pyomo, from which the MPEC and the global search
+are made."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pyomo.environ as pyo
+from pyomo.mpec import Complementarity, complements
+
+from masonry_opt.models.pyomo_arrays import put, values
+from masonry_opt.models.pyomo_terms import Mechanism, Statics
+from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.problem.state import State
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """What a state leaves of each equation, and the two sides of complementarity.
+
+    Attributes
+    ----------
+    equilibrium: B q + λ f_L + f_D, shape (3b,).
+    compatibility: Bᵀ d − D(tan φ₀) p, shape (3c,).
+    live_work: f_L·d − Σ|f_L|.
+    z, p: slack and rate of each face, shape (faces,).
+    """
+
+    equilibrium: np.ndarray
+    compatibility: np.ndarray
+    live_work: float
+    z: np.ndarray
+    p: np.ndarray
+
+
+class PyomoMcp:
+    """Every state of collapse under the joints' own flow rule, eqs (1) to (6) and (8):
+
+        B q + λ f_L + f_D = 0,    Bᵀ d = D(tan φ₀) p,    f_L·d = Σ|f_L|,
+        0 ≤ z = C(μ) q + c  ⟂  p ≥ 0    for each face
+
+    As many equations and complementary pairs as unknowns λ, q, d, p, and no objective: one λ of several that
+    may meet them is as good as another.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        model = self.program = pyo.ConcreteModel()
+        statics = self.statics = Statics(model, problem, ShearLimits.true(problem))
+        self.mechanism = Mechanism(model, problem, problem.dilatancy.tolist())
+        model.complementarity = Complementarity(
+            range(problem.faces), rule=lambda m, face: complements(statics.slacks[face] >= 0, m.p[face] >= 0)
+        )
+
+    def start_from(self, state: State) -> None:
+        """Put a state into the variables."""
+        self.program.load_factor.set_value(state.load_factor)
+        put(self.statics.q, state.q)
+        put(self.mechanism.d, state.d)
+        put(self.mechanism.p, state.p)
+
+    def read(self) -> State:
+        """The state that the variables hold."""
+        return State(*self.statics.forces(), values(self.mechanism.d), values(self.mechanism.p))
+
+    def residuals(self, state: State) -> Residuals:
+        """What a state, which the variables hold from then on, leaves of the equations as declared."""
+        self.start_from(state)
+        return Residuals(
+            equilibrium=_left(self.statics.equilibrium),
+            compatibility=_left(self.mechanism.compatibility),
+            live_work=float(_left(self.mechanism.live_work)[0]),
+            z=np.array([pyo.value(slack) for slack in self.statics.slacks]),
+            p=values(self.mechanism.p),
+        )
+
+
+def with_slack_variables(model: PyomoMcp, transformation: str) -> Any:
+    """Write complementarity, in place, by a transformation of Pyomo's that makes each slack a variable,
+    z = C(μ) q + c with z ≥ 0, and return these variables."""
+    conditions = model.program.complementarity
+    pyo.TransformationFactory(transformation).apply_to(model.program)
+    for condition in conditions.values():
+        # The row p ≥ 0, which is the rate's own bound.
+        condition.c.deactivate()
+    return pyo.Reference(conditions[:].v)
+
+
+def _left(equations: Any) -> np.ndarray:
+    """What the variables' values leave of equations."""
+    return np.array([pyo.value(row.body) - pyo.value(row.upper) for row in equations.values()])
