@@ -6,12 +6,13 @@ import numpy as np
 import pyomo.environ as pyo
 
 from masonry_opt.models.pyomo_arrays import dot
-from masonry_opt.models.pyomo_states import PyomoStates
+from masonry_opt.models.pyomo_mcp import with_slack_variables
+from masonry_opt.models.pyomo_mpec import PyomoMpec
 from masonry_opt.problem.problem import Problem
 
 
-class PyomoGlobal(PyomoStates):
-    """The states of :class:`PyomoStates` with 0 ≤ λ ≤ Λ, where each face is at yield (y = 1) or at rest:
+class PyomoGlobal(PyomoMpec):
+    """The MPEC with 0 ≤ λ ≤ Λ, where each face is at yield (y = 1) or at rest:
 
         p ≤ P y,    z ≤ Z (1 − y),    −f_D·d ≤ Λ Σ|f_L|
 
@@ -29,11 +30,12 @@ class PyomoGlobal(PyomoStates):
     ) -> None:
         super().__init__(problem)
         model, faces = self.program, range(problem.faces)
+        z = with_slack_variables(self, "mpec.standard_form")
         Z, P = most_slack.tolist(), most_rate.tolist()
         model.load_factor.setlb(0.0)
         model.load_factor.setub(highest)
         model.y = pyo.Var(faces, domain=pyo.Binary)
         model.at_rest = pyo.Constraint(faces, rule=lambda m, face: m.p[face] <= P[face] * m.y[face])
-        model.at_yield = pyo.Constraint(faces, rule=lambda m, face: m.z[face] <= Z[face] * (1 - m.y[face]))
+        model.at_yield = pyo.Constraint(faces, rule=lambda m, face: z[face] <= Z[face] * (1 - m.y[face]))
         raising = dot(-problem.dead, list(model.d.values()))
         model.raising = pyo.Constraint(expr=raising <= highest * problem.live_norm)
