@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from itertools import pairwise
 
+import numpy as np
 import pytest
 
 import masonry_opt as mo
@@ -15,7 +16,7 @@ from masonry_opt.solvers.registry import find_solver
 from masonry_opt.studies.atlas.large_scenes import LARGE, large_scene
 
 #: Joints of a stone, over all sizes: nearly three in large scenes, fewer in small ones.
-JOINTS = {"rubble": (2, 3)}
+JOINTS = {"rubble": (2, 3), "openings": (1.5, 3)}
 
 
 def is_as_asked_and_stands(family: str, stones: int, seed: int) -> None:
@@ -74,6 +75,18 @@ def test_stones_of_rubble_fill_the_wall_and_meet_at_the_same_corners():
     assert inner + on_base == len(assembly.joints.first)
 
 
+def test_walls_have_openings_and_a_lintel_over_each():
+    for seed in range(5):
+        scene = large_scene("openings", 60, seed)
+        stones = [block.polygon() for block in scene.blocks if not block.fixed]
+        lengths = np.array([np.ptp(stone[:, 0]) for stone in stones])
+        height = max(stone[:, 1].max() for stone in stones)
+        span = max(stone[:, 0].max() for stone in stones)
+        area = sum(np.ptp(stone[:, 0]) * np.ptp(stone[:, 1]) for stone in stones)
+        assert area < 0.97 * height * span
+        assert lengths.max() > 1.9 * np.median(lengths)
+
+
 def test_too_few_stones_are_refused():
     with pytest.raises(mo.OptionError, match="20 stones or more"):
-        large_scene("rubble", 19, 0)
+        large_scene("openings", 19, 0)

@@ -1,4 +1,4 @@
-"""Large random scenes, of 20 to 2,000 stones: rubble walls.
+"""Large random scenes, of 20 to 2,000 stones: rubble walls, walls with openings.
 
 Each comes from its number of stones, which it has to within 10 %, and its seed. They are made to stand under
 their own weight; of some thousands that were checked all do.
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import chain, pairwise
 
 import numpy as np
 import shapely
@@ -16,11 +17,16 @@ from masonry_opt.errors import OptionError
 from masonry_opt.scene.blocks import Block, JointDefaults, rectangle
 from masonry_opt.scene.scene import Scene
 
+Rng = np.random.Generator
 Points = list[tuple[float, float]]
+
+#: Left, right and course of a stone; left, right, bottom and top of an opening: in half blocks and courses.
+Piece = tuple[int, int, int]
+Opening = tuple[int, int, int, int]
 
 _FRICTION = 0.6
 
-#: Fewer stones are no wall.
+#: Fewer stones leave no room for an opening.
 _FEWEST = 20
 
 #: Coordinates are rounded to so many digits, far below what joints are found with, so that cells that meet
@@ -59,10 +65,30 @@ def rubble(stones: int, seed: int) -> Scene:
     return _scene(f"rubble {stones} {seed}", outlines, rectangle(-1, width + 1, -1, 0))
 
 
-LARGE: dict[str, Callable[[int, int], Scene]] = {"rubble": rubble}
+def openings(stones: int, seed: int) -> Scene:
+    """A wall in running bond with windows and doors, each under a lintel.
+
+    All stones lie on others, or the base, with their whole length, but lintels, which lie on both ends:
+    what is above goes straight down.
+    """
+    rng = _rng("openings", stones, seed)
+    ratio = float(rng.uniform(1.8, 3))
+    while True:
+        whole = stones / (1 - rng.uniform(0.15, 0.3))
+        courses = max(5, round(math.sqrt(whole * ratio / rng.uniform(1, 2))))
+        length = _length(whole, courses)
+        cut = _cut(rng, stones, length, courses)
+        pieces = _pieces(length, courses, cut)
+        if cut and abs(len(pieces) - stones) <= 0.05 * stones:
+            break
+    outlines = [rectangle(left * ratio / 2, right * ratio / 2, row, row + 1) for left, right, row in pieces]
+    return _scene(f"openings {stones} {seed}", outlines, rectangle(-1, length * ratio / 2 + 1, -1, 0))
 
 
-def _rng(family: str, stones: int, seed: int) -> np.random.Generator:
+LARGE: dict[str, Callable[[int, int], Scene]] = {"rubble": rubble, "openings": openings}
+
+
+def _rng(family: str, stones: int, seed: int) -> Rng:
     if stones < _FEWEST:
         raise OptionError(f"a large scene has {_FEWEST} stones or more (found {stones})")
     return np.random.default_rng([list(LARGE).index(family), stones, seed])
@@ -100,3 +126,52 @@ def _steepest_at_sides(cells: np.ndarray, width: float) -> float:
     at_side = np.isclose(np.abs(edges[..., 0] - width / 2), width / 2)
     outer, inner = edges[at_side[:, 0] & ~at_side[:, 1]].transpose(1, 0, 2)
     return float(((inner[:, 1] - outer[:, 1]) / np.abs(inner[:, 0] - outer[:, 0])).max())
+
+
+def _bond(length: int, course: int) -> list[int]:
+    """Where the blocks of a course end, in half blocks: every other course is shifted by one."""
+    return sorted({0, *range(course % 2, length, 2), length})
+
+
+def _length(stones: float, courses: int) -> int:
+    """How many half blocks long a wall of so many stones is, whose courses have a stone more or less."""
+    return max(2, round(2 * stones / courses) - 1)
+
+
+def _cut(rng: Rng, stones: int, length: int, courses: int) -> list[Opening]:
+    """Openings at random places of a wall, until no more stones are left than wanted, or no room."""
+    cut: list[Opening] = []
+    for _ in range(10 * stones):
+        across, upwards = rng.integers(2, 9, size=2).tolist()
+        # At either end of the wall a block is left, between openings half a block more, and above each
+        # lintel a course.
+        if across > length - 4 or upwards > courses - 2:
+            continue
+        left = int(rng.integers(2, length - across - 1))
+        bottom = int(rng.integers(0, courses - upwards - 1))
+        right, top = left + across, bottom + upwards
+        if any(
+            left < other[1] + 3 and other[0] < right + 3 and bottom < other[3] + 2 and other[2] < top + 2
+            for other in cut
+        ):
+            continue
+        cut.append((left, right, bottom, top))
+        if len(_pieces(length, courses, cut)) <= stones:
+            break
+    return cut
+
+
+def _pieces(length: int, courses: int, cut: list[Opening]) -> list[Piece]:
+    """The stones of a wall with openings; lintels bear half a block on either side."""
+    pieces: list[Piece] = []
+    for row in range(courses):
+        gaps = [(left, right) for left, right, bottom, top in cut if bottom <= row < top]
+        lintels = [(left - 1, right + 1) for left, right, _, top in cut if top == row]
+        ends = sorted({*_bond(length, row), *chain(*gaps), *chain(*lintels)})
+        pieces += [
+            (left, right, row)
+            for left, right in pairwise(ends)
+            if not any(begin <= left < end for begin, end in gaps + lintels)
+        ]
+        pieces += [(left, right, row) for left, right in lintels]
+    return pieces
