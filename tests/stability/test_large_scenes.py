@@ -16,7 +16,7 @@ from masonry_opt.solvers.registry import find_solver
 from masonry_opt.studies.atlas.large_scenes import LARGE, large_scene
 
 #: Joints of a stone, over all sizes: nearly three in large scenes, fewer in small ones.
-JOINTS = {"rubble": (2, 3), "openings": (1.5, 3)}
+JOINTS = {"rubble": (2, 3), "openings": (1.5, 3), "piers": (1.3, 3)}
 
 
 def is_as_asked_and_stands(family: str, stones: int, seed: int) -> None:
@@ -85,6 +85,12 @@ def test_walls_have_openings_and_a_lintel_over_each():
         area = sum(np.ptp(stone[:, 0]) * np.ptp(stone[:, 1]) for stone in stones)
         assert area < 0.97 * height * span
         assert lengths.max() > 1.9 * np.median(lengths)
+
+
+def test_arches_on_piers_are_symmetric():
+    for seed in range(5):
+        geometry = assemble(large_scene("piers", 60, seed)).geometry
+        assert geometry.area @ geometry.centroid[:, 0] == pytest.approx(0, abs=1e-6)
 
 
 def test_too_few_stones_are_refused():

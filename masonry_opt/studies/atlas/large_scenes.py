@@ -1,4 +1,4 @@
-"""Large random scenes, of 20 to 2,000 stones: rubble walls, walls with openings.
+"""Large random scenes, of 20 to 2,000 stones: rubble walls, walls with openings, arches on piers.
 
 Each comes from its number of stones, which it has to within 10 %, and its seed. They are made to stand under
 their own weight; of some thousands that were checked all do.
@@ -85,7 +85,40 @@ def openings(stones: int, seed: int) -> Scene:
     return _scene(f"openings {stones} {seed}", outlines, rectangle(-1, length * ratio / 2 + 1, -1, 0))
 
 
-LARGE: dict[str, Callable[[int, int], Scene]] = {"rubble": rubble, "openings": openings}
+def piers(stones: int, seed: int) -> Scene:
+    """An arch of inner radius 1, semicircular or segmental, on two piers in running bond."""
+    rng = _rng("piers", stones, seed)
+    half_angle = math.pi / 2 if rng.random() < 0.5 else float(rng.uniform(1.15, 1.5))
+    thickness, height = float(rng.uniform(0.2, 0.3)), float(rng.uniform(0.8, 1.6))
+    # Wide enough for the arch's thrust and its springing.
+    width = float(rng.uniform(0.4, 0.6)) * math.sqrt(height)
+    # Voussoirs two to four times as deep as wide; of few stones not all.
+    depths = 2 * half_angle * (1 + thickness / 2) / thickness
+    voussoirs = round(min(rng.uniform(2, 4) * depths, rng.uniform(0.2, 0.35) * stones))
+    courses, length = _courses(rng, (stones - voussoirs - 2) / 2, width / height)
+    course, inner, outer = height / courses, math.sin(half_angle), math.sin(half_angle) + width
+    side = [
+        rectangle(
+            inner + width * left / length, inner + width * right / length, row * course, (row + 1) * course
+        )
+        for row in range(courses)
+        for left, right in pairwise(_bond(length, row))
+    ]
+    angles = np.linspace(math.pi / 2 - half_angle, math.pi / 2 + half_angle, voussoirs + 1)
+    ring = np.column_stack([np.cos(angles), np.sin(angles)])
+    centre = [0, height + course - math.cos(half_angle)]
+    soffit, back = (ring + centre).tolist(), ((1 + thickness) * ring + centre).tolist()
+    # On each pier lies a springer of its length.
+    side.append([(inner, height), (outer, height), (outer, back[0][1]), back[0], soffit[0]])
+    outlines = [
+        *(np.array(outline) * [way, 1] for way in (-1, 1) for outline in side),
+        *(np.array([soffit[i], back[i], back[i + 1], soffit[i + 1]]) for i in range(voussoirs)),
+    ]
+    base = rectangle(-outer - 1, outer + 1, -1, 0)
+    return _scene(f"piers {stones} {seed}", [_corners(outline) for outline in outlines], base)
+
+
+LARGE: dict[str, Callable[[int, int], Scene]] = {"rubble": rubble, "openings": openings, "piers": piers}
 
 
 def _rng(family: str, stones: int, seed: int) -> Rng:
@@ -136,6 +169,15 @@ def _bond(length: int, course: int) -> list[int]:
 def _length(stones: float, courses: int) -> int:
     """How many half blocks long a wall of so many stones is, whose courses have a stone more or less."""
     return max(2, round(2 * stones / courses) - 1)
+
+
+def _courses(rng: Rng, stones: float, aspect: float) -> tuple[int, int]:
+    """Courses of a pier of so many stones, and how many half blocks long it is: a block at least."""
+    wanted = round(math.sqrt(rng.uniform(1.8, 3) * stones / aspect))
+    wanted = min(wanted, int(stones / 1.5))
+    # A course more or less may come nearer to the number of stones.
+    near = [(courses, _length(stones, courses)) for courses in range(max(2, wanted - 1), wanted + 2)]
+    return min(near, key=lambda pier: abs(pier[0] * (pier[1] + 1) // 2 - stones))
 
 
 def _cut(rng: Rng, stones: int, length: int, courses: int) -> list[Opening]:
