@@ -199,8 +199,9 @@ def _solver(method: Method, model: str | None, name: str | None, tolerance: floa
     if tolerance is not None and method.own_tolerances:
         raise OptionError(f"method '{method.name}' has tolerances of its own: leave 'tolerance' out")
     solver = find_solver(model, name, TOLERANCE if tolerance is None else tolerance)
-    if solver.entry.nonlinear and not allowed:
-        raise OptionError(f"solver '{solver.name}' is one of nonlinear programs: method 'mpec' takes it")
+    if not solver.entry.linear and not allowed:
+        takes = "mpec" if solver.entry.nonlinear else "mcp"
+        raise OptionError(f"solver '{solver.name}' solves no linear programs: method '{takes}' takes it")
     return solver
 
 

@@ -36,6 +36,12 @@ class Code(StrEnum):
     LOCKED_ALL_THE_SAME = "locked all the same"
     LEAST_BORNE_OUT = "least borne out"  # load_factor, None if there is none
 
+    # The one pass.
+    ONE_PASS = "one pass"  # steps of all attempts, attempt: the last
+    PASS_STOPPED = "pass stopped"  # word, attempts
+    LOOP_TOOK_OVER = "loop took over"  # word
+    DILATANCY_FALLS = "dilatancy falls"
+
     # The MPEC.
     LOCAL_MINIMUM = "local minimum"  # epsilon
     RELAXED_FROM = "relaxed from"  # epsilon

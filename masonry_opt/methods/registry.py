@@ -5,7 +5,8 @@ from __future__ import annotations
 from masonry_opt.methods.associative import KINEMATIC, STATIC
 from masonry_opt.methods.global_search import GLOBAL
 from masonry_opt.methods.loop.method import NONASSOCIATIVE
+from masonry_opt.methods.mcp.method import MCP
 from masonry_opt.methods.mpec import MPEC
 from masonry_opt.methods.refined.method import REFINED
 
-METHODS = {method.name: method for method in (STATIC, KINEMATIC, NONASSOCIATIVE, MPEC, REFINED, GLOBAL)}
+METHODS = {method.name: method for method in (STATIC, KINEMATIC, NONASSOCIATIVE, MCP, MPEC, REFINED, GLOBAL)}

@@ -43,6 +43,7 @@ class SolverEntry:
     decides: whether its word on what has no answer can be trusted.
     integer: whether it takes binaries.
     nonlinear: whether it solves nonlinear programs, and nothing else here.
+    complementarity: whether it solves complementarity problems, and nothing else here.
     """
 
     name: str
@@ -55,6 +56,12 @@ class SolverEntry:
     decides: bool = True
     integer: bool = False
     nonlinear: bool = False
+    complementarity: bool = False
+
+    @property
+    def linear(self) -> bool:
+        """Whether it solves linear programs."""
+        return not (self.nonlinear or self.complementarity)
 
 
 @dataclass(frozen=True)
@@ -183,6 +190,8 @@ _ENTRIES = (
     SolverEntry("highs-hipo", "pyomo", "highs", _highs_hipo, _without_hipo, interior=True),
     SolverEntry("casadi", "pyomo", "casadi", None, _without_casadi, interior=True, nonlinear=True),
     SolverEntry("ipopt", "pyomo", "ipopt", None, _without_ipopt, interior=True, nonlinear=True),
+    # This package's own, which reads the matrices that the declared model is made of.
+    SolverEntry("newton", "pyomo", "newton", None, interior=True, complementarity=True),
 )
 
 #: By language and name. The first of a language is its default.
@@ -212,7 +221,7 @@ def find_entry(language: str, name: str | None) -> SolverEntry:
     """
     if language not in LANGUAGES:
         raise OptionError(f"model '{language}' is unknown; choose from: {', '.join(LANGUAGES)}")
-    known = capable(language, lambda entry: not entry.nonlinear)
+    known = capable(language, lambda entry: entry.linear)
     name = (name or known[0]).lower()
     entry = SOLVERS.get((language, name))
     if entry is None and language == "cvxpy" and name.upper() in _installed_for_cvxpy():

@@ -1,0 +1,1 @@
+"""Method "mcp": the Coulomb answer in one interior-point pass over the complementarity problem."""

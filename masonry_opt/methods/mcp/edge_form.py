@@ -1,0 +1,141 @@
+"""The problem in forces at the two edges of each joint: rocking faces become bounds of variables."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.state import State
+
+
+@dataclass(frozen=True)
+class Iterate:
+    """A point of the interior.
+
+    Attributes
+    ----------
+    load_factor: λ.
+    x: forces at the first and second edge of each joint, > 0, and its shear, shape (3, c).
+    z: slacks of the sliding faces, > 0, shape (2, k).
+    d: block velocities, shape (3b,).
+    opening: rates with which the edges open beyond what sliding explains, > 0, shape (2, c).
+    slip: rates of the sliding faces, > 0, shape (2, k).
+    """
+
+    load_factor: float
+    x: np.ndarray
+    z: np.ndarray
+    d: np.ndarray
+    opening: np.ndarray
+    slip: np.ndarray
+
+    @property
+    def products(self) -> tuple[np.ndarray, np.ndarray]:
+        """z p of the edges, shape (2, c), and of the sliding faces, shape (2, k)."""
+        return self.x[:2] * self.opening, self.z * self.slip
+
+    @property
+    def energy(self) -> float:
+        """z·p, the sum of all products."""
+        return float(sum(product.sum() for product in self.products))
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """What an iterate leaves of the equations.
+
+    Attributes
+    ----------
+    statics: B q + λ f_L + f_D, shape (3b,).
+    yielding: z − (c + μ n ∓ s), shape (2, k).
+    motion: departure of the edges' and the shear's motion from the flow rule, shape (3, c).
+    work: f_L·d − Σ|f_L|.
+    """
+
+    statics: np.ndarray
+    yielding: np.ndarray
+    motion: np.ndarray
+    work: float
+
+
+class EdgeForm:
+    """With x₂, x₃ the forces at a joint's edges (n = x₂ + x₃, m = h (x₃ − x₂), h = L/2) its rocking slacks are
+    2h x₂ and 2h x₃:
+
+        A x + λ f_L + f_D = 0,    z = c + μ (x₂ + x₃) ∓ s,    f_L·d = Σ|f_L|,
+        Aᵀd = (ψ (p₀ + p₁) + u₂, ψ (p₀ + p₁) + u₃, p₁ − p₀),    x₂ u₂ = x₃ u₃ = z₀ p₀ = z₁ p₁ = 0
+
+    Attributes
+    ----------
+    problem: the problem; its face order is sliding (+), (−), then the first edges, then the second.
+    from_edges: turns x, flat, into joint forces q, shape (3c, 3c).
+    A, At: equilibrium of blocks under x, shape (3b, 3c), and its transpose.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        one, arm = sp.eye_array(problem.joints), sp.diags_array(problem.half_length)
+        self.from_edges = sp.block_array([[one, one, None], [None, None, one], [-arm, arm, None]], format="csr")
+        self.A = (problem.B @ self.from_edges).tocsr()
+        self.At = self.A.T.tocsr()
+
+    def slacks(self, x: np.ndarray, slope: np.ndarray) -> np.ndarray:
+        """Slope · n ∓ s of the joints that can slide, shape (2, k); the true slacks but for cohesion."""
+        n, s = (x[0] + x[1])[self.problem.sliding], x[2, self.problem.sliding]
+        return np.stack([slope * n - s, slope * n + s])
+
+    def follow(self, slip: np.ndarray, slope: np.ndarray) -> np.ndarray:
+        """Motion of edges and shear that sliding rates, shape (2, k), cause, shape (3, c)."""
+        motion = np.zeros((3, self.problem.joints))
+        motion[:2, self.problem.sliding] = slope * slip.sum(axis=0)
+        motion[2, self.problem.sliding] = slip[1] - slip[0]
+        return motion
+
+    def moves(self, d: np.ndarray) -> np.ndarray:
+        """Motion of edges and shear under block velocities, shape (3, c)."""
+        moved: np.ndarray = (self.At @ d).reshape(3, -1)
+        return moved
+
+    def residuals(self, at: Iterate, slope: np.ndarray) -> Residuals:
+        """What an iterate leaves under a flow rule that opens joints by ``slope`` per unit slip, shape (k,)."""
+        problem = self.problem
+        motion = self.moves(at.d) - self.follow(at.slip, slope)
+        motion[:2] -= at.opening
+        return Residuals(
+            self.A @ at.x.ravel() + at.load_factor * problem.live + problem.dead,
+            at.z - problem.cohesion - self.slacks(at.x, problem.friction),
+            motion,
+            float(problem.live @ at.d) - problem.live_norm,
+        )
+
+    def state(self, at: Iterate) -> State:
+        """An iterate as a state of the problem."""
+        edges = at.opening / (2 * self.problem.half_length)
+        p = np.concatenate([at.slip.ravel(), edges.ravel()])
+        return State(at.load_factor, self.from_edges @ at.x.ravel(), at.d, p)
+
+    def iterate(self, state: State) -> Iterate:
+        """A state as an iterate, whose slacks are those of its forces."""
+        problem, k = self.problem, len(self.problem.sliding)
+        n, s, m = state.q.reshape(3, -1)
+        moment = m / problem.half_length
+        x = np.stack([(n - moment) / 2, (n + moment) / 2, s])
+        edges = state.p[2 * k :].reshape(2, -1) * 2 * problem.half_length
+        z = problem.cohesion + self.slacks(x, problem.friction)
+        return Iterate(state.load_factor, x, z, state.d, edges, state.p[: 2 * k].reshape(2, k))
+
+
+def moved(at: Iterate, forces: float, motion: float, by: Iterate) -> Iterate:
+    """An iterate after steps of these lengths in the unknowns of statics and of kinematics."""
+    return replace(
+        at,
+        load_factor=at.load_factor + forces * by.load_factor,
+        x=at.x + forces * by.x,
+        z=at.z + forces * by.z,
+        d=at.d + motion * by.d,
+        opening=at.opening + motion * by.opening,
+        slip=at.slip + motion * by.slip,
+    )

@@ -1,0 +1,112 @@
+"""Method "mcp": passes by one set of rules after another, and the loop where none ends."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Annotated
+
+import numpy as np
+from pydantic import Strict
+
+from masonry_opt.answer.acceptance import LIMITS, Kind, residuals
+from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.status import Status
+from masonry_opt.effort import Effort
+from masonry_opt.methods.loop.method import nonassociative
+from masonry_opt.methods.loop.options import LoopOptions
+from masonry_opt.methods.mcp.edge_form import EdgeForm
+from masonry_opt.methods.mcp.interior_point import NewtonStep, Outcome, run
+from masonry_opt.methods.mcp.newton import Elimination
+from masonry_opt.methods.mcp.rules import ATTEMPTS
+from masonry_opt.methods.task import Method, Options, Task
+from masonry_opt.models.cvxpy_least_energy import CvxpyMotionFor
+from masonry_opt.problem.load_units import in_units_of_load
+from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.state import State
+from masonry_opt.solvers.cvxpy_engine import has_optimum
+from masonry_opt.solvers.registry import capable, find_solver
+
+
+class McpOptions(Options):
+    """Options of the one pass.
+
+    Attributes
+    ----------
+    fallback: whether the loop takes over where no pass ends in a state.
+    """
+
+    fallback: Annotated[bool, Strict()] = True
+
+
+def mcp(task: Task) -> Solution:
+    """Load factor with the joints' own flow rule, from one interior-point pass.
+
+    Where a pass stalls another follows, by the next of the rules; where none ends in a state that its
+    certificate bears out, the loop takes over, and the reasons say so. Dilatancy that falls with stress is for
+    the loop at once.
+    """
+    problem, effort, options = task.problem, task.effort, task.options or McpOptions()
+    if problem.dilatancy_depends_on_stress:
+        return _by_loop(task, Solution(Status.SOLVER_FAILED, Kind.ONE_PASS), Code.DILATANCY_FALLS)
+    solution = Solution(Status.SOLVER_FAILED, Kind.ONE_PASS, slope=problem.dilatancy)
+    effort.uses(task.solver.name, "complementarity problem")
+    with effort.measure("build"):
+        elimination = Elimination(EdgeForm(problem))
+    for attempt, rules in enumerate(ATTEMPTS, start=1):
+
+        def follow(step: NewtonStep, attempt: int = attempt) -> None:
+            solution.history.append(replace(step, attempt=attempt))
+            effort.iterations += 1
+            effort.add("solve", step.seconds)
+            task.progress(solution.history[-1])
+
+        end = run(elimination, rules, follow)
+        if end.outcome is Outcome.SOLVED:
+            state = _exact(problem, elimination.form.state(end.iterate), effort)
+            if state is not None:
+                solution.take(state)
+                solution.load_factor = state.load_factor
+                solution.end(Status.CONVERGED, Code.ONE_PASS, steps=len(solution.history), attempt=attempt)
+                return solution
+        if end.outcome is Outcome.LOST:
+            break
+    if options.fallback:
+        return _by_loop(task, solution, Code.LOOP_TOOK_OVER, word=str(end.outcome))
+    solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, word=str(end.outcome), attempts=attempt)
+    return solution
+
+
+def _exact(problem: Problem, state: State, effort: Effort) -> State | None:
+    """The state if it is exact; else its forces with the motion that leaves least energy for them."""
+    if _passes(problem, state):
+        return state
+    scaled = in_units_of_load(problem)
+    z = np.maximum(scaled.problem.slacks(state.q / scaled.force), 0.0)
+    motion = CvxpyMotionFor(scaled.problem, z, problem.dilatancy)
+    if not has_optimum(motion.program, find_solver("cvxpy", None), effort, "motion"):
+        return None
+    state = replace(state, d=np.asarray(motion.mechanism.d.value))
+    return state if _passes(problem, state) else None
+
+
+def _passes(problem: Problem, state: State) -> bool:
+    left = residuals(problem, state.load_factor, state.q, state.d, problem.dilatancy)
+    return not LIMITS[Kind.ONE_PASS].failing(left)
+
+
+def _by_loop(task: Task, before: Solution, code: Code, **values: str) -> Solution:
+    """The loop's solution, which tells that it took over; the passes' steps come first in the history."""
+    solution = nonassociative(task.with_options(LoopOptions(), find_solver("cvxpy", None)))
+    solution.reasons.insert(0, reason(code, **values))
+    solution.history = [*before.history, *solution.history]
+    return solution
+
+
+MCP = Method(
+    "mcp",
+    mcp,
+    McpOptions,
+    {"pyomo": capable("pyomo", lambda solver: solver.complementarity)},
+    own_tolerances=True,
+)

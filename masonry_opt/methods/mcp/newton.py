@@ -1,0 +1,283 @@
+"""The linear algebra of a Newton step: elimination onto the blocks, refinement, and a full factorisation.
+
+Of the faces only rocking is eliminated from what the solution must satisfy; sliding stays explicit (both
+eliminated, residuals stall near 1e-2). The joints' compliance is then inverted in closed form, joint by joint,
+which leaves a matrix of the blocks alone, 3b + 1 square with the pattern of a frame's stiffness. It is
+factorised by SuperLU (SciPy) without pivoting, in one order for the whole pass.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.linalg import splu
+
+from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate
+
+#: Stiffnesses are cut off so far above what the gap lets a mechanism have: beyond, the rounding of what stands
+#: still (1e-16 of it) would drown the stiffness of what moves, which falls with the gap. The cut acts like a
+#: proximal term: what it leaves, refinement takes off, or the next step. Never cut below the second, in units
+#: of mean force over mean rate.
+_CUT, _NEVER_BELOW = 1e12, 1e3
+
+#: Refinements of a solution at most, the error at which they end, and that beyond which a full factorisation
+#: is made instead: affordable up to so many joints.
+_REFINEMENTS, _EXACT, _MOST_ERROR, _FULL_UP_TO = 6, 1e-12, 1e-8, 3000
+
+
+class SingularError(ArithmeticError):
+    """The matrix has no factors."""
+
+
+class Parts(NamedTuple):
+    """Right-hand sides, or unknowns, of a Newton step.
+
+    As right-hand sides: of statics (3b,), of z dp + p dz (2, k), of the motion of edges and shear (3, c), and
+    of the work. As unknowns: velocities (3b,), sliding rates (2, k), forces x (3, c), and λ.
+    """
+
+    blocks: np.ndarray
+    sliding: np.ndarray
+    joints: np.ndarray
+    load: float
+
+    def plus(self, other: Parts) -> Parts:
+        """The sum."""
+        return Parts(*(mine + its for mine, its in zip(self, other, strict=True)))
+
+    def minus(self, other: Parts) -> Parts:
+        """The difference."""
+        return Parts(*(mine - its for mine, its in zip(self, other, strict=True)))
+
+
+class Elimination:
+    """What the Newton matrices of a scene share: the blocks of each joint, the pattern and its order."""
+
+    def __init__(self, form: EdgeForm) -> None:
+        self.form, problem = form, form.problem
+        b, c = problem.blocks, problem.joints
+        entries = form.A.tocoo()
+        joint, kind, block = entries.col % c, entries.col // c, entries.row // 3
+        # A joint's blocks, one where the other is fixed (-1), and its part of A, shape (c, 6, 3).
+        touching = np.unique(joint * np.int64(b) + block)
+        of_joint = touching // b
+        second = np.r_[False, of_joint[1:] == of_joint[:-1]].astype(int)
+        ends = np.full((2, c), -1)
+        ends[second, of_joint] = touching % b
+        self._levers = np.zeros((c, 6, 3))
+        end = (block != ends[0, joint]).astype(int)
+        self._levers[joint, 3 * end + entries.row % 3, kind] = entries.data
+        self.size = size = 3 * b + 1
+        self._order = np.append((3 * _order(ends, b)[:, None] + np.arange(3)).ravel(), size - 1)
+        of_end = 3 * ends.T[:, :, None] + np.arange(3)
+        rows = np.where(ends.T[:, :, None] >= 0, self._order[of_end], -1).reshape(c, 6)
+        down, across = np.broadcast_arrays(rows[:, :, None], rows[:, None, :])
+        self._kept = (down >= 0) & (across >= 0)
+        loaded = np.flatnonzero(problem.live)
+        last, diagonal = np.full(len(loaded), size - 1), np.arange(size)
+        row = np.concatenate([down[self._kept], self._order[loaded], last, diagonal])
+        column = np.concatenate([across[self._kept], last, self._order[loaded], diagonal])
+        places, self._place = np.unique(column * np.int64(size) + row, return_inverse=True)
+        self._indices = (places % size).astype(np.int32)
+        self._starts = np.searchsorted(places // size, np.arange(size + 1)).astype(np.int32)
+        self._border = np.concatenate([-problem.live[loaded], problem.live[loaded]])
+
+    def factors(self, stiffness: np.ndarray, regularisation: float) -> Factors:
+        """Factors of the blocks' matrix for joint stiffnesses, shape (c, 3, 3).
+
+        Raises SingularError if there are none.
+        """
+        of_joints = self._levers @ stiffness @ self._levers.transpose(0, 2, 1)
+        values = np.concatenate([of_joints[self._kept], self._border, np.full(self.size, regularisation)])
+        data = np.bincount(self._place, values, len(self._indices))
+        matrix = sp.csc_matrix((data, self._indices, self._starts), shape=(self.size, self.size))
+        try:
+            lu = splu(
+                matrix,
+                permc_spec="NATURAL",
+                diag_pivot_thresh=0.0,
+                options={"SymmetricMode": True, "Equil": False},
+            )
+        except RuntimeError as error:
+            raise SingularError(str(error)) from None
+        return Factors(lu, self._order)
+
+
+class Factors:
+    """Factors of a matrix of the blocks and λ."""
+
+    def __init__(self, lu: object, order: np.ndarray) -> None:
+        self._lu, self._order = lu, order
+
+    def solve(self, blocks: np.ndarray, load: float) -> tuple[np.ndarray, float]:
+        """Velocities (3b,) and λ."""
+        right = np.empty(len(self._order))
+        right[self._order] = np.append(blocks, load)
+        solution = self._lu.solve(right)[self._order]  # type: ignore[attr-defined]
+        return solution[:-1], float(solution[-1])
+
+
+def _order(ends: np.ndarray, blocks: int) -> np.ndarray:
+    """Position of each block in an elimination that keeps fill low (minimum degree, by SuperLU)."""
+    first, second = ends[:, ends.min(axis=0) >= 0]
+    pairs = (np.concatenate([first, second]), np.concatenate([second, first]))
+    graph = sp.csc_array((np.ones(len(pairs[0])), pairs), shape=(blocks, blocks))
+    dominant = sp.csc_matrix(graph + sp.diags_array(graph.sum(axis=0) + 1.0))
+    lu = splu(dominant, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    position: np.ndarray = lu.perm_c
+    return position
+
+
+@dataclass
+class NewtonSystem:
+    """The equations of a Newton step about an iterate.
+
+    Attributes
+    ----------
+    elimination: of the scene.
+    at: the iterate.
+    slope: opening per unit slip of the flow rule, shape (k,).
+    friction: slope of the shear limits in the matrix, shape (k,); the true one is Newton's.
+    regularisation: added to the diagonal of the blocks' matrix.
+    full: whether the equations are factorised as they stand, with pivoting, where that is affordable; else
+        only once elimination leaves too large an error.
+    """
+
+    elimination: Elimination
+    at: Iterate
+    slope: np.ndarray
+    friction: np.ndarray
+    regularisation: float
+    full: bool = False
+
+    def __post_init__(self) -> None:
+        self._form = self.elimination.form
+        problem = self._form.problem
+        self._affordable = problem.joints <= _FULL_UP_TO
+        self.full = self.full and self._affordable
+        self._sliding = problem.sliding
+        self._rocking = self.at.opening / self.at.x[:2]
+        self._scale = 1 / np.maximum(self.at.z, self.at.slip)
+        motion, rate = max(float(self.at.d @ self.at.d), 1.0), max(float(self.at.opening.mean()), 1e-3)
+        usual = float(self.at.x[:2].mean()) / rate
+        self._most = max(_NEVER_BELOW * usual, _CUT * self.at.energy / motion)
+        self._edges = np.minimum(1 / self._rocking, self._most)
+        self._faces = np.minimum(self.at.z / self.at.slip, self._most)
+        both = self._edges.sum(axis=0)[self._sliding]
+        self._pivot = self._faces.sum(axis=0) / 2 + 2 * self.friction * self.slope * both
+
+    def solve(self, right: Parts) -> tuple[Parts, float]:
+        """A solution and its error: the largest residual over the largest entry of the right-hand side.
+
+        Raises SingularError if the matrix has no factors.
+        """
+        size = self._norm(right)
+        solution = self._approximate(right)
+        error, best = np.inf, solution
+        for _ in range(_REFINEMENTS):
+            left = right.minus(self.apply(solution))
+            now = self._norm(left)
+            if not now < error:
+                break
+            error, best = now, solution
+            if now <= _EXACT * max(size, 1e-8):
+                break
+            solution = solution.plus(self._approximate(left))
+        if error > _MOST_ERROR * size and self._affordable and not self.full:
+            self.full = True
+            return self.solve(right)
+        return best, error / max(size, 1e-300)
+
+    def apply(self, of: Parts) -> Parts:
+        """The left-hand sides: rocking eliminated, sliding explicit."""
+        problem, at = self._form.problem, self.at
+        joints = self._form.moves(of.blocks) - self._form.follow(of.sliding, self.slope)
+        joints[:2] += self._rocking * of.joints[:2]
+        return Parts(
+            self._form.A @ of.joints.ravel() + of.load * problem.live,
+            at.z * of.sliding + at.slip * self._form.slacks(of.joints, self.friction),
+            joints,
+            float(problem.live @ of.blocks),
+        )
+
+    def _norm(self, of: Parts) -> float:
+        sliding = np.abs(of.sliding * self._scale).max(initial=0.0)
+        return float(max(np.abs(of.blocks).max(), sliding, np.abs(of.joints).max(), abs(of.load)))
+
+    def _approximate(self, right: Parts) -> Parts:
+        return self._by_full_factors(right) if self.full else self._by_elimination(right)
+
+    def _by_elimination(self, right: Parts) -> Parts:
+        rates = right.sliding / self.at.z
+        drive = right.joints + self._form.follow(rates, self.slope)
+        blocks = self._form.A @ self._stiff(drive).ravel() - right.blocks
+        velocities, load = self._factors.solve(blocks, right.load)
+        forces = self._stiff(drive - self._form.moves(velocities))
+        slip = rates - self.at.slip * self._form.slacks(forces, self.friction) / self.at.z
+        return Parts(velocities, slip, forces, load)
+
+    def _stiff(self, motion: np.ndarray) -> np.ndarray:
+        """Forces x that move edges and shear so, shape (3, c) each: the inverse of the joints' compliance.
+
+        With v = 1/w of each face, and T = p₀ + p₁ the sliding of both senses: x₂ = v₂ (u₂ − ψ T), x₃ = v₃ (u₃ −
+        ψ T), and μ n ∓ s = v (T ∓ u_s)/2 give T without a difference of large numbers.
+        """
+        forces = self._edges * motion[:2]
+        shear = motion[2] * self._most  # of joints whose friction is unlimited
+        slip, (plus, minus) = motion[2, self._sliding], self._faces
+        sliding = (
+            2 * self.friction * forces.sum(axis=0)[self._sliding] + slip * (plus - minus) / 2
+        ) / self._pivot
+        forces[:, self._sliding] -= self.slope * sliding * self._edges[:, self._sliding]
+        shear[self._sliding] = ((sliding + slip) * minus - (sliding - slip) * plus) / 4
+        return np.vstack([forces, shear])
+
+    @cached_property
+    def _factors(self) -> Factors:
+        columns = [self._stiff(np.repeat(unit[:, None], self._form.problem.joints, axis=1)) for unit in np.eye(3)]
+        return self.elimination.factors(np.stack(columns, axis=-1).transpose(1, 0, 2), self.regularisation)
+
+    def _by_full_factors(self, right: Parts) -> Parts:
+        lu, rows = self._full_factors
+        b3, c3 = self.elimination.size - 1, right.joints.size
+        stacked = np.concatenate([right.joints.ravel(), right.sliding.ravel(), right.blocks, [right.load]])
+        solution = lu.solve(stacked * rows)  # type: ignore[attr-defined]
+        forces, slip, velocities = np.split(solution[:-1], [c3, len(solution) - 1 - b3])
+        return Parts(
+            velocities, slip.reshape(right.sliding.shape), forces.reshape(3, -1), float(solution[-1])
+        )
+
+    @cached_property
+    def _full_factors(self) -> tuple[object, np.ndarray]:
+        """Factors with pivoting of the equations as they stand, and what their rows are scaled by."""
+        problem, at = self._form.problem, self.at
+        eye = sp.eye_array(problem.joints, format="csr")[self._sliding]
+        shear = sp.vstack([-eye, eye])
+
+        def both(slope: np.ndarray) -> sp.csr_array:
+            leaning = sp.diags_array(slope) @ eye
+            normal = sp.vstack([leaning, leaning])
+            return sp.hstack([normal, normal, shear], format="csr")
+
+        rocking = np.append(self._rocking.ravel(), np.zeros(problem.joints))
+        live = sp.csr_array(problem.live[:, None])
+        matrix = sp.block_array(
+            [
+                [sp.diags_array(rocking), -both(self.slope).T, self._form.At, None],
+                [sp.diags_array(at.slip.ravel()) @ both(self.friction), sp.diags_array(at.z.ravel()), None, None],
+                [self._form.A, None, None, live],
+                [None, None, live.T, None],
+            ],
+            format="csr",
+        )
+        rows = np.concatenate(
+            [1 / np.maximum(1.0, rocking), self._scale.ravel(), np.ones(self.elimination.size)]
+        )
+        try:
+            return splu(sp.csc_matrix(sp.diags_array(rows) @ matrix)), rows
+        except RuntimeError as error:
+            raise SingularError(str(error)) from None

@@ -1,0 +1,72 @@
+"""The parameters of a pass, in one table, and the rules that are tried one after another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What decides how a pass goes on from step to step; ``gap`` is z·p over the live load's work λ Σ|f_L|.
+
+    Attributes
+    ----------
+    contraction, exponent: sliding contracts by α μ of its slip, α = contraction · min(1, gap^exponent): what
+        the loop does between programs (section 4.2), here between Newton steps.
+    least_contraction, dilates_truly: α is no less than the first while the gap is above the second, and zero
+        below: the joints' own flow rule.
+    blend, blend_above: share θ of the true friction in the Newton matrix's statics, the rest being the flow
+        rule's slope, while the gap is above the second; below it the matrix is Newton's (θ = 1). At θ = 0 the
+        matrix is that of an associative program, as in the loop.
+    ladder: whether θ instead steps down after a short step, and up after a long one. The path of solutions
+        over the gap has folds, at which the determinant of Newton's matrix changes sign; a smaller θ passes.
+    brake: the gap falls no faster than this share of what the residuals weigh; 0: no brake.
+    patience, most_short_steps: a pass is given up when the gap has not halved in so many steps, or after so
+        many steps in a row that are shorter than ``SHORTEST``.
+    """
+
+    contraction: float = 0.3
+    exponent: float = 0.5
+    least_contraction: float = 1e-3
+    dilates_truly: float = 1e-5
+    blend: float = 0.7
+    blend_above: float = 1e-2
+    ladder: bool = False
+    brake: float = 0.0
+    patience: int = 15
+    most_short_steps: int = 6
+
+
+#: First the rules that end soonest and lowest on walls; where they stall, those that pass folds (rubble): with
+#: little contraction, then with more; then a matrix nearer the loop's, slow and sure.
+ATTEMPTS = (
+    Rules(),
+    Rules(
+        contraction=0.07,
+        least_contraction=1e-4,
+        dilates_truly=1e-4,
+        ladder=True,
+        brake=0.3,
+        patience=30,
+        most_short_steps=13,
+    ),
+    Rules(dilates_truly=1e-4, ladder=True, brake=0.3, patience=30, most_short_steps=13),
+    Rules(dilates_truly=1e-4, blend=0.4, blend_above=1e-3, patience=40, most_short_steps=20),
+)
+
+#: The rungs of θ, and the highest that is used while the gap is above ``Rules.blend_above``; below the last
+#: gap θ is 1 and the brake is off.
+RUNGS, HIGHEST_AT_FIRST, NEWTON_BELOW = (1.0, 0.9, 0.7, 0.4, 0.0), 2, 1e-4
+
+#: Steps shorter than the first are short, longer than the second long; the third counts towards giving up.
+SHORT, LONG, SHORTEST = 0.1, 0.3, 0.05
+
+#: The end: gap, residual of statics and yield (over the largest load), residual of kinematics (over the largest
+#: velocity; one projection takes off what is left of it), and how far below the gap the centre is set at most.
+GAP, STATICS, KINEMATICS, OVERSHOOT = 1e-8, 1e-9, 1e-6, 0.1
+
+#: Steps of a pass at most.
+MOST_STEPS = 300
+
+#: Beyond this gap, or this λ over the dead load, a pass has left what can be an answer.
+LOST_GAP, LOST_LOAD = 1e9, 1e8
