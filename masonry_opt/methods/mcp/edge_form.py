@@ -62,8 +62,8 @@ class Residuals:
 
 
 class EdgeForm:
-    """With x₂, x₃ the forces at a joint's edges (n = x₂ + x₃, m = h (x₃ − x₂), h = L/2) its rocking slacks are
-    2h x₂ and 2h x₃:
+    """With x₂, x₃ the forces at a joint's edges (n = x₂ + x₃, m = h (x₃ − x₂), h = L/2) its rocking slacks
+    are 2h x₂ and 2h x₃:
 
         A x + λ f_L + f_D = 0,    z = c + μ (x₂ + x₃) ∓ s,    f_L·d = Σ|f_L|,
         Aᵀd = (ψ (p₀ + p₁) + u₂, ψ (p₀ + p₁) + u₃, p₁ − p₀),    x₂ u₂ = x₃ u₃ = z₀ p₀ = z₁ p₁ = 0
@@ -78,7 +78,9 @@ class EdgeForm:
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
         one, arm = sp.eye_array(problem.joints), sp.diags_array(problem.half_length)
-        self.from_edges = sp.block_array([[one, one, None], [None, None, one], [-arm, arm, None]], format="csr")
+        self.from_edges = sp.block_array(
+            [[one, one, None], [None, None, one], [-arm, arm, None]], format="csr"
+        )
         self.A = (problem.B @ self.from_edges).tocsr()
         self.At = self.A.T.tocsr()
 
@@ -100,7 +102,7 @@ class EdgeForm:
         return moved
 
     def residuals(self, at: Iterate, slope: np.ndarray) -> Residuals:
-        """What an iterate leaves under a flow rule that opens joints by ``slope`` per unit slip, shape (k,)."""
+        """What an iterate leaves under a flow rule that opens joints by ``slope`` per slip, shape (k,)."""
         problem = self.problem
         motion = self.moves(at.d) - self.follow(at.slip, slope)
         motion[:2] -= at.opening
@@ -128,8 +130,9 @@ class EdgeForm:
         return Iterate(state.load_factor, x, z, state.d, edges, state.p[: 2 * k].reshape(2, k))
 
 
-def moved(at: Iterate, forces: float, motion: float, by: Iterate) -> Iterate:
+def moved(at: Iterate, lengths: tuple[float, float], by: Iterate) -> Iterate:
     """An iterate after steps of these lengths in the unknowns of statics and of kinematics."""
+    forces, motion = lengths
     return replace(
         at,
         load_factor=at.load_factor + forces * by.load_factor,

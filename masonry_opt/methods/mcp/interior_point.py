@@ -36,8 +36,8 @@ from masonry_opt.methods.mcp.rules import (
     Rules,
 )
 
-#: Second-order terms, and products that correctors bring to the centre's neighbourhood, are bounded by so many
-#: times the centre's product (Gondzio: 0.1 to 10).
+#: Second-order terms, and products that correctors bring to the centre's neighbourhood, are bounded by so
+#: many times the centre's product (Gondzio: 0.1 to 10).
 _NEAR_CENTRE = 10.0
 
 #: Correctors at most; none where steps are longer than this already; and by how much one must lengthen them.
@@ -277,7 +277,7 @@ def _advance(
     system = NewtonSystem(elimination, at, schedule.slope, schedule.friction, schedule.diagonal)
     edges, faces = at.products
     predictor = _direction(system, at, schedule, -edges, -faces)
-    predicted = moved(at, *predictor.lengths, predictor.step).energy
+    predicted = moved(at, predictor.lengths, predictor.step).energy
     sigma = schedule.centre(at, predicted, step.gap)
     centre = sigma * at.energy / (edges.size + faces.size)
     most = _NEAR_CENTRE * at.energy / (edges.size + faces.size)
@@ -293,7 +293,7 @@ def _advance(
     record = replace(
         step, centring=sigma, forces=forces, velocities=motion, error=direction.error, full=system.full
     )
-    return moved(at, forces, motion, direction.step), record
+    return moved(at, (forces, motion), direction.step), record
 
 
 def _corrected(
@@ -309,18 +309,20 @@ def _corrected(
     for _ in range(_CORRECTORS):
         if min(direction.lengths) > _LONG_ENOUGH:
             break
-        longer = (min(1.0, _AIM_FACTOR * length + _AIM_MORE) for length in direction.lengths)
-        products = moved(at, *longer, direction.step).products
-        aims = tuple(  # type: ignore[assignment]
-            aim + np.maximum(np.clip(product, low, high) - product, -high)
-            for aim, product in zip(aims, products, strict=True)
-        )
+        forces, rates = (min(1.0, _AIM_FACTOR * length + _AIM_MORE) for length in direction.lengths)
+        edges, faces = moved(at, (forces, rates), direction.step).products
+        aims = aims[0] + _back(edges, low, high), aims[1] + _back(faces, low, high)
         candidate = _direction(system, at, schedule, *aims)
         gained = min(candidate.lengths) >= min(direction.lengths) + _GAIN
         if not gained or sum(candidate.lengths) < sum(direction.lengths):
             break
         direction = candidate
     return direction
+
+
+def _back(products: np.ndarray, low: float, high: float) -> np.ndarray:
+    """What brings products between two bounds; those above by no more than the upper one."""
+    return np.maximum(np.clip(products, low, high) - products, -high)
 
 
 def _direction(
@@ -370,5 +372,5 @@ def _onto_kinematics(elimination: Elimination, at: Iterate, schedule: _Schedule)
             -at.opening * solution.joints[:2] / at.x[:2],
             solution.sliding,
         )
-        moves = moved(moves, 0.0, 1.0, step)
+        moves = moved(moves, (0.0, 1.0), step)
     return moves

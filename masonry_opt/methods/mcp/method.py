@@ -27,6 +27,9 @@ from masonry_opt.problem.state import State
 from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.registry import capable, find_solver
 
+#: From this gap on a pass that stalls may have forces that a mechanism goes with.
+_NEAR = 1e-4
+
 
 class McpOptions(Options):
     """Options of the one pass.
@@ -43,8 +46,8 @@ def mcp(task: Task) -> Solution:
     """Load factor with the joints' own flow rule, from one interior-point pass.
 
     Where a pass stalls another follows, by the next of the rules; where none ends in a state that its
-    certificate bears out, the loop takes over, and the reasons say so. Dilatancy that falls with stress is for
-    the loop at once.
+    certificate bears out, the loop takes over, and the reasons say so. Dilatancy that falls with stress is
+    for the loop at once.
     """
     problem, effort, options = task.problem, task.effort, task.options or McpOptions()
     if problem.dilatancy_depends_on_stress:
@@ -62,7 +65,7 @@ def mcp(task: Task) -> Solution:
             task.progress(solution.history[-1])
 
         end = run(elimination, rules, follow)
-        if end.outcome is Outcome.SOLVED:
+        if end.outcome is Outcome.SOLVED or solution.history[-1].gap < _NEAR:
             state = _exact(problem, elimination.form.state(end.iterate), effort)
             if state is not None:
                 solution.take(state)

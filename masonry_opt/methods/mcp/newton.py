@@ -1,8 +1,8 @@
 """The linear algebra of a Newton step: elimination onto the blocks, refinement, and a full factorisation.
 
 Of the faces only rocking is eliminated from what the solution must satisfy; sliding stays explicit (both
-eliminated, residuals stall near 1e-2). The joints' compliance is then inverted in closed form, joint by joint,
-which leaves a matrix of the blocks alone, 3b + 1 square with the pattern of a frame's stiffness. It is
+eliminated, residuals stall near 1e-2). The joints' compliance is then inverted in closed form, joint by
+joint, which leaves a matrix of the blocks alone, 3b + 1 square with the pattern of a frame's stiffness. It is
 factorised by SuperLU (SciPy) without pivoting, in one order for the whole pass.
 """
 
@@ -18,15 +18,18 @@ from scipy.sparse.linalg import splu
 
 from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate
 
-#: Stiffnesses are cut off so far above what the gap lets a mechanism have: beyond, the rounding of what stands
-#: still (1e-16 of it) would drown the stiffness of what moves, which falls with the gap. The cut acts like a
-#: proximal term: what it leaves, refinement takes off, or the next step. Never cut below the second, in units
-#: of mean force over mean rate.
-_CUT, _NEVER_BELOW = 1e12, 1e3
+#: Stiffnesses are cut off so far above what the gap lets a mechanism have: beyond, the rounding of what
+#: stands still (1e-16 of it) would drown the stiffness of what moves, which falls with the gap. The cut acts
+#: like a proximal term: what it leaves, refinement takes off, or the next step.
+_CUT = 1e12
 
 #: Refinements of a solution at most, the error at which they end, and that beyond which a full factorisation
-#: is made instead: affordable up to so many joints.
-_REFINEMENTS, _EXACT, _MOST_ERROR, _FULL_UP_TO = 6, 1e-12, 1e-8, 3000
+#: is made instead.
+_REFINEMENTS, _EXACT, _MOST_ERROR = 6, 1e-12, 1e-8
+
+#: Joints up to which full factorisations are made (10 to 25 times the price of elimination): at any step, and
+#: where it is asked for, once a pass.
+_FULL_UP_TO, _FULL_ONCE_UP_TO = 3000, 20_000
 
 
 class SingularError(ArithmeticError):
@@ -45,13 +48,14 @@ class Parts(NamedTuple):
     joints: np.ndarray
     load: float
 
-    def plus(self, other: Parts) -> Parts:
-        """The sum."""
-        return Parts(*(mine + its for mine, its in zip(self, other, strict=True)))
-
-    def minus(self, other: Parts) -> Parts:
-        """The difference."""
-        return Parts(*(mine - its for mine, its in zip(self, other, strict=True)))
+    def plus(self, other: Parts, times: float = 1.0) -> Parts:
+        """The sum, the other so many times."""
+        return Parts(
+            self.blocks + times * other.blocks,
+            self.sliding + times * other.sliding,
+            self.joints + times * other.joints,
+            self.load + times * other.load,
+        )
 
 
 class Elimination:
@@ -158,13 +162,11 @@ class NewtonSystem:
         self._form = self.elimination.form
         problem = self._form.problem
         self._affordable = problem.joints <= _FULL_UP_TO
-        self.full = self.full and self._affordable
+        self.full = self.full and problem.joints <= _FULL_ONCE_UP_TO
         self._sliding = problem.sliding
         self._rocking = self.at.opening / self.at.x[:2]
         self._scale = 1 / np.maximum(self.at.z, self.at.slip)
-        motion, rate = max(float(self.at.d @ self.at.d), 1.0), max(float(self.at.opening.mean()), 1e-3)
-        usual = float(self.at.x[:2].mean()) / rate
-        self._most = max(_NEVER_BELOW * usual, _CUT * self.at.energy / motion)
+        self._most = _CUT * self.at.energy / max(float(self.at.d @ self.at.d), 1.0)
         self._edges = np.minimum(1 / self._rocking, self._most)
         self._faces = np.minimum(self.at.z / self.at.slip, self._most)
         both = self._edges.sum(axis=0)[self._sliding]
@@ -179,7 +181,7 @@ class NewtonSystem:
         solution = self._approximate(right)
         error, best = np.inf, solution
         for _ in range(_REFINEMENTS):
-            left = right.minus(self.apply(solution))
+            left = right.plus(self.apply(solution), -1.0)
             now = self._norm(left)
             if not now < error:
                 break
@@ -223,8 +225,8 @@ class NewtonSystem:
     def _stiff(self, motion: np.ndarray) -> np.ndarray:
         """Forces x that move edges and shear so, shape (3, c) each: the inverse of the joints' compliance.
 
-        With v = 1/w of each face, and T = p₀ + p₁ the sliding of both senses: x₂ = v₂ (u₂ − ψ T), x₃ = v₃ (u₃ −
-        ψ T), and μ n ∓ s = v (T ∓ u_s)/2 give T without a difference of large numbers.
+        With v = 1/w of each face, and T = p₀ + p₁ the sliding of both senses: x₂ = v₂ (u₂ − ψ T), x₃ =
+        v₃ (u₃ − ψ T), and μ n ∓ s = v (T ∓ u_s)/2 give T without a difference of large numbers.
         """
         forces = self._edges * motion[:2]
         shear = motion[2] * self._most  # of joints whose friction is unlimited
@@ -238,7 +240,9 @@ class NewtonSystem:
 
     @cached_property
     def _factors(self) -> Factors:
-        columns = [self._stiff(np.repeat(unit[:, None], self._form.problem.joints, axis=1)) for unit in np.eye(3)]
+        columns = [
+            self._stiff(np.repeat(unit[:, None], self._form.problem.joints, axis=1)) for unit in np.eye(3)
+        ]
         return self.elimination.factors(np.stack(columns, axis=-1).transpose(1, 0, 2), self.regularisation)
 
     def _by_full_factors(self, right: Parts) -> Parts:
@@ -268,7 +272,12 @@ class NewtonSystem:
         matrix = sp.block_array(
             [
                 [sp.diags_array(rocking), -both(self.slope).T, self._form.At, None],
-                [sp.diags_array(at.slip.ravel()) @ both(self.friction), sp.diags_array(at.z.ravel()), None, None],
+                [
+                    sp.diags_array(at.slip.ravel()) @ both(self.friction),
+                    sp.diags_array(at.z.ravel()),
+                    None,
+                    None,
+                ],
                 [self._form.A, None, None, live],
                 [None, None, live.T, None],
             ],

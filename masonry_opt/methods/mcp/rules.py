@@ -37,8 +37,8 @@ class Rules:
     most_short_steps: int = 6
 
 
-#: First the rules that end soonest and lowest on walls; where they stall, those that pass folds (rubble): with
-#: little contraction, then with more; then a matrix nearer the loop's, slow and sure.
+#: First the rules that end soonest and lowest on walls. Where they stall, those that pass folds (rubble),
+#: with less contraction: chosen on 28 scenes of 60 to 600 stones, each ending where another stalls.
 ATTEMPTS = (
     Rules(),
     Rules(
@@ -50,8 +50,25 @@ ATTEMPTS = (
         patience=30,
         most_short_steps=13,
     ),
-    Rules(dilates_truly=1e-4, ladder=True, brake=0.3, patience=30, most_short_steps=13),
-    Rules(dilates_truly=1e-4, blend=0.4, blend_above=1e-3, patience=40, most_short_steps=20),
+    Rules(
+        contraction=0.03,
+        exponent=1.0,
+        least_contraction=0.0,
+        ladder=True,
+        brake=0.3,
+        patience=30,
+        most_short_steps=13,
+    ),
+    Rules(
+        contraction=0.07,
+        dilates_truly=1e-4,
+        blend=0.4,
+        blend_above=1e-4,
+        brake=0.3,
+        patience=40,
+        most_short_steps=13,
+    ),
+    Rules(contraction=0.2, dilates_truly=1e-4, ladder=True, brake=0.3, patience=30, most_short_steps=13),
 )
 
 #: The rungs of θ, and the highest that is used while the gap is above ``Rules.blend_above``; below the last
@@ -61,9 +78,10 @@ RUNGS, HIGHEST_AT_FIRST, NEWTON_BELOW = (1.0, 0.9, 0.7, 0.4, 0.0), 2, 1e-4
 #: Steps shorter than the first are short, longer than the second long; the third counts towards giving up.
 SHORT, LONG, SHORTEST = 0.1, 0.3, 0.05
 
-#: The end: gap, residual of statics and yield (over the largest load), residual of kinematics (over the largest
-#: velocity; one projection takes off what is left of it), and how far below the gap the centre is set at most.
-GAP, STATICS, KINEMATICS, OVERSHOOT = 1e-8, 1e-9, 1e-6, 0.1
+#: The end: gap, residual of statics and yield (over the largest load), residual of kinematics (over the
+#: largest velocity; one projection takes off what is left of it), and how far below the gap the centre is set
+#: at most.
+GAP, STATICS, KINEMATICS, OVERSHOOT = 1e-9, 1e-9, 1e-6, 0.3
 
 #: Steps of a pass at most.
 MOST_STEPS = 300
