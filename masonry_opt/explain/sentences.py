@@ -12,6 +12,9 @@ from masonry_opt.answer.status import Status
 #: Of what a list names, so many are named.
 _NAMED = 5
 
+#: Differences of load factors that are not worth a word.
+_ROUNDING = 1e-8
+
 _RESIDUALS = {
     "work": "work of forces out of balance",
     "block": "equilibrium of one block",
@@ -77,7 +80,7 @@ def _least_borne_out(v: dict[str, Any]) -> str:
 
 def _exact(v: dict[str, Any]) -> str:
     fall = v["fall"]
-    if fall is None:
+    if fall is None or abs(fall) < _ROUNDING:
         return "exact"
     return f"exact, {abs(fall):.1e} " + (
         "below its start" if fall >= 0 else "above its start, which is not exact"

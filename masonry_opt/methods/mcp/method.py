@@ -19,6 +19,7 @@ from masonry_opt.methods.mcp.edge_form import EdgeForm
 from masonry_opt.methods.mcp.interior_point import NewtonStep, Outcome, run
 from masonry_opt.methods.mcp.newton import Elimination
 from masonry_opt.methods.mcp.rules import ATTEMPTS
+from masonry_opt.methods.refined.programs import Refiner
 from masonry_opt.methods.task import Method, Options, Task
 from masonry_opt.models.cvxpy_least_energy import CvxpyMotionFor
 from masonry_opt.problem.load_units import in_units_of_load
@@ -26,6 +27,13 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.registry import capable, find_solver
+
+#: Joints up to which an exact state is sought from a pass's: beyond, the linear programs for it take longer
+#: than the pass.
+_DESCENT_UP_TO = 500
+
+#: An exact state that is higher by no more than this share, the pass's own gap, is as low.
+_EVEN = 1e-6
 
 #: From this gap on a pass that stalls may have forces that a mechanism goes with.
 _NEAR = 1e-4
@@ -37,13 +45,17 @@ class McpOptions(Options):
     Attributes
     ----------
     fallback: whether the loop takes over where no pass ends in a state.
+    descent: whether an exact state is sought from the pass's, at or below it, by the linear programs of
+        "refined" (three on most scenes; up to 500 joints).
     """
 
     fallback: Annotated[bool, Strict()] = True
+    descent: Annotated[bool, Strict()] = True
 
 
 def mcp(task: Task) -> Solution:
-    """Load factor with the joints' own flow rule, from one interior-point pass.
+    """Load factor with the joints' own flow rule, from one interior-point pass, and on small scenes an exact
+    state at or below it.
 
     Where a pass stalls another follows, by the next of the rules; where none ends in a state that its
     certificate bears out, the loop takes over, and the reasons say so. Dilatancy that falls with stress is
@@ -71,6 +83,8 @@ def mcp(task: Task) -> Solution:
                 solution.take(state)
                 solution.load_factor = state.load_factor
                 solution.end(Status.CONVERGED, Code.ONE_PASS, steps=len(solution.history), attempt=attempt)
+                if options.descent and problem.joints <= _DESCENT_UP_TO:
+                    _descend(problem, solution, effort)
                 return solution
         if end.outcome is Outcome.LOST:
             break
@@ -91,6 +105,30 @@ def _exact(problem: Problem, state: State, effort: Effort) -> State | None:
         return None
     state = replace(state, d=np.asarray(motion.mechanism.d.value))
     return state if _passes(problem, state) else None
+
+
+def _descend(problem: Problem, solution: Solution, effort: Effort) -> None:
+    """Take an exact state on the mechanism that goes with a pass's forces, if it is as low."""
+    assert solution.load_factor is not None  # a pass ended
+    assert solution.q is not None
+    with effort.measure("build"):
+        refiner = Refiner(problem, effort)
+    found = refiner.first(solution.q)
+    if found is None:
+        return
+    exact = refiner.descend(found, one_by_one=False)
+    fall = solution.load_factor - exact.load_factor
+    if fall < -_EVEN * abs(solution.load_factor):
+        return
+    lower = replace(solution, kind=Kind.EXACT, load_factor=exact.load_factor, q=exact.q, d=exact.d)
+    if not lower.failing(problem):
+        solution.kind, solution.load_factor, solution.q, solution.d = (
+            lower.kind,
+            exact.load_factor,
+            exact.q,
+            exact.d,
+        )
+        solution.add(Code.EXACT, fall=fall)
 
 
 def _passes(problem: Problem, state: State) -> bool:
