@@ -108,15 +108,6 @@ def test_two_blocks_end_among_their_states():
     assert contracting.load_factor == pytest.approx(0.15, rel=1e-8)
 
 
-@pytest.mark.parametrize(("width", "height"), [(1, 2), (2, 1), (1, 1)])
-@pytest.mark.parametrize("friction", [0.3, 0.8, float("inf")])
-def test_single_block_slides_or_overturns(width, height, friction):
-    """λ = min(w/h, μ)."""
-    result = mo.solve(block_on_floor(width, height, friction), "mcp")
-    assert_one_pass(result)
-    assert result.load_factor == pytest.approx(min(width / height, friction), rel=1e-8)
-
-
 @pytest.mark.parametrize("friction", [1e-3, 1e-2, 0.3])
 def test_four_blocks_with_little_friction_slide(friction):
     """Two columns of two cubes that lean on each other: λ = μ."""

@@ -46,8 +46,8 @@ def test_many_large_scenes_stand(family, stones, seeds):
 
 
 def ends_in_one_pass(family: str, stones: int, seed: int) -> bool:
-    """Whether a pass ends; then in a state that meets every condition, at or below the associative λ, which is
-    solved to 1e-9."""
+    """Whether a pass ends; then in a state that meets every condition, at or below the associative λ, which
+    is solved to 1e-9."""
     scene = large_scene(family, stones, seed)
     result = mo.solve(scene, "mcp", fallback=False)
     if result.status is mo.Status.SOLVER_FAILED:
