@@ -12,7 +12,7 @@ import masonry_opt as mo
 #: A linear program solved to 1e-9.
 EXACT = 1e-7
 
-METHODS = ["static", "kinematic", "nonassociative"]
+METHODS = ["static", "kinematic", "nonassociative", "mcp"]
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -48,6 +48,7 @@ def test_cohesion_adds_its_length():
     scene = mo.Scene(joints=mo.JointDefaults(friction=0.3, cohesion=0.1), blocks=scene.blocks)
     assert mo.solve(scene, "static").load_factor == pytest.approx(0.6, rel=EXACT)
     assert mo.solve(scene).load_factor == pytest.approx(0.6, rel=2e-5)
+    assert mo.solve(scene, "mcp").load_factor == pytest.approx(0.6, rel=EXACT)
 
 
 def test_live_load_at_the_top_overturns_sooner():

@@ -349,7 +349,7 @@ def _direction(
 def _to_boundary(value: np.ndarray, step: np.ndarray) -> float:
     """The longest step up to one that keeps values ≥ 0."""
     fastest = float((-step / value).max(initial=0.0))
-    return min(1.0, 1 / fastest) if fastest > 0 else 1.0
+    return min(1 / fastest, 1 - 1e-12) if fastest > 1 - 1e-12 else 1.0  # a force of zero has no stiffness
 
 
 def _onto_kinematics(elimination: Elimination, at: Iterate, schedule: _Schedule) -> Iterate:

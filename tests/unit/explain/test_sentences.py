@@ -14,6 +14,8 @@ from masonry_opt.explain.sentences import message
 
 #: A value of each name that a reason has, as ``solve`` gives it.
 VALUES = {
+    "attempt": 2,
+    "attempts": 3,
     "blocks": ["A"],
     "bound": 0.25,
     "by": 1e-6,
@@ -37,6 +39,7 @@ VALUES = {
     "remedies": ["beta=0.3"],
     "residuals": {"flow": 0.1},
     "status": str(mo.Status.LOCKED),
+    "steps": 27,
     "time_limit": 60.0,
     "why": str(Code.NO_STATICS),
     "word": "unknown",

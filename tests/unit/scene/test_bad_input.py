@@ -116,6 +116,9 @@ def test_unreadable_file(name, content, words, tmp_path, monkeypatch, capsys):
     [
         (["--solver", "mosek"], "choose from: clarabel, highs"),
         (["--solver", "clarabel", "--model", "pyomo"], "takes solver: highs-ipm, highs"),
+        (["--solver", "clarabel", "--method", "mcp"], "takes solver: newton"),
+        (["--solver", "newton", "--model", "pyomo", "--method", "static"], "method 'mcp' takes it"),
+        (["--model", "cvxpy", "--method", "mcp"], "declared in pyomo only"),
         (["--model", "ampl"], "choose from: cvxpy, pyomo"),
         (["--method", "magic"], "choose from: static"),
         (["--plot", "picture.gif"], ".png"),
@@ -155,7 +158,7 @@ NO_LOAD_FACTOR = {
 }
 
 
-@pytest.mark.parametrize("method", ["static", "kinematic", "nonassociative"])
+@pytest.mark.parametrize("method", ["static", "kinematic", "nonassociative", "mcp"])
 @pytest.mark.parametrize("name", NO_LOAD_FACTOR)
 def test_scene_without_load_factor(name, method, tmp_path, monkeypatch, capsys):
     text, status, expected = NO_LOAD_FACTOR[name]
@@ -190,7 +193,8 @@ fixed = true
 """
 
 
-def test_blocks_that_friction_jams_are_told_from_a_loop_that_fails(tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize("method", ["nonassociative", "mcp"])
+def test_blocks_that_friction_jams_are_told_from_a_loop_that_fails(method, tmp_path, monkeypatch, capsys):
     """Two voussoirs between skewbacks that lean by 11.3°: at φ = 26.6° neither can slide up."""
     path = tmp_path / "case.toml"
     halves = """[[block]]
@@ -205,19 +209,20 @@ weight = 1
 """
     start, key = FLAT_ARCH.index('[[block]]\nname = "key"'), FLAT_ARCH.index('[[block]]\nname = "right"')
     path.write_text(FLAT_ARCH[:start] + halves + FLAT_ARCH[key:])
-    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--json")
+    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--method", method, "--json")
     answer = json.loads(out)
     assert code == 1
     assert answer["status"].startswith("unlimited")
     assert answer["load_factor"] is None
 
 
-def test_dead_load_that_wedging_alone_carries_is_unstable(tmp_path, monkeypatch, capsys):
+@pytest.mark.parametrize("method", ["nonassociative", "mcp"])
+def test_dead_load_that_wedging_alone_carries_is_unstable(method, tmp_path, monkeypatch, capsys):
     """A plug that widens downwards: associative friction holds it by jamming, Coulomb's need not."""
     path = tmp_path / "case.toml"
     widening = FLAT_ARCH.replace("0.8", "1.1").replace("2.2", "1.9")
     path.write_text(widening)
-    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--json")
+    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--method", method, "--json")
     answer = json.loads(out)
     assert code == 1
     assert answer["status"] == "unstable under dead load"
@@ -235,6 +240,10 @@ def test_dilatancy_that_locks_is_told_from_a_load_that_cannot_act(tmp_path, monk
     assert json.loads(out)["load_factor"] == pytest.approx(0.6, rel=1e-7)
     again = json.loads(out)["reasons"][0]
     assert (again["code"], again["remedies"]) == ("began again", ["start=cohesive"])
+    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--method", "mcp", "--json")
+    assert code == 0
+    # The roof may press on the block as it likes, λ = μ (1 + 2 n): a pass ends near the least, at 0.6007.
+    assert 0.6 * (1 - 1e-7) <= json.loads(out)["load_factor"] <= 0.6 * (1 + 5e-3)
 
 
 def test_mpec_without_its_extra_ends_with_exit_code_2(tmp_path, monkeypatch, capsys):

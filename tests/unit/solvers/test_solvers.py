@@ -18,7 +18,7 @@ from masonry_opt.solvers.lp import Verdict
 from masonry_opt.solvers.registry import SOLVERS, find_entry, find_solver, in_cvxpy, rougher
 
 #: All solvers of linear programs: every extra is installed where the tests run.
-LINEAR = [pair for pair, entry in SOLVERS.items() if not entry.nonlinear]
+LINEAR = [pair for pair, entry in SOLVERS.items() if entry.linear]
 
 #: HiPO ends "unknown" on most scenes this small: it is tested on a block here, and on a façade in `duality`.
 ON_WALLS = [pair for pair in LINEAR if pair[1] != "highs-hipo"]

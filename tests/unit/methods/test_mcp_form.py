@@ -1,0 +1,226 @@
+"""Forces at edges are the declared problem in other unknowns; Newton's equations are solved."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import KINDS_OF_JOINTS
+
+import masonry_opt as mo
+from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate, moved
+from masonry_opt.methods.mcp.newton import Elimination, NewtonSystem, Parts
+from masonry_opt.models.pyomo_mcp import PyomoMcp
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.state import State
+
+PROBLEMS = {name: assemble(scene).problem for name, scene in KINDS_OF_JOINTS.items()}
+
+#: Sums of some tens of numbers near one.
+ROUNDING = 1e-12
+#: What a solution may leave of Newton's equations, over the largest entry of their right-hand side.
+SOLVED = 1e-9
+
+
+@pytest.fixture(params=PROBLEMS)
+def form(request) -> EdgeForm:
+    return EdgeForm(PROBLEMS[request.param])
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(11)
+
+
+def interior(form: EdgeForm, rng: np.random.Generator) -> Iterate:
+    """A point with all forces, slacks and rates between 0.5 and 2, that meets no equation."""
+    c, k = form.problem.joints, len(form.problem.sliding)
+    x = np.vstack([rng.uniform(0.5, 2, (2, c)), rng.normal(size=(1, c))])
+    rates = rng.uniform(0.5, 2, (2, c)), rng.uniform(0.5, 2, (2, k))
+    return Iterate(0.7, x, rng.uniform(0.5, 2, (2, k)), rng.normal(size=3 * form.problem.blocks), *rates)
+
+
+def random_parts(form: EdgeForm, rng: np.random.Generator) -> Parts:
+    problem = form.problem
+    sizes = (3 * problem.blocks, (2, len(problem.sliding)), (3, problem.joints))
+    return Parts(*(rng.normal(size=size) for size in sizes), float(rng.normal()))
+
+
+def flat(parts: Parts) -> np.ndarray:
+    return np.concatenate([np.ravel(part) for part in parts])
+
+
+def assert_same_iterate(one: Iterate, other: Iterate) -> None:
+    for name in vars(one):
+        np.testing.assert_allclose(getattr(one, name), getattr(other, name), atol=ROUNDING, err_msg=name)
+
+
+def assert_as_declared(form: EdgeForm, at: Iterate) -> None:
+    """The residuals under the joints' own flow rule are the declared ones, of the same state."""
+    problem, k = form.problem, len(form.problem.sliding)
+    ours = form.residuals(at, problem.dilatancy)
+    declared = PyomoMcp(problem).residuals(form.state(at))
+    np.testing.assert_allclose(ours.statics, declared.equilibrium, atol=ROUNDING)
+    np.testing.assert_allclose(
+        ours.motion.ravel(), form.from_edges.T @ declared.compatibility, atol=ROUNDING * max(np.abs(at.d))
+    )
+    assert ours.work == pytest.approx(declared.live_work, abs=ROUNDING)
+    # Slacks of sliding are unknowns of their own here; those of rocking are edge forces times the length.
+    np.testing.assert_allclose(at.z.ravel() - ours.yielding.ravel(), declared.z[: 2 * k], atol=ROUNDING)
+    np.testing.assert_allclose(
+        (2 * problem.half_length * at.x[:2]).ravel(), declared.z[2 * k :], atol=ROUNDING
+    )
+    edges, faces = (replace(at, z=at.z - ours.yielding)).products
+    products = np.concatenate([faces.ravel(), edges.ravel()])
+    np.testing.assert_allclose(products, declared.z * declared.p, atol=ROUNDING)
+
+
+def test_residuals_are_the_declared_ones(form, rng):
+    assert_as_declared(form, interior(form, rng))
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_residuals_of_an_answer_are_the_declared_ones_and_vanish(name):
+    """Kinematics by the rates that the certificate gives an answer: its flow is 1e-8 at most."""
+    result = mo.solve(KINDS_OF_JOINTS[name], "mcp")
+    problem, solution = result.assembly.problem, result.solution
+    p = problem.rates(solution.d, problem.dilatancy)
+    form = EdgeForm(problem)
+    at = form.iterate(State(result.load_factor, solution.q, solution.d, p))
+    assert_as_declared(form, at)
+    left = form.residuals(at, problem.dilatancy)
+    np.testing.assert_allclose(left.yielding, 0, atol=ROUNDING)
+    assert np.abs(left.statics).max() < 1e-8 * np.abs(problem.dead).sum()
+    assert np.abs(left.motion).max() < 2e-8 * np.abs(solution.d).max()
+    assert abs(left.work) < 1e-8 * problem.live_norm
+    assert at.energy < 1e-6 * result.load_factor * problem.live_norm
+
+
+def test_yielding_vanishes_just_where_slacks_are_those_of_the_forces(form, rng):
+    at = interior(form, rng)
+    true = form.iterate(form.state(at)).z
+    exact = replace(at, z=true)
+    np.testing.assert_allclose(form.residuals(exact, form.problem.dilatancy).yielding, 0, atol=ROUNDING)
+    off = replace(at, z=true + 0.25)
+    np.testing.assert_allclose(form.residuals(off, form.problem.dilatancy).yielding, 0.25, atol=ROUNDING)
+
+
+def test_another_slope_is_another_flow_rule(form, rng):
+    """Motion under contraction is Bᵀd − D(slope) p of the problem."""
+    problem, at = form.problem, interior(form, rng)
+    slope = problem.dilatancy - 0.3 * problem.friction
+    state = form.state(at)
+    np.testing.assert_allclose(
+        form.residuals(at, slope).motion.ravel(),
+        form.from_edges.T @ problem.departure(state.d, state.p, slope),
+        atol=ROUNDING,
+    )
+
+
+def test_a_state_and_its_iterate_are_each_other_s(form, rng):
+    at = form.iterate(form.state(interior(form, rng)))
+    assert_same_iterate(form.iterate(form.state(at)), at)
+    state = form.state(at)
+    again = form.state(form.iterate(state))
+    for name in vars(state):
+        np.testing.assert_allclose(getattr(again, name), getattr(state, name), atol=ROUNDING, err_msg=name)
+
+
+def test_steps_of_statics_and_of_kinematics_have_their_own_lengths(form, rng):
+    at, by = interior(form, rng), interior(form, rng)
+    gone = moved(at, 0.5, 0.25, by)
+    assert gone.load_factor == pytest.approx(1.5 * 0.7)
+    for name, length in {"x": 0.5, "z": 0.5, "d": 0.25, "opening": 0.25, "slip": 0.25}.items():
+        np.testing.assert_allclose(getattr(gone, name), getattr(at, name) + length * getattr(by, name))
+
+
+# Newton's equations ---------------------------------------------------------------------------------------
+
+
+def newton_system(form: EdgeForm, at: Iterate, full: bool = False, blend: float = 1.0) -> NewtonSystem:
+    """With a little contraction, as while the gap is large."""
+    problem = form.problem
+    slope = problem.dilatancy - 0.1 * problem.friction
+    friction = blend * problem.friction + (1 - blend) * slope
+    return NewtonSystem(Elimination(form), at, slope, friction, 1e-10, full=full)
+
+
+@pytest.mark.parametrize("blend", [1.0, 0.4])
+@pytest.mark.parametrize("full", [False, True])
+def test_a_solution_meets_the_equations(form, rng, full, blend):
+    system = newton_system(form, interior(form, rng), full, blend)
+    right = random_parts(form, rng)
+    solution, error = system.solve(right)
+    left = flat(right.minus(system.apply(solution)))
+    assert system.full is full  # elimination needed no help
+    assert error < SOLVED
+    assert np.abs(left).max() < SOLVED * np.abs(flat(right)).max()
+
+
+def test_elimination_and_full_factors_give_the_same(form, rng):
+    """To what the regularisation 1e-10 and the matrix's condition leave."""
+    at, right = interior(form, rng), random_parts(form, rng)
+    one, other = (flat(newton_system(form, at, full).solve(right)[0]) for full in (False, True))
+    np.testing.assert_allclose(one, other, atol=1e-7 * np.abs(other).max())
+
+
+@pytest.mark.parametrize("gap", [1e-4, 1e-8])
+@pytest.mark.parametrize("full", [False, True])
+def test_a_solution_meets_the_equations_near_an_answer(form, rng, full, gap):
+    """Of each pair one is the gap's root and the other its inverse, as where faces move or stand still."""
+    at, root = interior(form, rng), gap**0.5
+    moving = rng.random(at.opening.shape) < 0.3
+    slides = (rng.random(at.slip.shape[1]) < 0.3) & np.array([[True], [False]])
+    at.x[:2] *= np.where(moving, root, 1)
+    at = replace(
+        at,
+        z=at.z * np.where(slides, root, 1),
+        opening=at.opening * np.where(moving, 1, root),
+        slip=at.slip * np.where(slides, 1, root),
+    )
+    right = random_parts(form, rng)
+    right = right._replace(sliding=right.sliding * gap)
+    system = newton_system(form, at, full)
+    solution, error = system.solve(right)
+    assert error < 1e-8  # where elimination leaves more, full factors follow
+    parts, sizes = system.apply(solution), np.abs(flat(right)).max()
+    assert np.abs(flat(right.minus(parts))).max() < 1e-8 * sizes
+
+
+def test_equations_are_the_derivatives_of_residuals_and_products(form, rng):
+    """Central differences, exact for terms of second order: 1e-5 leaves rounding of some 1e-10. Slacks follow
+    the true friction law; openings keep their products with the edges' forces."""
+    problem, at, step = form.problem, interior(form, rng), random_parts(form, rng)
+    slope = problem.dilatancy - 0.1 * problem.friction
+    system = NewtonSystem(Elimination(form), at, slope, problem.friction, 1e-10)
+
+    def value(length: float) -> np.ndarray:
+        x = at.x + length * step.joints
+        there = Iterate(
+            at.load_factor + length * step.load,
+            x,
+            at.z + length * form.slacks(step.joints, problem.friction),
+            at.d + length * step.blocks,
+            at.opening * at.x[:2] / x[:2],
+            at.slip + length * step.sliding,
+        )
+        left = form.residuals(there, slope)
+        here = form.residuals(at, slope)
+        np.testing.assert_allclose(left.yielding, here.yielding, atol=ROUNDING)
+        return flat(Parts(left.statics, there.products[1], left.motion, left.work))
+
+    length = 1e-5
+    slopes = (value(length) - value(-length)) / (2 * length)
+    np.testing.assert_allclose(slopes, flat(system.apply(step)), atol=1e-8)
+
+
+def test_equations_of_another_friction_are_not_newton_s():
+    """The blend changes what slacks follow, and nothing else."""
+    form, rng = EdgeForm(PROBLEMS["no cohesion"]), np.random.default_rng(3)
+    at, step = interior(form, rng), random_parts(form, rng)
+    newton, blended = (newton_system(form, at, blend=blend).apply(step) for blend in (1.0, 0.4))
+    np.testing.assert_array_equal(newton.blocks, blended.blocks)
+    np.testing.assert_array_equal(newton.joints, blended.joints)
+    assert newton.load == blended.load
+    assert np.abs(newton.sliding - blended.sliding).max() > 0.1
