@@ -117,7 +117,7 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.SOLVER_STOPPED: lambda v: f"the solver stopped with '{v['word']}': try another solver",
     Code.DILATANCY_LOCKS: lambda v: (
         "sliding joints that dilate jam the blocks, so that they carry any multiple of the live "
-        "load; without dilatancy they can move: method 'nonassociative' tells whether they do"
+        "load; without dilatancy they can move: method 'mcp' tells whether they do"
     ),
     Code.NO_MECHANISM: lambda v: (
         "no mechanism lets the live load do work, so the scene carries any multiple of it: "
