@@ -29,7 +29,7 @@ def test_loop():
 def test_loop_with_rough_sub_problems():
     """Another state, lower than the published one, whose certificate holds: λ is an upper bound of the least
     of the many that the Coulomb problem has."""
-    result = mo.solve(WALL)
+    result = mo.solve(WALL, "nonassociative")
     assert result.status is mo.Status.CONVERGED
     assert 0.53 < result.load_factor <= 0.53886
     assert result.certificate.flow < 1e-7
