@@ -239,8 +239,8 @@ def _takers(name: str | None) -> str:
             entry = find_entry(language, name)
         except OptionError:
             continue
-        takers = _names(lambda method, entry=entry: _takes(method, entry))
-        return f"; methods that take it, with model '{language}': {takers}"
+        takers = [name for name, method in METHODS.items() if _takes(method, entry)]
+        return f"; methods that take it, with model '{language}': {', '.join(takers)}"
     return (
         f"; methods of linear programs, which take others: {_names(lambda method: not method.own_tolerances)}"
     )

@@ -78,15 +78,19 @@ def solve(
     case: Case,
     method: Annotated[str, typer.Option(help=f"One of: {', '.join(METHODS)}.")] = DEFAULT,
     model: Annotated[
-        str | None, typer.Option(help=f"Modelling language: {', '.join(LANGUAGES)}. Default: the method's.")
+        str | None,
+        typer.Option(help=f"Modelling language: {', '.join(LANGUAGES)}. Default: the method's first."),
     ] = None,
     solver: Annotated[
-        str | None, typer.Option(help="clarabel, highs, highs-ipm, ... Default: the method's.")
+        str | None,
+        typer.Option(
+            help="Of methods of linear programs: clarabel, highs, highs-ipm, ... Default: the method's."
+        ),
     ] = None,
     tolerance: Annotated[
         float | None,
         typer.Option(
-            help=f"Feasibility and gap asked of a solver of linear programs. Default: {TOLERANCE:g}.",
+            help=f"Feasibility and gap asked of such a solver. Default: {TOLERANCE:g}.",
             show_default=False,
         ),
     ] = None,
