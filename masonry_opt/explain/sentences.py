@@ -169,8 +169,12 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
         f"no pass ended in a state ({v['attempts']} tried, the last: {v['word']}): method 'nonassociative' "
         "goes another way"
     ),
-    Code.LOOP_TOOK_OVER: lambda v: f"no pass ended in a state ({v['word']}), so the loop took over",
-    Code.DILATANCY_FALLS: lambda v: "dilatancy falls with stress, which only the loop follows",
+    Code.LOOP_TOOK_OVER: lambda v: (
+        f"no pass ended in a state ({v['word']}), so the loop, method 'nonassociative', took over"
+    ),
+    Code.DILATANCY_FALLS: lambda v: (
+        "dilatancy falls with stress, which only the loop, method 'nonassociative', follows"
+    ),
     Code.LOCAL_MINIMUM: lambda v: f"a local minimum, complementary to within ε = {v['epsilon']:.0e}",
     Code.RELAXED_FROM: lambda v: f"relaxed from ε = {v['epsilon']:.0e}, larger ones could not be followed",
     Code.START_FAILED: lambda v: "the loop to start from failed",

@@ -82,7 +82,7 @@ def test_text_where_the_loop_took_over(monkeypatch, capsys, tmp_path):
     code, out, _ = run_command(monkeypatch, capsys, "solve", case)
     assert code == 1
     assert re.search(r"^programs +1 linear \(\d+ solver iterations\)$", out, re.MULTILINE)
-    assert "so the loop took over; no mechanism lets the live load do work" in out
+    assert "so the loop, method 'nonassociative', took over; no mechanism lets the live load do work" in out
 
 
 def test_reference_of_the_loop_serves_where_there_is_none_of_the_mcp(monkeypatch, capsys):
