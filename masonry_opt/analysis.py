@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import reprlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -28,28 +28,33 @@ from masonry_opt.explain.diagnosis import (
 )
 from masonry_opt.explain.sentences import message
 from masonry_opt.explain.summary import summary_text
-from masonry_opt.methods.registry import METHODS
+from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, find_solver
+from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, SolverEntry, find_entry, find_solver
 
 #: A load factor this little below zero is zero.
 _NEGATIVE = 1e-6
 
-#: Options under other names than they once had: the new name, and what else has changed.
+#: Options under other names than they once had: the new name, of an option or a method, and what else has
+#: changed.
 RENAMED = {
     "pace": "sub_problems ('accurate' for 'paper', 'rough' for 'fast'); preset='paper' is the paper's loop",
     "kicks": "perturbations",
     "move_limit": "revise (a function; see docs/changes.md)",
     "only_at_yield": "revise (a function; see docs/changes.md)",
+    "minimise": "mcp, a method: it finds any state, as minimise=False did, where 'mpec' looks for the least",
 }
+
+#: Arguments of :func:`solve` that are no options of a method.
+_ARGUMENTS = ("scene", "method", "model", "solver", "tolerance", "progress")
 
 
 def solve(
     scene: Scene | str | Path,
-    method: str = "nonassociative",
+    method: str = DEFAULT,
     *,
     model: str | None = None,
     solver: str | None = None,
@@ -64,23 +69,28 @@ def solve(
     scene:
         A scene, or the path of a case file.
     method:
-        "static" or "kinematic" (associative: one linear program), "nonassociative" (Coulomb: the
-        loop), "mpec" (the least load factor near the loop's, by IPOPT), "refined" (an exact state of
-        Coulomb friction, by linear programs from the loop's or the MPEC's), or "global" (what can be
-        proven of the least one, on small scenes).
+        "mcp" (the default: an exact state of Coulomb friction by one interior-point pass over the
+        complementarity problem; where no pass ends in one, or dilatancy falls with stress, the loop takes
+        over and the reasons say so), "nonassociative" (Coulomb: the loop of linear programs), "static" or
+        "kinematic" (associative: one linear program), "mpec" (the least load factor near the loop's, by
+        IPOPT), "refined" (an exact state of Coulomb friction, by linear programs from the loop's or the
+        MPEC's), or "global" (what can be proven of the least one, on small scenes).
     model:
-        Modelling language: "cvxpy" (the default where a method is declared in it) or "pyomo".
+        Modelling language: "cvxpy" (the default where a method is declared in it) or "pyomo". Both are
+        there for "static", "kinematic" and "nonassociative".
     solver:
-        "clarabel" (CVXPY's default), "highs" (simplex; Pyomo's default), "highs-ipm" (Pyomo's default
-        for the loop), or any solver that CVXPY finds.
+        For these three "clarabel" (CVXPY's default), "highs" (simplex; Pyomo's default), "highs-ipm"
+        (Pyomo's default for the loop), or any solver that CVXPY finds. The others bring their own.
     tolerance:
-        Feasibility and gap tolerance asked of a solver of linear programs (default 1e-9).
+        Feasibility and gap tolerance asked of the solver, for the same three (default 1e-9).
     progress:
-        Called with every step: :class:`~.loop.history.Iteration` of the loop,
-        :class:`~.mpec.Relaxation`, :class:`~.refined.method.Refinement`.
+        Called with every step: :class:`~.mcp.interior_point.NewtonStep`,
+        :class:`~.loop.history.Iteration` of the loop, :class:`~.mpec.Relaxation`,
+        :class:`~.refined.method.Refinement`.
     **options:
-        The method's own: :class:`~.loop.options.LoopOptions`, :class:`~.mpec.MpecOptions`,
-        :class:`~.refined.method.RefinedOptions`, :class:`~.global_search.GlobalOptions`.
+        The method's own: :class:`~.mcp.method.McpOptions`, :class:`~.loop.options.LoopOptions`,
+        :class:`~.mpec.MpecOptions`, :class:`~.refined.method.RefinedOptions`,
+        :class:`~.global_search.GlobalOptions`.
 
     Returns
     -------
@@ -173,14 +183,24 @@ def _choose(name: str, options: Mapping[str, Any]) -> tuple[Method, Any]:
 
 def _instead(option: str, known: list[str]) -> str:
     """What to write in place of an option that a method does not have."""
-    if option in RENAMED and RENAMED[option].split()[0] in known:
-        return f", which is now {RENAMED[option]}"
-    homes = [name for name, has in METHODS.items() if has.options and option in has.options.model_fields]
-    if homes:
+    if option in RENAMED:
+        new = RENAMED[option].replace(",", " ").split()[0]
+        homes = [] if new in (*known, *METHODS) else _homes(new)
+        where = f"; methods that have '{new}': {', '.join(homes)}" if homes else ""
+        return f", which is now {RENAMED[option]}{where}"
+    if homes := _homes(option):
         return f"; methods that have it: {', '.join(homes)}"
-    arguments = ["scene", "method", "model", "solver", "tolerance", "progress"]
-    close = difflib.get_close_matches(option, [*known, *arguments], n=1)
-    return f"; did you mean '{close[0]}'?" if close else f"; it has: {', '.join(known) or 'none'}"
+    if close := difflib.get_close_matches(option, [*known, *_ARGUMENTS], n=1):
+        return f"; did you mean '{close[0]}'?"
+    others = [other for has in METHODS.values() if has.options for other in has.options.model_fields]
+    if close := difflib.get_close_matches(option, others, n=1):
+        return f"; did you mean '{close[0]}'? Methods that have it: {', '.join(_homes(close[0]))}"
+    return f"; it has: {', '.join(known) or 'none'}"
+
+
+def _homes(option: str) -> list[str]:
+    """Methods that have an option."""
+    return [name for name, has in METHODS.items() if has.options and option in has.options.model_fields]
 
 
 def _solver(method: Method, model: str | None, name: str | None, tolerance: float | None) -> Solver:
@@ -189,20 +209,50 @@ def _solver(method: Method, model: str | None, name: str | None, tolerance: floa
             raise OptionError(f"{what} must be a name (found {given!r})")
     model = model or next(iter(method.solvers))
     if model in LANGUAGES and model not in method.solvers:
-        raise OptionError(f"method '{method.name}' is declared in {', '.join(method.solvers)} only")
+        raise OptionError(
+            f"method '{method.name}' is declared in {', '.join(method.solvers)} only; methods declared in "
+            f"{model}: {_names(lambda other: model in other.solvers)}"
+        )
     allowed = method.solvers.get(model, ())
     name = name.lower() if name else (allowed[0] if allowed else None)
     if allowed and name not in allowed:
         raise OptionError(
             f"method '{method.name}' with model '{model}' takes solver: {', '.join(allowed)} (found '{name}')"
+            f"{_takers(name)}"
         )
     if tolerance is not None and method.own_tolerances:
-        raise OptionError(f"method '{method.name}' has tolerances of its own: leave 'tolerance' out")
+        raise OptionError(
+            f"method '{method.name}' has tolerances of its own: leave 'tolerance' out, or name a method "
+            f"that takes one: {_names(lambda other: not other.own_tolerances)}"
+        )
     solver = find_solver(model, name, TOLERANCE if tolerance is None else tolerance)
     if not solver.entry.linear and not allowed:
-        takes = "mpec" if solver.entry.nonlinear else "mcp"
-        raise OptionError(f"solver '{solver.name}' solves no linear programs: method '{takes}' takes it")
+        takers = _names(lambda other: _takes(other, solver.entry))
+        raise OptionError(f"solver '{solver.name}' solves no linear programs: method '{takers}' takes it")
     return solver
+
+
+def _takers(name: str | None) -> str:
+    """Which methods take a solver, in the first language that has it; which take solvers that CVXPY finds."""
+    for language in LANGUAGES:
+        try:
+            entry = find_entry(language, name)
+        except OptionError:
+            continue
+        takers = [name for name, method in METHODS.items() if _takes(method, entry)]
+        return f"; methods that take it, with model '{language}': {', '.join(takers)}"
+    return (
+        f"; methods of linear programs, which take others: {_names(lambda method: not method.own_tolerances)}"
+    )
+
+
+def _takes(method: Method, entry: SolverEntry) -> bool:
+    allowed = method.solvers.get(entry.language)
+    return allowed is not None and (entry.name in allowed or (not allowed and entry.linear))
+
+
+def _names(of: Callable[[Method], bool]) -> str:
+    return ", ".join(name for name, method in METHODS.items() if of(method))
 
 
 def _unless_it_stands(assembly: Assembly, solver: Solver, effort: Effort) -> Solution | None:

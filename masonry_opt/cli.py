@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import os
+import re
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -30,7 +31,7 @@ from masonry_opt.errors import (
     OutputError,
     printable,
 )
-from masonry_opt.methods.registry import METHODS
+from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.report.mechanism_plot import plot_mechanism, refuse_picture
 from masonry_opt.report.terminal import print_text
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE
@@ -75,17 +76,22 @@ def about(version: Annotated[bool, typer.Option("--version", help="Print the ver
 @app.command()
 def solve(
     case: Case,
-    method: Annotated[str, typer.Option(help=f"One of: {', '.join(METHODS)}.")] = "nonassociative",
+    method: Annotated[str, typer.Option(help=f"One of: {', '.join(METHODS)}.")] = DEFAULT,
     model: Annotated[
-        str | None, typer.Option(help=f"Modelling language: {', '.join(LANGUAGES)}. Default: the method's.")
+        str | None,
+        typer.Option(help=f"Modelling language: {', '.join(LANGUAGES)}. Default: the method's first."),
     ] = None,
     solver: Annotated[
-        str | None, typer.Option(help="clarabel, highs, highs-ipm, ... Default: the language's first.")
+        str | None,
+        typer.Option(
+            help="Of methods of linear programs: clarabel, highs, highs-ipm, ... Default: the method's."
+        ),
     ] = None,
     tolerance: Annotated[
         float | None,
         typer.Option(
-            help=f"Feasibility and gap asked of the solver. Default: {TOLERANCE:g}.", show_default=False
+            help=f"Feasibility and gap asked of such a solver. Default: {TOLERANCE:g}.",
+            show_default=False,
         ),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
@@ -109,7 +115,8 @@ def solve(
         def progress(step: Any) -> None:
             check_interrupt()
             if math.isfinite(step.load_factor):
-                steps.append(f"{type(step).__name__.lower()} {len(steps) + 1}: λ = {step.load_factor:.6f}")
+                what = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(step).__name__).lower()
+                steps.append(f"{what} {len(steps) + 1}: λ = {step.load_factor:.6f}")
                 status.update(steps[-1])
 
         try:

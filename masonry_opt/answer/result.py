@@ -61,7 +61,8 @@ class Result:
     history: frame, one row a step: a sub-problem of the loop (see :class:`~.loop.history.Iteration`), a
         relaxation of the MPEC (:class:`~.mpec.Relaxation`), a lower state of the refinement
         (:class:`~.refined.method.Refinement`); empty for a single linear program.
-    flow_rule_matters: False if the associative answer already obeys the joints' own flow rule.
+    flow_rule_matters: False if the loop began with an associative answer that already obeys the joints' own
+        flow rule; method "mcp" does not look.
     iterations: of the solver, summed.
     lp_solves, nlp_solves: linear and nonlinear programs solved (without the check of the dead load).
     stationary: of a refined answer: True if no mechanism tried among the faces at yield lowers λ, False if

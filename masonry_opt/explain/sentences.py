@@ -120,7 +120,7 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.SOLVER_STOPPED: lambda v: f"the solver stopped with '{v['word']}': try another solver",
     Code.DILATANCY_LOCKS: lambda v: (
         "sliding joints that dilate jam the blocks, so that they carry any multiple of the live "
-        "load; without dilatancy they can move: method 'nonassociative' tells whether they do"
+        "load; without dilatancy they can move: method 'mcp' tells whether they do"
     ),
     Code.NO_MECHANISM: lambda v: (
         "no mechanism lets the live load do work, so the scene carries any multiple of it: "
@@ -172,8 +172,12 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
         f"no pass ended in a state ({v['attempts']} tried, the last: {v['word']}): method 'nonassociative' "
         "goes another way"
     ),
-    Code.LOOP_TOOK_OVER: lambda v: f"no pass ended in a state ({v['word']}), so the loop took over",
-    Code.DILATANCY_FALLS: lambda v: "dilatancy falls with stress, which only the loop follows",
+    Code.LOOP_TOOK_OVER: lambda v: (
+        f"no pass ended in a state ({v['word']}), so the loop, method 'nonassociative', took over"
+    ),
+    Code.DILATANCY_FALLS: lambda v: (
+        "dilatancy falls with stress, which only the loop, method 'nonassociative', follows"
+    ),
     Code.LOCAL_MINIMUM: lambda v: f"a local minimum, complementary to within ε = {v['epsilon']:.0e}",
     Code.RELAXED_FROM: lambda v: f"relaxed from ε = {v['epsilon']:.0e}, larger ones could not be followed",
     Code.START_FAILED: lambda v: "the loop to start from failed",

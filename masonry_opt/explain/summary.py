@@ -30,6 +30,8 @@ def summary_text(result: Result) -> str:
 
 
 def _programs(result: Result) -> str:
+    if not result.lp_solves and not result.nlp_solves:
+        return f"none: {result.iterations} Newton steps" if result.iterations else ""
     nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""
     return f"{result.lp_solves} linear{nonlinear} ({result.iterations} solver iterations)"
 
@@ -50,11 +52,16 @@ def _dilatancy(result: Result) -> str:
 
 
 def _reference(result: Result) -> str:
-    """The case file's own reference value for the method, and how far the result is from it."""
-    name = "associative" if result.method in ("static", "kinematic") else result.method
-    reference = result.assembly.scene.reference.get(name)
-    if reference is None:
+    """The case file's own reference value for the method, and how far the result is from it.
+
+    Where none is known of the complementarity problem the loop's serves: both answer for Coulomb's joints.
+    """
+    names = {"static": ["associative"], "kinematic": ["associative"], "mcp": ["mcp", "nonassociative"]}
+    known = result.assembly.scene.reference
+    name = next((name for name in names.get(result.method, [result.method]) if name in known), None)
+    if name is None:
         return ""
+    reference = known[name]
     off = ""
     if result.load_factor is not None and reference.value:
         off = f", here {100 * (result.load_factor / reference.value - 1):+.3f} %"

@@ -10,3 +10,6 @@ from masonry_opt.methods.mpec import MPEC
 from masonry_opt.methods.refined.method import REFINED
 
 METHODS = {method.name: method for method in (STATIC, KINEMATIC, NONASSOCIATIVE, MCP, MPEC, REFINED, GLOBAL)}
+
+#: The method of whoever names none.
+DEFAULT = MCP.name

@@ -54,7 +54,7 @@ class Scene(SceneKeys):
     title, source:
         What the scene is and where it comes from.
     reference:
-        Published values by name (``associative``, ``nonassociative``, ``mpec``, ...).
+        Published values by name (``associative``, ``nonassociative``, ``mcp``, ``mpec``, ...).
 
     Raises
     ------

@@ -43,15 +43,15 @@ def test_units_do_not_matter():
     ]
     large = scene.model_copy(update={"blocks": blocks})
     for none in (0.2, 0.8):
-        ours = mo.solve(with_law(scene, none / 2, none))
-        theirs = mo.solve(with_law(large, none / 2 * force / length, none * force / length))
+        ours = mo.solve(with_law(scene, none / 2, none), "nonassociative")
+        theirs = mo.solve(with_law(large, none / 2 * force / length, none * force / length), "nonassociative")
         assert theirs.load_factor == pytest.approx(ours.load_factor, rel=1e-6)
 
 
 @pytest.mark.parametrize("none", [1e-3, 0.1, 0.24])
 def test_two_blocks_above_the_law_are_coulombs(none):
     """B sinks, λ = 1.5 μ, while the stress of the face, 0.25, and under A, 1.25 / 3, leave no dilatancy."""
-    result = mo.solve(with_law(two_blocks(), none / 2, none))
+    result = mo.solve(with_law(two_blocks(), none / 2, none), "nonassociative")
     assert result.load_factor == pytest.approx(0.15, rel=1e-6)
     assert result.joints["n"].min() >= 0.25 - 1e-6
 
@@ -59,7 +59,7 @@ def test_two_blocks_above_the_law_are_coulombs(none):
 @pytest.mark.parametrize("none", [0.6, 0.7, 1.0, 10.0])
 def test_two_blocks_below_the_law_are_associative(none):
     """B rises, λ = 2.5 μ, as long as A still dilates on the floor under its greatest stress, 1.75 / 3."""
-    result = mo.solve(with_law(two_blocks(), none / 2, none))
+    result = mo.solve(with_law(two_blocks(), none / 2, none), "nonassociative")
     assert result.load_factor == pytest.approx(0.25, rel=1e-6)
 
 
@@ -67,7 +67,7 @@ def test_two_blocks_below_the_law_are_associative(none):
 def test_two_blocks_between_are_never_given_a_wrong_answer(none):
     """The least λ = μ (1 + 2 n), n = max(none, 3 none - 1): B rests. The loop may find no answer there;
     if it gives one, it is between that and the associative one."""
-    result = mo.solve(with_law(two_blocks(), none / 2, none))
+    result = mo.solve(with_law(two_blocks(), none / 2, none), "nonassociative")
     least = 0.1 * (1 + 2 * max(none, 3 * none - 1))
     if result.load_factor is None:
         assert not result.status.usable
@@ -79,16 +79,22 @@ def test_two_blocks_between_are_never_given_a_wrong_answer(none):
 def test_a_law_that_no_stress_reaches_changes_nothing():
     scene = mo.load(WALL_4)
     associative = mo.solve(scene, "static").load_factor
-    assert mo.solve(with_law(scene, 1e6, 2e6)).load_factor == pytest.approx(associative, rel=1e-6)
+    assert mo.solve(with_law(scene, 1e6, 2e6), "nonassociative").load_factor == pytest.approx(
+        associative, rel=1e-6
+    )
     constant = scene.joints.model_copy(update={"dilatancy": 0.2})
-    same = mo.solve(scene.model_copy(update={"joints": constant}))
-    assert mo.solve(with_law(scene, 1e6, 2e6, 0.2)).load_factor == pytest.approx(same.load_factor, rel=1e-9)
+    same = mo.solve(scene.model_copy(update={"joints": constant}), "nonassociative")
+    assert mo.solve(with_law(scene, 1e6, 2e6, 0.2), "nonassociative").load_factor == pytest.approx(
+        same.load_factor, rel=1e-9
+    )
 
 
 def test_a_law_without_dilatancy_changes_nothing():
     scene = mo.load(WALL_4)
     law = with_law(scene, 0.5, 1.0, dilatancy=0.0)
-    assert mo.solve(law).load_factor == pytest.approx(mo.solve(scene).load_factor, rel=1e-9)
+    assert mo.solve(law, "nonassociative").load_factor == pytest.approx(
+        mo.solve(scene, "nonassociative").load_factor, rel=1e-9
+    )
     assert mo.solve(law, "refined", perturbations=0).load_factor is not None
 
 
@@ -171,7 +177,7 @@ def test_what_cannot_be_checked_is_refused():
         with pytest.raises(mo.OptionError, match="'above' must be"):
             mo.stressed_joints(result, above)
     with pytest.raises(mo.OptionError, match="'nonassociative'"):
-        mo.stressed_joints(mo.solve(two_blocks()), 1.0)
+        mo.stressed_joints(mo.solve(two_blocks(), "nonassociative"), 1.0)
     lifted = mo.solve(block_on_floor(live=(0.0, -1.0)), "static")
     with pytest.raises(mo.OptionError, match="no mechanism"):
         mo.stressed_joints(lifted, 1.0)
@@ -186,6 +192,6 @@ def test_the_terminal_says_it():
     for quiet in (
         mo.solve(two_blocks(), "static"),
         mo.solve(with_law(two_blocks(), 1.0, 2.0), "static"),
-        mo.solve(with_law(two_blocks(), 0.1, 0.2)),
+        mo.solve(with_law(two_blocks(), 0.1, 0.2), "nonassociative"),
     ):
         assert "dilatancy  " not in str(quiet)

@@ -36,8 +36,8 @@ def turned_about(problem, step):
 
 
 def test_a_huge_move_limit_is_none():
-    ours = mo.solve(WALL_2, **PAPER, revise=MoveLimit(1e9)).history["load_factor"]
-    none = mo.solve(WALL_2, **PAPER).history["load_factor"]
+    ours = mo.solve(WALL_2, "nonassociative", **PAPER, revise=MoveLimit(1e9)).history["load_factor"]
+    none = mo.solve(WALL_2, "nonassociative", **PAPER).history["load_factor"]
     np.testing.assert_array_equal(ours, none)
 
 
@@ -75,8 +75,8 @@ def test_only_joints_at_yield_are_turned():
 
 
 def test_turning_only_some_changes_the_path():
-    free = mo.solve(WALL_4, **PAPER).history["load_factor"].to_numpy()
-    some = mo.solve(WALL_4, **PAPER, revise=only_at_yield).history["load_factor"].to_numpy()
+    free = mo.solve(WALL_4, "nonassociative", **PAPER).history["load_factor"].to_numpy()
+    some = mo.solve(WALL_4, "nonassociative", **PAPER, revise=only_at_yield).history["load_factor"].to_numpy()
     assert some[0] == free[0]
     assert some[1] != pytest.approx(free[1], rel=1e-6)
 
@@ -84,5 +84,7 @@ def test_turning_only_some_changes_the_path():
 def test_a_move_limit_forgets_the_run_before():
     """It keeps the forces that its limits turned about, and begins anew with every run."""
     revise = MoveLimit(0.1)
-    first, again = (mo.solve(WALL_2, **PAPER, revise=revise).history["load_factor"] for _ in range(2))
+    first, again = (
+        mo.solve(WALL_2, "nonassociative", **PAPER, revise=revise).history["load_factor"] for _ in range(2)
+    )
     np.testing.assert_array_equal(first, again)

@@ -28,7 +28,7 @@ few = {"perturbations": 20}
 
 @pytest.mark.parametrize("path", WALLS[:5], ids=lambda path: path.stem)
 def test_refined_is_exact_stationary_and_not_above_the_loop(path):
-    loop, refined = mo.solve(path), mo.solve(path, "refined", **few)
+    loop, refined = mo.solve(path, "nonassociative"), mo.solve(path, "refined", **few)
     assert refined.status is mo.Status.CONVERGED
     assert refined.certificate.worst < EXACT
     assert refined.stationary
@@ -47,7 +47,7 @@ def test_refined_from_the_loop_reaches_the_lowest_known(number, most):
 
 
 def test_refined_from_a_result_handed_in_counts_only_its_own_solves():
-    loop, whole = mo.solve(WALLS[0]), mo.solve(WALLS[0], "refined", perturbations=0)
+    loop, whole = mo.solve(WALLS[0], "nonassociative"), mo.solve(WALLS[0], "refined", perturbations=0)
     refined = mo.solve(WALLS[0], "refined", start=loop, perturbations=0)
     assert refined.load_factor == whole.load_factor
     assert refined.lp_solves == whole.lp_solves - loop.lp_solves
@@ -191,7 +191,7 @@ def test_bounds_of_normal_forces_hold_for_every_method():
 
 def test_where_no_exact_state_is_found_the_loop_s_answer_comes_back_as_such(monkeypatch):
     monkeypatch.setattr(Refiner, "first", lambda *_: None)
-    loop, result = mo.solve(WALLS[0]), mo.solve(WALLS[0], "refined")
+    loop, result = mo.solve(WALLS[0], "nonassociative"), mo.solve(WALLS[0], "refined")
     assert result.load_factor == loop.load_factor
     assert result.kind is Kind.LOOP
     assert values_of(result, Code.NOT_REFINED) == {"why": str(Code.NO_STATICS)}
@@ -221,7 +221,7 @@ def test_joints_of_every_kind(friction, joints, method):
 def test_a_state_with_residuals_is_not_called_exact():
     """Joints that contract may sink into each other in both senses at once: no such state is given."""
     scene = small_wall(4, 3, 0.3, dilatancy=-0.05)
-    rough = mo.solve(scene, finish=False)
+    rough = mo.solve(scene, "nonassociative", finish=False)
     assert rough.certificate.worst > 1e-3
     result = mo.solve(scene, "refined", perturbations=0, start=rough)
     left = values_of(result, Code.NOT_REFINED)
@@ -243,7 +243,7 @@ def refined_from_more_friction(number, more):
     """Wall of that number, refined from the loop's state on the same wall with so much more friction."""
     wall = mo.load(WALLS[number - 1])
     stiffer = wall.model_copy(update={"joints": mo.JointDefaults(friction=more * 0.65)})
-    return mo.solve(wall, "refined", start=mo.solve(stiffer), perturbations=0)
+    return mo.solve(wall, "refined", start=mo.solve(stiffer, "nonassociative"), perturbations=0)
 
 
 def test_a_start_without_exact_statics_is_repaired(monkeypatch):
@@ -337,7 +337,7 @@ def test_wall_5_from_the_mpec_s_state():
 def test_refinement_of_the_792_block_wall():
     """Exact and stationary, below the loop."""
     wall = CASES / "orduna_lourenco" / "wall.toml"
-    loop, refined = mo.solve(wall, sub_problems="accurate"), mo.solve(wall, "refined")
+    loop, refined = mo.solve(wall, "nonassociative", sub_problems="accurate"), mo.solve(wall, "refined")
     assert refined.certificate.worst < EXACT
     assert refined.stationary
     assert refined.load_factor < loop.load_factor

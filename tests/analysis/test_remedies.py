@@ -46,14 +46,14 @@ RESCUED = {
 @cache
 def rescued(name):
     build, options, *_ = RESCUED[name]
-    return mo.solve(build(CASES), **options)
+    return mo.solve(build(CASES), "nonassociative", **options)
 
 
 @pytest.mark.parametrize("name", RESCUED)
 def test_each_remedy_rescues_a_scene(name):
     build, options, failure, remedy = RESCUED[name]
     scene = build(CASES)
-    raw = mo.solve(scene, **(options | {"remedies": "none"}))
+    raw = mo.solve(scene, "nonassociative", **(options | {"remedies": "none"}))
     assert raw.status is failure
     assert raw.load_factor is None
     assert values_of(raw, Code.BEGAN_AGAIN) is None
@@ -78,18 +78,18 @@ def associative(scene):
 
 
 def test_slope_alone_is_tried_if_asked_for():
-    result = mo.solve(STEPPED(CASES), solver="highs-ipm", remedies="slope")
+    result = mo.solve(STEPPED(CASES), "nonassociative", solver="highs-ipm", remedies="slope")
     assert result.status is Status.NO_STATE
     tried = values_of(result, Code.BEGAN_AGAIN)
     assert tried["in_vain"]
     assert tried["remedies"] == [f"alpha={0.3 / 3**step:.2g}" for step in range(1, 7)]
-    cycling = mo.solve(TWO_PATHS(CASES), beta=1.0, finish=False, remedies="slope")
+    cycling = mo.solve(TWO_PATHS(CASES), "nonassociative", beta=1.0, finish=False, remedies="slope")
     assert cycling.status is Status.CYCLING
     assert (cycling.history["attempt"] == 1).all()
 
 
 def test_what_was_tried_in_vain_is_said_and_each_entry_is_tried_once():
-    result = mo.solve(WALL_6, max_iterations=2)
+    result = mo.solve(WALL_6, "nonassociative", max_iterations=2)
     assert result.status is Status.ITERATION_LIMIT
     assert result.load_factor is None
     tried = list(dict.fromkeys(result.history["remedy"]))[1:]
@@ -102,7 +102,7 @@ def test_what_was_tried_in_vain_is_said_and_each_entry_is_tried_once():
 
 def test_runs_are_limited(monkeypatch):
     monkeypatch.setattr(loop_method, "_MOST_RUNS", 3)
-    result = mo.solve(WALL_6, max_iterations=2)
+    result = mo.solve(WALL_6, "nonassociative", max_iterations=2)
     assert result.history["attempt"].max() == 3
     assert len(values_of(result, Code.BEGAN_AGAIN)["remedies"]) == 2
 
@@ -112,9 +112,9 @@ def test_a_load_factor_without_an_exact_state_is_not_taken(monkeypatch):
     what its certificate leaves."""
     monkeypatch.setattr(loop_run, "accurate_end", lambda *_: None)
     monkeypatch.setattr(loop_run, "_PATIENCE", 1)
-    raw = mo.solve(WALL_6, tol=3e-4, finish=False)
+    raw = mo.solve(WALL_6, "nonassociative", tol=3e-4, finish=False)
     assert raw.certificate.complementarity > 1e-3 * raw.load_factor
-    result = mo.solve(WALL_6, tol=3e-4)
+    result = mo.solve(WALL_6, "nonassociative", tol=3e-4)
     assert result.status is Status.CONVERGED
     assert result.history["attempt"].max() > 1
     assert values_of(result, Code.BEGAN_AGAIN)["first"] == str(Shortfall.INEXACT)
@@ -124,14 +124,14 @@ def test_a_load_factor_without_an_exact_state_is_not_taken(monkeypatch):
 def test_what_a_bare_loop_leaves_is_in_its_certificate():
     """So large a tolerance stops where λ happens to stand still, with a third of a block's weight beyond
     friction: more than an answer of the default's kind may leave."""
-    raw = mo.solve(WALL_6, tol=1e-3, finish=False)
+    raw = mo.solve(WALL_6, "nonassociative", tol=1e-3, finish=False)
     assert raw.kind is Kind.BARE_LOOP
     assert raw.certificate.yield_ > LIMITS[Kind.LOOP].yield_
     assert raw.certificate.complementarity > LIMITS[Kind.LOOP].complementarity * raw.load_factor
 
 
 def test_a_cycle_with_an_exact_state_says_both():
-    result = mo.solve(WALL_6, **SWINGING)
+    result = mo.solve(WALL_6, "nonassociative", **SWINGING)
     assert result.status is Status.CONVERGED
     low, high = sorted(result.history["load_factor"].iloc[-2:])
     assert values_of(result, Code.REPEATS) == {
@@ -147,7 +147,7 @@ def test_a_cycle_with_an_exact_state_says_both():
 
 
 def test_a_cycle_without_an_exact_state_says_what_of_it_is_certified():
-    result = mo.solve(WALL_6, **SWINGING, finish=False, remedies="none")
+    result = mo.solve(WALL_6, "nonassociative", **SWINGING, finish=False, remedies="none")
     assert result.status is Status.CYCLING
     assert result.load_factor is None
     assert result.certificate is None
@@ -166,7 +166,7 @@ def test_a_cycle_without_an_exact_state_says_what_of_it_is_certified():
 
 def test_the_lowest_certified_load_factor_of_a_loop_without_end_is_said():
     """Wall 4 comes to its load factor, but a tolerance beyond the solver's is never met."""
-    result = mo.solve(WALL_4, tol=1e-14, max_iterations=25, finish=False, remedies="none")
+    result = mo.solve(WALL_4, "nonassociative", tol=1e-14, max_iterations=25, finish=False, remedies="none")
     assert result.status is Status.ITERATION_LIMIT
     assert result.load_factor is None
     met = result.history["load_factor"]
@@ -180,7 +180,7 @@ def test_the_lowest_certified_load_factor_of_a_loop_without_end_is_said():
 
 
 def test_the_iteration_limit_is_one():
-    result = mo.solve(WALL_6, max_iterations=5, remedies="none")
+    result = mo.solve(WALL_6, "nonassociative", max_iterations=5, remedies="none")
     assert result.status is Status.ITERATION_LIMIT
     assert result.load_factor is None
     assert len(result.history) == 5

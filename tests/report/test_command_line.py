@@ -3,34 +3,50 @@
 from __future__ import annotations
 
 import json
+import re
 import subprocess
 import sys
 
 import pytest
-from scenes import WALLS, block_on_floor, overhanging, pressed_down, run_command, two_blocks
+from scenes import CASES, WALLS, block_on_floor, overhanging, pressed_down, run_command, two_blocks
 
 import masonry_opt as mo
+from masonry_opt import cli
 
 WALL_1 = WALLS[0]
+LOOP = ["--method", "nonassociative"]
+AS_LOOP = ("nonassociative", "cvxpy", "clarabel")
 
 
-def test_json_is_one_object_with_everything_asked_for(monkeypatch, capsys):
-    code, out, _ = run_command(monkeypatch, capsys, "solve", WALL_1, "--json")
+@pytest.mark.parametrize(
+    ("method", "said"),
+    [("mcp", ("mcp", "pyomo", "newton")), (None, ("mcp", "pyomo", "newton")), (LOOP[1], AS_LOOP)],
+)
+def test_json_is_one_object_with_everything_asked_for(monkeypatch, capsys, method, said):
+    """Of whoever names no method too."""
+    options = ["--method", method] if method else []
+    code, out, _ = run_command(monkeypatch, capsys, "solve", WALL_1, "--json", *options)
     answer = json.loads(out)
     assert code == 0
     assert answer["case"] == str(WALL_1)
-    assert (answer["method"], answer["model"], answer["solver"]) == ("nonassociative", "cvxpy", "clarabel")
+    assert (answer["method"], answer["model"], answer["solver"]) == said
     assert answer["status"] == "converged"
-    assert answer["load_factor"] == pytest.approx(0.63982, rel=3e-4)
     assert (answer["blocks"], answer["joints"]) == (33, 83)
-    assert answer["iterations"] > answer["lp_solves"] > 1
     assert set(answer["certificate"]) == {"equilibrium", "yield", "flow", "complementarity"}
     assert set(answer["seconds"]) == {"scene", "dead_load", "build", "compile", "solve", "read"}
-    assert all(seconds > 0 for seconds in answer["seconds"].values())
     assert len(answer["joint_results"]) == 83
     assert len(answer["block_results"]) == 33
-    # The exact state at the end is one program more than there are sub-problems.
-    assert len(answer["history"]) == answer["lp_solves"] - 1
+    if said == AS_LOOP:
+        assert answer["load_factor"] == pytest.approx(0.63982, rel=3e-4)
+        assert answer["iterations"] > answer["lp_solves"] > 1
+        assert all(seconds > 0 for seconds in answer["seconds"].values())
+        # The exact state at the end is one program more than there are sub-problems.
+        assert len(answer["history"]) == answer["lp_solves"] - 1
+    else:
+        # An exact state, between the lowest known and the associative one.
+        assert 0.638982 - 1e-6 < answer["load_factor"] < 0.642859 + 1e-6
+        assert (answer["iterations"], answer["lp_solves"]) == (len(answer["history"]), 0)
+        assert max(answer["certificate"].values()) < 1e-6
 
 
 @pytest.mark.parametrize("method", ["static", "kinematic"])
@@ -45,11 +61,53 @@ def test_methods_models_and_solvers_can_be_chosen(monkeypatch, capsys, method, m
 
 
 def test_text_names_the_load_factor_and_its_certificate(monkeypatch, capsys):
-    code, out, _ = run_command(monkeypatch, capsys, "solve", WALL_1)
+    code, out, _ = run_command(monkeypatch, capsys, "solve", WALL_1, *LOOP)
     assert code == 0
     assert "load factor      0.6398" in out
     assert "equilibrium" in out
     assert "converged" in out
+
+
+def test_text_of_an_answer_without_programs(monkeypatch, capsys):
+    code, out, _ = run_command(monkeypatch, capsys, "solve", WALL_1)
+    assert code == 0
+    (steps,) = re.findall(r"^status +converged: in (\d+) Newton steps$", out, re.MULTILINE)
+    assert f"programs         none: {steps} Newton steps\n" in out
+    assert "reference        0.64285 (Ferris & Tin-Loi (2001) in Gilbert" in out
+
+
+def test_text_where_the_loop_took_over(monkeypatch, capsys, tmp_path):
+    case = tmp_path / "case.toml"
+    mo.save(pressed_down(), case)
+    code, out, _ = run_command(monkeypatch, capsys, "solve", case)
+    assert code == 1
+    assert re.search(r"^programs +1 linear \(\d+ solver iterations\)$", out, re.MULTILINE)
+    assert "so the loop, method 'nonassociative', took over; no mechanism lets the live load do work" in out
+
+
+def test_reference_of_the_loop_serves_where_there_is_none_of_the_mcp(monkeypatch, capsys):
+    code, out, _ = run_command(monkeypatch, capsys, "solve", CASES / "livesley" / "wedges.toml")
+    assert code == 0
+    assert "reference        1.28 (Gilbert, Casapulla & Ahmed (2006), Fig. 8 (b)), here +0.0" in out
+
+
+def test_steps_are_named_while_it_runs(monkeypatch, capsys):
+    """The last of them by Ctrl-C."""
+    seen = []
+
+    def interrupted(*arguments, progress, **options):
+        def follow(step):
+            progress(step)
+            seen.append(step)
+            if len(seen) == 3:
+                raise KeyboardInterrupt
+
+        return mo.solve(*arguments, progress=follow, **options)
+
+    monkeypatch.setattr(cli, "solve_scene", interrupted)
+    code, out, err = run_command(monkeypatch, capsys, "solve", WALL_1)
+    assert (code, out) == (130, "")
+    assert f"the last was newton step 3: λ = {seen[-1].load_factor:.6f}, not the answer" in err
 
 
 def test_the_command_prints_what_python_prints(monkeypatch, capsys, tmp_path):
@@ -60,7 +118,7 @@ def test_the_command_prints_what_python_prints(monkeypatch, capsys, tmp_path):
     def but_for_seconds(text):
         return [line for line in text.splitlines() if not line.startswith("seconds")]
 
-    for method in ("static", "nonassociative"):
+    for method in ("static", "nonassociative", "mcp"):
         code, out, _ = run_command(monkeypatch, capsys, "solve", case, "--method", method)
         print(mo.solve(case, method))
         printed = capsys.readouterr().out
@@ -70,11 +128,13 @@ def test_the_command_prints_what_python_prints(monkeypatch, capsys, tmp_path):
 
 
 def test_options_of_the_method_and_published_values(monkeypatch, capsys):
-    code, out, _ = run_command(monkeypatch, capsys, "solve", WALL_1, "-o", "start=cohesive", "-o", "beta=0.5")
+    code, out, _ = run_command(
+        monkeypatch, capsys, "solve", WALL_1, *LOOP, "-o", "start=cohesive", "-o", "beta=0.5"
+    )
     assert code == 0
     assert "reference        0.63982 (Gilbert, Casapulla & Ahmed (2006), Table 1), here -0.0" in out
     for wrong, words in (("beta=2", "beta"), ("gamma=1", "no option 'gamma'"), ("beta", "NAME=VALUE")):
-        code, out, err = run_command(monkeypatch, capsys, "solve", WALL_1, "-o", wrong)
+        code, out, err = run_command(monkeypatch, capsys, "solve", WALL_1, *LOOP, "-o", wrong)
         assert (code, out) == (2, "")
         assert words in err
 

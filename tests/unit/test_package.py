@@ -106,7 +106,7 @@ import json, sys
 import masonry_opt.cli
 import masonry_opt as mo
 from masonry_opt.models import cvxpy_terms
-load_factor = mo.solve("two_blocks.toml").load_factor
+load_factor = mo.solve("two_blocks.toml", "nonassociative").load_factor
 of_studies = [name for name in sys.modules if name.startswith(("masonry_opt.studies", "plotly"))]
 print(json.dumps([load_factor, mo.__file__, cvxpy_terms.__file__, of_studies]))
 """

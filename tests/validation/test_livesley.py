@@ -40,10 +40,10 @@ def test_coulomb():
 
 def test_the_loop_ends_exactly_there():
     """Its own λ is 9e-5 below, where the small cohesion and the last slope leave it; the exact end, 1e-6."""
-    result = mo.solve(WEDGES)
+    result = mo.solve(WEDGES, "nonassociative")
     assert result.load_factor == pytest.approx(coulomb, rel=1e-6)
     assert result.certificate.complementarity < 1e-7
-    assert mo.solve(WEDGES, finish=False).load_factor == pytest.approx(coulomb, rel=2e-4)
+    assert mo.solve(WEDGES, "nonassociative", finish=False).load_factor == pytest.approx(coulomb, rel=2e-4)
 
 
 def test_mechanisms_differ_in_the_sense_of_the_unloaded_wedge():

@@ -184,7 +184,7 @@ def _flow_row(arch: Arch, mu: float, found: LeastThickness) -> dict[str, object]
     near, further = [least * factor for factor in _NEXT_TO_IT]
     exact = [_exact(opened_scene(arch, t, joints)) for t in (near, further)]
     thicker = opened_scene(arch, least * _THICKER, joints)
-    loop = solve(thicker, always=True)
+    loop = solve(thicker, "nonassociative", always=True)
     return {
         "μ": mu,
         "associative (m)": least,
@@ -279,7 +279,9 @@ def _mode_results(arch: Arch, change: Transitions) -> dict[str, Result]:
                 update={"thickness": thickness, "live": (0.0, 0.0), "point_loads": [crown]}
             )
             scene = Scene(joints=joints, blocks=pushed.blocks())
-        results[f"Mode {mode}\nμ = {mu:.3f}, thickness {thickness:.3f} m"] = solve(scene, always=True)
+        results[f"Mode {mode}\nμ = {mu:.3f}, thickness {thickness:.3f} m"] = solve(
+            scene, "nonassociative", always=True
+        )
     return results
 
 

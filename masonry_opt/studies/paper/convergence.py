@@ -113,7 +113,7 @@ def fig11(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
     for variation in VARIATIONS:
         progress(variation.label)
         start = time.perf_counter()
-        result = solve(scene, preset="paper", **variation.options)
+        result = solve(scene, "nonassociative", preset="paper", **variation.options)
         seconds = time.perf_counter() - start
         runs.append((variation, result))
         answer = PublishedValue(

@@ -95,7 +95,7 @@ def dilatancy(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
         sweep = []
         for none in _LEVELS:
             progress(f"{name}: none from stress {none:g} on")
-            sweep.append(_row(name, none, solve(with_law(scene, most, none))))
+            sweep.append(_row(name, none, solve(with_law(scene, most, none), "nonassociative")))
         report.published_values += _ends(name, limits[name], sweep)
         report.remarks.append(_order(name, sweep))
         rows += sweep
@@ -106,7 +106,7 @@ def dilatancy(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
     progress(f"wall {_CHECKED}: associative")
     associative = solve(checked, "static")
     report.tables = {"dilatancy_law": table, "dilatancy_joints": _joint_table(associative)}
-    coulomb = solve(checked)
+    coulomb = solve(checked, "nonassociative")
     report.remarks.append(_verdict(associative, coulomb))
     report.figures = {
         "dilatancy": _draw(table, limits, friction),
@@ -119,7 +119,9 @@ def _limits(scene: Scene, most: float) -> tuple[float | None, float | None]:
     """Load factors without dilatancy, and with the same at any stress."""
     associative = most == scene.joints.friction
     at_any = scene if associative else with_joints(scene, dilatancy=most)
-    return solve(scene).load_factor, solve(at_any, "static" if associative else "nonassociative").load_factor
+    return solve(scene, "nonassociative").load_factor, solve(
+        at_any, "static" if associative else "nonassociative"
+    ).load_factor
 
 
 def _row(name: str, none: float, result: Result) -> dict[str, object]:

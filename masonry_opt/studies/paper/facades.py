@@ -84,7 +84,7 @@ def facades(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
         quickest = min((solve(scene, "static") for _ in range(_REPEATS)), key=_solver_seconds)
         runs.append(_Run(size, _ASSOCIATIVE, "associative", quickest))
         progress(f"{size}: loop")
-        runs.append(_Run(size, _LOOP, "nonassociative", solve(scene, sub_problems="rough")))
+        runs.append(_Run(size, _LOOP, "nonassociative", solve(scene, "nonassociative", sub_problems="rough")))
         if size in _PAPER_LOOP:
             progress(f"{size}: the paper's own loop")
             published = solve(scene, "nonassociative", **_AS_PUBLISHED)

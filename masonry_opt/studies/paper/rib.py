@@ -97,7 +97,7 @@ def with_friction(scene: Scene, friction: float) -> Scene:
 
 def _row(scene: Scene, mu: float) -> dict[str, object]:
     at = with_friction(scene, mu)
-    associative, loop = solve(at, "static"), solve(at, always=True)
+    associative, loop = solve(at, "static"), solve(at, "nonassociative", always=True)
     refined = solve(at, "refined", restarts=2)
     least = solve(at, "global", time_limit=_TIME).load_factor if mu in PROVEN else None
     return {

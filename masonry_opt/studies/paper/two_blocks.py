@@ -195,7 +195,7 @@ def _sweep(variant: Variant, scene: Scene, progress: ProgressLine) -> list[dict[
         progress(f"{variant.name}: φ₀ = {angle:g}°")
         dilatant = with_dilatancy(scene, angle)
         start = time.perf_counter()
-        loop = solve(dilatant, preset="paper")
+        loop = solve(dilatant, "nonassociative", preset="paper")
         least = solve(dilatant, "global")
         rises = angle > variant.face / 2
         rows.append(

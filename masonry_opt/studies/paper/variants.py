@@ -96,13 +96,13 @@ def variants(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
     for name, file in files.items():
         scene = open_case(cases, file)
         progress(f"{name}: {BASE.label}")
-        base = solve(scene, preset="paper")
+        base = solve(scene, "nonassociative", preset="paper")
         if "nonassociative" in scene.reference:
             report.published_values.append(against_reference(scene, "nonassociative", base, name))
         rows.append(_row(name, BASE, base, base))
         for variation in VARIATIONS:
             progress(f"{name}: {variation.label}")
-            result = solve(scene, preset="paper", revise=variation.revise)
+            result = solve(scene, "nonassociative", preset="paper", revise=variation.revise)
             rows.append(_row(name, variation, result, base))
     table = pd.DataFrame(rows)
     summary = pd.DataFrame([_summary(variation, table) for variation in VARIATIONS])

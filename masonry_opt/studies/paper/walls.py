@@ -48,7 +48,7 @@ def fig10(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
     for number in WALLS:
         progress(f"wall {number}")
         scene = open_case(cases, wall_file(number))
-        result = solve(scene)
+        result = solve(scene, "nonassociative")
         share = sliding_share(result)
         comparison = against_reference(scene, "nonassociative", result, f"wall {number}")
         report.published_values.append(comparison)
@@ -89,7 +89,7 @@ def fig13(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
     progress("associative")
     associative = solve(scene, "static")
     progress("loop")
-    loop = solve(scene, sub_problems="accurate")
+    loop = solve(scene, "nonassociative", sub_problems="accurate")
     report = Report(
         published_values=[
             *counts(scene, loop, "wall"),

@@ -39,7 +39,7 @@ def exact_states():
     """By scene: the problem and the state that the loop ends in."""
     found = {}
     for name, scene in SCENES.items():
-        result = mo.solve(scene, sub_problems="accurate", always=True)
+        result = mo.solve(scene, "nonassociative", sub_problems="accurate", always=True)
         problem, solution = result.assembly.problem, result.solution
         p = problem.rates(solution.d, problem.dilatancy)
         found[name] = problem, State(result.load_factor, solution.q, solution.d, p)

@@ -180,7 +180,7 @@ def test_limits_may_be_revised_in_another_way():
         turns.append(turn.last.number)
         return turn.last.limits
 
-    result = mo.solve(two_blocks(), revise=left_as_they_are, finish=False, always=True)
+    result = mo.solve(two_blocks(), "nonassociative", revise=left_as_they_are, finish=False, always=True)
     np.testing.assert_allclose(result.history["load_factor"], 0.25, rtol=1e-7)
     assert turns == list(range(1, len(result.history)))
 
@@ -269,9 +269,9 @@ def test_rough_sub_problems_are_solved_roughly(monkeypatch):
         "masonry_opt.methods.loop.method.rougher",
         lambda solver, tolerance: asked.append(tolerance) or rougher(solver, tolerance),
     )
-    mo.solve(two_blocks(), sub_problems="accurate")
+    mo.solve(two_blocks(), "nonassociative", sub_problems="accurate")
     assert asked == []
-    mo.solve(two_blocks(), sub_problems="rough")
+    mo.solve(two_blocks(), "nonassociative", sub_problems="rough")
     assert asked == [1e-4]
 
 
@@ -304,7 +304,7 @@ def test_the_preset_is_section_5_and_what_stands_beside_it_counts():
 )
 def test_options_out_of_range_are_refused_by_name(option, value):
     with pytest.raises(mo.OptionError, match=f"option '{option}'"):
-        mo.solve(two_blocks(), **{option: value})
+        mo.solve(two_blocks(), "nonassociative", **{option: value})
 
 
 @pytest.mark.parametrize(
@@ -323,16 +323,45 @@ def test_old_names_of_options_are_refused_with_the_new(old, new):
         mo.solve(two_blocks(), method, **old)
 
 
+def test_old_names_of_options_of_another_method_name_it():
+    words = (
+        r"'mcp' has no option 'pace', which is now sub_problems .*; methods that have 'sub_problems': nonass"
+    )
+    with pytest.raises(mo.OptionError, match=words):
+        mo.solve(two_blocks(), pace="paper")
+
+
+LOOP = {"method": "nonassociative"}
+
+
 @pytest.mark.parametrize(
     ("wrong", "words"),
     [
-        ({"bta": 0.5}, "did you mean 'beta'"),
+        ({"bta": 0.5}, r"did you mean 'beta'\? Methods that have it: nonassociative"),
+        (LOOP | {"bta": 0.5}, r"did you mean 'beta'\?$"),
         ({"metod": "static"}, "did you mean 'method'"),
-        ({"zzz": 1}, "it has: preset, sub_problems, alpha"),
+        ({"zzz": 1}, "method 'mcp' has no option 'zzz'; it has: "),
+        (LOOP | {"zzz": 1}, "it has: preset, sub_problems, alpha"),
         ({"method": "statik"}, "method 'statik' is unknown; choose from: static, kinematic"),
+        ({"beta": 0.5}, "method 'mcp' has no option 'beta'; methods that have it: nonassociative"),
         ({"method": "static", "beta": 0.5}, "no option 'beta'; methods that have it: nonassociative"),
-        ({"method": "mpec", "minimise": False}, "no option 'minimise'; it has: start, epsilon"),
-        ({"beta": 7}, r"option 'beta': .*\(found 7\)"),
+        (
+            {"method": "mpec", "minimise": False},
+            "no option 'minimise', which is now mcp, a method: it finds any",
+        ),
+        (LOOP | {"beta": 7}, r"option 'beta': .*\(found 7\)"),
+        (
+            {"solver": "highs"},
+            r"takes solver: newton .* methods that take it, .*: static, .*, nonassociative",
+        ),
+        ({"solver": "clarabel", "tolerance": 1e-6}, r"takes solver: newton .*: static, .*, nonassociative"),
+        ({"solver": "casadi"}, "takes solver: newton .* methods that take it, with model 'pyomo': mpec"),
+        ({"solver": "nope"}, "newton .*'nope'.*; methods of linear programs, which take others: static, ki"),
+        ({"model": "cvxpy"}, "in pyomo only; methods declared in cvxpy: static, kinematic, nonassociative"),
+        (
+            {"tolerance": 1e-6},
+            "leave 'tolerance' out, or name a method that takes one: static, kinematic, non",
+        ),
     ],
 )
 def test_unknown_options_are_refused_with_what_there_is(wrong, words):

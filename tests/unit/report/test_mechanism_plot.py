@@ -12,7 +12,7 @@ from masonry_opt.report.mechanism_plot import joint_motion, plot_mechanism
 
 def test_plot_shows_load_factor_and_legend(tmp_path):
     with mpl.rc_context({"svg.fonttype": "none"}):
-        plot_mechanism(mo.solve(WALLS[0]), tmp_path / "wall.svg")
+        plot_mechanism(mo.solve(WALLS[0], "nonassociative"), tmp_path / "wall.svg")
     text = (tmp_path / "wall.svg").read_text()
     for words in ("Ferris &amp; Tin-Loi wall 1", "0.63982", "sliding joint", "hinging joint"):
         assert words in text

@@ -111,11 +111,28 @@ def test_unreadable_file(name, content, words, tmp_path, monkeypatch, capsys):
     assert "Traceback" not in err
 
 
+#: The loop, whose solvers can be named.
+LOOP = ["--method", "nonassociative"]
+
+
 @pytest.mark.parametrize(
     ("option", "words"),
     [
-        (["--solver", "mosek"], "choose from: clarabel, highs"),
-        (["--solver", "clarabel", "--model", "pyomo"], "takes solver: highs-ipm, highs"),
+        (
+            ["--solver", "mosek"],
+            "takes solver: newton (found 'mosek'); methods of linear programs, which take",
+        ),
+        (["--solver", "mosek", *LOOP], "choose from: clarabel, highs"),
+        (
+            ["--solver", "clarabel"],
+            "methods that take it, with model 'cvxpy': static, kinematic, nonassociative",
+        ),
+        (["--solver", "clarabel", "--model", "pyomo", *LOOP], "takes solver: highs-ipm, highs"),
+        (
+            ["--tolerance", "1e-6"],
+            "leave 'tolerance' out, or name a method that takes one: static, kinematic, ",
+        ),
+        (["-o", "beta=0.5"], "no option 'beta'; methods that have it: nonassociative"),
         (["--solver", "clarabel", "--method", "mcp"], "takes solver: newton"),
         (["--solver", "newton", "--model", "pyomo", "--method", "static"], "method 'mcp' takes it"),
         (["--model", "cvxpy", "--method", "mcp"], "declared in pyomo only"),
@@ -236,6 +253,9 @@ def test_dilatancy_that_locks_is_told_from_a_load_that_cannot_act(tmp_path, monk
     assert code == 1
     assert json.loads(out)["status"] == "unlimited: dilatancy locks the blocks"
     code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--json")
+    assert code == 0
+    assert json.loads(out)["load_factor"] >= 0.6 * (1 - 1e-7)
+    code, out, _ = run_command(monkeypatch, capsys, "solve", path, *LOOP, "--json")
     assert code == 0
     assert json.loads(out)["load_factor"] == pytest.approx(0.6, rel=1e-7)
     again = json.loads(out)["reasons"][0]

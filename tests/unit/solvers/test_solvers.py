@@ -123,10 +123,10 @@ def test_changed_shear_limits_are_those_of_a_newly_declared_model(language, form
 
 
 def test_the_solver_asked_for_does_everything_that_it_can():
-    result = mo.solve(WALLS[0], solver="highs")
+    result = mo.solve(WALLS[0], "nonassociative", solver="highs")
     assert result.solver == "highs"
     assert result.solvers == {"dead load": ["highs"], "sub-problems": ["highs"], "exact end": ["highs"]}
-    of_pyomo = mo.solve(two_blocks(), model="pyomo")
+    of_pyomo = mo.solve(two_blocks(), "nonassociative", model="pyomo")
     assert of_pyomo.solver == "highs-ipm"
     assert of_pyomo.solvers == {purpose: ["highs-ipm"] for purpose in result.solvers}
 
@@ -134,7 +134,7 @@ def test_the_solver_asked_for_does_everything_that_it_can():
 def test_a_remedy_s_solver_is_named_beside_the_one_asked_for():
     """μ = 1e5 in the joints of wall 1: Clarabel does not reach its tolerances."""
     wall = mo.load(WALLS[0]).model_copy(update={"joints": mo.JointDefaults(friction=1e5)})
-    result = mo.solve(wall)
+    result = mo.solve(wall, "nonassociative")
     assert result.solver == "clarabel"
     assert result.solvers["sub-problems"] == ["clarabel", "highs-ipm"]
 
