@@ -349,20 +349,9 @@ def test_scaling_the_live_load_divides_the_load_factor(factor, method):
     assert mo.solve(mapped(wall, live=factor), method).load_factor == pytest.approx(expected, rel=tolerance)
 
 
-@pytest.mark.parametrize("factor", [1e-4, 0.5, 3.0, 1e2])
+@pytest.mark.parametrize("factor", [1e-7, 1e-4, 0.5, 3.0, 1e2, 1e6])
 @pytest.mark.parametrize("wall", [small_wall(4, 3), BASE], ids=["small", "wall"])
 def test_scaling_the_live_load_divides_the_load_factor_of_one_pass(wall, factor):
-    expected = mo.solve(wall, "mcp").load_factor / factor
-    result = mo.solve(mapped(wall, live=factor), "mcp")
-    assert result.reasons[0].code is Code.ONE_PASS
-    assert result.load_factor == pytest.approx(expected, rel=SAME_WAY, abs=0)
-
-
-@pytest.mark.xfail(strict=True, reason="the gap is measured at λ ≥ 1e-3, in units of the live load")
-@pytest.mark.parametrize("factor", [1e-7, 1e6])
-@pytest.mark.parametrize("wall", [small_wall(4, 3), BASE], ids=["small", "wall"])
-def test_scaling_the_live_load_by_far_divides_the_load_factor_of_one_pass(wall, factor):
-    """By 1e6 a pass ends early (wall 1 3e-3, two blocks 32 % too high), by 1e-7 the loop takes over."""
     expected = mo.solve(wall, "mcp").load_factor / factor
     result = mo.solve(mapped(wall, live=factor), "mcp")
     assert result.reasons[0].code is Code.ONE_PASS

@@ -128,13 +128,16 @@ def start(form: EdgeForm) -> Iterate:
     least = max(weight, 0.1 * float(np.abs(forces).max()))
     forces[:2] = np.maximum(forces[:2], least)
     slacks = problem.cohesion + form.slacks(forces, problem.friction)
+    # f_L·d is a sum over components, which depends on the axes: unit rates are those along the live load.
+    along = float(np.hypot(problem.live[0::3], problem.live[1::3]).sum() + np.abs(problem.live[2::3]).sum())
+    rate = problem.live_norm / along
     return Iterate(
         0.0,
         forces,
         np.maximum(slacks, least),
         np.zeros(3 * problem.blocks),
-        np.ones_like(forces[:2]),
-        np.ones_like(slacks),
+        np.full_like(forces[:2], rate),
+        np.full_like(slacks, rate),
     )
 
 

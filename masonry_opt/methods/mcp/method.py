@@ -67,18 +67,20 @@ def mcp(task: Task) -> Solution:
     solution = Solution(Status.SOLVER_FAILED, Kind.ONE_PASS, slope=problem.dilatancy)
     effort.uses(task.solver.name, "complementarity problem")
     with effort.measure("build"):
-        elimination = Elimination(EdgeForm(problem))
+        unit = _unit_of_load(problem)
+        elimination = Elimination(EdgeForm(replace(problem, live=unit * problem.live)))
     for attempt, rules in enumerate(ATTEMPTS, start=1):
 
         def follow(step: NewtonStep, attempt: int = attempt) -> None:
-            solution.history.append(replace(step, attempt=attempt))
+            solution.history.append(replace(step, load_factor=unit * step.load_factor, attempt=attempt))
             effort.iterations += 1
             effort.add("solve", step.seconds)
             task.progress(solution.history[-1])
 
         end = run(elimination, rules, follow)
-        if end.outcome is Outcome.SOLVED or solution.history[-1].gap < _NEAR:
-            state = _exact(problem, elimination.form.state(end.iterate), effort)
+        if end.outcome is Outcome.SOLVED or (solution.history and solution.history[-1].gap < _NEAR):
+            state = elimination.form.state(end.iterate)
+            state = _exact(problem, replace(state, load_factor=unit * state.load_factor), effort)
             if state is not None:
                 solution.take(state)
                 solution.load_factor = state.load_factor
@@ -92,6 +94,14 @@ def mcp(task: Task) -> Solution:
         return _by_loop(task, solution, Code.LOOP_TOOK_OVER, word=str(end.outcome))
     solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, word=str(end.outcome), attempts=attempt)
     return solution
+
+
+def _unit_of_load(problem: Problem) -> float:
+    """What makes live loads as large as the dead loads of the blocks that carry them: the gap is measured
+    against the live load's work, at some least λ."""
+    dead, live = (np.hypot(load[0::3], load[1::3]) for load in (problem.dead, problem.live))
+    weights = float(dead[live > 0].sum()), float(dead.sum())
+    return next((weight / float(live.sum()) for weight in weights if weight and live.any()), 1.0)
 
 
 def _exact(problem: Problem, state: State, effort: Effort) -> State | None:
@@ -122,12 +132,8 @@ def _descend(problem: Problem, solution: Solution, effort: Effort) -> None:
         return
     lower = replace(solution, kind=Kind.EXACT, load_factor=exact.load_factor, q=exact.q, d=exact.d)
     if not lower.failing(problem):
-        solution.kind, solution.load_factor, solution.q, solution.d = (
-            lower.kind,
-            exact.load_factor,
-            exact.q,
-            exact.d,
-        )
+        solution.kind, solution.load_factor = Kind.EXACT, exact.load_factor
+        solution.q, solution.d = exact.q, exact.d
         solution.add(Code.EXACT, fall=fall)
 
 
