@@ -38,10 +38,15 @@ def test_a_lower_exact_state_is_kept_with_its_method(case):
     assert known_after(case, exact(case, load_factor=0.15)) == BestKnown(0.15, "refined")
 
 
+def test_so_is_one_of_a_pass(case):
+    assert known_after(case, exact(case, method="mcp", load_factor=0.15)) == BestKnown(0.15, "mcp")
+
+
 @pytest.mark.parametrize(
     "known",
     [
         {"load_factor": 0.17},
+        {"load_factor": 0.15, "method": "mcp", "complementarity": 1e-8},  # over λ
         {"load_factor": 0.16 - 1e-11},  # no lower than rounding makes it
         {"load_factor": 0.15, "yield": 1e-7},
         {"load_factor": 0.15, "complementarity": None},

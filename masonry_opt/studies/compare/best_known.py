@@ -22,11 +22,14 @@ FILE = "best_known.toml"
 #: By so much, relative, must a load factor be lower: states are exact to no more.
 _LOWER = 1e-8
 
+#: The kinds of answer that can be exact: in the loop's, sliding may contract.
+_EXACT_KINDS = (Kind.ONE_PASS, Kind.RELAXED, Kind.EXACT)
+
 _HEADER = """\
 # The lowest exact Coulomb load factor known of each case file, and the method that found it.
-# `masonry-opt compare --update-best-known` rewrites this file when a run of mpec, refined or global, all of
-# whose residuals are below 1e-8, finds a lower one. `content` is the scene's hash: a changed scene has no
-# best known state.
+# `masonry-opt compare --update-best-known` rewrites this file when a run of mcp, mpec, refined or global,
+# all of whose residuals are below 1e-8, finds a lower one. `content` is the scene's hash: a changed scene has
+# no best known state.
 """
 
 
@@ -73,7 +76,7 @@ def lowest_exact(rows: Iterable[dict[str, Any]]) -> dict[str, BestKnown]:
 
 def is_exact(row: dict[str, Any]) -> bool:
     """Whether a run ended in an exact Coulomb state, by the limits of exact answers."""
-    can_be = row["load_factor"] is not None and row["kind"] in (Kind.RELAXED, Kind.EXACT)
+    can_be = row["load_factor"] is not None and row["kind"] in _EXACT_KINDS
     return can_be and not residuals_over_limit(row, Kind.EXACT)
 
 
