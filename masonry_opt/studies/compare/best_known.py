@@ -62,11 +62,18 @@ def best_known(scenes: Iterable[CaseScene]) -> dict[str, BestKnown]:
     return found
 
 
-def lowest_exact(rows: Iterable[dict[str, Any]]) -> dict[str, BestKnown]:
-    """The lowest exact state among runs, by scene name."""
+def lowest_exact(
+    rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown] | None = None
+) -> dict[str, BestKnown]:
+    """The lowest exact state among runs, by scene name.
+
+    A pass ends in some exact state: only where a low one is known, or was looked for, does its own count.
+    """
+    exact = [row for row in rows if is_exact(row)]
+    low = {*(known or {}), *(row["scene"] for row in exact if row["kind"] != Kind.ONE_PASS)}
     best: dict[str, BestKnown] = {}
-    for row in rows:
-        if not is_exact(row):
+    for row in exact:
+        if row["scene"] not in low:
             continue
         before = best.get(row["scene"])
         if before is None or _is_lower(row["load_factor"], before.load_factor):
