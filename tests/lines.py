@@ -22,6 +22,7 @@ def line(**known: Any) -> dict[str, Any]:
     }
     given |= {"complementarity": 0.0, "wall": 1.0, "peak_memory": 100.0, "joints": 100.0, "blocks": 50.0}
     given |= {"lp_solves": 1.0, "nlp_solves": 0.0, "iterations": 9.0, "time_limit": 60.0, "memory_limit": 4e3}
-    kinds = {"static": "associative", "kinematic": "associative", "nonassociative": "loop", "mpec": "relaxed"}
+    kinds = {"static": "associative", "kinematic": "associative", "nonassociative": "loop"}
+    kinds |= {"mcp": "one pass", "mpec": "relaxed"}
     kind = kinds.get(known.get("method", given["method"]), "exact")
     return given | {"kind": kind} | known

@@ -11,9 +11,10 @@ from masonry_opt.answer.status import Status
 from masonry_opt.cli import app
 from masonry_opt.studies.atlas.entries import ATLAS
 from masonry_opt.studies.atlas.entry import Entry, Expectation
+from masonry_opt.studies.atlas.large_scenes import LARGE, large_scene
 from masonry_opt.studies.atlas.random_scenes import random_scene
 from masonry_opt.studies.compare.case_scenes import content_of, find_scenes
-from masonry_opt.studies.compare.made_scenes import right_claims, write_atlas, write_random
+from masonry_opt.studies.compare.made_scenes import right_claims, write_atlas, write_large, write_random
 from masonry_opt.studies.compare.store import Store
 
 
@@ -75,3 +76,27 @@ def test_the_command_compares_random_scenes(tmp_path):
     }
     assert "named correctly" in result.output
     assert (tmp_path / "success.png").stat().st_size > 1000
+
+
+def test_large_scenes_come_by_stones_family_and_seed(tmp_path):
+    paths = write_large(tmp_path, [40, 20], 2)
+    names = [f"{family}_{stones}_{seed}" for stones in (40, 20) for family in LARGE for seed in (0, 1)]
+    assert [path.stem for path in paths] == names
+    assert mo.load(paths[1]).blocks == large_scene(next(iter(LARGE)), 40, 1).blocks
+    assert write_large(tmp_path, [], 2) == []
+
+
+@pytest.mark.parametrize(("stones", "said"), [("19", "20 stones"), ("6o", "whole numbers")])
+def test_a_wrong_number_of_stones_is_refused(stones, said, tmp_path):
+    result = CliRunner().invoke(app, ["compare", "--stones", stones, "--out", str(tmp_path)])
+    assert isinstance(result.exception, mo.OptionError)
+    assert said in str(result.exception)
+
+
+def test_the_command_compares_large_scenes(tmp_path):
+    arguments = ["--stones", "20", "--methods", "mcp", "--repeats", "1", "--out", str(tmp_path)]
+    result = CliRunner().invoke(app, ["compare", *arguments])
+    assert result.exit_code == 0, result.output
+    rows = Store(tmp_path / "results.csv").rows
+    assert {row["scene"] for row in rows} == {f"large/{family}_20_0" for family in LARGE}
+    assert {(row["method"], row["model"], row["solver"]) for row in rows} == {("mcp", "pyomo", "newton")}

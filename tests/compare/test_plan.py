@@ -30,6 +30,11 @@ def test_a_method_with_tolerances_of_its_own_has_one_rung_and_its_own_solver():
     assert found.pairs == (Pair("refined", "pyomo", "highs", None),)
 
 
+def test_the_one_pass_runs_with_its_own_solver():
+    found = plan(["mcp"], ["cvxpy", "pyomo"], ["clarabel", "highs"], [1e-4, 1e-8])
+    assert found.pairs == (Pair("mcp", "pyomo", "newton", None),)
+
+
 def test_a_solver_the_method_does_not_take_is_left_out_with_a_reason():
     found = plan(["static", "nonassociative"], ["cvxpy", "pyomo"], ["scipy"], [1e-6])
     assert ("nonassociative", "pyomo", "scipy") in {(i.method, i.model, i.solver) for i in found.left_out}

@@ -35,6 +35,8 @@ def test_reproduce_table1(monkeypatch, capsys, tmp_path):
     assert list(table["assoc. paper"]) == [0.64286, 0.58, 0.40369, 0.33195, 0.23964, 0.34782]
     most = [0.638983, 0.557417, 0.355818, 0.263737, 0.207974, 0.291786]
     assert (table["refined"] <= most).all()
+    assert (table["mcp"] <= table["MCP publ."] * (1 + 5e-4)).all()
+    assert (table["mcp"] >= table["refined"]).all()
     assert (table["mpec"] / table["MPEC publ."] - 1).abs().max() < 1e-4
     assert (table["refined"] <= table["mpec"] + 1e-7).all()
     assert "index.html" in err
@@ -70,6 +72,7 @@ def test_table1_says_which_value_misses(tmp_path):
     values = {
         "associative": 0.5,
         "nonassociative": 0.6,
+        "mcp": 0.499,
         "mpec": 0.5,
         "refined": 0.5,
         "blocks": 1,
@@ -80,12 +83,14 @@ def test_table1_says_which_value_misses(tmp_path):
     }
     mo.save(block_on_floor().model_copy(update={"reference": references}), wall)
     table = table1(tmp_path, walls=[1])
-    assert len(table.missed) == 2
+    assert len(table.missed) == 3
     missed = "\n".join(table.missed)
     assert "wall 1 (cvxpy, clarabel): nonassociative: 0.5, published 0.6" in missed
+    assert "wall 1 (pyomo, newton): mcp: 0.5, published 0.499" in missed
+    assert "each ends in one of its own; ours is higher" in missed
     assert "wall 1: joints: 1, published 2" in missed
     assert missed in report_text("Table 1", table).replace("\n  ", "\n")
-    assert set(table.tables["table1_residuals"]["method"]) == {"loop", "mpec", "refined"}
+    assert set(table.tables["table1_residuals"]["method"]) == {"loop", "mcp", "mpec", "refined"}
 
 
 def test_reproduce_without_case_files_or_folder(monkeypatch, capsys, tmp_path):

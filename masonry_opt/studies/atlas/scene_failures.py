@@ -14,10 +14,12 @@ from masonry_opt.studies.atlas.expectations import (
     OTHERS,
     RAW,
     REMEDIED,
+    TOOK_OVER,
     WITHOUT_HALVING,
     associative,
     every_method,
     loops,
+    one_pass,
     references,
 )
 from masonry_opt.studies.atlas.small_scenes import (
@@ -50,6 +52,7 @@ ENTRIES: tuple[Entry, ...] = (
             *loops(Status.CONVERGED, 0.5, "μ W", why=LOCKS),
             *references(0.5, "μ W", proven=None),
             Expectation(Status.CONVERGED, "global", load_factor=0.5, source="μ W"),
+            one_pass(0.5, "μ W"),
         ),
     ),
     Entry(
@@ -69,6 +72,7 @@ ENTRIES: tuple[Entry, ...] = (
             ),
             *references(3.0, "2 μ P - W", proven=None),
             Expectation(Status.CONVERGED, "global", load_factor=3.0, source="2 μ P - W"),
+            one_pass(3.0, "2 μ P - W"),
         ),
     ),
     Entry(
@@ -100,6 +104,7 @@ ENTRIES: tuple[Entry, ...] = (
                 Status.CONVERGED, options={"start": "cohesive"}, load_factor=0.0, source="closed form"
             ),
             *references(0.0, "closed form", proven=True),
+            one_pass(0.0, "closed form", only=True),
         ),
     ),
     Entry(
@@ -110,6 +115,7 @@ ENTRIES: tuple[Entry, ...] = (
             *associative(Status.OPTIMAL, 1.0, "tan 45°"),
             *loops(Status.CONVERGED, 1.0, "tan 45°", why=NO_INFLUENCE),
             *references(1.0, "tan 45°", proven=True),
+            one_pass(1.0, "tan 45°", only=True),
         ),
     ),
     Entry(
@@ -120,6 +126,7 @@ ENTRIES: tuple[Entry, ...] = (
             *associative(Status.OPTIMAL, 0.5, "w / h"),
             *loops(Status.CONVERGED, 0.5, "w / h", why=NO_INFLUENCE),
             *references(0.5, "w / h", proven=True),
+            one_pass(0.5, "w / h", why=TOOK_OVER, only=True),
         ),
     ),
     Entry(
@@ -151,6 +158,7 @@ ENTRIES: tuple[Entry, ...] = (
                 for name in ("highs", "highs-ipm")
             ),
             *loops(Status.CONVERGED, 20 / 10.5, "w / h", ("highs", "highs-ipm")),
+            one_pass(20 / 10.5, "w / h", why=TOOK_OVER, only=True),
         ),
     ),
     Entry(
@@ -174,6 +182,7 @@ ENTRIES: tuple[Entry, ...] = (
                 why=REMEDIED,
             ),
             *associative(Status.OPTIMAL, 0.6833480, OTHERS),
+            one_pass((0.0, 0.6833480), "at most the associative λ; 0.542881 in most runs of the loop"),
         ),
     ),
     Entry(
@@ -184,6 +193,7 @@ ENTRIES: tuple[Entry, ...] = (
             *associative(Status.OPTIMAL, 0.5, "μ"),
             *loops(Status.CONVERGED, 0.5, "μ"),
             *references(0.5, "μ", proven=True),
+            one_pass(0.5, "μ", only=True),
         ),
     ),
     Entry(
@@ -200,6 +210,7 @@ ENTRIES: tuple[Entry, ...] = (
             *associative(Status.OPTIMAL, 0.4, "μ"),
             *loops(Status.CONVERGED, 0.4, "μ"),
             *references(0.4, "μ", proven=False),
+            one_pass(0.4, "μ", only=True),
         ),
     ),
     Entry(
@@ -223,6 +234,7 @@ ENTRIES: tuple[Entry, ...] = (
             Expectation(Status.CYCLING, why=reason(Code.BEGAN_AGAIN, remedies="solver=highs-ipm")),
             Expectation(Status.SOLVER_FAILED, options={"start": "cohesive"}, why=reason(Code.NOT_CERTIFIED)),
             Expectation(Status.CYCLING, "refined", why=reason(Code.NOT_REFINED)),
+            Expectation(Status.CYCLING, "mcp", why=TOOK_OVER, slow=True),
             Expectation(Status.SOLVER_FAILED, "mpec", why=reason(Code.NOT_CERTIFIED)),
             Expectation(
                 Status.CONVERGED, "global", load_factor=0.4, source="μ", why=reason(Code.WITHIN_IMPOSED)
@@ -237,6 +249,7 @@ ENTRIES: tuple[Entry, ...] = (
             (
                 *associative(Status.OPTIMAL, 0.65, "μ"),
                 *loops(Status.CONVERGED, 0.65, "μ"),
+                one_pass(0.65, "μ", only=True),
             ),
         )
         for shift in (1e6, 1e12)
@@ -247,7 +260,11 @@ ENTRIES: tuple[Entry, ...] = (
             "Within the tolerance the blocks touch; beyond it the scene is refused, with their names.",
             apart(gap, 1e-3),
             (
-                (*associative(Status.OPTIMAL, 0.65, "μ"), *loops(Status.CONVERGED, 0.65, "μ"))
+                (
+                    *associative(Status.OPTIMAL, 0.65, "μ"),
+                    *loops(Status.CONVERGED, 0.65, "μ"),
+                    one_pass(0.65, "μ", only=True),
+                )
                 if abs(gap) < 1e-3
                 else (Expectation(CaseError, "static", names=names), Expectation(CaseError, names=names))
             ),
@@ -267,6 +284,7 @@ ENTRIES: tuple[Entry, ...] = (
             *associative(Status.OPTIMAL, 0.55401662, OTHERS),
             *loops(Status.CONVERGED, 0.5, "w / h"),
             *references(0.5, "w / h", proven=False),
+            one_pass(0.5, "w / h"),
         ),
     ),
     Entry(
@@ -277,6 +295,7 @@ ENTRIES: tuple[Entry, ...] = (
             *associative(Status.OPTIMAL, 0.3, "μ"),
             *loops(Status.CONVERGED, 0.3, "μ"),
             *references(0.3, "μ", proven=False),
+            one_pass(0.3, "μ", only=True),
         ),
     ),
     Entry(
@@ -294,6 +313,7 @@ ENTRIES: tuple[Entry, ...] = (
             ),
             *loops(Status.CONVERGED, 0.15, "1.5 μ", tolerance=1e-3),
             *references(0.15, "1.5 μ", proven=True),
+            one_pass(0.15, "1.5 μ"),
         ),
     ),
 )

@@ -9,14 +9,14 @@ from typing import Any
 
 from masonry_opt.errors import MasonryError, OptionError
 from masonry_opt.studies.cases import case_folder
-from masonry_opt.studies.compare.case_scenes import CaseScene, find_scenes
+from masonry_opt.studies.compare.case_scenes import find_scenes
 from masonry_opt.studies.compare.comparison import Comparison, RunLimits, run_plan
-from masonry_opt.studies.compare.made_scenes import write_atlas, write_random
+from masonry_opt.studies.compare.made_scenes import write_atlas, write_large, write_random
 from masonry_opt.studies.compare.plan import plan
 
 #: What is compared when nothing is named: every method that a wall of Table 1 takes seconds for, with the
 #: solvers of the package, at a loose and at the package's own tolerance.
-METHODS = ("static", "kinematic", "nonassociative", "mpec", "refined")
+METHODS = ("static", "kinematic", "nonassociative", "mcp", "mpec", "refined")
 MODELS = ("cvxpy", "pyomo")
 SOLVERS = ("clarabel", "highs", "highs-ipm")
 TOLERANCES = (1e-6, 1e-9)
@@ -49,6 +49,8 @@ def compare(
     cases: str | Path | None = None,
     atlas: bool = False,
     random: int = 0,
+    stones: Sequence[int] = (),
+    seeds: int = 1,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Comparison:
     """Time methods and solvers on scenes, judge their answers, write tables, charts and a page.
@@ -67,6 +69,8 @@ def compare(
     update_best_known: write lower exact Coulomb states to the registry ``best_known.toml``.
     atlas: also the scenes of the failure atlas.
     random: also so many random scenes.
+    stones: also large random scenes of so many stones, of each family.
+    seeds: how many of each.
     progress: called with a line before each run.
 
     Raises
@@ -89,7 +93,12 @@ def compare(
         _listed("methods", methods), _listed("models", models), _listed("solvers", solvers), tolerances
     )
     folder, out = case_folder(None if cases is None else Path(cases)), Path(out)
-    compared = _scenes(_listed("scenes", scenes), folder, atlas, random, out / "scenes")
+    named = _listed("scenes", scenes)
+    if not (named or atlas or random or stones):
+        raise OptionError("nothing to compare: name case files, --atlas, --random or --stones")
+    expected = write_atlas(out / "scenes", folder) if atlas else {}
+    made = [*write_random(out / "scenes", random), *write_large(out / "scenes", stones, seeds)]
+    compared = find_scenes([*named, *expected, *made], folder, expected)
     limits = RunLimits(time_limit, memory_limit, repeats)
     comparison = run_plan(compared, planned, limits, out, progress, update_best_known)
     progress("report")
@@ -106,12 +115,3 @@ def _listed(what: str, names: str | Path | Sequence[Any]) -> Sequence[Any]:
     if not isinstance(names, Sequence):
         raise OptionError(f"{what} must be a list of names (found {names!r})")
     return names
-
-
-def _scenes(
-    names: Sequence[str | Path], cases: Path, atlas: bool, random: int, folder: Path
-) -> tuple[CaseScene, ...]:
-    if not (names or atlas or random):
-        raise OptionError("nothing to compare: name case files, --atlas or --random")
-    expected = write_atlas(folder, cases) if atlas else {}
-    return find_scenes([*names, *expected, *write_random(folder, random)], cases, expected)

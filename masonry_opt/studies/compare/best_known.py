@@ -22,11 +22,14 @@ FILE = "best_known.toml"
 #: By so much, relative, must a load factor be lower: states are exact to no more.
 _LOWER = 1e-8
 
+#: The kinds of answer that can be exact: in the loop's, sliding may contract.
+_EXACT_KINDS = (Kind.ONE_PASS, Kind.RELAXED, Kind.EXACT)
+
 _HEADER = """\
 # The lowest exact Coulomb load factor known of each case file, and the method that found it.
-# `masonry-opt compare --update-best-known` rewrites this file when a run of mpec, refined or global, all of
-# whose residuals are below 1e-8, finds a lower one. `content` is the scene's hash: a changed scene has no
-# best known state.
+# `masonry-opt compare --update-best-known` rewrites this file when a run of mcp, mpec, refined or global,
+# all of whose residuals are below 1e-8, finds a lower one. `content` is the scene's hash: a changed scene has
+# no best known state.
 """
 
 
@@ -59,11 +62,18 @@ def best_known(scenes: Iterable[CaseScene]) -> dict[str, BestKnown]:
     return found
 
 
-def lowest_exact(rows: Iterable[dict[str, Any]]) -> dict[str, BestKnown]:
-    """The lowest exact state among runs, by scene name."""
+def lowest_exact(
+    rows: Iterable[dict[str, Any]], known: Mapping[str, BestKnown] | None = None
+) -> dict[str, BestKnown]:
+    """The lowest exact state among runs, by scene name.
+
+    A pass ends in some exact state: only where a low one is known, or was looked for, does its own count.
+    """
+    exact = [row for row in rows if is_exact(row)]
+    low = {*(known or {}), *(row["scene"] for row in exact if row["kind"] != Kind.ONE_PASS)}
     best: dict[str, BestKnown] = {}
-    for row in rows:
-        if not is_exact(row):
+    for row in exact:
+        if row["scene"] not in low:
             continue
         before = best.get(row["scene"])
         if before is None or _is_lower(row["load_factor"], before.load_factor):
@@ -73,7 +83,7 @@ def lowest_exact(rows: Iterable[dict[str, Any]]) -> dict[str, BestKnown]:
 
 def is_exact(row: dict[str, Any]) -> bool:
     """Whether a run ended in an exact Coulomb state, by the limits of exact answers."""
-    can_be = row["load_factor"] is not None and row["kind"] in (Kind.RELAXED, Kind.EXACT)
+    can_be = row["load_factor"] is not None and row["kind"] in _EXACT_KINDS
     return can_be and not residuals_over_limit(row, Kind.EXACT)
 
 

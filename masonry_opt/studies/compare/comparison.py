@@ -109,7 +109,7 @@ def run_plan(
     except KeyboardInterrupt:
         interrupted = True
         notes.append("interrupted: the same command continues where it stopped")
-    found = lowest_exact(rows)
+    found = lowest_exact(rows, known)
     notes += improve(scenes, found, update_best_known)
     best = merged(known, found)
     summary = frames.summary(rows, bounds, best, {scene.name: scene.expected for scene in scenes})

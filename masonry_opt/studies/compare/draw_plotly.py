@@ -11,8 +11,9 @@ from plotly.subplots import make_subplots
 
 from masonry_opt.studies.compare.charts import Axis, Bars, Chart, Series
 
-#: Heights in pixels: of a chart, and of a bar's row.
-_HEIGHT, _ROW = 540, 34
+#: Heights in pixels: of a chart with so many names, of a further name, and of a bar's row. On a narrow screen
+#: names stand one below another; of a chart too low for them they would cover the heading that follows.
+_HEIGHT, _NAMES, _NAME, _ROW = 540, 5, 20, 34
 
 _LEGEND = {
     "orientation": "h",
@@ -58,7 +59,9 @@ def _panels(chart: Chart) -> go.Figure:
         ]
         place = {"x": 0, "xanchor": "left", "y": 1.02, "yanchor": "bottom"}
         figure.update_layout(updatemenus=[{"buttons": buttons, **place}])
-    figure.update_layout(height=_HEIGHT, xaxis=_axis(chart.x), yaxis=_axis(chart.y))
+    most = max(len({series.name for series in panel}) for panel in chart.panels.values())
+    height = _HEIGHT + _NAME * max(0, most - _NAMES)
+    figure.update_layout(height=height, xaxis=_axis(chart.x), yaxis=_axis(chart.y))
     return figure
 
 

@@ -1,4 +1,4 @@
-"""Scenes of a comparison that come with no case file: the failure atlas, and random ones by seed.
+"""Scenes of a comparison that come with no case file: the failure atlas, and random ones, small and large.
 
 They are written as case files, so that each run reads its scene in its own process, as it does any other.
 """
@@ -6,7 +6,7 @@ They are written as case files, so that each run reads its scene in its own proc
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from masonry_opt.answer.status import Status
@@ -15,6 +15,7 @@ from masonry_opt.scene.case_file import save
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.atlas.entries import ATLAS
 from masonry_opt.studies.atlas.entry import Entry, Expectation
+from masonry_opt.studies.atlas.large_scenes import LARGE, large_scene
 from masonry_opt.studies.atlas.random_scenes import KINDS, random_scene
 from masonry_opt.studies.compare.case_scenes import content_of
 from masonry_opt.studies.compare.judge import question_of
@@ -60,6 +61,25 @@ def write_random(folder: Path, count: int) -> list[Path]:
         name = list(KINDS)[kind]
         paths.append(folder / "random" / f"{name}_{seed}.toml")
         _write(random_scene(name, seed), paths[-1])
+    return paths
+
+
+def write_large(folder: Path, stones: Sequence[int], seeds: int) -> list[Path]:
+    """Write large random scenes of each family, of so many stones each, by seed from 0; their case files.
+
+    Raises
+    ------
+    OptionError
+        If a scene is to have fewer than 20 stones.
+    OutputError
+        If the folder cannot be written.
+    """
+    paths = []
+    for count in stones:
+        for family in LARGE:
+            for seed in range(seeds):
+                paths.append(folder / "large" / f"{family}_{count}_{seed}.toml")
+                _write(large_scene(family, count, seed), paths[-1])
     return paths
 
 

@@ -141,7 +141,8 @@ def published_value(
 ) -> PublishedValue:
     """The case file's reference of that name, beside ours."""
     known = scene.reference[reference]
-    lower = reference == "refined"  # the lowest state known: a lower one is no miss
+    # One state of many, or the lowest that is known: a lower one is no miss.
+    lower = reference in ("mcp", "refined")
     return PublishedValue(what, known.value, computed, known.source, known.tolerance, cause, lower)
 
 
