@@ -41,6 +41,7 @@ class Code(StrEnum):
     PASS_STOPPED = "pass stopped"  # word, attempts
     LOOP_TOOK_OVER = "loop took over"  # word
     DILATANCY_FALLS = "dilatancy falls"
+    TOO_LARGE = "too large"  # joints
 
     # The MPEC.
     LOCAL_MINIMUM = "local minimum"  # epsilon

@@ -178,6 +178,7 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.DILATANCY_FALLS: lambda v: (
         "dilatancy falls with stress, which only the loop, method 'nonassociative', follows"
     ),
+    Code.TOO_LARGE: lambda v: f"with {v['joints']} joints the loop is quicker than a pass",
     Code.LOCAL_MINIMUM: lambda v: f"a local minimum, complementary to within ε = {v['epsilon']:.0e}",
     Code.RELAXED_FROM: lambda v: f"relaxed from ε = {v['epsilon']:.0e}, larger ones could not be followed",
     Code.START_FAILED: lambda v: "the loop to start from failed",

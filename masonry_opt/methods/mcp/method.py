@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Strict
@@ -28,6 +28,10 @@ from masonry_opt.problem.state import State
 from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.registry import capable, find_solver
 
+#: Joints up to which a pass is tried before the loop: on façades of more it lingers (3 × 9 openings take three
+#: times as long as the loop, 4 × 12 end nowhere).
+_PASSES_UP_TO = 8000
+
 #: Joints up to which an exact state is sought from a pass's: beyond, the linear programs for it take longer
 #: than the pass.
 _DESCENT_UP_TO = 500
@@ -44,7 +48,7 @@ class McpOptions(Options):
 
     Attributes
     ----------
-    fallback: whether the loop takes over where no pass ends in a state.
+    fallback: whether the loop takes over where no pass ends in a state, or from 8000 joints on.
     descent: whether an exact state is sought from the pass's, at or below it, by the linear programs of
         "refined" (three on most scenes; up to 500 joints).
     """
@@ -58,12 +62,16 @@ def mcp(task: Task) -> Solution:
     state at or below it.
 
     Where a pass stalls another follows, by the next of the rules; where none ends in a state that its
-    certificate bears out, the loop takes over, and the reasons say so. Dilatancy that falls with stress is
-    for the loop at once.
+    certificate bears out, the loop takes over, and the reasons say so. Dilatancy that falls with stress, and
+    scenes of more than 8000 joints, are for the loop at once.
     """
     problem, effort, options = task.problem, task.effort, task.options or McpOptions()
     if problem.dilatancy_depends_on_stress:
         return _by_loop(task, Solution(Status.SOLVER_FAILED, Kind.ONE_PASS), Code.DILATANCY_FALLS)
+    if problem.joints > _PASSES_UP_TO and options.fallback:
+        return _by_loop(
+            task, Solution(Status.SOLVER_FAILED, Kind.ONE_PASS), Code.TOO_LARGE, joints=problem.joints
+        )
     solution = Solution(Status.SOLVER_FAILED, Kind.ONE_PASS, slope=problem.dilatancy)
     effort.uses(task.solver.name, "complementarity problem")
     with effort.measure("build"):
@@ -142,7 +150,7 @@ def _passes(problem: Problem, state: State) -> bool:
     return not LIMITS[Kind.ONE_PASS].failing(left)
 
 
-def _by_loop(task: Task, before: Solution, code: Code, **values: str) -> Solution:
+def _by_loop(task: Task, before: Solution, code: Code, **values: Any) -> Solution:
     """The loop's solution, which tells that it took over; the passes' steps come first in the history."""
     solution = nonassociative(task.with_options(LoopOptions(), find_solver("cvxpy", None)))
     solution.reasons.insert(0, reason(code, **values))
