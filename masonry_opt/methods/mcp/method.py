@@ -28,8 +28,8 @@ from masonry_opt.problem.state import State
 from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.registry import capable, find_solver
 
-#: Joints up to which a pass is tried before the loop: on façades of more it lingers (3 × 9 openings take three
-#: times as long as the loop, 4 × 12 end nowhere).
+#: Joints up to which a pass is tried before the loop: on façades of more it lingers (3 × 9 openings take
+#: three times as long as the loop, 4 × 12 end nowhere).
 _PASSES_UP_TO = 8000
 
 #: Joints up to which an exact state is sought from a pass's: beyond, the linear programs for it take longer
