@@ -78,11 +78,15 @@ def test_repr_is_short():
 
 
 @pytest.mark.parametrize(
-    ("method", "kind", "code", "steps"),
-    [("nonassociative", "loop", "sub-problems", "count"), ("mcp", "one pass", "one pass", "steps")],
+    ("method", "options", "kind", "code", "steps"),
+    [
+        ("nonassociative", {}, "loop", "sub-problems", "count"),
+        ("mcp", {"descent": False}, "one pass", "one pass", "steps"),
+        ("mcp", {}, "exact", "one pass", "steps"),
+    ],
 )
-def test_json_is_everything_a_result_says(method, kind, code, steps):
-    result = mo.solve(two_blocks(), method)
+def test_json_is_everything_a_result_says(method, options, kind, code, steps):
+    result = mo.solve(two_blocks(), method, **options)
     answer = json.loads(result.to_json())
     assert answer["reasons"] == [reason.as_dict() for reason in result.reasons]
     assert (answer["reasons"][0]["code"], answer["reasons"][0][steps]) == (code, len(result.history))

@@ -129,7 +129,7 @@ def test_a_state_and_its_iterate_are_each_other_s(form, rng):
 
 def test_steps_of_statics_and_of_kinematics_have_their_own_lengths(form, rng):
     at, by = interior(form, rng), interior(form, rng)
-    gone = moved(at, 0.5, 0.25, by)
+    gone = moved(at, (0.5, 0.25), by)
     assert gone.load_factor == pytest.approx(1.5 * 0.7)
     for name, length in {"x": 0.5, "z": 0.5, "d": 0.25, "opening": 0.25, "slip": 0.25}.items():
         np.testing.assert_allclose(getattr(gone, name), getattr(at, name) + length * getattr(by, name))
@@ -152,7 +152,7 @@ def test_a_solution_meets_the_equations(form, rng, full, blend):
     system = newton_system(form, interior(form, rng), full, blend)
     right = random_parts(form, rng)
     solution, error = system.solve(right)
-    left = flat(right.minus(system.apply(solution)))
+    left = flat(right.plus(system.apply(solution), -1.0))
     assert system.full is full  # elimination needed no help
     assert error < SOLVED
     assert np.abs(left).max() < SOLVED * np.abs(flat(right)).max()
@@ -185,7 +185,7 @@ def test_a_solution_meets_the_equations_near_an_answer(form, rng, full, gap):
     solution, error = system.solve(right)
     assert error < 1e-8  # where elimination leaves more, full factors follow
     parts, sizes = system.apply(solution), np.abs(flat(right)).max()
-    assert np.abs(flat(right.minus(parts))).max() < 1e-8 * sizes
+    assert np.abs(flat(right.plus(parts, -1.0))).max() < 1e-8 * sizes
 
 
 def test_equations_are_the_derivatives_of_residuals_and_products(form, rng):
