@@ -19,7 +19,7 @@ from masonry_opt.methods.mcp.edge_form import EdgeForm
 from masonry_opt.methods.mcp.interior_point import NewtonStep, Outcome, run
 from masonry_opt.methods.mcp.newton import Elimination
 from masonry_opt.methods.mcp.rules import ATTEMPTS
-from masonry_opt.methods.refined.programs import Refiner
+from masonry_opt.methods.refined.programs import ExactState, Refiner, is_lower
 from masonry_opt.methods.task import Method, Options, Task
 from masonry_opt.models.cvxpy_least_energy import CvxpyMotionFor
 from masonry_opt.problem.load_units import in_units_of_load
@@ -50,7 +50,7 @@ class McpOptions(Options):
     ----------
     fallback: whether the loop takes over where no pass ends in a state, or from 8000 joints on.
     descent: whether an exact state is sought from the pass's, at or below it, by the linear programs of
-        "refined" (three on most scenes; up to 500 joints).
+        "refined" (five on most scenes; up to 500 joints).
     """
 
     fallback: Annotated[bool, Strict()] = True
@@ -126,15 +126,19 @@ def _exact(problem: Problem, state: State, effort: Effort) -> State | None:
 
 
 def _descend(problem: Problem, solution: Solution, effort: Effort) -> None:
-    """Take an exact state on the mechanism that goes with a pass's forces, if it is as low."""
+    """Take the exact state that a pass's forces lead to, if it is as low: on the mechanism that goes with
+    them, then on the one that goes with the forces found there, until λ falls no more."""
     assert solution.load_factor is not None  # a pass ended
     assert solution.q is not None
     with effort.measure("build"):
         refiner = Refiner(problem, effort)
+    exact: ExactState | None = None
     found = refiner.first(solution.q)
-    if found is None:
+    while found is not None and (exact is None or is_lower(found, exact)):
+        exact = refiner.descend(found, one_by_one=False)
+        found = refiner.first(exact.q)
+    if exact is None:
         return
-    exact = refiner.descend(found, one_by_one=False)
     fall = solution.load_factor - exact.load_factor
     if fall < -_EVEN * abs(solution.load_factor):
         return
