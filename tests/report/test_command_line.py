@@ -103,7 +103,7 @@ def test_text_where_the_loop_took_over(monkeypatch, capsys, tmp_path):
     code, out, _ = run_command(monkeypatch, capsys, "solve", case)
     assert code == 1
     # A motion was sought for the last forces of the passes; the loop needs one.
-    assert re.search(r"^programs +2 linear \(\d+ solver iterations\)$", out, re.MULTILINE)
+    assert re.search(r"^programs +1 linear \(\d+ solver iterations\)$", out, re.MULTILINE)
     assert "so the loop, method 'nonassociative', took over; no mechanism lets the live load do work" in out
 
 

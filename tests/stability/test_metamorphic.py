@@ -314,12 +314,13 @@ def test_one_pass_is_unmoved(wall, name, descent):
 
 
 def test_one_pass_of_a_wall_that_slides_at_many_joints_is_nearly_unmoved():
-    """Wall 6: rounding is magnified to 3e-6 of λ in some 20 steps."""
+    """Wall 6: rounding is magnified to 3e-6 of λ in some 20 steps, and the descent may end in either of two
+    states as near to each other."""
     scene = mo.load(WALLS[5])
-    for descent, tolerance in ((False, 1e-5), (True, DESCENDED)):
+    for descent in (False, True):
         one = mo.solve(scene, "mcp", descent=descent)
         for name in ("moved", "turned by 37°", "turned by 90°", "mirrored", "renumbered"):
-            same(one, mo.solve(SAME[name](scene), "mcp", descent=descent), tolerance)
+            same(one, mo.solve(SAME[name](scene), "mcp", descent=descent), 1e-5)
 
 
 @pytest.mark.parametrize("path", [None, WALLS[0], WALLS[5]], ids=["wall", "wall_1", "wall_6"])

@@ -86,6 +86,8 @@ def mcp(task: Task) -> Solution:
             task.progress(solution.history[-1])
 
         end = run(elimination, rules, follow)
+        if end.outcome is Outcome.LOST:
+            break
         if end.outcome is Outcome.SOLVED or (solution.history and solution.history[-1].gap < _NEAR):
             state = elimination.form.state(end.iterate)
             state = _exact(problem, replace(state, load_factor=unit * state.load_factor), effort)
@@ -96,11 +98,10 @@ def mcp(task: Task) -> Solution:
                 if options.descent and problem.joints <= _DESCENT_UP_TO:
                     _descend(problem, solution, effort)
                 return solution
-        if end.outcome is Outcome.LOST:
-            break
+    word = "its certificate failed" if end.outcome is Outcome.SOLVED else str(end.outcome)
     if options.fallback:
-        return _by_loop(task, solution, Code.LOOP_TOOK_OVER, word=str(end.outcome))
-    solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, word=str(end.outcome), attempts=attempt)
+        return _by_loop(task, solution, Code.LOOP_TOOK_OVER, word=word)
+    solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, word=word, attempts=attempt)
     return solution
 
 
