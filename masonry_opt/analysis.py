@@ -70,11 +70,11 @@ def solve(
         A scene, or the path of a case file.
     method:
         "mcp" (the default: an exact state of Coulomb friction by one interior-point pass over the
-        complementarity problem; where no pass ends in one, or dilatancy falls with stress, the loop takes
-        over and the reasons say so), "nonassociative" (Coulomb: the loop of linear programs), "static" or
-        "kinematic" (associative: one linear program), "mpec" (the least load factor near the loop's, by
-        IPOPT), "refined" (an exact state of Coulomb friction, by linear programs from the loop's or the
-        MPEC's), or "global" (what can be proven of the least one, on small scenes).
+        complementarity problem; where no pass ends in one, above 8000 joints, or where dilatancy falls with
+        stress, the loop takes over and the reasons say so), "nonassociative" (Coulomb: the loop of linear
+        programs), "static" or "kinematic" (associative: one linear program), "mpec" (the least load factor
+        near the loop's, by IPOPT), "refined" (an exact state of Coulomb friction, by linear programs from
+        the loop's or the MPEC's), or "global" (what can be proven of the least one, on small scenes).
     model:
         Modelling language: "cvxpy" (the default where a method is declared in it) or "pyomo". Both are
         there for "static", "kinematic" and "nonassociative".

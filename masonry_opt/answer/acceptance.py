@@ -29,8 +29,8 @@ class Kind(StrEnum):
     #: The paper's loop, stopped by its own rule and without an exact end: it leaves up to some per cent, and
     #: at a joint that does not slide half of its block's forces, so that yield is limited joint by joint.
     BARE_LOOP = "bare loop"
-    #: The one pass's: exact, but for what its last gap leaves of complementarity (on small scenes some 1e-9,
-    #: on façades, where no mechanism moves only where the forces found are at yield, up to 1e-5).
+    #: The one pass's: exact, but for what it leaves of complementarity: some 1e-9 on small scenes, up to 1e-5
+    #: on façades, where no mechanism moves only faces that the forces found bring to yield.
     ONE_PASS = "one pass"
     #: The MPEC's: exact, but for what its last relaxation leaves of complementarity (by default some 1e-8).
     RELAXED = "relaxed"

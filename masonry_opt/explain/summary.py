@@ -16,7 +16,7 @@ def summary_text(result: Result) -> str:
         "case": result.case,
         "method": f"{result.method} ({result.model}, {result.solver})",
         "status": f"{result.status}{': ' + result.message if result.message else ''}",
-        "load factor": "none" if result.load_factor is None else f"{result.load_factor:.7f}",
+        "load factor": "none" if result.load_factor is None else f"{round(result.load_factor, 7) + 0.0:.7f}",
         "blocks × joints": f"{result.size.blocks} × {result.size.joints}",
         "certificate": "   ".join(f"{name} {value:.1e}" for name, value in certificate.items()),
         "dilatancy": _dilatancy(result),

@@ -439,3 +439,18 @@ def test_scenes_of_very_many_joints_are_for_the_loop(monkeypatch):
     assert values(result, Code.TOO_LARGE) == {"joints": 83}
     assert result.load_factor == loop.load_factor
     assert_one_pass(one_pass(WALLS[0], fallback=False))
+
+
+def test_shears_that_nothing_determines_end_no_pass():
+    """A block on two rough floors side by side: how they share its shear is open; λ = w/h by overturning."""
+    scene = mo.Scene(
+        joints=mo.JointDefaults(friction=float("inf")),
+        blocks=[
+            mo.Block(name="A", vertices=[(0, 0), (2, 0), (2, 1), (0, 1)], weight=1, live=(1, 0)),
+            mo.Block(name="left", vertices=[(-1, -1), (1, -1), (1, 0), (-1, 0)], fixed=True),
+            mo.Block(name="right", vertices=[(1, -1), (3, -1), (3, 0), (1, 0)], fixed=True),
+        ],
+    )
+    result = mo.solve(scene, "mcp", fallback=False)
+    assert result.reasons[0].code is Code.ONE_PASS
+    assert result.load_factor == pytest.approx(2.0, rel=CLOSED_FORM)

@@ -36,8 +36,8 @@ from masonry_opt.methods.mcp.rules import (
     Rules,
 )
 
-#: Second-order terms, and products that correctors bring to the centre's neighbourhood, are bounded by so
-#: many times the centre's product (Gondzio: 0.1 to 10).
+#: Second-order terms are bounded by so many times the mean product, and correctors bring products to within
+#: this factor of the centre's (Gondzio: 0.1 to 10).
 _NEAR_CENTRE = 10.0
 
 #: Correctors at most; none where steps are longer than this already; and by how much one must lengthen them.
@@ -51,6 +51,9 @@ _LEAST_SHARE, _MOST_SHARE = 0.9, 0.9995
 
 #: On the matrix's diagonal: at least, at most, and the factors on it after a short and after a long step.
 _LEAST_DIAGONAL, _MOST_DIAGONAL, _MORE, _LESS = 1e-10, 1e-4, 100.0, 0.1
+
+#: The gap is measured at this λ at least.
+_LEAST_LOAD = 1e-3
 
 #: Projections onto kinematics at the end, and what they may leave, over the largest velocity.
 _PROJECTIONS, _ON_KINEMATICS = 3, 1e-12
@@ -72,9 +75,10 @@ class NewtonStep:
 
     Attributes
     ----------
-    iteration: counted from 1 in each attempt.
+    iteration: counted from 1 in each attempt; a number is missing where the matrix had no factors and the
+        step was tried again.
     load_factor: λ.
-    gap: energy z·p of all faces, over the live load's work at |λ|.
+    gap: energy z·p of all faces, over the live load's work at |λ| (at 1e-3 at least).
     statics, yielding, motion: largest residuals: of equilibrium over the largest dead load (one at least), of
         slacks in the same units, and of the flow rule over the largest velocity (one at least).
     contraction: α.
@@ -106,10 +110,11 @@ class NewtonStep:
 
 @dataclass(frozen=True)
 class Pass:
-    """A pass: how it ended and its last iterate."""
+    """A pass: how it ended, its last iterate, and that one's gap."""
 
     outcome: Outcome
     iterate: Iterate
+    gap: float
 
 
 @dataclass(frozen=True)
@@ -150,29 +155,37 @@ def run(elimination: Elimination, rules: Rules, follow: Callable[[NewtonStep], N
     """
     form = elimination.form
     at, schedule = start(form), _Schedule(form, rules)
+
+    def ended(outcome: Outcome) -> Pass:
+        return Pass(outcome, at, _gap(form, at))
+
     for iteration in range(1, MOST_STEPS + 1):
         began = time.perf_counter()
         step = schedule.look(at, iteration)
         if not isfinite(step.gap) or step.gap > LOST_GAP or schedule.lost(at):
             follow(step)
-            return Pass(Outcome.LOST, at)
+            return ended(Outcome.LOST)
         try:
             if schedule.ended(step):
                 at = _onto_kinematics(elimination, at, schedule)
                 follow(replace(step, seconds=time.perf_counter() - began))
-                return Pass(Outcome.SOLVED, at)
+                return ended(Outcome.SOLVED)
             at, step = _advance(elimination, at, schedule, step)
         except SingularError:
             if schedule.diagonal >= _MOST_DIAGONAL:
-                return Pass(Outcome.SINGULAR, at)
+                return ended(Outcome.SINGULAR)
             schedule.diagonal = min(_MORE * schedule.diagonal, _MOST_DIAGONAL)
             continue
         follow(replace(step, seconds=time.perf_counter() - began))
         if schedule.learn(min(step.forces, step.velocities)) >= rules.most_short_steps:
-            return Pass(Outcome.STALLED, at)
+            return ended(Outcome.STALLED)
         if schedule.lingers(step):
-            return Pass(Outcome.STEPS, at)
-    return Pass(Outcome.STEPS, at)
+            return ended(Outcome.STEPS)
+    return ended(Outcome.STEPS)
+
+
+def _gap(form: EdgeForm, at: Iterate) -> float:
+    return at.energy / (form.problem.live_norm * max(abs(at.load_factor), _LEAST_LOAD))
 
 
 class _Schedule:
@@ -197,8 +210,7 @@ class _Schedule:
 
     def look(self, at: Iterate, iteration: int) -> NewtonStep:
         """Set slopes by the gap, and record what the iterate leaves."""
-        problem = self.form.problem
-        gap = at.energy / (problem.live_norm * max(abs(at.load_factor), 1e-3))
+        problem, gap = self.form.problem, _gap(self.form, at)
         alpha, theta = self._contracts(gap), self._blends(gap)
         self.slope = problem.dilatancy - np.where(self._turns, alpha * problem.friction, 0.0)
         self.friction = theta * problem.friction + (1 - theta) * self.slope
@@ -291,6 +303,8 @@ def _advance(
     )
     direction = _direction(system, at, schedule, *aims)
     direction = _corrected(system, at, schedule, aims, direction, centre)
+    if not isfinite(direction.error):
+        raise SingularError("no finite solution")
     share = min(max(_LEAST_SHARE, 1 - step.gap), _MOST_SHARE)
     forces, motion = (1.0 if length == 1 else share * length for length in direction.lengths)
     record = replace(
@@ -352,7 +366,8 @@ def _direction(
 def _to_boundary(value: np.ndarray, step: np.ndarray) -> float:
     """The longest step up to one that keeps values ≥ 0."""
     fastest = float((-step / value).max(initial=0.0))
-    return min(1 / fastest, 1 - 1e-12) if fastest > 1 - 1e-12 else 1.0  # a force of zero has no stiffness
+    # Never exactly onto the boundary: the next step divides by forces, slacks and rates.
+    return min(1 / fastest, 1 - 1e-12) if fastest > 1 - 1e-12 else 1.0
 
 
 def _onto_kinematics(elimination: Elimination, at: Iterate, schedule: _Schedule) -> Iterate:

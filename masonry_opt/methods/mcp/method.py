@@ -36,7 +36,8 @@ _PASSES_UP_TO = 8000
 #: than the pass.
 _DESCENT_UP_TO = 500
 
-#: An exact state that is higher by no more than this share, the pass's own gap, is as low.
+#: An exact state that is higher by no more than this share counts as being as low: the forces of a pass are
+#: known no better.
 _EVEN = 1e-6
 
 #: From this gap on a pass that stalls may have forces that a mechanism goes with.
@@ -48,9 +49,10 @@ class McpOptions(Options):
 
     Attributes
     ----------
-    fallback: whether the loop takes over where no pass ends in a state, or from 8000 joints on.
-    descent: whether an exact state is sought from the pass's, at or below it, by the linear programs of
-        "refined" (five on most scenes; up to 500 joints).
+    fallback: whether the loop takes over where no pass ends in a state, and above 8000 joints. (Dilatancy
+        that falls with stress is for the loop all the same.)
+    descent: whether an exact state as low as the pass's is sought, by the linear programs of "refined" (five
+        to eight on most scenes; up to 500 joints).
     """
 
     fallback: Annotated[bool, Strict()] = True
@@ -59,11 +61,11 @@ class McpOptions(Options):
 
 def mcp(task: Task) -> Solution:
     """Load factor with the joints' own flow rule, from one interior-point pass, and on small scenes an exact
-    state at or below it.
+    state as low, where one is found.
 
-    Where a pass stalls another follows, by the next of the rules; where none ends in a state that its
-    certificate bears out, the loop takes over, and the reasons say so. Dilatancy that falls with stress, and
-    scenes of more than 8000 joints, are for the loop at once.
+    Where a pass stalls another follows, by the next of the rules; where one grows without end, or none ends
+    in a state that its certificate bears out, the loop takes over, and the reasons say so. Dilatancy that
+    falls with stress, and scenes of more than 8000 joints, are for the loop at once.
     """
     problem, effort, options = task.problem, task.effort, task.options or McpOptions()
     if problem.dilatancy_depends_on_stress:
@@ -88,9 +90,9 @@ def mcp(task: Task) -> Solution:
         end = run(elimination, rules, follow)
         if end.outcome is Outcome.LOST:
             break
-        if end.outcome is Outcome.SOLVED or (solution.history and solution.history[-1].gap < _NEAR):
-            state = elimination.form.state(end.iterate)
-            state = _exact(problem, replace(state, load_factor=unit * state.load_factor), effort)
+        if end.outcome is Outcome.SOLVED or end.gap < _NEAR:
+            last = elimination.form.state(end.iterate)
+            state = _exact(problem, replace(last, load_factor=unit * last.load_factor), effort)
             if state is not None:
                 solution.take(state)
                 solution.load_factor = state.load_factor

@@ -27,8 +27,8 @@ _CUT = 1e12
 #: is made instead.
 _REFINEMENTS, _EXACT, _MOST_ERROR = 6, 1e-12, 1e-8
 
-#: Joints up to which full factorisations are made (10 to 25 times the price of elimination): at any step, and
-#: where it is asked for, once a pass.
+#: Joints up to which a full factorisation (10 to 25 times the price of elimination) is made: at any step
+#: whose elimination leaves too large an error, and for the projection at the end of a pass.
 _FULL_UP_TO, _FULL_ONCE_UP_TO = 3000, 20_000
 
 
@@ -225,8 +225,10 @@ class NewtonSystem:
     def _stiff(self, motion: np.ndarray) -> np.ndarray:
         """Forces x that move edges and shear so, shape (3, c) each: the inverse of the joints' compliance.
 
-        With v = 1/w of each face, and T = p₀ + p₁ the sliding of both senses: x₂ = v₂ (u₂ − ψ T), x₃ =
-        v₃ (u₃ − ψ T), and μ n ∓ s = v (T ∓ u_s)/2 give T without a difference of large numbers.
+        With v = z/p of each sliding face and x/u of each edge, and T what these forces take off the sliding
+        of both senses: x₂ = v₂ (u₂ − ψ T), x₃ = v₃ (u₃ − ψ T), and μ n ∓ s = v (T ∓ u_s)/2 give T without a
+        difference of large numbers. While sliding contracts (ψ < 0) its pivot may be small: refinement, or
+        the full factors, catch that.
         """
         forces = self._edges * motion[:2]
         shear = motion[2] * self._most  # of joints whose friction is unlimited
@@ -246,7 +248,11 @@ class NewtonSystem:
         return self.elimination.factors(np.stack(columns, axis=-1).transpose(1, 0, 2), self.regularisation)
 
     def _by_full_factors(self, right: Parts) -> Parts:
-        lu, rows = self._full_factors
+        try:
+            lu, rows = self._full_factors
+        except SingularError:  # shears of joints with unlimited friction may be indeterminate
+            self.full = self._affordable = False
+            return self._by_elimination(right)
         b3, c3 = self.elimination.size - 1, right.joints.size
         stacked = np.concatenate([right.joints.ravel(), right.sliding.ravel(), right.blocks, [right.load]])
         solution = lu.solve(stacked * rows)  # type: ignore[attr-defined]

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Rules:
-    """What decides how a pass goes on from step to step; ``gap`` is z·p over the live load's work λ Σ|f_L|.
+    """What decides how a pass goes on from step to step; ``gap`` is z·p over the live load's work
+    |λ| Σ|f_L|.
 
     Attributes
     ----------
@@ -78,13 +79,14 @@ RUNGS, HIGHEST_AT_FIRST, NEWTON_BELOW = (1.0, 0.9, 0.7, 0.4, 0.0), 2, 1e-4
 #: Steps shorter than the first are short, longer than the second long; the third counts towards giving up.
 SHORT, LONG, SHORTEST = 0.1, 0.3, 0.05
 
-#: The end: gap, residual of statics and yield (over the largest load), residual of kinematics (over the
-#: largest velocity; one projection takes off what is left of it), and how far below the gap the centre is set
-#: at most.
+#: The end: gap, residual of statics and yield (over the largest dead load, one at least), residual of
+#: kinematics (over the largest velocity, one at least; projections at the end take off what is left of it),
+#: and how far below the gap the centre is set at most.
 GAP, STATICS, KINEMATICS, OVERSHOOT = 1e-9, 1e-9, 1e-6, 0.3
 
 #: Steps of a pass at most.
 MOST_STEPS = 300
 
-#: Beyond this gap, or this λ over the dead load, a pass has left what can be an answer.
+#: Beyond this gap, or this work of the live load over the sum of dead loads (one at least), a pass has left
+#: what can be an answer.
 LOST_GAP, LOST_LOAD = 1e9, 1e8
