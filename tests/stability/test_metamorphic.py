@@ -310,7 +310,12 @@ def test_one_pass_is_unmoved(wall, name, descent):
     codes = [Code.ONE_PASS, Code.EXACT] if descent else [Code.ONE_PASS]
     for result in (one, other):
         assert [reason.code for reason in result.reasons] == codes
-    same(one, other, DESCENDED if descent else OTHER_WAY.get(name, SAME_WAY))
+    same(one, other, descended(wall) if descent else OTHER_WAY.get(name, SAME_WAY))
+
+
+def descended(wall):
+    """Of many mechanisms that cost nothing rounding picks one: wall 2 ends at 0.55742 or at 0.55831."""
+    return 2e-3 if wall == WALLS[1] else DESCENDED
 
 
 def test_one_pass_of_a_wall_that_slides_at_many_joints_is_nearly_unmoved():
