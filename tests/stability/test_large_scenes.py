@@ -57,7 +57,7 @@ def ends_in_one_pass(family: str, stones: int, seed: int) -> bool:
     assert result.status is mo.Status.CONVERGED
     left = result.certificate
     assert max(left.equilibrium, left.yield_, left.flow) <= 1e-8
-    # 1e-9 of passes that end by themselves; 2e-5 of one that stalled and ended by exact motion (rubble 200 4).
+    # 1e-9 of passes that end by themselves, 2e-5 of one that stalled and ended by exact motion (rubble 4).
     assert left.complementarity <= LIMITS[Kind.ONE_PASS].complementarity * result.load_factor
     assert 0 < result.load_factor <= mo.solve(scene, "static").load_factor * (1 + 1e-7)
     return True
