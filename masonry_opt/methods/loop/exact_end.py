@@ -11,7 +11,7 @@ from masonry_opt.answer.certificate import certify
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
 from masonry_opt.models.cvxpy_least_energy import CvxpyForcesFor, CvxpyMotionFor
-from masonry_opt.problem.load_units import in_units_of_load
+from masonry_opt.problem.load_units import Scaled, in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.cvxpy_engine import has_optimum
@@ -70,12 +70,22 @@ def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) ->
     if not has_optimum(forces.program, solver, effort, _PURPOSE):
         return None
     load_factor, q = forces.statics.forces()
-    slope = scaled.problem.dilatancy_at(scaled.problem.normal_forces(q))
-    motion = CvxpyMotionFor(scaled.problem, np.maximum(scaled.problem.slacks(q), 0.0), slope)
-    moves = has_optimum(motion.program, solver, effort, _PURPOSE)
+    d = motion_for(scaled, q, solver, effort, _PURPOSE)
     whole = scaled.state(replace(state, load_factor=load_factor, q=q))
-    d = np.asarray(motion.mechanism.d.value) if moves else state.d
-    return _belonging(problem, whole.load_factor, whole.q, d)
+    return _belonging(problem, whole.load_factor, whole.q, state.d if d is None else d)
+
+
+def motion_for(
+    scaled: Scaled, q: np.ndarray, solver: Solver, effort: Effort, purpose: str
+) -> np.ndarray | None:
+    """Velocities (3b,) of the true flow rule that leave least energy for forces (3c,) of a problem in units
+    of its load; None if the solver finds none."""
+    problem = scaled.problem
+    slope = problem.dilatancy_at(problem.normal_forces(q))
+    motion = CvxpyMotionFor(problem, np.maximum(problem.slacks(q), 0.0), slope)
+    if not has_optimum(motion.program, solver, effort, purpose):
+        return None
+    return np.asarray(motion.mechanism.d.value)
 
 
 def belong_together(

@@ -13,6 +13,7 @@ from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
+from masonry_opt.methods.loop.exact_end import motion_for
 from masonry_opt.methods.loop.method import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.mcp.edge_form import EdgeForm
@@ -21,11 +22,9 @@ from masonry_opt.methods.mcp.newton import Elimination
 from masonry_opt.methods.mcp.rules import ATTEMPTS
 from masonry_opt.methods.refined.programs import ExactState, Refiner, is_lower
 from masonry_opt.methods.task import Method, Options, Task
-from masonry_opt.models.cvxpy_least_energy import CvxpyMotionFor
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
-from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.registry import capable, find_solver
 
 #: Joints up to which a pass is tried before the loop: on façades of more it lingers (3 × 9 openings take
@@ -98,7 +97,7 @@ def mcp(task: Task) -> Solution:
                 solution.load_factor = state.load_factor
                 solution.end(Status.CONVERGED, Code.ONE_PASS, steps=len(solution.history), attempt=attempt)
                 if options.descent and problem.joints <= _DESCENT_UP_TO:
-                    _descend(problem, solution, effort)
+                    return _descended(problem, solution, effort)
                 return solution
     word = "its certificate failed" if end.outcome is Outcome.SOLVED else str(end.outcome)
     if options.fallback:
@@ -120,17 +119,16 @@ def _exact(problem: Problem, state: State, effort: Effort) -> State | None:
     if _passes(problem, state):
         return state
     scaled = in_units_of_load(problem)
-    z = np.maximum(scaled.problem.slacks(state.q / scaled.force), 0.0)
-    motion = CvxpyMotionFor(scaled.problem, z, problem.dilatancy)
-    if not has_optimum(motion.program, find_solver("cvxpy", None), effort, "motion"):
+    d = motion_for(scaled, state.q / scaled.force, find_solver("cvxpy", None), effort, "motion")
+    if d is None:
         return None
-    state = replace(state, d=np.asarray(motion.mechanism.d.value))
+    state = replace(state, d=d)
     return state if _passes(problem, state) else None
 
 
-def _descend(problem: Problem, solution: Solution, effort: Effort) -> None:
-    """Take the exact state that a pass's forces lead to, if it is as low: on the mechanism that goes with
-    them, then on the one that goes with the forces found there, until λ falls no more."""
+def _descended(problem: Problem, solution: Solution, effort: Effort) -> Solution:
+    """The exact state that a pass's forces lead to, if it is as low, else the pass's: on the mechanism that
+    goes with them, then on the one that goes with the forces found there, until λ falls no more."""
     assert solution.load_factor is not None  # a pass ended
     assert solution.q is not None
     with effort.measure("build"):
@@ -141,15 +139,19 @@ def _descend(problem: Problem, solution: Solution, effort: Effort) -> None:
         exact = refiner.descend(found, one_by_one=False)
         found = refiner.first(exact.q)
     if exact is None:
-        return
+        return solution
     fall = solution.load_factor - exact.load_factor
     if fall < -_EVEN * abs(solution.load_factor):
-        return
-    lower = replace(solution, kind=Kind.EXACT, load_factor=exact.load_factor, q=exact.q, d=exact.d)
-    if not lower.failing(problem):
-        solution.kind, solution.load_factor = Kind.EXACT, exact.load_factor
-        solution.q, solution.d = exact.q, exact.d
-        solution.add(Code.EXACT, fall=fall)
+        return solution
+    lower = replace(
+        solution,
+        kind=Kind.EXACT,
+        load_factor=exact.load_factor,
+        q=exact.q,
+        d=exact.d,
+        reasons=[*solution.reasons, reason(Code.EXACT, fall=fall)],
+    )
+    return solution if lower.failing(problem) else lower
 
 
 def _passes(problem: Problem, state: State) -> bool:
