@@ -294,8 +294,8 @@ def _advance(
     predictor = _direction(system, at, schedule, -edges, -faces)
     predicted = moved(at, predictor.lengths, predictor.step).energy
     sigma = schedule.centre(at, predicted, step.gap)
-    mean = at.energy / (edges.size + faces.size)
-    centre, most = sigma * mean, _NEAR_CENTRE * mean
+    centre = sigma * at.energy / (edges.size + faces.size)
+    most = _NEAR_CENTRE * at.energy / (edges.size + faces.size)
     by = predictor.step
     aims = (
         centre - edges - np.clip(by.x[:2] * by.opening, -most, most),
