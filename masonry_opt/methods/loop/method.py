@@ -21,9 +21,6 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import rougher
 
-#: Runs of the loop after which a scene is given up.
-_MOST_RUNS = 14
-
 #: Residuals up to which a sub-problem's state bears its load factor out.
 _BORNE_OUT = 1e-3
 
@@ -152,7 +149,7 @@ def _far_from_exact(problem: Problem, solution: Solution, tol: float) -> bool:
 def _next(runs: list[_Ran], left: dict[Failure, list[Remedy]], options: LoopOptions) -> Attempt | None:
     """What to try after the last run, taken from what is left; None if nothing is, or need not."""
     last = runs[-1]
-    if last.failure is None or len(runs) >= _MOST_RUNS:
+    if last.failure is None:
         return None
     remedies = left.get(last.failure, [])
     while remedies:

@@ -54,16 +54,6 @@ def _more_damping(last: Attempt) -> Attempt | None:
     return _with(last, beta=last.parameters.beta / 2)
 
 
-def _more_cohesion(last: Attempt) -> Attempt | None:
-    """Joints that lost their normal force keep some room; the exact end takes it off."""
-    return _with(last, c0=max(10 * last.parameters.c0, 1e-3))
-
-
-def _less_cohesion(last: Attempt) -> Attempt | None:
-    """So much small cohesion may carry what no exact state does."""
-    return None if last.parameters.c0 <= 1e-5 else _with(last, c0=last.parameters.c0 / 10)
-
-
 def _cohesive_start(last: Attempt) -> Attempt | None:
     """Section 6.3: a start that dilatancy cannot lock."""
     if last.parameters.start == "cohesive":
@@ -89,34 +79,14 @@ def _with(last: Attempt, **changed: Any) -> Attempt:
     return replace(last, parameters=replace(last.parameters, **changed), remedy=remedy)
 
 
-_DAMPED = (_accurately, _more_damping, _more_cohesion, _more_damping, _cohesive_start)
-
-#: Room for joints that lost their normal force.
-_ROOM = (
-    *(less_slope,) * 3,
-    _accurately,
-    _more_cohesion,
-    _cohesive_start,
-    _more_damping,
-    _more_cohesion,
-    _more_damping,
-)
-
-#: What is tried after each way to fail, in this order, each entry once.
+#: What is tried after each way to fail, in this order, each entry once. Only what a scene of the atlas is
+#: rescued by: more small cohesion, or less, helped 3 of 193 scenes, all of which a pass solves.
 REMEDIES: dict[Status | Shortfall, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
-    Status.NO_STATE: (*_ROOM, _another_solver, *(less_slope,) * 3),
-    Status.CYCLING: _DAMPED,
-    Status.ITERATION_LIMIT: _DAMPED,
-    Shortfall.INEXACT: (
-        _accurately,
-        _less_cohesion,
-        _cohesive_start,
-        _less_cohesion,
-        _more_damping,
-        _more_cohesion,
-        _another_solver,
-    ),
-    Status.SOLVER_FAILED: (_accurately, _looser_solver, _another_solver, _cohesive_start),
+    Status.NO_STATE: (*(less_slope,) * 6, _accurately),
+    Status.CYCLING: (_accurately, _more_damping),
+    Status.ITERATION_LIMIT: (_accurately, _more_damping),
+    Shortfall.INEXACT: (_accurately,),
+    Status.SOLVER_FAILED: (_accurately, _looser_solver, _another_solver),
     Shortfall.ROUGH: (_accurately,),
 }
