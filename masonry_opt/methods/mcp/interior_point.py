@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from math import inf, isfinite
+from math import inf, isfinite, sqrt
 
 import numpy as np
 from scipy.sparse.linalg import lsqr
@@ -230,7 +230,7 @@ class _Schedule:
         rules = self.rules
         if not self._turns.any() or gap < rules.dilates_truly:
             return 0.0
-        alpha = max(rules.least_contraction, rules.contraction * min(1.0, gap**rules.exponent))
+        alpha = max(rules.least_contraction, rules.contraction * min(1.0, sqrt(gap)))
         # Near the end a gap that grows for a step must not undo what was reached.
         self._contraction = min(alpha, self._contraction) if gap < NEWTON_BELOW else alpha
         return self._contraction

@@ -12,8 +12,8 @@ class Rules:
 
     Attributes
     ----------
-    contraction, exponent: sliding contracts by α μ of its slip, α = contraction · min(1, gap^exponent): what
-        the loop does between programs (section 4.2), here between Newton steps.
+    contraction: sliding contracts by α μ of its slip, α = contraction · min(1, √gap): what the loop does
+        between programs (section 4.2), here between Newton steps.
     least_contraction, dilates_truly: α is no less than the first while the gap is above the second, and zero
         below: the joints' own flow rule.
     blend, blend_above: share θ of the true friction in the Newton matrix's statics, the rest being the flow
@@ -27,7 +27,6 @@ class Rules:
     """
 
     contraction: float = 0.3
-    exponent: float = 0.5
     least_contraction: float = 1e-3
     dilates_truly: float = 1e-5
     blend: float = 0.7
@@ -39,22 +38,13 @@ class Rules:
 
 
 #: First the rules that end soonest and lowest on walls. Where they stall, those that pass folds (rubble),
-#: with less contraction: chosen on 28 scenes of 60 to 600 stones, each ending where another stalls.
+#: with less contraction: chosen on scenes of 60 to 600 stones, each ending where another stalls.
 ATTEMPTS = (
     Rules(),
     Rules(
         contraction=0.07,
         least_contraction=1e-4,
         dilates_truly=1e-4,
-        ladder=True,
-        brake=0.3,
-        patience=30,
-        most_short_steps=13,
-    ),
-    Rules(
-        contraction=0.03,
-        exponent=1.0,
-        least_contraction=0.0,
         ladder=True,
         brake=0.3,
         patience=30,
@@ -69,7 +59,6 @@ ATTEMPTS = (
         patience=40,
         most_short_steps=13,
     ),
-    Rules(contraction=0.2, dilates_truly=1e-4, ladder=True, brake=0.3, patience=30, most_short_steps=13),
 )
 
 #: The rungs of θ, and the highest that is used while the gap is above ``Rules.blend_above``; below the last
