@@ -42,7 +42,10 @@ _NEGATIVE = 1e-6
 #: changed.
 RENAMED = {
     "pace": "sub_problems ('accurate' for 'paper', 'rough' for 'fast'); preset='paper' is the paper's loop",
-    "kicks": "perturbations",
+    "kicks": "search (seconds in which lower states are looked for, in the order that 'seed' gives)",
+    "restarts": "search (seconds in which lower states are looked for, in the order that 'seed' gives)",
+    "perturbations": "search (seconds in which lower states are looked for, in the order that 'seed' gives)",
+    "spread": "search (seconds in which lower states are looked for, in the order that 'seed' gives)",
     "move_limit": "revise (a function; see docs/changes.md)",
     "only_at_yield": "revise (a function; see docs/changes.md)",
     "minimise": "mcp, a method: it finds any state, as minimise=False did, where 'mpec' looks for the least",

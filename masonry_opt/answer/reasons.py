@@ -56,6 +56,7 @@ class Code(StrEnum):
     EXACT = "exact"  # fall below the start; None without one
     STATIONARY = "stationary"
     UNDECIDED = "undecided"
+    SEARCHED = "searched"  # candidates, interrupted: whether by the user
     NOT_REFINED = "not refined"  # why: one of the next three; residuals with the last
     NO_STATICS = "no statics"
     NO_KINEMATICS = "no kinematics"

@@ -197,6 +197,9 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.EXACT: _exact,
     Code.STATIONARY: lambda v: "stationary: no mechanism tried among the faces at yield lowers it",
     Code.UNDECIDED: lambda v: "for some mechanisms the solver could not tell whether they lower it",
+    Code.SEARCHED: lambda v: (
+        f"the lowest of {v['candidates']} candidates" + (", interrupted" if v["interrupted"] else "")
+    ),
     Code.NOT_REFINED: _not_refined,
     Code.NO_STATICS: lambda v: "no statics bring every face of a mechanism to yield",
     Code.RESIDUAL: lambda v: f"the state found leaves residuals up to {max(v['residuals'].values()):.1e}",

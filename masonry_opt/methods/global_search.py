@@ -153,7 +153,7 @@ def global_search(task: Task) -> Solution:
     upper = associative(task.with_options(None, find_solver("cvxpy", None)))
     if upper.load_factor is None and upper.status is not Status.LOCKED:
         return upper
-    start = refined(task.with_options(RefinedOptions(perturbations=0)))
+    start = refined(task.with_options(RefinedOptions()))
     exact = start.kind is Kind.EXACT and start.load_factor is not None
     # Where dilatancy locks the associative flow, an exact state bounds λ instead.
     known = [found.load_factor for found in (upper, *([start] if exact else []))]

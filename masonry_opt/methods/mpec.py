@@ -102,13 +102,17 @@ def loop_or(start: str | Solution, task: Task) -> Solution:
     Raises OptionError if the result is of another scene or has no forces.
     """
     if isinstance(start, Solution):
-        return _of_same_scene(start, task.problem)
+        return of_same_scene(start, task.problem)
     # Accurate at any size, for what follows needs to know which faces move.
     options = LoopOptions(sub_problems="accurate")
     return nonassociative(task.with_options(options, find_solver("cvxpy", None)))
 
 
-def _of_same_scene(solution: Solution, problem: Problem) -> Solution:
+def of_same_scene(solution: Solution, problem: Problem) -> Solution:
+    """A result handed in to begin with, for another method to add to.
+
+    Raises OptionError if it is of another scene or has no forces.
+    """
     if solution.q is None or solution.d is None:
         raise OptionError("option 'start': the result has no forces to start from")
     if (solution.q.size, solution.d.size) != (3 * problem.joints, 3 * problem.blocks):

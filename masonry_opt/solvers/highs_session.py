@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
+from math import inf
 from typing import Any
 
 import highspy
@@ -116,8 +117,9 @@ class HighsSession:
             self._columns[id(variable)] = np.array(found, dtype=np.int32)
         return self._columns[id(variable)]
 
-    def solve(self) -> Verdict:
-        """Solve with the present parameters."""
+    def solve(self, seconds: float = inf) -> Verdict:
+        """Solve with the present parameters, within so many seconds."""
+        self._highs.setOptionValue("time_limit", seconds)
         verdict = self._run()
         if verdict is Verdict.FAILED:
             # A warm start may leave HiGHS undecided: once more, from the beginning.

@@ -169,7 +169,7 @@ def check_order(kind: str, seed: int) -> None:
     associative = mo.solve(scene, "static").load_factor
     if associative is None:
         return
-    loop, refined = mo.solve(scene, "nonassociative"), mo.solve(scene, "refined", perturbations=0)
+    loop, refined = mo.solve(scene, "nonassociative"), mo.solve(scene, "refined")
     if loop.load_factor is None:
         assert loop.status in LOOP_GIVES_UP
         assert loop.reasons

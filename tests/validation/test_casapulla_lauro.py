@@ -102,7 +102,7 @@ def test_associative_and_coulomb_coincide(friction):
     """An exact Coulomb state has the associative margin."""
     joints = mo.JointDefaults(friction=friction)
     scene = opened_scene(ARCH, 1.05 * least_thickness(ARCH, joints).thickness, joints)
-    exact = mo.solve(scene, "refined", perturbations=0)
+    exact = mo.solve(scene, "refined")
     assert exact.certificate.worst < 1e-7
     assert exact.load_factor == pytest.approx(mo.solve(scene, "static").load_factor, rel=1e-6)
 

@@ -10,16 +10,16 @@ from scenes import ALL_CASES, CASES
 
 import masonry_opt as mo
 from masonry_opt.methods.loop.options import PAPER
-from masonry_opt.studies.paper.table1 import RESTARTS
+from masonry_opt.studies.paper.table1 import SEARCH
 
 #: The method that must meet a reference of that name, and its options.
 METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     "associative": ("static", {}),
     "nonassociative": ("nonassociative", PAPER),
-    "coulomb": ("refined", {"perturbations": 50}),
+    "coulomb": ("refined", {}),
     "mcp": ("mcp", {}),
     "mpec": ("mpec", {}),
-    "refined": ("refined", {"restarts": RESTARTS}),
+    "refined": ("refined", {"search": SEARCH}),
 }
 
 #: References that are found by more than one solve, and the test that does.

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Annotated, Any
 
-import numpy as np
 from pydantic import Strict
 
 from masonry_opt.answer.acceptance import LIMITS, Kind, residuals
@@ -16,11 +15,10 @@ from masonry_opt.effort import Effort
 from masonry_opt.methods.loop.exact_end import motion_for
 from masonry_opt.methods.loop.method import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
-from masonry_opt.methods.mcp.edge_form import EdgeForm
-from masonry_opt.methods.mcp.interior_point import NewtonStep, Outcome, run
-from masonry_opt.methods.mcp.newton import Elimination
+from masonry_opt.methods.mcp.interior_point import NewtonStep, Outcome
+from masonry_opt.methods.mcp.passes import Passes
 from masonry_opt.methods.mcp.rules import ATTEMPTS
-from masonry_opt.methods.refined.programs import ExactState, Refiner, is_lower
+from masonry_opt.methods.refined.programs import Refiner
 from masonry_opt.methods.task import Method, Options, Task
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
@@ -38,9 +36,6 @@ _DESCENT_UP_TO = 500
 #: An exact state that is higher by no more than this share counts as being as low: the forces of a pass are
 #: known no better.
 _EVEN = 1e-6
-
-#: From this gap on a pass that stalls may have forces that a mechanism goes with.
-_NEAR = 1e-4
 
 
 class McpOptions(Options):
@@ -76,42 +71,31 @@ def mcp(task: Task) -> Solution:
     solution = Solution(Status.SOLVER_FAILED, Kind.ONE_PASS, slope=problem.dilatancy)
     effort.uses(task.solver.name, "complementarity problem")
     with effort.measure("build"):
-        unit = _unit_of_load(problem)
-        elimination = Elimination(EdgeForm(replace(problem, live=unit * problem.live)))
+        passes = Passes(problem)
     for attempt, rules in enumerate(ATTEMPTS, start=1):
 
         def follow(step: NewtonStep, attempt: int = attempt) -> None:
-            solution.history.append(replace(step, load_factor=unit * step.load_factor, attempt=attempt))
+            solution.history.append(replace(step, attempt=attempt))
             effort.iterations += 1
             effort.add("solve", step.seconds)
             task.progress(solution.history[-1])
 
-        end = run(elimination, rules, follow)
-        if end.outcome is Outcome.LOST:
+        last = passes.run(rules, follow)
+        state = None if last is None else _exact(problem, last, effort)
+        if state is not None:
+            solution.take(state)
+            solution.load_factor = state.load_factor
+            solution.end(Status.CONVERGED, Code.ONE_PASS, steps=len(solution.history), attempt=attempt)
+            if options.descent and problem.joints <= _DESCENT_UP_TO:
+                return _descended(problem, solution, effort)
+            return solution
+        if passes.outcome is Outcome.LOST:
             break
-        if end.outcome is Outcome.SOLVED or end.gap < _NEAR:
-            last = elimination.form.state(end.iterate)
-            state = _exact(problem, replace(last, load_factor=unit * last.load_factor), effort)
-            if state is not None:
-                solution.take(state)
-                solution.load_factor = state.load_factor
-                solution.end(Status.CONVERGED, Code.ONE_PASS, steps=len(solution.history), attempt=attempt)
-                if options.descent and problem.joints <= _DESCENT_UP_TO:
-                    return _descended(problem, solution, effort)
-                return solution
-    word = "its certificate failed" if end.outcome is Outcome.SOLVED else str(end.outcome)
+    word = "its certificate failed" if passes.outcome is Outcome.SOLVED else str(passes.outcome)
     if options.fallback:
         return _by_loop(task, solution, Code.LOOP_TOOK_OVER, word=word)
     solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, word=word, attempts=attempt)
     return solution
-
-
-def _unit_of_load(problem: Problem) -> float:
-    """What makes live loads as large as the dead loads of the blocks that carry them: the gap is measured
-    against the live load's work, at some least λ."""
-    dead, live = (np.hypot(load[0::3], load[1::3]) for load in (problem.dead, problem.live))
-    weights = float(dead[live > 0].sum()), float(dead.sum())
-    return next((weight / float(live.sum()) for weight in weights if weight and live.any()), 1.0)
 
 
 def _exact(problem: Problem, state: State, effort: Effort) -> State | None:
@@ -127,17 +111,12 @@ def _exact(problem: Problem, state: State, effort: Effort) -> State | None:
 
 
 def _descended(problem: Problem, solution: Solution, effort: Effort) -> Solution:
-    """The exact state that a pass's forces lead to, if it is as low, else the pass's: on the mechanism that
-    goes with them, then on the one that goes with the forces found there, until λ falls no more."""
+    """The exact state that a pass's forces lead to, if it is as low, else the pass's."""
     assert solution.load_factor is not None  # a pass ended
     assert solution.q is not None
     with effort.measure("build"):
         refiner = Refiner(problem, effort)
-    exact: ExactState | None = None
-    found = refiner.first(solution.q)
-    while found is not None and (exact is None or is_lower(found, exact)):
-        exact = refiner.descend(found, one_by_one=False)
-        found = refiner.first(exact.q)
+    exact = refiner.settled(solution.q)
     if exact is None:
         return solution
     fall = solution.load_factor - exact.load_factor

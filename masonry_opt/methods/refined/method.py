@@ -1,34 +1,23 @@
-"""Method "refined": exact states of Coulomb friction, from the loop's or the MPEC's answer."""
+"""Method "refined": exact states of Coulomb friction, from passes down, and searched for if asked."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import Annotated, Literal
+import time
+from dataclasses import dataclass
+from typing import Annotated, Any
 
-import numpy as np
-from pydantic import Field, InstanceOf, Strict
+from pydantic import Field, InstanceOf, Strict, field_validator
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
-from masonry_opt.methods.mpec import MpecOptions, loop_or, mpec
-from masonry_opt.methods.refined.programs import ExactState, Refiner, is_lower
+from masonry_opt.methods.mcp.method import McpOptions, mcp
+from masonry_opt.methods.mpec import of_same_scene
+from masonry_opt.methods.refined.programs import ExactState, OutOfTime, Refiner, is_lower
+from masonry_opt.methods.refined.search import Candidate, deterministic, search
 from masonry_opt.methods.task import Method, Options, Task
-from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.registry import find_solver
-
-#: So many searches, each with random numbers of its own, from the lowest starts in turn: a long
-#: one gets caught where another does not.
-_SEARCHES = 3
-
-#: Perturbations by default: at most, and times joints squared (each costs programs that grow with the scene).
-_MOST_PERTURBATIONS, _TIMES_JOINTS_SQUARED = 300, 5_000_000
-
-#: A perturbed state is looked into if it is above the best by at most the first share of λ, and followed
-#: if, after descending, it is above the last by at most a random part of the second.
-_WORTH_A_LOOK, _WORTH_FOLLOWING = 0.03, 0.01
 
 
 class RefinedOptions(Options):
@@ -36,19 +25,22 @@ class RefinedOptions(Options):
 
     Attributes
     ----------
-    start: whose answer is refined: "loop", "mpec", or a result of the same scene.
-    perturbations: how often, in each of three searches, a state is perturbed in search of a lower one
-        (default: 5e6 over the square of the number of joints, at most 300).
-    restarts: further starts from loops on the scene with its frictions changed at random.
-    spread: by how much restarts change each joint's friction (standard deviation of its logarithm).
-    seed: of the random numbers; the same seed gives the same answer.
+    start: a result of the same scene, whose forces are refined (default: those of a pass).
+    search: seconds for which lower states are searched for, from other starts and around the lowest found.
+    seed: of the search's random numbers: one seed visits the same states in the same order, and the time
+        decides how far it gets.
     """
 
-    start: Literal["loop", "mpec"] | InstanceOf[Solution] = "loop"
-    perturbations: Annotated[int, Strict(), Field(ge=0)] | None = None
-    restarts: Annotated[int, Strict(), Field(ge=0)] = 0
-    spread: Annotated[float, Strict(), Field(gt=0, le=1)] = 0.06
+    start: InstanceOf[Solution] | None = None
+    search: Annotated[float, Strict(), Field(gt=0, le=1e6)] | None = None
     seed: Annotated[int, Strict(), Field(ge=0)] = 0
+
+    @field_validator("start", mode="before")
+    @classmethod
+    def _is_a_result(cls, start: Any) -> Any:
+        if isinstance(start, str):
+            raise ValueError(f"takes a result, such as that of method '{start}'")
+        return start
 
 
 @dataclass(frozen=True)
@@ -58,135 +50,116 @@ class Refinement:
     Attributes
     ----------
     load_factor: λ.
+    origin: what led to it: "start" (the pass's state or the result handed in), passes with more "friction" or
+        by other "rules"; of the search "friction", "loads", "fixed point" or "neighbour".
+    candidate: its number, counted from 1.
     lp_solves: linear programs solved so far.
-    seconds: the solvers' own time so far.
+    seconds: since the method began.
     """
 
     load_factor: float
+    origin: str
+    candidate: int
     lp_solves: int
     seconds: float
 
 
 def refined(task: Task) -> Solution:
-    """Lowest exact state found from one or more starts."""
-    problem, options, effort = task.problem, task.options, task.effort
-    if options.start == "mpec":
-        find_solver("pyomo", "casadi")  # said before long work
-    first = _start(task, problem)
-    if first.q is None and not options.restarts:
+    """The lowest of the exact states that a few passes lead to, or that a result does; lower if the search
+    finds one.
+
+    The search ends when its time is over or the user interrupts it, with the lowest state found so far.
+    """
+    problem, options, effort = task.problem, task.options or RefinedOptions(), task.effort
+    if options.start is None:
+        first = mcp(task.with_options(McpOptions(descent=False), find_solver("pyomo", "newton")))
+    else:
+        first = of_same_scene(options.start, problem)
+    if first.q is None and options.search is None:
         return first
     with effort.measure("build"):
         refiner = Refiner(problem, effort)
-    history: list[Refinement] = []
+    lowest = _Lowest(task, refiner)
+    if options.search is not None:
+        refiner.deadline = time.perf_counter() + options.search
+    try:
+        if first.q is not None:
+            lowest.see(Candidate("start", refiner.settled(first.q)))
+        if options.start is None:
+            for candidate in deterministic(refiner):
+                lowest.see(candidate)
+        if options.search is not None:
+            for candidate in search(refiner, lowest.state, options.seed):
+                lowest.see(candidate)
+    except OutOfTime:
+        pass
+    except KeyboardInterrupt:
+        if options.search is None or lowest.state is None:
+            raise
+        lowest.interrupted = True
+    return _solution(task, first, lowest, refiner)
 
-    def record(state: ExactState) -> None:
-        if not history or state.load_factor < history[-1].load_factor:
-            history.append(Refinement(state.load_factor, effort.lp_solves, effort.seconds["solve"]))
-            task.progress(history[-1])
 
-    rng = np.random.default_rng(options.seed)
-    found: list[ExactState] = []
-    for number in range(options.restarts + 1):
-        q = first.q if number == 0 else _start(task, _with_random_friction(problem, options.spread, rng)).q
-        state = None if q is None else refiner.first(q)
-        if state is not None:
-            found.append(refiner.descend(state, one_by_one=False))
-    best, stationary = _searched(refiner, _lowest(found), options, record)
-    solution = Solution(
-        Status.CONVERGED,
-        Kind.EXACT,
-        slope=problem.dilatancy,
-        history=history,
-        stationary=stationary,
-        flow_rule_matters=first.flow_rule_matters,
-        size=refiner.size,
-    )
+class _Lowest:
+    """The lowest state seen.
+
+    Attributes
+    ----------
+    state, stationary: it, and whether nothing that was tried lowers it; None and False so far.
+    history: every state that was the lowest when it was seen.
+    candidates: how many were seen, such as led to no state among them.
+    interrupted: whether the user ended the search.
+    """
+
+    def __init__(self, task: Task, refiner: Refiner) -> None:
+        self._task, self._refiner, self._began = task, refiner, time.perf_counter()
+        self.state: ExactState | None = None
+        self.stationary = self.interrupted = False
+        self.history: list[Refinement] = []
+        self.candidates = 0
+
+    def see(self, candidate: Candidate) -> None:
+        """Keep a candidate's state if it is the lowest."""
+        self.candidates += 1
+        state = candidate.state
+        if state is None or (self.state is not None and not is_lower(state, self.state)):
+            return
+        self.state, self.stationary = state, self._refiner.undecided == 0
+        seconds = time.perf_counter() - self._began
+        programs = self._task.effort.lp_solves
+        self.history.append(
+            Refinement(state.load_factor, candidate.origin, self.candidates, programs, seconds)
+        )
+        self._task.progress(self.history[-1])
+
+
+def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Refiner) -> Solution:
+    """The lowest state as a solution; the first solution where there is none, or it is not exact."""
+    problem, best = task.problem, lowest.state
     if best is None:
         first.add(Code.NOT_REFINED, why=str(refiner.why))
         return first
-    solution.load_factor, solution.q, solution.d = best.load_factor, best.q, best.d
+    solution = Solution(
+        Status.CONVERGED,
+        Kind.EXACT,
+        load_factor=best.load_factor,
+        q=best.q,
+        d=best.d,
+        slope=problem.dilatancy,
+        history=lowest.history,
+        stationary=lowest.stationary,
+        flow_rule_matters=first.flow_rule_matters,
+        size=refiner.size,
+    )
     if failing := solution.failing(problem):
         first.add(Code.NOT_REFINED, why=str(Code.RESIDUAL), residuals=failing)
         return first
     fall = None if first.load_factor is None else first.load_factor - best.load_factor
     solution.add(Code.EXACT, fall=fall)
-    solution.add(Code.STATIONARY if stationary else Code.UNDECIDED)
+    solution.add(Code.STATIONARY if lowest.stationary else Code.UNDECIDED)
+    if task.options is not None and task.options.search is not None:
+        solution.add(Code.SEARCHED, candidates=lowest.candidates, interrupted=lowest.interrupted)
     return solution
-
-
-def _start(task: Task, problem: Problem) -> Solution:
-    """A solution to begin from; of another problem than the task's, always the loop's."""
-    start = task.options.start
-    if problem is not task.problem:
-        return loop_or("loop", replace(task, problem=problem))
-    if start == "mpec":
-        return mpec(task.with_options(MpecOptions(), find_solver("pyomo", "casadi")))
-    return loop_or(start, task)
-
-
-def _with_random_friction(problem: Problem, spread: float, rng: np.random.Generator) -> Problem:
-    """The problem with each joint's friction changed at random, to start from elsewhere."""
-    factor = np.exp(spread * rng.standard_normal(problem.joints))[problem.sliding]
-    return replace(problem, friction=np.maximum(problem.friction * factor, problem.dilatancy))
-
-
-def _lowest(states: list[ExactState]) -> list[ExactState]:
-    """The lowest few, each load factor once."""
-    distinct = {round(state.load_factor, 7): state for state in states}
-    return [distinct[load_factor] for load_factor in sorted(distinct)[:_SEARCHES]]
-
-
-def _searched(
-    refiner: Refiner, lowest: list[ExactState], options: RefinedOptions, record: Callable[[ExactState], None]
-) -> tuple[ExactState | None, bool]:
-    """The best of a few searches from the lowest states, and whether it is stationary."""
-    count = options.perturbations
-    if count is None:
-        count = min(_MOST_PERTURBATIONS, _TIMES_JOINTS_SQUARED // refiner.problem.joints**2)
-    best, stationary = None, False
-    for turn in range(_SEARCHES if count and lowest else len(lowest)):
-        rng = np.random.default_rng(options.seed + turn)
-        state, settled = search(refiner, lowest[turn % len(lowest)], count, rng, record)
-        if best is None or state.load_factor < best.load_factor:
-            best, stationary = state, settled
-    return best, stationary
-
-
-def search(
-    refiner: Refiner,
-    state: ExactState,
-    perturbations: int,
-    rng: np.random.Generator,
-    record: Callable[[ExactState], None] = lambda _: None,
-) -> tuple[ExactState, bool]:
-    """Descend, then perturb and descend again; the best state, and whether it is stationary.
-
-    Stationary: for each face that holds λ up a mechanism among the faces at yield that avoids it was
-    tried, and none lowered λ (or there is none). Slightly worse states are followed for a while.
-    """
-    best = current = refiner.descend(state, one_by_one=True)
-    stationary = refiner.undecided == 0
-    record(best)
-    for _ in range(perturbations):
-        near = refiner.perturbed(current, rng)
-        if near is None or near.load_factor > best.load_factor + _WORTH_A_LOOK * _size(best):
-            continue
-        near = refiner.descend(near, one_by_one=False)
-        worse = near.load_factor - current.load_factor
-        if is_lower(near, best):
-            best = current = refiner.descend(near, one_by_one=True)
-            stationary = refiner.undecided == 0
-            record(best)
-        elif worse < _WORTH_FOLLOWING * rng.random() * _size(current):
-            current = near
-        else:
-            current = best
-    return best, stationary
-
-
-def _size(state: ExactState) -> float:
-    """|λ|, kept away from zero."""
-    return max(abs(state.load_factor), 1e-3)
 
 
 REFINED = Method(

@@ -5,12 +5,15 @@ joints' own flow rule; the faces with p > 0 are its support S.
 (b) Statics: minimise λ subject to equilibrium and yield with z = 0 on S.
 
 The state of (b) and the mechanism of (a) meet every condition exactly. The duals of z = 0 on S tell
-which faces hold λ up; another mechanism among the faces now at yield that avoids them may lower it.
+which faces hold λ up, and how strongly; another mechanism among the faces now at yield that avoids them, or
+the strongest of them, may lower it.
 """
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -31,6 +34,9 @@ _LOWER = 1e-9
 _REPAIRS = 10
 _TIE_BREAK = 0.01
 
+#: What moving faces that do not hold λ up costs, beside those that do most.
+_LITTLE = 1e-3
+
 #: What HiGHS does here, as a result tells it.
 _PURPOSE = "refinement"
 
@@ -45,7 +51,7 @@ class ExactState:
     q, d: joint forces (3c,) and block velocities (3b,).
     slack: yield slack of each face, shape (faces,).
     support: faces at work in the mechanism, shape (faces,).
-    holding: faces of the support that hold λ up, the strongest first.
+    strength: how strongly each face of the support holds λ up (the dual of its z = 0), shape (faces,).
     """
 
     load_factor: float
@@ -53,7 +59,13 @@ class ExactState:
     d: np.ndarray
     slack: np.ndarray
     support: np.ndarray
-    holding: np.ndarray
+    strength: np.ndarray
+
+    @property
+    def holding(self) -> np.ndarray:
+        """Faces that hold λ up, the strongest first."""
+        order = np.argsort(-self.strength, kind="stable")
+        return order[self.strength[order] > _LOWER]
 
 
 def is_lower(one: ExactState, other: ExactState) -> bool:
@@ -61,11 +73,16 @@ def is_lower(one: ExactState, other: ExactState) -> bool:
     return one.load_factor < other.load_factor - _LOWER * max(abs(other.load_factor), 1.0)
 
 
+class OutOfTime(Exception):
+    """The deadline of a refiner has passed."""
+
+
 class Refiner:
     """The two linear programs of one problem, loaded once.
 
     Attributes
     ----------
+    deadline: of ``time.perf_counter``, from which on every program raises OutOfTime.
     why: why ``first`` last found nothing.
     undecided: programs that the solver neither solved nor found infeasible in the last round of
         ``descend``: where there are any, that nothing lowers λ is not known.
@@ -88,6 +105,7 @@ class Refiner:
         self._minimise_load_factor()
         self.undecided = 0
         self.why = Code.NO_STATICS
+        self.deadline = inf
 
     @property
     def size(self) -> LpSize:
@@ -116,7 +134,6 @@ class Refiner:
         if not self._solved(self._statics):
             return None
         strength = np.where(support, np.abs(self._statics.duals(program.within_yield)), 0.0)
-        order = np.argsort(-strength, kind="stable")
         q = self._statics.values(program.q)
         return ExactState(
             load_factor=float(self._statics.values(program.load_factor)[0]),
@@ -124,17 +141,30 @@ class Refiner:
             d=d,
             slack=self.problem.slacks(q),
             support=support,
-            holding=order[strength[order] > _LOWER],
+            strength=strength,
         )
 
-    def first(self, q: np.ndarray) -> ExactState | None:
+    def settled(self, q: np.ndarray, repairs: int = _REPAIRS) -> ExactState | None:
+        """The exact state that any forces (3c,) lead to; None if they lead to none.
+
+        First on the mechanism that goes with them, descended, then on the one that goes with the forces
+        found there, until λ falls no more.
+        """
+        settled: ExactState | None = None
+        found = self.first(q, repairs)
+        while found is not None and (settled is None or is_lower(found, settled)):
+            settled = self.descend(found)
+            found = self.first(settled.q, repairs)
+        return settled
+
+    def first(self, q: np.ndarray, repairs: int = _REPAIRS) -> ExactState | None:
         """(a) and (b) from any forces; None if they do not lead to an exact state.
 
         Where no statics bring the whole support to yield, the forces that come nearest (least p·z)
-        take the place of those given, and (a) and (b) are tried again.
+        take the place of those given, and (a) and (b) are tried again, so often.
         """
         self.why = Code.NO_STATICS
-        for _ in range(_REPAIRS):
+        for _ in range(repairs):
             found = self.mechanism(np.maximum(self.problem.slacks(q), 0.0))
             if found is None:
                 self.why = Code.NO_KINEMATICS
@@ -149,51 +179,56 @@ class Refiner:
             q = nearest
         return None
 
-    def descend(self, state: ExactState, one_by_one: bool) -> ExactState:
-        """Lower λ among the faces at yield, avoiding those that hold it up: all at once, then, if
-        ``one_by_one``, each by itself, until none helps."""
-        while (lower := self._lower(state, one_by_one)) is not None:
+    def descend(self, state: ExactState) -> ExactState:
+        """Lower λ among the faces at yield until nothing tried lowers it: mechanisms that avoid all faces
+        that hold λ up, then those that move them least, each weighed by how strongly it does."""
+        while True:
+            self.undecided = 0
+            lower = self.avoiding(state, state.holding) or self._moving_least(state)
+            if lower is None:
+                return state
             state = lower
-        return state
 
-    def perturbed(self, state: ExactState, rng: np.random.Generator) -> ExactState | None:
-        """A state near another: let go of some of the faces that hold λ up, and look from the lower
-        forces that this allows (or from between them and the old) for a mechanism again."""
-        if len(state.holding) == 0:
+    def avoiding(self, state: ExactState, faces: np.ndarray) -> ExactState | None:
+        """A lower state whose mechanism avoids faces of the support; None if none is found."""
+        if len(faces) == 0:
             return None
-        share = max(10 ** rng.uniform(-2, 0), 1 / len(state.holding))
-        dropped = state.holding[rng.random(len(state.holding)) < share]
-        support = state.support.copy()
-        support[dropped] = False
-        relaxed = self.least(support, state.d)
-        if relaxed is None:
-            return None
-        weight = rng.uniform()
-        q = weight * relaxed.q + (1 - weight) * state.q
-        # A trace of noise breaks ties among mechanisms of no cost.
-        noise = 1e-6 * rng.random(self.problem.faces)
-        found = self.mechanism(np.maximum(self.problem.slacks(q), 0.0) + noise)
-        return None if found is None else self.least(found[1] > _AT_WORK, found[0])
+        banned = state.slack > _AT_YIELD
+        banned[faces] = True
+        # Any mechanism will do; the least sum of rates keeps it finite and small.
+        return self._lower(state, np.ones(self.problem.faces), banned)
 
-    def _lower(self, state: ExactState, one_by_one: bool) -> ExactState | None:
-        self.undecided = 0
-        trials = [state.holding]
-        if one_by_one:
-            trials += [state.holding[[index]] for index in range(len(state.holding))]
-        inactive = state.slack > _AT_YIELD
-        for avoided in trials:
-            if len(avoided) == 0:
-                continue
-            banned = inactive.copy()
-            banned[avoided] = True
-            # Any mechanism will do; the least sum of rates keeps it finite and small.
-            found = self.mechanism(np.ones(self.problem.faces), banned)
-            if found is None:
-                continue
-            candidate = self.least(found[1] > _AT_WORK, found[0])
-            if candidate is not None and is_lower(candidate, state):
-                return candidate
-        return None
+    def _moving_least(self, state: ExactState) -> ExactState | None:
+        """A lower state on the mechanism that moves the faces that hold λ up least; None if it is none.
+
+        In place of a program for each face: where avoiding one of some hundred lowers λ, this mostly does.
+        """
+        if not state.strength.any():
+            return None
+        cost = state.strength / state.strength.max() + _LITTLE
+        return self._lower(state, cost, state.slack > _AT_YIELD)
+
+    def _lower(self, state: ExactState, cost: np.ndarray, banned: np.ndarray) -> ExactState | None:
+        found = self.mechanism(cost, banned)
+        if found is None:
+            return None
+        candidate = self.least(found[1] > _AT_WORK, found[0])
+        return candidate if candidate is not None and is_lower(candidate, state) else None
+
+    def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        """Forces (3c,) that maximise λ, in units of the live load, less cost·n of the joints that can slide,
+        cost of shape (k,); and the rates (faces,) that go with them. None if there are none."""
+        program, problem = self._forces.program, self.problem
+        on_forces = np.zeros(3 * problem.joints)
+        on_forces[problem.sliding] = cost
+        self._statics.set(program.load_cost, np.array([-problem.live_norm]))
+        self._statics.set(program.force_cost, on_forces)
+        self._statics.set(program.room, np.full(problem.faces, np.inf))
+        solved = self._solved(self._statics)
+        self._minimise_load_factor()
+        if not solved:
+            return None
+        return self._statics.values(program.q), np.abs(self._statics.duals(program.within_yield))
 
     def _least_energy(self, rates: np.ndarray) -> np.ndarray | None:
         """Forces (3c,) of least p·z for given rates, with a little weight on λ, which breaks ties."""
@@ -211,6 +246,9 @@ class Refiner:
         self._statics.set(program.force_cost, np.zeros(3 * self.problem.joints))
 
     def _solved(self, session: HighsSession) -> bool:
-        verdict = session.solve()
+        left = self.deadline - time.perf_counter()
+        verdict = session.solve(max(left, 0.0))
+        if verdict is Verdict.FAILED and time.perf_counter() >= self.deadline:
+            raise OutOfTime
         self.undecided += verdict is Verdict.FAILED
         return verdict is Verdict.OPTIMAL

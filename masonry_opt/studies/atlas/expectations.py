@@ -24,9 +24,6 @@ PASS = 1e-2
 #: Digits to which least load factors are given here.
 LEAST = 1e-6
 
-#: Enough for scenes this small, where the first state is the lowest but for a few.
-FEW = 10
-
 WITHOUT_HALVING = {"alpha": 0.0, "alpha_min": 0.0}
 #: The paper's loop without so much as less slope where it fails.
 RAW: dict[str, Any] = {"preset": "paper", "remedies": "none"}
@@ -104,7 +101,7 @@ def references(
     """The refinement, the MPEC warm and cold, and the bracket (``proven`` or not; None: not asked)."""
     found: dict[str, Any] = {"load_factor": load_factor, "source": source}
     runs = [
-        Expectation(Status.CONVERGED, "refined", options={"perturbations": FEW}, **found),
+        Expectation(Status.CONVERGED, "refined", **found),
         Expectation(Status.CONVERGED, "mpec", tolerance=MPEC, **found),
         Expectation(Status.CONVERGED, "mpec", options={"start": "cold"}, tolerance=MPEC, **found),
     ]

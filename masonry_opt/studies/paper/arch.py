@@ -301,7 +301,7 @@ def _exact(scene: Scene) -> float:
 
     (Where all is sliding there is none: sliding without dilatancy does no work against the pressure.)
     """
-    result = solve(scene, "refined", perturbations=0, start=solve(scene, "static"))
+    result = solve(scene, "refined", start=solve(scene, "static"))
     return float("nan") if result.stationary is None else or_nan(result.load_factor)
 
 

@@ -26,6 +26,9 @@ FRICTIONS = (
 PROVEN = (0.07, 0.08, 0.1, 0.12)
 _TIME = 5.0
 
+#: Seconds of search for lower states of so small a scene.
+_SEARCH = 0.5
+
 #: Load factors nearer than this, relative, coincide.
 COINCIDE = 1e-4
 
@@ -98,7 +101,7 @@ def with_friction(scene: Scene, friction: float) -> Scene:
 def _row(scene: Scene, mu: float) -> dict[str, object]:
     at = with_friction(scene, mu)
     associative, loop = solve(at, "static"), solve(at, "nonassociative", always=True)
-    refined = solve(at, "refined", restarts=2)
+    refined = solve(at, "refined", search=_SEARCH)
     least = solve(at, "global", time_limit=_TIME).load_factor if mu in PROVEN else None
     return {
         "μ": mu,
@@ -124,7 +127,7 @@ def _parting(scene: Scene, table: pd.DataFrame, stands: float) -> float | None:
 
     def differs(mu: float) -> float:
         at = with_friction(scene, mu)
-        associative, refined = solve(at, "static"), solve(at, "refined", restarts=2)
+        associative, refined = solve(at, "static"), solve(at, "refined", search=_SEARCH)
         return abs(or_nan(refined.load_factor) / or_nan(associative.load_factor) - 1) - COINCIDE
 
     return float(bisect(differs, max(low, stands), float(above.min()), xtol=1e-4))

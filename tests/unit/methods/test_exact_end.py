@@ -66,7 +66,7 @@ def test_a_rough_mechanism_leads_back_to_an_exact_state(name, noise, exact_state
 @pytest.mark.parametrize("number", [1, 3, 5])
 def test_exact_collapse_states_are_left_as_they_are(number):
     """For the mechanism of an exact state no forces do better than none, and their λ is no higher."""
-    exact = mo.solve(WALLS[number - 1], "refined", perturbations=0)
+    exact = mo.solve(WALLS[number - 1], "refined")
     problem, d = exact.assembly.problem, exact.solution.d
     p = problem.rates(d, problem.dilatancy)
     model = CvxpyForcesFor(problem, p, 1e3)

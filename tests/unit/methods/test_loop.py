@@ -312,13 +312,15 @@ def test_options_out_of_range_are_refused_by_name(option, value):
     [
         ({"pace": "paper"}, "sub_problems"),
         ({"pace": "fast"}, "sub_problems"),
-        ({"kicks": 5}, "perturbations"),
+        ({"kicks": 5}, "search"),
+        ({"restarts": 5}, "search"),
+        ({"perturbations": 5}, "search"),
         ({"move_limit": 0.1}, "revise"),
         ({"only_at_yield": True}, "revise"),
     ],
 )
 def test_old_names_of_options_are_refused_with_the_new(old, new):
-    method = "refined" if "kicks" in old else "nonassociative"
+    method = "refined" if {"kicks", "restarts", "perturbations"} & set(old) else "nonassociative"
     with pytest.raises(mo.OptionError, match=rf"no option '{next(iter(old))}', which is now {new}"):
         mo.solve(two_blocks(), method, **old)
 

@@ -1,0 +1,58 @@
+"""Passes over one problem, its live load scaled to its dead load."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from masonry_opt.methods.mcp.edge_form import EdgeForm
+from masonry_opt.methods.mcp.interior_point import NewtonStep, Outcome, run
+from masonry_opt.methods.mcp.newton import Elimination
+from masonry_opt.methods.mcp.rules import Rules
+from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.state import State
+
+#: From this gap on a pass that stalls may have forces that a mechanism goes with.
+_NEAR = 1e-4
+
+
+class Passes:
+    """Passes over a problem by one set of rules after another.
+
+    Attributes
+    ----------
+    outcome: how the last one ended.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self._unit = _unit_of_load(problem)
+        self._elimination = Elimination(EdgeForm(replace(problem, live=self._unit * problem.live)))
+        self.outcome: Outcome
+
+    def run(self, rules: Rules, follow: Callable[[NewtonStep], None] = lambda _: None) -> State | None:
+        """The state that a pass ends in; None if it ends in none, or far from one.
+
+        Parameters
+        ----------
+        follow: called with every step, its λ that of the problem.
+        """
+
+        def in_whole(step: NewtonStep) -> None:
+            follow(replace(step, load_factor=self._unit * step.load_factor))
+
+        end = run(self._elimination, rules, in_whole)
+        self.outcome = end.outcome
+        if end.outcome is Outcome.LOST or (end.outcome is not Outcome.SOLVED and not end.gap < _NEAR):
+            return None
+        state = self._elimination.form.state(end.iterate)
+        return replace(state, load_factor=self._unit * state.load_factor)
+
+
+def _unit_of_load(problem: Problem) -> float:
+    """What makes live loads as large as the dead loads of the blocks that carry them: the gap is measured
+    against the live load's work, at some least λ."""
+    dead, live = (np.hypot(load[0::3], load[1::3]) for load in (problem.dead, problem.live))
+    weights = float(dead[live > 0].sum()), float(dead.sum())
+    return next((weight / float(live.sum()) for weight in weights if weight and live.any()), 1.0)

@@ -1,0 +1,94 @@
+"""The search for lower exact states: how far it comes, that it repeats itself, and that it can be stopped."""
+
+from __future__ import annotations
+
+import pytest
+from scenes import WALLS, small_wall, values_of
+
+import masonry_opt as mo
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.reasons import Code
+
+#: What "exact" means: every part of the certificate.
+EXACT = 1e-8
+
+WALL_5, WALL_6 = WALLS[4], WALLS[5]
+
+
+def visited(result):
+    """The states that lowered λ: candidate, what led to it, and λ."""
+    return list(result.history[["candidate", "origin", "load_factor"]].itertuples(index=False, name=None))
+
+
+def test_wall_5_leaves_the_valley_of_the_mpec():
+    """Published MPEC 0.20863; the lowest known before, 0.207973, was found by 60 restarts of the loop."""
+    result = mo.solve(WALL_5, "refined", search=6.0)
+    assert result.load_factor <= 0.207973
+    assert result.certificate.worst < EXACT
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+def test_wall_6_comes_to_the_lowest_known(seed):
+    """Published MPEC 0.29577; the lowest known before, 0.291785, was found in 77 s."""
+    result = mo.solve(WALL_6, "refined", search=30.0, seed=seed)
+    assert result.load_factor <= 0.291786
+    assert result.certificate.worst < EXACT
+
+
+def test_one_seed_visits_the_same_states_and_the_time_decides_how_far():
+    long, short = (mo.solve(WALL_5, "refined", search=seconds, seed=3) for seconds in (2.5, 1.0))
+    common = min(len(long.history), len(short.history))
+    assert visited(long)[:common] == visited(short)[:common]
+    assert long.load_factor <= short.load_factor
+
+
+@pytest.mark.parametrize("seconds", [0.02, 0.1, 0.4])
+def test_a_search_stopped_at_any_time_has_a_whole_answer(seconds):
+    result = mo.solve(WALL_6, "refined", search=seconds)
+    assert result.status is mo.Status.CONVERGED
+    assert result.kind in (Kind.EXACT, Kind.ONE_PASS)
+    assert result.certificate.worst < (EXACT if result.kind is Kind.EXACT else 1e-6)
+    # The pass, models, and the program in hand when time was up.
+    assert sum(result.seconds.values()) < seconds + 5
+
+
+def test_an_interrupted_search_has_the_lowest_state_so_far():
+    seen = []
+
+    def progress(step):
+        seen.append(step)
+        # Steps of the pass come first.
+        if getattr(step, "origin", "") == "rules":
+            raise KeyboardInterrupt
+
+    result = mo.solve(WALL_5, "refined", search=60.0, progress=progress)
+    assert values_of(result, Code.SEARCHED) == {"candidates": 3, "interrupted": True}
+    assert result.load_factor == seen[-1].load_factor
+    assert result.certificate.worst < EXACT
+
+
+def test_an_interrupt_without_a_search_is_one():
+    def progress(step):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        mo.solve(WALL_5, "refined", progress=progress)
+
+
+@pytest.mark.parametrize(
+    "joints",
+    [{"cohesion": 0.05}, {"dilatancy": 0.1}, {"friction": float("inf")}],
+    ids=lambda joints: next(iter(joints)),
+)
+def test_every_kind_of_candidate_suits_joints_of_every_kind(joints):
+    scene = small_wall(4, 3, **{"friction": 0.5} | joints)
+    result = mo.solve(scene, "refined", search=1.0)
+    assert result.certificate.worst < EXACT
+    assert values_of(result, Code.SEARCHED)["candidates"] > 20
+
+
+@pytest.mark.parametrize("value", [0, -1.0, "10", float("inf")])
+def test_search_is_a_positive_number_of_seconds(value):
+    with pytest.raises(mo.OptionError, match="option 'search'"):
+        mo.solve(WALL_5, "refined", search=value)
