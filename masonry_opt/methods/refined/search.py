@@ -56,10 +56,13 @@ def search(refiner: Refiner, best: ExactState | None, seed: int) -> Iterator[Can
     """
     for number in count():
         origin = _ROUND[number % len(_ROUND)]
-        if origin == _NEIGHBOUR and best is None:
-            continue
         rng = np.random.default_rng((seed, number))
-        q = _neighbour(refiner, best, rng) if origin == _NEIGHBOUR else _STARTS[origin](refiner, rng)
+        if origin in _STARTS:
+            q = _STARTS[origin](refiner, rng)
+        elif best is not None:
+            q = _neighbour(refiner, best, rng)
+        else:
+            continue
         state = _settled(refiner, q)
         if state is not None and (best is None or is_lower(state, best)):
             best = state
