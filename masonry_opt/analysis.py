@@ -26,8 +26,10 @@ from masonry_opt.explain.diagnosis import (
     locking_joints,
     moving_blocks,
 )
+from masonry_opt.explain.existence import existence, settle
 from masonry_opt.explain.sentences import message
 from masonry_opt.explain.summary import summary_text
+from masonry_opt.methods.associative import KINEMATIC, STATIC
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble
@@ -132,7 +134,9 @@ def solve(
         solution.accept(problem)
         if solution.load_factor is not None and solution.load_factor < -_NEGATIVE:
             _held_by_wedging(assembly, solution)
-        _name_locking_joints(assembly, solution, named)
+        if solution.load_factor is None:
+            _settle_existence(assembly, solution, effort, associative=chosen in (STATIC, KINEMATIC))
+            _name_locking_joints(assembly, solution, named)
     result = make_result(
         assembly,
         solution,
@@ -283,14 +287,30 @@ def _held_by_wedging(assembly: Assembly, solution: Solution) -> None:
     solution.load_factor = None
 
 
+def _settle_existence(assembly: Assembly, solution: Solution, effort: Effort, associative: bool) -> None:
+    """Whether there is a load factor that a method ended without, as far as that can be proven."""
+    if solution.infeasibility is None:
+        solution.infeasibility = existence(assembly.problem, effort, of_mechanism=not associative)
+    if associative:
+        return
+    settle(solution)
+    clamped = solution.infeasibility.clamped if solution.infeasibility else ()
+    if clamped:
+        solution.add(Code.CLAMPED, pairs=_pairs(assembly, np.array(clamped)))
+
+
 def _name_locking_joints(assembly: Assembly, solution: Solution, solver: Solver) -> None:
     """Add to the reasons for an unlimited load factor the joints that make it so."""
     found = locking_joints(assembly.problem, solution.status, solution.q, solver, Effort())
     if len(found) == 0:
         return
+    solution.add(Code.JOINTS, status=str(solution.status), pairs=_pairs(assembly, found))
+
+
+def _pairs(assembly: Assembly, joints: np.ndarray) -> list[list[str]]:
+    """Names of the two blocks of each joint."""
     ends = np.column_stack([assembly.joints.first, assembly.joints.second])
-    pairs = [assembly.names(blocks) for blocks in ends[found]]
-    solution.add(Code.JOINTS, status=str(solution.status), pairs=pairs)
+    return [assembly.names(blocks) for blocks in ends[joints]]
 
 
 def _movers(assembly: Assembly, d: np.ndarray) -> list[str]:
