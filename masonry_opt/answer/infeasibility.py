@@ -22,7 +22,7 @@ class Existence(StrEnum):
     NO_MECHANISM = "none exists: no mechanism lets the live load do work"
     #: Proven that there is none: of every mechanism some faces cannot come to yield together.
     NO_STATE = "none exists: no mechanism goes with a state of equilibrium"
-    #: Nothing proven, but that λ is unbounded in statics: mechanisms exist, and may or may not go with a state.
+    #: Nothing proven, but that λ is unbounded in statics: mechanisms exist, which a state may go with.
     UNBOUNDED = "not decided: statics carry any multiple of the live load, and a mechanism exists"
     #: Nothing proven: mechanisms exist, and no forces were found that carry any multiple of the live load.
     UNDECIDED = "not decided: a mechanism exists, and no forces carry every multiple of the live load"

@@ -1,9 +1,9 @@
 """Whether any mechanism goes with a state of equilibrium: branch and cut on which faces move.
 
-In a Coulomb state with λ ≥ 0 each face moves and is at yield, or does not move. Linear programs refute choices,
-and their Farkas multipliers say which few faces are to blame (combinatorial Benders cuts; Codato & Fischetti
-2006): faces that cannot come to yield together, and faces of which one must move. Where the cuts leave no
-choice there is no such state. Each cut is certified from the matrices.
+In a Coulomb state with λ ≥ 0 each face moves and is at yield, or does not move. Linear programs refute
+choices, and their Farkas multipliers say which few faces are to blame (combinatorial Benders cuts; Codato &
+Fischetti 2006): faces that cannot come to yield together, and faces of which one must move. Where the cuts
+leave no choice there is no such state. Each cut is certified from the matrices.
 """
 
 from __future__ import annotations

@@ -139,8 +139,8 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
         f"{_number(v['kinematic_cuts'], 'set')} of which one must move, leave no choice)"
     ),
     Code.CARRIES_ANY: lambda v: (
-        "statics carry any multiple of the live load, but a mechanism exists: that there is no load factor is "
-        "not proven"
+        "statics carry any multiple of the live load, but a mechanism exists: that there is no load factor "
+        "is not proven"
     ),
     Code.CLAMPED: lambda v: (
         "these joints carry the live load and its opposite alike, by self-stress, friction that no load "
