@@ -54,7 +54,7 @@ class Result:
     load_factor: λ; None unless ``status.usable``.
     certificate: residuals of λ, forces and mechanism, from the matrices alone; None without λ.
     infeasibility: without λ what is proven of its existence, with residuals from the matrices alone; None
-        with λ, of scenes that fall, and above 8000 joints.
+        with λ, of scenes that fall, and above 2000 joints.
     joints: frame, one row a joint: ``first``, ``second``, ``x``, ``y`` (middle), ``length``, forces on
         the first block ``n`` (compression > 0), ``s``, ``m``, rates of the first block against the
         second ``slip``, ``opening``, ``rotation``, and ``utilisation`` (force over its limit, NaN

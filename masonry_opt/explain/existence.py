@@ -12,9 +12,6 @@ from masonry_opt.answer.infeasibility import (
     InfeasibilityCertificate,
     ray_residuals,
 )
-from masonry_opt.answer.reasons import Code, reason
-from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.explain.combinatorial_cuts import Cuts, combinatorial_cuts
 from masonry_opt.models.pyomo_alternatives import PyomoNoMotion
@@ -25,7 +22,7 @@ from masonry_opt.solvers.lp import Verdict
 
 #: Joints up to which rays are looked for, and up to which mechanisms are excluded one after another; programs
 #: after which that is given up (scenes of up to 40 joints that can be decided so take 5 to 300).
-_RAYS_UP_TO, _CUTS_UP_TO = 8000, 100
+_RAYS_UP_TO, _CUTS_UP_TO = 2000, 100
 _MOST_PROGRAMS = 600
 
 #: Share of the largest normal force of a self-stress from which a joint is named.
@@ -54,26 +51,6 @@ def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> In
         effort.add("solve", own.seconds["solve"])
 
 
-def settle(solution: Solution) -> None:
-    """Write to a solution without a load factor what its certificate proves: status and reasons.
-
-    That a scene does not stand is kept.
-    """
-    found = solution.infeasibility
-    if found is None or solution.status is Status.UNSTABLE:
-        return
-    if found.existence is Existence.NO_MECHANISM and solution.status is not Status.UNLIMITED:
-        solution.status = Status.UNLIMITED
-        solution.reasons.insert(0, reason(Code.NO_MECHANISM))
-    elif found.existence is Existence.NO_STATE:
-        if found.equilibrium is not None:
-            solution.status = Status.JAMMED
-        counts = {"static_cuts": found.static_cuts, "kinematic_cuts": found.kinematic_cuts}
-        solution.reasons.insert(0, reason(Code.NO_COLLAPSE, **counts))
-    elif found.existence is Existence.UNBOUNDED:
-        solution.add(Code.CARRIES_ANY)
-
-
 def _found(problem: Problem, effort: Effort, of_mechanism: bool) -> InfeasibilityCertificate:
     # Dilatancy that falls with stress allows what less of it does.
     falls = problem.dilatancy_depends_on_stress
@@ -84,20 +61,22 @@ def _found(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
     cuts = Cuts()
     if of_mechanism and not falls and problem.joints <= _CUTS_UP_TO:
         cuts = combinatorial_cuts(problem, _MOST_PROGRAMS, effort, _PURPOSE)
-    proven = {
-        "static_cuts": len(cuts.static) if cuts.exclude else 0,
-        "kinematic_cuts": len(cuts.kinematic) if cuts.exclude else 0,
-        "cut_residual": cuts.residual if cuts.exclude else 0.0,
-    }
     if ray is None:
-        end = Existence.NO_STATE if cuts.exclude else Existence.UNDECIDED
-        return InfeasibilityCertificate(end, **proven)
-    certificate = _certificate(
-        problem, ray, problem.friction, Existence.NO_STATE if cuts.exclude else Existence.UNBOUNDED
+        certificate = InfeasibilityCertificate(Existence.UNDECIDED)
+    else:
+        certificate = _certificate(problem, ray, problem.friction, Existence.UNBOUNDED)
+        opposite = _ray(replace(problem, live=-problem.live), problem.friction, effort)
+        if opposite is not None:
+            certificate = replace(certificate, clamped=_stressed(problem.normal_forces(ray + opposite)))
+    if not cuts.exclude:
+        return certificate
+    return replace(
+        certificate,
+        existence=Existence.NO_STATE,
+        static_cuts=len(cuts.static),
+        kinematic_cuts=len(cuts.kinematic),
+        cut_residual=cuts.residual,
     )
-    opposite = _ray(replace(problem, live=-problem.live), problem.friction, effort)
-    clamped = () if opposite is None else _stressed(problem.normal_forces(ray + opposite))
-    return replace(certificate, clamped=clamped, **proven)
 
 
 def _ray(problem: Problem, slope: np.ndarray, effort: Effort) -> np.ndarray | None:
