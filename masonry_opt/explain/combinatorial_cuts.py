@@ -27,6 +27,12 @@ _MOVES = 1e-9
 #: Share of the largest multiplier above which a face is to blame.
 _TO_BLAME = 1e-9
 
+#: Cuts that count in the choice of a face to branch on.
+_OF_LATE = 200
+
+#: A face of which a choice says nothing, beside False and True.
+_OPEN = -1
+
 #: A choice: by face, whether it moves and is at yield. Faces that it does not name are open.
 _Choice = dict[int, bool]
 
@@ -81,6 +87,8 @@ class _Search:
                 (no_forces, no_forces.program.r),
             )
         )
+        # The cuts once more as rows over the faces; each takes a program.
+        self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (False, True)}
         ones = np.ones(problem.faces)
         self._kinematics.set(no_motion.program.cost, ones)
         self._statics.set(no_forces.program.cost, ones)
@@ -88,9 +96,9 @@ class _Search:
     def exclude(self, choice: _Choice) -> None:
         """Return if no Coulomb state agrees with a choice; raise _Undecided if that is not shown."""
         while (branch := self._look(choice)) is not _Refuted.YES:
-            # The face at rest first: what is learnt there often settles that it cannot move either.
-            self.exclude({**choice, branch: False})
-            choice = {**choice, branch: True}
+            # The face at yield first, which few states of equilibrium allow.
+            self.exclude({**choice, branch: True})
+            choice = {**choice, branch: False}
 
     def _look(self, choice: _Choice) -> int | _Refuted:
         """Complete ``choice`` by what follows of the cuts and of new ones; the face to branch on, or that it
@@ -110,23 +118,28 @@ class _Search:
                 raise _Undecided  # these faces can move and come to yield together
             open_faces = [face for face in cut if face not in choice]
             if len(open_faces) > 1:
-                return max(open_faces, key=lambda face: float(rates[face]))
+                return max(open_faces, key=lambda face: (self._blame(face), float(rates[face])))
+
+    def _blame(self, face: int) -> float:
+        """How many of the last cuts name a face: to branch on what conflicts most closes a tree soonest."""
+        return float(self._rows[False][max(len(self.cuts.static) - _OF_LATE, 0) :, face].sum())
 
     def _follows(self, choice: _Choice) -> bool:
         """Add to a choice what the cuts imply; False if it contradicts one."""
+        state = np.full(self.problem.faces, _OPEN)
+        state[list(choice)] = list(choice.values())
         changed = True
         while changed:
             changed = False
             for cuts, implied in ((self.cuts.static, False), (self.cuts.kinematic, True)):
-                for cut in cuts:
-                    if any(choice.get(face) is implied for face in cut):
-                        continue
-                    left = [face for face in cut if face not in choice]
-                    if not left:
-                        return False
-                    if len(left) == 1:
-                        choice[left[0]] = implied
-                        changed = True
+                rows = self._rows[implied][: len(cuts)]
+                met, left = rows @ (state == implied) > 0, rows @ (state == _OPEN)
+                if (~met & (left == 0)).any():
+                    return False
+                forced = (state == _OPEN) & rows[~met & (left == 1)].any(axis=0)
+                state[forced] = implied
+                changed |= bool(forced.any())
+        choice.update({int(face): bool(state[face]) for face in np.flatnonzero(state != _OPEN)})
         return True
 
     def _mechanism(self, choice: _Choice, moving: list[int]) -> np.ndarray | None:
@@ -148,9 +161,8 @@ class _Search:
             return None
         d, p, r = (self._statics.values(variable) for variable in (program.d, program.p, program.r))
         blamed = r - p > _TO_BLAME * max(r.max(), 1.0)
-        cut = self._certified(static_residual(self.problem, d, p - r, blamed), blamed)
-        self.cuts.static.append(cut)
-        return cut
+        self._keep(self.cuts.static, False, static_residual(self.problem, d, p - r, blamed), blamed)
+        return self.cuts.static[-1]
 
     def _kinematic_cut(self, still: list[int]) -> None:
         """Those of some faces of which one must move."""
@@ -161,13 +173,15 @@ class _Search:
             raise _Undecided
         q, v = self._kinematics.values(program.q), self._kinematics.values(program.v)
         blamed = v > _TO_BLAME * max(v.max(), 1.0)
-        self.cuts.kinematic.append(self._certified(kinematic_residual(self.problem, q, blamed), blamed))
+        self._keep(self.cuts.kinematic, True, kinematic_residual(self.problem, q, blamed), blamed)
 
-    def _certified(self, residual: float, blamed: np.ndarray) -> frozenset[int]:
+    def _keep(self, cuts: list[frozenset[int]], implied: bool, residual: float, blamed: np.ndarray) -> None:
+        """Keep a cut that its residual bears out: no state has none of its faces as ``implied``."""
         if not residual <= LIMIT:
             raise _Undecided
         self.cuts.residual = max(self.cuts.residual, residual)
-        return frozenset(np.flatnonzero(blamed).tolist())
+        self._rows[implied][len(cuts), blamed] = 1.0
+        cuts.append(frozenset(np.flatnonzero(blamed).tolist()))
 
     def _solved(self, session: HighsSession) -> bool:
         if self.effort.lp_solves >= self._most_programs:
