@@ -133,3 +133,15 @@ def test_at_the_limiting_friction_the_pass_ends_in_the_associative_state():
     assert passed.certificate.worst < 1e-8
     assert passed.load_factor == pytest.approx(mo.solve(LIMITING, "static").load_factor, rel=1e-6)
     assert BOLT * (1 - passed.load_factor) == pytest.approx(-142.13, abs=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("path", "options"), [(SLOPE, {}), (LIMITING, {"restarts": 60})], ids=["0.65", "0.7855"]
+)
+def test_refinement_finds_the_largest_bolts_known(path, options):
+    """4,555 and 2,241 kN, where the textbook has 2,010 and 0.5: the least load factors are not its own."""
+    scene = mo.load(path)
+    refined = mo.solve(scene, "refined", **options)
+    assert refined.certificate.worst < 1e-8
+    assert refined.load_factor <= scene.reference["refined"].value * (1 + 1e-4)
