@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from pydantic import ValidationError
 
 from masonry_opt.answer.acceptance import Kind
@@ -23,11 +22,16 @@ from masonry_opt.explain.diagnosis import (
     DeadLoadUndecided,
     falling_mechanism,
     friction_would_hold,
-    locking_joints,
-    moving_blocks,
+)
+from masonry_opt.explain.no_load_factor import (
+    held_by_wedging,
+    movers,
+    name_locking_joints,
+    settle_existence,
 )
 from masonry_opt.explain.sentences import message
 from masonry_opt.explain.summary import summary_text
+from masonry_opt.methods.associative import KINEMATIC, STATIC
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble
@@ -134,8 +138,10 @@ def solve(
         solution = chosen.run(Task(problem, named, own_options, effort, progress))
         solution.accept(problem)
         if solution.load_factor is not None and solution.load_factor < -_NEGATIVE:
-            _held_by_wedging(assembly, solution)
-        _name_locking_joints(assembly, solution, named)
+            held_by_wedging(assembly, solution)
+        if solution.load_factor is None:
+            settle_existence(assembly, solution, effort, associative=chosen in (STATIC, KINEMATIC))
+            name_locking_joints(assembly, solution, named)
     result = make_result(
         assembly,
         solution,
@@ -275,27 +281,5 @@ def _unless_it_stands(assembly: Assembly, solver: Solver, effort: Effort) -> Sol
         return None
     solution.d = falling
     held = friction_would_hold(problem, solver)
-    solution.add(Code.FALLS, blocks=_movers(assembly, falling), friction=held)
+    solution.add(Code.FALLS, blocks=movers(assembly, falling), friction=held)
     return solution
-
-
-def _held_by_wedging(assembly: Assembly, solution: Solution) -> None:
-    """Refuse a load factor below zero of a scene whose dead load has a state of equilibrium."""
-    moving = [] if solution.d is None else _movers(assembly, solution.d)
-    solution.end(Status.UNSTABLE, Code.WEDGED, load_factor=solution.load_factor, blocks=moving)
-    solution.load_factor = None
-
-
-def _name_locking_joints(assembly: Assembly, solution: Solution, solver: Solver) -> None:
-    """Add to the reasons for an unlimited load factor the joints that make it so."""
-    found = locking_joints(assembly.problem, solution.status, solution.q, solver, Effort())
-    if len(found) == 0:
-        return
-    ends = np.column_stack([assembly.joints.first, assembly.joints.second])
-    pairs = [assembly.names(blocks) for blocks in ends[found]]
-    solution.add(Code.JOINTS, status=str(solution.status), pairs=pairs)
-
-
-def _movers(assembly: Assembly, d: np.ndarray) -> list[str]:
-    """Names of the blocks that a mechanism moves."""
-    return assembly.names(assembly.movable[moving_blocks(d)])

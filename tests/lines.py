@@ -15,6 +15,7 @@ def line(**known: Any) -> dict[str, Any]:
     given |= {
         "message": "",
         "kind": "associative",
+        "existence": "",
         "load_factor": 1.0,
         "equilibrium": 0.0,
         "yield": 0.0,

@@ -17,6 +17,9 @@ class Code(StrEnum):
     SOLVER_STOPPED = "solver stopped"  # word
     DILATANCY_LOCKS = "dilatancy locks"
     NO_MECHANISM = "no mechanism"
+    NO_COLLAPSE = "no collapse"  # static_cuts, kinematic_cuts: of the proof
+    CARRIES_ANY = "carries any"
+    CLAMPED = "clamped"  # pairs: the joints in self-stress
     JOINTS = "joints"  # status, pairs: the joints that keep the live load from causing collapse
     NOT_CERTIFIED = "not certified"  # load_factor, residuals
 
@@ -39,6 +42,7 @@ class Code(StrEnum):
     # The one pass.
     ONE_PASS = "one pass"  # steps of all attempts, attempt: the last
     PASS_STOPPED = "pass stopped"  # word, attempts
+    PASS_LOST = "pass lost"
     LOOP_TOOK_OVER = "loop took over"  # word
     DILATANCY_FALLS = "dilatancy falls"
     TOO_LARGE = "too large"  # joints

@@ -12,6 +12,7 @@ import pandas as pd
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.certificate import Certificate, certify
+from masonry_opt.answer.infeasibility import InfeasibilityCertificate
 from masonry_opt.answer.reasons import Reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
@@ -52,6 +53,8 @@ class Result:
     kind: of answer, which decides what its certificate must show.
     load_factor: λ; None unless ``status.usable``.
     certificate: residuals of λ, forces and mechanism, from the matrices alone; None without λ.
+    infeasibility: without λ what is proven of its existence, with residuals from the matrices alone; None
+        with λ, of scenes that fall, and above 2000 joints.
     joints: frame, one row a joint: ``first``, ``second``, ``x``, ``y`` (middle), ``length``, forces on
         the first block ``n`` (compression > 0), ``s``, ``m``, rates of the first block against the
         second ``slip``, ``opening``, ``rotation``, and ``utilisation`` (force over its limit, NaN
@@ -85,6 +88,7 @@ class Result:
     kind: Kind
     load_factor: float | None
     certificate: Certificate | None
+    infeasibility: InfeasibilityCertificate | None
     joints: pd.DataFrame = field(repr=False)
     blocks: pd.DataFrame = field(repr=False)
     history: pd.DataFrame = field(repr=False)
@@ -134,6 +138,7 @@ class Result:
                 "seconds": self.seconds,
                 "solvers": self.solvers,
                 "certificate": self.certificate.as_dict() if self.certificate else None,
+                "infeasibility": self.infeasibility.as_dict() if self.infeasibility else None,
                 "size": asdict(self.size),
                 "history": self.history.to_dict("records"),
                 "block_results": self.blocks.to_dict("records"),
@@ -174,6 +179,7 @@ def make_result(
         kind=solution.kind,
         load_factor=solution.load_factor,
         certificate=certificate,
+        infeasibility=solution.infeasibility if solution.load_factor is None else None,
         joints=_joint_frame(assembly, solution),
         blocks=_block_frame(assembly, solution),
         history=pd.DataFrame(solution.history).drop(columns="solved", errors="ignore"),

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.answer.acceptance import LIMITS, Kind, residuals
+from masonry_opt.answer.infeasibility import InfeasibilityCertificate
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.status import Status
 from masonry_opt.problem.problem import Problem
@@ -32,6 +33,7 @@ class Solution:
     history: one record a step of the method.
     stationary: of a refined state: True if no mechanism tried among the faces at yield lowers λ.
     bound: proven lower bound of λ, of the global search.
+    infeasibility: what is proven where there is no λ; None if nobody looked.
     size: of the linear program.
     """
 
@@ -47,6 +49,7 @@ class Solution:
     history: list[Any] = field(default_factory=list)
     stationary: bool | None = None
     bound: float | None = None
+    infeasibility: InfeasibilityCertificate | None = None
     size: LpSize | None = None
 
     def take(self, state: State) -> None:

@@ -99,7 +99,8 @@ def locking_joints(
     dilatancy, and cannot open there as associative flow demands, by how much they cannot. Unlimited:
     those that carry the live load alone in a state of equilibrium with no more shear than the joints'
     own dilatancy allows (so that no mechanism lets it do work), by their normal force.
-    Jammed: those whose normal force ``q`` grows with λ. Empty if the solver fails.
+    Jammed: those that carry the live load alone within the true friction; if none do, those whose normal
+    force ``q`` grew with λ. Empty if the solver fails.
     """
     nobody = np.array([], dtype=int)
     own_flow = ShearLimits(problem.dilatancy, np.zeros_like(problem.cohesion))
@@ -111,14 +112,16 @@ def locking_joints(
         departure = problem.departure(d, problem.rates(d, problem.friction), problem.friction)
         cannot_open, slip = np.abs(departure).reshape(3, -1)[0], np.abs(problem.B.T @ d).reshape(3, -1)[1]
         amount = np.where(slip > _LITTLE, cannot_open, 0.0)
-    elif status is Status.UNLIMITED:
+    elif status in (Status.UNLIMITED, Status.JAMMED):
+        slope = problem.dilatancy if status is Status.UNLIMITED else problem.friction
         # The live load in place of the dead, scaled as the driven mechanism is.
-        carrying = CvxpyStanding(replace(problem, dead=_push(problem)), own_flow)
-        if not has_optimum(carrying.program, in_cvxpy(solver), effort, DIAGNOSIS):
+        limits = ShearLimits(slope, np.zeros_like(slope))
+        carrying = CvxpyStanding(replace(problem, dead=_push(problem)), limits)
+        if has_optimum(carrying.program, in_cvxpy(solver), effort, DIAGNOSIS):
+            q = carrying.statics.forces()[1]
+        elif status is Status.UNLIMITED or q is None:
             return nobody
-        amount = np.abs(problem.normal_forces(carrying.statics.forces()[1]))
-    elif status is Status.JAMMED and q is not None:
-        amount = problem.normal_forces(q)
+        amount = np.abs(problem.normal_forces(q))
     else:
         return nobody
     order = np.argsort(-amount, kind="stable")

@@ -47,8 +47,11 @@ def _wedged(v: dict[str, Any]) -> str:
 
 
 def _joints(v: dict[str, Any]) -> str:
-    pairs = [f"{first!r}–{second!r}" for first, second in v["pairs"]]
-    return f"{_OF_JOINTS[v['status']]}: {_some(pairs)}"
+    return f"{_OF_JOINTS[v['status']]}: {_pairs(v)}"
+
+
+def _pairs(v: dict[str, Any]) -> str:
+    return _some([f"{first!r}–{second!r}" for first, second in v["pairs"]])
 
 
 def _not_certified(v: dict[str, Any]) -> str:
@@ -101,6 +104,10 @@ def _imposed(v: dict[str, Any]) -> str:
     return f"{' and '.join(imposed)}, bounds that had to be imposed"
 
 
+def _number(count: int, noun: str) -> str:
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
 def _blocks(names: list[str]) -> str:
     return f"{'block' if len(names) == 1 else 'blocks'} {_some([repr(name) for name in names])}"
 
@@ -125,6 +132,19 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.NO_MECHANISM: lambda v: (
         "no mechanism lets the live load do work, so the scene carries any multiple of it: "
         "check the direction of 'live' and which blocks carry it"
+    ),
+    Code.NO_COLLAPSE: lambda v: (
+        "proven: no load factor λ ≥ 0 exists, since of every mechanism that lets the live load do work some "
+        f"faces cannot come to yield together ({_number(v['static_cuts'], 'such set')} of faces, and "
+        f"{_number(v['kinematic_cuts'], 'set')} of which one must move, leave no choice)"
+    ),
+    Code.CARRIES_ANY: lambda v: (
+        "statics carry any multiple of the live load, but a mechanism exists: that there is no load factor "
+        "is not proven"
+    ),
+    Code.CLAMPED: lambda v: (
+        "these joints carry the live load and its opposite alike, by self-stress, friction that no load "
+        f"causes: {_pairs(v)}"
     ),
     Code.JOINTS: _joints,
     Code.NOT_CERTIFIED: _not_certified,
@@ -172,6 +192,7 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
         f"no pass ended in a state ({v['attempts']} tried, the last: {v['word']}): method 'nonassociative' "
         "goes another way"
     ),
+    Code.PASS_LOST: lambda v: "the load factor of a pass grew without end",
     Code.LOOP_TOOK_OVER: lambda v: (
         f"no pass ended in a state ({v['word']}), so the loop, method 'nonassociative', took over"
     ),

@@ -19,6 +19,7 @@ def summary_text(result: Result) -> str:
         "load factor": "none" if result.load_factor is None else f"{round(result.load_factor, 7) + 0.0:.7f}",
         "blocks × joints": f"{result.size.blocks} × {result.size.joints}",
         "certificate": "   ".join(f"{name} {value:.1e}" for name, value in certificate.items()),
+        "existence": str(result.infeasibility.existence) if result.infeasibility else "",
         "dilatancy": _dilatancy(result),
         "programs": _programs(result),
         "solvers": "   ".join(f"{what}: {', '.join(names)}" for what, names in result.solvers.items()),

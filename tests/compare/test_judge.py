@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from lines import line
 
+from masonry_opt.answer.infeasibility import Existence
 from masonry_opt.answer.status import Status
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
@@ -170,3 +171,12 @@ def test_complementarity_is_relative(scale):
     for left, verdict in ((2e-5, CERTIFIED), (2e-4, WRONG)):
         row = line(load_factor=0.5 * scale, complementarity=left * scale)
         assert judge(row, bounds, None, {})["verdict"] == verdict
+
+
+@pytest.mark.parametrize("status", [Status.JAMMED, Status.CYCLING, Status.SOLVER_FAILED])
+def test_a_proof_that_no_load_factor_exists_is_the_right_answer(status):
+    row = line(method="mcp", load_factor=None, status=status, existence=str(Existence.NO_STATE))
+    judged = judge(row, UNLIMITED, None, {})
+    assert (judged["verdict"], judged["reason"]) == (NAMED, VerdictReason.RIGHT_CLAIM)
+    row |= {"existence": str(Existence.UNBOUNDED)}
+    assert judge(row, UNLIMITED, None, {})["verdict"] == FAILED

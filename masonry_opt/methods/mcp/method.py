@@ -12,6 +12,7 @@ from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
+from masonry_opt.explain.existence import existence
 from masonry_opt.methods.loop.exact_end import motion_for
 from masonry_opt.methods.loop.method import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
@@ -90,6 +91,10 @@ def mcp(task: Task) -> Solution:
                 return _descended(problem, solution, effort)
             return solution
         if passes.outcome is Outcome.LOST:
+            solution.infeasibility = existence(problem, effort)
+            if solution.infeasibility and solution.infeasibility.proven:
+                solution.end(Status.SOLVER_FAILED, Code.PASS_LOST)
+                return solution
             break
     word = "its certificate failed" if passes.outcome is Outcome.SOLVED else str(passes.outcome)
     if options.fallback:
@@ -143,6 +148,7 @@ def _by_loop(task: Task, before: Solution, code: Code, **values: Any) -> Solutio
     solution = nonassociative(task.with_options(LoopOptions(), find_solver("cvxpy", None)))
     solution.reasons.insert(0, reason(code, **values))
     solution.history = [*before.history, *solution.history]
+    solution.infeasibility = before.infeasibility
     return solution
 
 

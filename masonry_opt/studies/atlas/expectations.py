@@ -110,9 +110,7 @@ def references(
     return tuple(runs)
 
 
-def every_method(
-    expected: Status, why: Reason | None = None, cold: Status | None = None
-) -> tuple[Expectation, ...]:
+def every_method(expected: Status, why: Reason | None = None) -> tuple[Expectation, ...]:
     """A status that every method must give."""
     return (
         *associative(expected, why=why),
@@ -122,5 +120,5 @@ def every_method(
         Expectation(expected, "global", why=why),
         Expectation(expected, "mcp", why=why),
         Expectation(expected, "mpec", why=why),
-        Expectation(cold or expected, "mpec", options={"start": "cold"}, why=None if cold else why),
+        Expectation(expected, "mpec", options={"start": "cold"}, why=why),
     )

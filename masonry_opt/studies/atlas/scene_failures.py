@@ -84,13 +84,13 @@ ENTRIES: tuple[Entry, ...] = (
         "live load that does no work",
         "The only motion is at a right angle to the live load.",
         chute(),
-        every_method(Status.UNLIMITED, why=reason(Code.NO_MECHANISM), cold=Status.HOMOTOPY),
+        every_method(Status.UNLIMITED, why=reason(Code.NO_MECHANISM)),
     ),
     Entry(
         "live load that cannot cause collapse",
         "A live load straight down on a block that lies on the ground: every motion works against it.",
         block(1, 1, 0.5, live=(0.0, -1.0)),
-        every_method(Status.UNLIMITED, why=reason(Code.NO_MECHANISM), cold=Status.HOMOTOPY),
+        every_method(Status.UNLIMITED, why=reason(Code.NO_MECHANISM)),
     ),
     Entry(
         "μ = 0: nothing resists",

@@ -7,6 +7,7 @@ from enum import StrEnum
 from typing import Any
 
 from masonry_opt.answer.acceptance import SMALLEST
+from masonry_opt.answer.infeasibility import Existence
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
 from masonry_opt.studies.compare.known_answers import ANSWER, ASSOCIATIVE, CLAIMS, COULOMB, known_claims
@@ -15,7 +16,7 @@ from masonry_opt.studies.compare.measure import CRASHED, DIED, FINISHED, MEMORY_
 
 #: Verdicts, best first. The first two are a success; only the first is drawn as a point of time and error.
 #: certified: a load factor whose certificate holds, not contradicted by what is known of the scene.
-#: named correctly: no load factor, and the right reason why the scene has none.
+#: named correctly: no load factor, and the right reason why the scene has none, or a proof that it has none.
 #: failed but said so: no answer (not converged, solver failed, a limit), or a reason that nobody can confirm.
 #: wrong: a load factor whose certificate fails, or that is known to be false, or a false reason.
 CERTIFIED, NAMED, FAILED, WRONG = "certified", "named correctly", "failed but said so", "wrong"
@@ -120,7 +121,7 @@ def _verdict(
     if known.get(claim) is False:
         return WRONG, VerdictReason.FALSE_CLAIM
     if claim != ANSWER:
-        if known.get(claim):
+        if known.get(claim) or (row["existence"] and Existence(row["existence"]).proven):
             return NAMED, VerdictReason.RIGHT_CLAIM
         return FAILED, VerdictReason.UNCONFIRMED if claim in CLAIMS else _ENDS.get(
             row["ended"], VerdictReason.NO_ANSWER

@@ -18,7 +18,7 @@ from masonry_opt.studies.compare.plan import Pair, PlannedRun
 #: What a run is: a line with the same is not measured again.
 _KEY = ("scene", "content", "versions", "method", "model", "solver", "tolerance", "repeat")
 
-_WORDS = ("ended", "status", "kind", "message")
+_WORDS = ("ended", "status", "kind", "existence", "message")
 _NUMBERS = (
     "load_factor",
     "bound",
@@ -63,6 +63,7 @@ def row(
         "ended": ended.how,
         "status": value.get("status", ""),
         "kind": value.get("kind", ""),
+        "existence": (value.get("infeasibility") or {}).get("existence", ""),
         "message": _one_line(value.get("message", ended.reason)),
         "wall": value.get("wall", ended.seconds),
         "peak_memory": ended.peak,

@@ -1,0 +1,208 @@
+"""Whether any mechanism goes with a state of equilibrium: branch and cut on which faces move.
+
+In a Coulomb state with λ ≥ 0 each face moves and is at yield, or does not move. Linear programs refute
+choices, and their Farkas multipliers say which few faces are to blame (combinatorial Benders cuts; Codato &
+Fischetti 2006): faces that cannot come to yield together, and faces of which one must move. Where the cuts
+leave no choice there is no such state. Each cut is certified from the matrices.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+
+from masonry_opt.answer.infeasibility import LIMIT, kinematic_residual, static_residual
+from masonry_opt.effort import Effort
+from masonry_opt.models.pyomo_alternatives import PyomoNoForces, PyomoNoMotion
+from masonry_opt.models.pyomo_refinement import PyomoMotion
+from masonry_opt.problem.problem import Problem
+from masonry_opt.solvers.highs_session import HighsSession
+from masonry_opt.solvers.lp import Verdict
+
+#: A rate above this takes part in a mechanism (of which the live load does the work Σ|f_L|).
+_MOVES = 1e-9
+
+#: Share of the largest multiplier above which a face is to blame.
+_TO_BLAME = 1e-9
+
+#: Cuts that count in the choice of a face to branch on.
+_OF_LATE = 200
+
+#: A face of which a choice says nothing, beside False and True.
+_OPEN = -1
+
+#: A choice: by face, whether it moves and is at yield. Faces that it does not name are open.
+_Choice = dict[int, bool]
+
+
+class _Undecided(Exception):
+    """A choice that linear programs do not refute, a cut that its residual does not bear out, or too many
+    programs."""
+
+
+@dataclass
+class Cuts:
+    """What was found.
+
+    Attributes
+    ----------
+    static: sets of faces that cannot come to yield together under any λ ≥ 0.
+    kinematic: sets of faces of which one moves in every mechanism that lets the live load do work.
+    residual: the largest that any of them leaves of its conditions.
+    exclude: whether they leave no choice: no Coulomb state with λ ≥ 0 exists.
+    """
+
+    static: list[frozenset[int]] = field(default_factory=list)
+    kinematic: list[frozenset[int]] = field(default_factory=list)
+    residual: float = 0.0
+    exclude: bool = False
+
+
+class _Refuted(Enum):
+    """What a look at a choice ends in, but for the face to branch on."""
+
+    YES = "no state"
+
+
+class _Search:
+    def __init__(self, problem: Problem, most_programs: int, effort: Effort, purpose: str) -> None:
+        self.problem, self.effort, self.cuts = problem, effort, Cuts()
+        self._most_programs = effort.lp_solves + most_programs
+        motion = self._motion = PyomoMotion(problem)
+        no_motion = self._no_motion = PyomoNoMotion(problem, problem.dilatancy)
+        no_forces = self._no_forces = PyomoNoForces(problem)
+        self._mechanisms, self._kinematics, self._statics = (
+            HighsSession(
+                model.program,
+                effort,
+                purpose,
+                costs=[(variable, model.program.cost)],
+                most=[(variable, model.program.most)],
+            )
+            for model, variable in (
+                (motion, motion.program.p),
+                (no_motion, no_motion.program.v),
+                (no_forces, no_forces.program.r),
+            )
+        )
+        # The cuts once more as rows over the faces; each takes a program.
+        self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (False, True)}
+        ones = np.ones(problem.faces)
+        self._kinematics.set(no_motion.program.cost, ones)
+        self._statics.set(no_forces.program.cost, ones)
+
+    def exclude(self, choice: _Choice) -> None:
+        """Return if no Coulomb state agrees with a choice; raise _Undecided if that is not shown."""
+        while (branch := self._look(choice)) is not _Refuted.YES:
+            # The face at yield first, which few states of equilibrium allow.
+            self.exclude({**choice, branch: True})
+            choice = {**choice, branch: False}
+
+    def _look(self, choice: _Choice) -> int | _Refuted:
+        """Complete ``choice`` by what follows of the cuts and of new ones; the face to branch on, or that it
+        is refuted."""
+        while True:
+            if not self._follows(choice):
+                return _Refuted.YES
+            moving = [face for face, moves in choice.items() if moves]
+            if moving and self._static_cut(moving) is not None:
+                return _Refuted.YES
+            rates = self._mechanism(choice, moving)
+            if rates is None:
+                self._kinematic_cut([face for face, moves in choice.items() if not moves])
+                return _Refuted.YES
+            cut = self._static_cut(sorted({*np.flatnonzero(rates > _MOVES).tolist(), *moving}))
+            if cut is None:
+                raise _Undecided  # these faces can move and come to yield together
+            open_faces = [face for face in cut if face not in choice]
+            if len(open_faces) > 1:
+                return max(open_faces, key=lambda face: (self._blame(face), float(rates[face])))
+
+    def _blame(self, face: int) -> float:
+        """How many of the last cuts name a face: to branch on what conflicts most closes a tree soonest."""
+        return float(self._rows[False][max(len(self.cuts.static) - _OF_LATE, 0) :, face].sum())
+
+    def _follows(self, choice: _Choice) -> bool:
+        """Add to a choice what the cuts imply; False if it contradicts one."""
+        state = np.full(self.problem.faces, _OPEN)
+        state[list(choice)] = list(choice.values())
+        changed = True
+        while changed:
+            changed = False
+            for cuts, implied in ((self.cuts.static, False), (self.cuts.kinematic, True)):
+                rows = self._rows[implied][: len(cuts)]
+                met, left = rows @ (state == implied) > 0, rows @ (state == _OPEN)
+                if (~met & (left == 0)).any():
+                    return False
+                forced = (state == _OPEN) & rows[~met & (left == 1)].any(axis=0)
+                state[forced] = implied
+                changed |= bool(forced.any())
+        choice.update({int(face): bool(state[face]) for face in np.flatnonzero(state != _OPEN)})
+        return True
+
+    def _mechanism(self, choice: _Choice, moving: list[int]) -> np.ndarray | None:
+        """Rates (faces,) of a mechanism of few moving faces, preferably those that move anyway."""
+        most, cost = np.full(self.problem.faces, np.inf), np.ones(self.problem.faces)
+        most[[face for face, moves in choice.items() if not moves]] = 0.0
+        cost[moving] = 0.01
+        program = self._motion.program
+        self._mechanisms.set(program.most, most)
+        self._mechanisms.set(program.cost, cost)
+        return self._mechanisms.values(program.p) if self._solved(self._mechanisms) else None
+
+    def _static_cut(self, held: list[int]) -> frozenset[int] | None:
+        """Those of some faces that cannot come to yield together; None if all can."""
+        program, most = self._no_forces.program, np.zeros(self.problem.faces)
+        most[held] = np.inf
+        self._statics.set(program.most, most)
+        if not self._solved(self._statics):
+            return None
+        d, p, r = (self._statics.values(variable) for variable in (program.d, program.p, program.r))
+        blamed = r - p > _TO_BLAME * max(r.max(), 1.0)
+        self._keep(self.cuts.static, False, static_residual(self.problem, d, p - r, blamed), blamed)
+        return self.cuts.static[-1]
+
+    def _kinematic_cut(self, still: list[int]) -> None:
+        """Those of some faces of which one must move."""
+        program, most = self._no_motion.program, np.zeros(self.problem.faces)
+        most[still] = np.inf
+        self._kinematics.set(program.most, most)
+        if not self._solved(self._kinematics):
+            raise _Undecided
+        q, v = self._kinematics.values(program.q), self._kinematics.values(program.v)
+        blamed = v > _TO_BLAME * max(v.max(), 1.0)
+        self._keep(self.cuts.kinematic, True, kinematic_residual(self.problem, q, blamed), blamed)
+
+    def _keep(self, cuts: list[frozenset[int]], implied: bool, residual: float, blamed: np.ndarray) -> None:
+        """Keep a cut that its residual bears out: no state has none of its faces as ``implied``."""
+        if not residual <= LIMIT:
+            raise _Undecided
+        self.cuts.residual = max(self.cuts.residual, residual)
+        self._rows[implied][len(cuts), blamed] = 1.0
+        cuts.append(frozenset(np.flatnonzero(blamed).tolist()))
+
+    def _solved(self, session: HighsSession) -> bool:
+        if self.effort.lp_solves >= self._most_programs:
+            raise _Undecided
+        return session.solve() is Verdict.OPTIMAL
+
+
+def combinatorial_cuts(problem: Problem, most_programs: int, effort: Effort, purpose: str) -> Cuts:
+    """Look for cuts that exclude every Coulomb state with λ ≥ 0.
+
+    Parameters
+    ----------
+    problem: in units of its load, of a scene that stands.
+    most_programs: linear programs after which the search is given up.
+    effort: where they are counted.
+    purpose: under which the effort records the solver.
+    """
+    search = _Search(problem, most_programs, effort, purpose)
+    try:
+        search.exclude({})
+    except _Undecided:
+        return search.cuts
+    search.cuts.exclude = True
+    return search.cuts

@@ -1,0 +1,106 @@
+"""Whether there is a load factor at all, where a method ended without one: certified from the matrices."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from masonry_opt.answer.infeasibility import (
+    LIMIT,
+    Existence,
+    InfeasibilityCertificate,
+    ray_residuals,
+)
+from masonry_opt.effort import Effort
+from masonry_opt.explain.combinatorial_cuts import Cuts, combinatorial_cuts
+from masonry_opt.models.pyomo_alternatives import PyomoNoMotion
+from masonry_opt.problem.load_units import in_units_of_load
+from masonry_opt.problem.problem import Problem
+from masonry_opt.solvers.highs_session import HighsSession
+from masonry_opt.solvers.lp import Verdict
+
+#: Joints up to which rays are looked for, and up to which mechanisms are excluded one after another. That is
+#: given up after so many linear programs times joints: of random scenes of 2 to 38 joints that jam most are
+#: decided by 5 to 250 programs, some by 1400 to 3300.
+_RAYS_UP_TO, _CUTS_UP_TO = 2000, 100
+_MOST_WORK = 120_000
+
+#: Share of the largest normal force of a self-stress from which a joint is named.
+_LITTLE = 1e-2
+
+#: What a solver does here, as a result tells it.
+_PURPOSE = "existence"
+
+
+def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> InfeasibilityCertificate | None:
+    """What can be proven of the load factor of a scene that stands; None if it has too many joints.
+
+    Parameters
+    ----------
+    effort: is told the solver, and neither programs nor iterations.
+    of_mechanism: whether it depends on the joints' own flow, so that mechanisms are to be excluded one after
+        another. (An associative load factor depends on statics alone.)
+    """
+    if problem.joints > _RAYS_UP_TO:
+        return None
+    own = Effort()
+    try:
+        return _found(in_units_of_load(problem).problem, own, of_mechanism)
+    finally:
+        effort.credit(own)
+        effort.add("solve", own.seconds["solve"])
+
+
+def _found(problem: Problem, effort: Effort, of_mechanism: bool) -> InfeasibilityCertificate:
+    # Dilatancy that falls with stress allows what less of it does.
+    falls = problem.dilatancy_depends_on_stress
+    own_flow = np.minimum(problem.dilatancy, 0.0) if falls else problem.dilatancy
+    if (against := _ray(problem, own_flow, effort)) is not None:
+        return _certificate(problem, against, own_flow, Existence.NO_MECHANISM)
+    ray = _ray(problem, problem.friction, effort)
+    cuts = Cuts()
+    if of_mechanism and not falls and problem.joints <= _CUTS_UP_TO:
+        cuts = combinatorial_cuts(problem, _MOST_WORK // problem.joints, effort, _PURPOSE)
+    if ray is None:
+        certificate = InfeasibilityCertificate(Existence.UNDECIDED)
+    else:
+        certificate = _certificate(problem, ray, problem.friction, Existence.UNBOUNDED)
+        opposite = _ray(replace(problem, live=-problem.live), problem.friction, effort)
+        if opposite is not None:
+            certificate = replace(certificate, clamped=_stressed(problem.normal_forces(ray + opposite)))
+    if not cuts.exclude:
+        return certificate
+    return replace(
+        certificate,
+        existence=Existence.NO_STATE,
+        static_cuts=len(cuts.static),
+        kinematic_cuts=len(cuts.kinematic),
+        cut_residual=cuts.residual,
+    )
+
+
+def _ray(problem: Problem, slope: np.ndarray, effort: Effort) -> np.ndarray | None:
+    """Forces (3c,) that carry the live load alone with shear limits of a slope (k,) and without cohesion;
+    None if none were found that their residuals bear out."""
+    program = PyomoNoMotion(problem, slope).program
+    session = HighsSession(
+        program, effort, _PURPOSE, costs=[(program.v, program.cost)], most=[(program.v, program.most)]
+    )
+    session.set(program.most, np.zeros(problem.faces))
+    if session.solve() is not Verdict.OPTIMAL:
+        return None
+    q = session.values(program.q)
+    return q if max(ray_residuals(problem, q, slope)) <= LIMIT else None
+
+
+def _certificate(
+    problem: Problem, ray: np.ndarray, slope: np.ndarray, end: Existence
+) -> InfeasibilityCertificate:
+    equilibrium, violation = ray_residuals(problem, ray, slope)
+    return InfeasibilityCertificate(end, equilibrium, violation)
+
+
+def _stressed(n: np.ndarray) -> tuple[int, ...]:
+    order = np.argsort(-n, kind="stable")
+    return tuple(order[n[order] > _LITTLE * n.max()].tolist())

@@ -1,0 +1,71 @@
+"""Why an analysis ended without a load factor, with the names of blocks and joints."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from masonry_opt.answer.infeasibility import Existence
+from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.status import Status
+from masonry_opt.effort import Effort
+from masonry_opt.explain.diagnosis import locking_joints, moving_blocks
+from masonry_opt.explain.existence import existence
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.solvers.registry import Solver
+
+
+def held_by_wedging(assembly: Assembly, solution: Solution) -> None:
+    """Refuse a load factor below zero of a scene whose dead load has a state of equilibrium."""
+    moving = [] if solution.d is None else movers(assembly, solution.d)
+    solution.end(Status.UNSTABLE, Code.WEDGED, load_factor=solution.load_factor, blocks=moving)
+    solution.load_factor = None
+
+
+def settle_existence(assembly: Assembly, solution: Solution, effort: Effort, associative: bool) -> None:
+    """Whether there is a load factor that a method ended without, as far as that can be proven."""
+    if solution.infeasibility is None:
+        solution.infeasibility = existence(assembly.problem, effort, of_mechanism=not associative)
+    if associative:
+        return
+    _settle(solution)
+    clamped = solution.infeasibility.clamped if solution.infeasibility else ()
+    if clamped:
+        solution.add(Code.CLAMPED, pairs=_pairs(assembly, np.array(clamped)))
+
+
+def _settle(solution: Solution) -> None:
+    """Write to a solution what its certificate proves: status and reasons. That a scene does not stand is
+    kept."""
+    found = solution.infeasibility
+    if found is None or solution.status is Status.UNSTABLE:
+        return
+    if found.existence is Existence.NO_MECHANISM and solution.status is not Status.UNLIMITED:
+        solution.status = Status.UNLIMITED
+        solution.reasons.insert(0, reason(Code.NO_MECHANISM))
+    elif found.existence is Existence.NO_STATE:
+        if found.equilibrium is not None:
+            solution.status = Status.JAMMED
+        counts = {"static_cuts": found.static_cuts, "kinematic_cuts": found.kinematic_cuts}
+        solution.reasons.insert(0, reason(Code.NO_COLLAPSE, **counts))
+    elif found.existence is Existence.UNBOUNDED:
+        solution.add(Code.CARRIES_ANY)
+
+
+def name_locking_joints(assembly: Assembly, solution: Solution, solver: Solver) -> None:
+    """Add to the reasons for an unlimited load factor the joints that make it so."""
+    found = locking_joints(assembly.problem, solution.status, solution.q, solver, Effort())
+    if len(found) == 0:
+        return
+    solution.add(Code.JOINTS, status=str(solution.status), pairs=_pairs(assembly, found))
+
+
+def _pairs(assembly: Assembly, joints: np.ndarray) -> list[list[str]]:
+    """Names of the two blocks of each joint."""
+    ends = np.column_stack([assembly.joints.first, assembly.joints.second])
+    return [assembly.names(blocks) for blocks in ends[joints]]
+
+
+def movers(assembly: Assembly, d: np.ndarray) -> list[str]:
+    """Names of the blocks that a mechanism moves."""
+    return assembly.names(assembly.movable[moving_blocks(d)])

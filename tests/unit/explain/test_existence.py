@@ -1,0 +1,181 @@
+"""Whether there is a load factor at all: what is proven, by which residuals, and what is not."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import block_on_floor, pressed_down, values_of
+
+import masonry_opt as mo
+from masonry_opt.answer.infeasibility import (
+    LIMIT,
+    Existence,
+    InfeasibilityCertificate,
+    kinematic_residual,
+    ray_residuals,
+    static_residual,
+)
+from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.status import Status
+from masonry_opt.effort import Effort
+from masonry_opt.explain.combinatorial_cuts import combinatorial_cuts
+from masonry_opt.explain.existence import existence
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.load_units import in_units_of_load
+from masonry_opt.studies.atlas.random_scenes import random_scene
+
+#: Pushed along and, 1.5 times as hard, down, on a floor of friction 2: it would slide at λ = 2 (1 + 1.5 λ).
+PUSHED = block_on_floor(width=4.0, height=1.0, friction=2.0, live=(1.0, -1.5))
+
+COULOMB = ["mcp", "nonassociative", "refined", "global"]
+
+
+def plug(lean: float, live: tuple[float, float], friction: float = 0.5) -> mo.Scene:
+    """A block that widens upwards by ``lean`` a side, between two fixed ones."""
+    return mo.Scene(
+        joints=mo.JointDefaults(friction=friction),
+        blocks=[
+            mo.Block(name="left", vertices=[(-2, 0), (0, 0), (-lean, 1), (-2, 1)], fixed=True),
+            mo.Block(name="plug", vertices=[(0, 0), (1, 0), (1 + lean, 1), (-lean, 1)], weight=1, live=live),
+            mo.Block(name="right", vertices=[(1, 0), (3, 0), (3, 1), (1 + lean, 1)], fixed=True),
+        ],
+    )
+
+
+def of(scene: mo.Scene) -> InfeasibilityCertificate:
+    found = existence(assemble(scene).problem, Effort())
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize("scene", [pressed_down(), plug(0.2, (0, -1))], ids=["pressed down", "wedged in"])
+def test_no_mechanism(scene):
+    found = of(scene)
+    assert found.existence is Existence.NO_MECHANISM
+    assert found.proven
+    assert max(found.equilibrium, found.yield_) < LIMIT
+
+
+@pytest.mark.parametrize("method", COULOMB)
+def test_friction_that_grows_with_the_load_is_proven_to_hold(method):
+    """A mechanism exists, and the face that it moves cannot come to yield: one cut of each sort."""
+    result = mo.solve(PUSHED, method)
+    assert result.status is Status.JAMMED
+    assert result.infeasibility.existence is Existence.NO_STATE
+    assert result.infeasibility.clamped == ()
+    assert values_of(result, Code.NO_COLLAPSE) == {"static_cuts": 1, "kinematic_cuts": 1}
+    assert values_of(result, Code.JOINTS)["pairs"] == [["A", "floor"]]
+    told = json.loads(result.to_json())["infeasibility"]
+    assert told["proven"]
+    assert told["cut_residual"] <= LIMIT
+
+
+def test_the_loop_does_not_run_where_none_exists():
+    result = mo.solve(PUSHED)
+    assert values_of(result, Code.PASS_LOST) == {}
+    assert result.lp_solves == 0
+    assert result.solvers["existence"] == ["highs"]
+
+
+def test_an_associative_answer_depends_on_statics_alone():
+    result = mo.solve(PUSHED, "static")
+    assert result.status is Status.LOCKED
+    assert result.infeasibility.existence is Existence.UNBOUNDED
+    assert not result.infeasibility.proven
+
+
+def test_a_load_factor_needs_no_proof():
+    assert mo.solve(block_on_floor()).infeasibility is None
+
+
+@pytest.mark.parametrize(
+    "scene", [block_on_floor(), plug(0.8, (0, 1))], ids=["pushed along", "pulled out of a wide wedge"]
+)
+def test_nothing_is_proven_where_a_load_factor_exists(scene):
+    found = of(scene)
+    assert found.existence is Existence.UNDECIDED
+    assert found.equilibrium is None
+
+
+def test_a_wedge_that_locks_itself_is_clamped():
+    """Half angle below the friction angle: forces carry any pull, by self-stress. Yet the wedge comes out at
+    its own weight, without any force in its joints: nothing is proven, and rightly."""
+    scene = plug(0.2, (0, 1))
+    found = of(scene)
+    assert found.existence is Existence.UNBOUNDED
+    assert set(found.clamped) == {0, 1}
+    assert mo.solve(scene).load_factor == pytest.approx(1.0, rel=1e-7)
+
+
+def test_friction_between_fixed_faces_is_named():
+    """A block that only friction between parallel fixed faces holds: no compression justifies it."""
+    result = mo.solve(plug(0.0, (0, -1)))
+    assert result.load_factor is None
+    assert result.infeasibility.existence is Existence.UNBOUNDED
+    named = values_of(result, Code.CLAMPED)["pairs"]
+    assert {frozenset(pair) for pair in named} == {frozenset(("left", "plug")), frozenset(("right", "plug"))}
+
+
+def test_dilatancy_that_falls_with_stress_is_no_reason_to_claim_more():
+    joints = mo.JointDefaults(friction=2.0, dilatancy=0.1, dilatancy_stress=(0.1, 1.0))
+    assert of(PUSHED.model_copy(update={"joints": joints})).existence is Existence.UNBOUNDED
+    assert of(pressed_down().model_copy(update={"joints": joints})).existence is Existence.NO_MECHANISM
+
+
+@pytest.mark.parametrize(("kind", "seed"), [("stack", 8), ("arch", 28), ("wall", 15)])
+def test_random_scenes_that_jam(kind, seed):
+    result = mo.solve(random_scene(kind, seed))
+    assert result.status is Status.JAMMED
+    assert result.infeasibility.existence is Existence.NO_STATE
+    assert 0 < result.infeasibility.cut_residual <= LIMIT
+
+
+@pytest.mark.parametrize("kind", ["wall", "stack", "arch", "tessellation"])
+def test_no_proof_where_a_state_is_known(kind):
+    """Random scenes with a certified load factor: the cuts must leave it room."""
+    for seed in range(3):
+        result = mo.solve(random_scene(kind, seed))
+        if result.load_factor is not None and result.load_factor >= 0:
+            problem = in_units_of_load(result.assembly.problem).problem
+            assert not combinatorial_cuts(problem, 200, Effort(), "test").exclude
+
+
+def test_a_search_that_is_cut_short_proves_nothing():
+    problem = in_units_of_load(assemble(random_scene("arch", 28)).problem).problem
+    assert combinatorial_cuts(problem, 1000, Effort(), "test").exclude
+    assert not combinatorial_cuts(problem, 10, Effort(), "test").exclude
+
+
+def test_residuals_see_what_is_wrong():
+    """Of a block on a floor, pressed down: n = 1, and the same with errors of 0.01 in force and in yield."""
+    problem = assemble(pressed_down()).problem
+    n = np.array([problem.live_norm, 0.0, 0.0])
+    assert max(ray_residuals(problem, n, problem.dilatancy)) < 1e-15
+    nobody = np.zeros(problem.faces, dtype=bool)
+    assert kinematic_residual(problem, n, nobody) < 1e-15
+    short = n * np.array([0.99, 0.0, 0.0])
+    assert ray_residuals(problem, short, problem.dilatancy)[0] == pytest.approx(0.01)
+    sheared = n + np.array([0.0, 0.01 * problem.live_norm, 0.0])
+    assert ray_residuals(problem, sheared, problem.dilatancy)[1] == pytest.approx(0.01)
+    tilting = 0.01 * 1.0 / problem.length_unit  # the shear's moment about the centroid
+    assert kinematic_residual(problem, sheared, nobody) == pytest.approx(tilting)
+    assert kinematic_residual(problem, sheared, ~nobody) == pytest.approx(tilting)
+
+
+def test_a_motion_that_gains_no_energy_shows_nothing():
+    """The block of weight 1 sinks by 1, gaining 1, as its edges pass into the floor: they are not at yield
+    together. Raised, it gains nothing."""
+    problem = assemble(block_on_floor()).problem
+    sinks = np.array([0.0, -1.0, 0.0])
+    weight = -problem.dead[1]
+    p = problem.rates(sinks, problem.friction)
+    p[-2:] = (problem.B.T @ sinks)[0] / problem.half_length[0] / 2
+    held = np.arange(problem.faces) >= problem.faces - 2
+    assert weight > 0
+    assert static_residual(problem, sinks, p, held) < 1e-12
+    assert static_residual(problem, sinks, p, np.zeros_like(held)) > 0.1
+    assert static_residual(problem, -sinks, -p, held) == np.inf
+    assert static_residual(replace(problem, dead=0.5 * problem.dead), sinks, p, held) < 1e-12

@@ -1,0 +1,147 @@
+"""Goodman & Bray (1976), Toppling of rock slopes: the bolt that holds a slope of 16 columns.
+
+Their limit equilibrium passes forces down from column to column: each column stands, topples about its lower
+corner or slides on its base, whichever needs the largest force from the next, and every side joint below the
+first that moves has its full friction. Their mechanism with these forces is one exact Coulomb state of the
+scene. It is not the only one: side joints between columns that slide together have no slip, and need not have
+their full friction; other columns may slide or topple. The largest bolt belongs to the least load factor.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scenes import CASES
+
+import masonry_opt as mo
+from masonry_opt.answer.certificate import certify
+from masonry_opt.effort import Effort
+from masonry_opt.methods.refined.programs import Refiner
+from masonry_opt.problem.assembly import assemble
+
+SLOPE = CASES / "goodman_bray" / "slope.toml"
+LIMITING = CASES / "goodman_bray" / "slope_limiting.toml"
+
+COLUMNS, CREST, WIDTH, UNIT_WEIGHT, RISE = 16, 10, 10.0, 25.0, 5.0
+BOLT = 10_000.0
+
+
+def height(column: int) -> float:
+    return 4.0 * min(column, CREST) - 6.0 * max(column - CREST, 0)
+
+
+def arms(column: int) -> tuple[float, float]:
+    """Heights above its base at which the column above presses on a column, and it on the one below: the
+    top of the lower of the two. Tops rise and fall by 5 m from column to column."""
+    from_above = height(column) if column < CREST else height(column) - RISE
+    to_below = height(column) if column > CREST else height(column) - RISE
+    return from_above, to_below
+
+
+def limit_equilibrium(friction: float) -> tuple[float, dict[int, str]]:
+    """The bolt, and how each column that moves does ("topples" or "slides"): Goodman & Bray's eqs for the
+    forces that prevent toppling and sliding, and for the bolt on column 1."""
+    sin, cos = 0.5, math.sqrt(0.75)
+    force, modes = 0.0, {}
+    for column in range(COLUMNS, 1, -1):
+        weight = UNIT_WEIGHT * WIDTH * height(column)
+        from_above, to_below = arms(column)
+        overturning = weight / 2 * (height(column) * sin - WIDTH * cos)
+        toppling = (force * (from_above - friction * WIDTH) + overturning) / to_below
+        sliding = force - weight * (friction * cos - sin) / (1 - friction**2)
+        force = max(toppling, sliding, 0.0)
+        if force > 0:
+            modes[column] = "topples" if force == toppling else "slides"
+    weight = UNIT_WEIGHT * WIDTH * height(1)
+    plunge = math.radians(34)
+    modes[1] = "slides"
+    driving = force * (1 - friction**2) - weight * (friction * cos - sin)
+    return driving / (friction * math.sin(plunge) + math.cos(plunge)), modes
+
+
+def velocities(modes: dict[int, str], length_unit: float) -> np.ndarray:
+    """Their mechanism: columns that topple turn about their lower left corners and push each other along,
+    those that slide move as one."""
+    d = np.zeros((COLUMNS, 3))
+    pushed = 1.0
+    for column in sorted(modes, reverse=True):
+        if modes[column] == "topples":
+            from_above, to_below = arms(column)
+            turn = pushed / from_above
+            d[column - 1] = -turn * height(column) / 2, turn * WIDTH / 2, turn * length_unit
+            pushed = turn * to_below
+        else:
+            d[column - 1, 0] = -pushed
+    return d.ravel()
+
+
+@pytest.mark.parametrize(("friction", "published", "digits"), [(0.65, 2010.36, 0.01), (0.7855, 0.5, 0.05)])
+def test_formulas_give_the_known_bolts(friction, published, digits):
+    assert limit_equilibrium(friction)[0] == pytest.approx(published, abs=digits)
+
+
+@pytest.mark.parametrize("path", [SLOPE, LIMITING], ids=["0.65", "0.7855"])
+def test_the_textbook_gives_an_exact_coulomb_state(path):
+    """Their mechanism, with full friction in all side joints down to column 1, leaves one load factor."""
+    scene = mo.load(path)
+    assembly = assemble(scene)
+    problem = assembly.problem
+    bolt, modes = limit_equilibrium(scene.joints.friction)
+    d = velocities(modes, problem.length_unit)
+    d *= problem.live_norm / (problem.live @ d)
+    p = problem.rates(d, problem.dilatancy)
+    assert np.abs(problem.departure(d, p, problem.dilatancy)).max() < 1e-12 * np.abs(d).max()
+    support = p > 1e-9
+    refiner = Refiner(problem, Effort())
+    largest = refiner.least(support, d)  # bolt, with any friction between columns that slide together
+    first, second = (assembly.names(end) for end in (assembly.joints.first, assembly.joints.second))
+    pairs = [frozenset(pair) for pair in zip(first, second, strict=True)]
+    k, slides_first = len(problem.sliding), max(n for n, mode in modes.items() if mode == "slides")
+
+    def faces(column: int) -> np.ndarray:
+        joint = pairs.index(frozenset((f"column {column}", f"column {column + 1}")))
+        return np.flatnonzero(problem.sliding == joint) + np.array([0, k])
+
+    sense = support[faces(slides_first + 1)]
+    assert sense.sum() == 1
+    for column in range(1, slides_first + 1):
+        support[faces(column)[sense]] = True
+    textbook = refiner.least(support, d)
+    assert BOLT * (1 - textbook.load_factor) == pytest.approx(bolt, abs=1e-6)
+    exact = certify(problem, textbook.load_factor, textbook.q, d, problem.dilatancy)
+    assert exact.worst < 1e-9
+    assert BOLT * (textbook.load_factor - largest.load_factor) > 1000
+    assert scene.reference["mcp" if path == SLOPE else "textbook"].value == pytest.approx(
+        1 - bolt / BOLT, rel=1e-9
+    )
+
+
+def test_less_friction_needs_more_than_the_textbooks_bolt():
+    """Exact Coulomb states that hold only with larger bolts, by the pass; the associative bolt is the least
+    of all."""
+    passed, associative = mo.solve(SLOPE), mo.solve(SLOPE, "static")
+    assert passed.certificate.worst < 1e-8
+    assert BOLT * (1 - passed.load_factor) > limit_equilibrium(0.65)[0]
+    assert BOLT * (1 - associative.load_factor) == pytest.approx(236.568, abs=0.05)
+
+
+def test_at_the_limiting_friction_the_pass_ends_in_the_associative_state():
+    """Where the two part from the textbook's 0.5 kN: no bolt, 142 kN to spare, as an exact state too."""
+    passed = mo.solve(LIMITING)
+    assert passed.certificate.worst < 1e-8
+    assert passed.load_factor == pytest.approx(mo.solve(LIMITING, "static").load_factor, rel=1e-6)
+    assert BOLT * (1 - passed.load_factor) == pytest.approx(-142.13, abs=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("path", "options"), [(SLOPE, {}), (LIMITING, {"restarts": 60})], ids=["0.65", "0.7855"]
+)
+def test_refinement_finds_the_largest_bolts_known(path, options):
+    """4,555 and 2,241 kN, where the textbook has 2,010 and 0.5: the least load factors are not its own."""
+    scene = mo.load(path)
+    refined = mo.solve(scene, "refined", **options)
+    assert refined.certificate.worst < 1e-8
+    assert refined.load_factor <= scene.reference["refined"].value * (1 + 1e-4)
