@@ -90,7 +90,7 @@ def solve(
     **options:
         The method's own: :class:`~.mcp.method.McpOptions`, :class:`~.loop.options.LoopOptions`,
         :class:`~.mpec.MpecOptions`, :class:`~.refined.method.RefinedOptions`,
-        :class:`~.global_search.GlobalOptions`.
+        :class:`~.bracket.method.GlobalOptions`.
 
     Returns
     -------
