@@ -146,7 +146,7 @@ DOES = {
     "global": {
         "load factor": ["clarabel"],
         "bounds": ["highs"],
-        "search": ["highs"],
+        "products": ["highs-ipm"],
         "refinement": ["highs"],
     },
 }
