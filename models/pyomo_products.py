@@ -103,7 +103,7 @@ class PyomoProducts:
         all_rates = [{k: 1.0} for k in factors.rates]
         all_velocities = [{e: 1.0} for e in factors.velocities]
         room = [
-            {one: largest[j], **{i: -1.0 for i in factors.edges(j)}}
+            {one: largest[j], **dict.fromkeys(factors.edges(j), -1.0)}
             for j in range(self.problem.joints)
             if np.isfinite(largest[j])
         ]
@@ -111,7 +111,16 @@ class PyomoProducts:
         equilibrium = list(factors.equilibrium())
         motions = [*factors.compatibility(), factors.live_work()]
         nothing = self._products_at_rest()
-        self._family("statics", equilibrium, [motion, *all_rates, *all_velocities])
+        # Statics times compatibility is a sum of other rows: of the rates of a joint one slip is enough.
+        self._family("statics", equilibrium, [motion, *all_velocities])
+        model.statics_rate = self._constraint(
+            (
+                (form, {rate: 1.0})
+                for form, rate in every(equilibrium, factors.rates)
+                if rate % 4 == 2 or not self._follows(form, rate)
+            ),
+            least=None,
+        )
         self._family("kinematics", [force, {factors.load_factor: 1.0}, *all_forces], motions)
         model.complementary = self._constraint(nothing, least=None)
         below = {one: highest, factors.load_factor: -1.0}
@@ -124,10 +133,15 @@ class PyomoProducts:
             (statics, form)
             for form, rate in opening
             for statics in [*all_forces, *slack]
-            if (min(statics), rate) not in kept
-            and not set(statics) & factors.signed
+            if (min(statics), rate) not in kept and not set(statics) & factors.signed
         )
         model.opening = self._constraint(open_beyond, least=0.0)
+
+    def _follows(self, statics: Form, rate: int) -> bool:
+        """Whether all products of a row of statics with the motion of that rate's joint are kept."""
+        moves = self.factors.motion_of(rate // 4)
+        forces = [i for i in statics if i < self.factors.load_factor]
+        return all(pair in self.product for pair in every(forces, moves))
 
     def _products_at_rest(self) -> list[tuple[Form, Form]]:
         """z₁ and p₁ of each joint that slides; the other complementary products have no variable."""

@@ -83,6 +83,10 @@ class EdgeFactors:
         of_block: np.ndarray = strong.reshape(self.problem.blocks, 3, -1).any(axis=1)
         return of_block
 
+    def motion_of(self, joint: int) -> list[int]:
+        """Velocities of the blocks of a joint."""
+        return [e for block in np.flatnonzero(self.touches[:, joint]) for e in self.velocities_of(int(block))]
+
     @property
     def other_slacks(self) -> dict[int, Form]:
         """z₁ = 2 (c + μ n) − z₀ ≥ 0 by the rate p₁ that it is complementary to."""
@@ -107,7 +111,7 @@ class EdgeFactors:
                 form[first], form[second] = (float(x[row, j]) + self._friction[j] * shear for x in (x2, x3))
                 form[third] = -shear if self._slides[j] else shear
                 form[one] += self._cohesion[j] * shear
-            yield {i: a for i, a in form.items() if abs(a) > _NOTHING or i >= self.load_factor and a}
+            yield {i: a for i, a in form.items() if abs(a) > _NOTHING or (i >= self.load_factor and a)}
 
     def compatibility(self) -> Iterator[Form]:
         """Aᵀd − G v = 0, three rows for each joint: its edges, its slip."""

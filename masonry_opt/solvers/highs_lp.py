@@ -61,7 +61,8 @@ class LinearProgram:
     @property
     def size(self) -> LpSize:
         """Rows, columns and non-zeros."""
-        return LpSize(*self.matrix.shape, self.matrix.nnz)
+        rows, columns = self.matrix.shape
+        return LpSize(rows, columns, self.matrix.nnz)
 
     def highs(self, cost: np.ndarray | None = None) -> highspy.HighsLp:
         """The same for HiGHS, with other costs if any are given."""
@@ -93,7 +94,9 @@ class LinearProgram:
         paid = np.isfinite(at_columns)
         of_columns = np.where(paid, reduced, 0.0) * np.where(paid, at_columns, 0.0)
         value = float(terms.sum() + of_columns.sum())
-        value -= (len(terms) + len(of_columns)) * _UNIT_ROUNDOFF * float(
-            np.abs(terms).sum() + np.abs(of_columns).sum()
+        value -= (
+            (len(terms) + len(of_columns))
+            * _UNIT_ROUNDOFF
+            * float(np.abs(terms).sum() + np.abs(of_columns).sum())
         )
         return value, np.where(paid, 0.0, np.abs(reduced)) + rounding

@@ -14,6 +14,7 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bracket import method
 from masonry_opt.methods.bracket.limits import limits
+from masonry_opt.methods.bracket.relaxation import Relaxation
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.studies.atlas.random_scenes import random_scene
 
@@ -67,7 +68,7 @@ def test_a_wall_is_bracketed_in_the_time_given():
 
 
 def test_an_answer_that_exceeds_the_assumed_rates_is_not_bounded():
-    """One-wide bonds can slide to and fro, so kinematics bound no rate; the answer's own sum is above 0.01."""
+    """One-wide bonds can slide to and fro, so kinematics bound no rate; the answer's own is above 0.01."""
     result = mo.solve(small_wall(4, 1), "global", rate_bound=0.01)
     assert result.status is mo.Status.CONVERGED
     assert values_of(result, Code.TOUCHES_IMPOSED)["rates"] == 0.01
@@ -77,7 +78,7 @@ def test_an_answer_that_exceeds_the_assumed_rates_is_not_bounded():
 def test_every_program_is_told_and_bounds_by_itself():
     steps = []
     result = mo.solve(small_wall(4, 2), "global", progress=steps.append)
-    assert len(result.history) == len(steps) > 0
+    assert len(result.history) == sum(isinstance(step, Relaxation) for step in steps) > 0
     assert (result.history["bound"] <= result.load_factor).all()
     assert result.history["bound"].max() == pytest.approx(result.bound)
     assert result.history["products"].is_monotonic_increasing
@@ -107,7 +108,7 @@ def in_other_units(scene):
         return block.model_copy(
             update={
                 "vertices": [(100 * x, 100 * y) for x, y in block.vertices],
-                "weight": 1000 * block.weight,
+                "weight": None if block.weight is None else 1000 * block.weight,
                 "live": tuple(1000 * force for force in block.live),
                 "live_at": live_at,
             }
@@ -124,7 +125,9 @@ def test_the_bound_does_not_depend_on_side_or_units(changed):
     )
 
 
-@pytest.mark.parametrize(("kind", "seed"), [("wall", 0), ("stack", 1), ("stack", 4), ("arch", 2), ("arch", 3)])
+@pytest.mark.parametrize(
+    ("kind", "seed"), [("wall", 0), ("stack", 1), ("stack", 4), ("arch", 2), ("arch", 3)]
+)
 def test_no_bound_exceeds_a_known_state(kind, seed):
     """The one pass ends in a state of its own, which the bracket has not seen."""
     scene = random_scene(kind, seed)

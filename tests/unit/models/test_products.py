@@ -91,9 +91,9 @@ def test_any_multipliers_prove_no_more_than_a_state_allows(name):
 
 
 @pytest.mark.parametrize("name", KINDS_OF_JOINTS)
-def test_edge_factors_are_the_problem_s(name, rng=np.random.default_rng(3)):
+def test_edge_factors_are_the_problem_s(name):
     """The forms of statics and kinematics at any numbers whatever."""
-    problem = assemble(KINDS_OF_JOINTS[name]).problem
+    problem, rng = assemble(KINDS_OF_JOINTS[name]).problem, np.random.default_rng(3)
     factors = EdgeFactors(problem)
     q, d = rng.normal(size=3 * problem.joints), rng.normal(size=3 * problem.blocks)
     p = rng.uniform(size=problem.faces)
