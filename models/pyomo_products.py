@@ -22,17 +22,17 @@ Form = dict[int, float]
 class PyomoProducts:
     """Level 1 of the reformulation–linearisation technique (Sherali & Adams 1990) for the MPEC, local.
 
-    Statics in edge forces y = (x₂, x₃, z₀) of each joint (n = x₂ + x₃, m = L/2 (x₃ − x₂), s = c + μ n − z₀) and
-    kinematics in rates v = (u₂, u₃, p₀, p₁) (opening of the edges beyond what sliding explains, slip) share
-    nothing but complementarity:
+    Statics in edge forces y = (x₂, x₃, z₀) of each joint (n = x₂ + x₃, m = L/2 (x₃ − x₂), s = c + μ n − z₀)
+    and kinematics in rates v = (u₂, u₃, p₀, p₁) (opening of the edges beyond what sliding explains, slip)
+    share nothing but complementarity:
 
         E y + λ f_L + f_D = 0,   y, z₁ = 2 (c + μ n) − z₀, n̂ − n, λ, Λ − λ ≥ 0;
         Aᵀd = (u₂ + ψ (p₀ + p₁), u₃ + ψ (p₀ + p₁), p₁ − p₀),   f_L·d = Σ|f_L|,   v ≥ 0;
         x₂ u₂ = x₃ u₃ = z₀ p₀ = z₁ p₁ = 0.
 
-    With a variable for each product that is kept, W = y v, V = y d, λ v, λ d, every product of a row of statics
-    with a factor of kinematics (1, v, d), and of a row of kinematics with a factor of statics (1, λ, y), is a
-    linear row, as is every product of two inequalities:
+    With a variable for each product that is kept, W = y v, V = y d, λ v, λ d, every product of a row of
+    statics with a factor of kinematics (1, v, d), and of a row of kinematics with a factor of statics
+    (1, λ, y), is a linear row, as is every product of two inequalities:
 
         min λ    s.t.    E W·ₖ + λvₖ f_L + vₖ f_D = 0,    E V·ₑ + λdₑ f_L + dₑ f_D = 0,    Aᵀ Vᵢ = G Wᵢ,
                          f_L·Vᵢ = Σ|f_L| yᵢ,   Aᵀ(λd) = G (λv),   f_L·(λd) = Σ|f_L| λ,

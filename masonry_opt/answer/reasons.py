@@ -62,8 +62,8 @@ class Code(StrEnum):
     RESIDUAL = "residual"
 
     # The bracket.
-    # Values: bound, load_factor; rates: the sum of rates that the bound assumes, None if none; forces: whether
-    # it assumes a limit of normal forces.
+    # Values: bound, load_factor; rates: the sum of rates that the bound assumes, None if none;
+    # forces: whether it assumes a limit of normal forces.
     PROVEN = "proven"
     WITHIN_IMPOSED = "within imposed"
     SEARCHED = "searched"  # closed by the program with binaries, on its solver's word

@@ -208,7 +208,8 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.PROVEN: lambda v: f"proven least: {_bracket(v)}",
     Code.WITHIN_IMPOSED: lambda v: f"proven least of all states with {_imposed(v)}: {_bracket(v)}",
     Code.SEARCHED: lambda v: (
-        f"proven: {_bracket(v)}{_if_imposed(v)}; the program with binaries found none lower, on its solver's word"
+        f"proven: {_bracket(v)}{_if_imposed(v)}; "
+        "the program with binaries found none lower, on its solver's word"
     ),
     Code.TOUCHES_IMPOSED: lambda v: f"nothing is proven: the answer exceeds {_imposed(v)}",
     Code.OUT_OF_TIME: lambda v: f"proven within {v['time_limit']:g} s: {_bracket(v)}",

@@ -23,7 +23,7 @@ class EdgeFactors:
 
     Statics: x₂, x₃ and z₀ (the shear s where a joint cannot slide) of each joint, then λ, then 1.
     Kinematics: u₂, u₃, p₀, p₁ of each joint, then d, then 1. The edge forces are x₂ = (n − m/h)/2 and
-    x₃ = (n + m/h)/2, h = L/2, so the slacks of rocking are 2h x₂ and 2h x₃, and u = 2h p of the rocking rates p.
+    x₃ = (n + m/h)/2, h = L/2, so rocking slacks are 2h x₂ and 2h x₃, and u = 2h p of rocking rates p.
 
     Attributes
     ----------

@@ -57,7 +57,7 @@ def test_brackets_of_running_bonds_close_below_the_rates_assumed(length, courses
 
 
 def test_a_wall_is_bracketed_in_the_time_given():
-    """Hardly a second a program: whatever is proven by then is below the state, and its assumption is told."""
+    """Hardly a second a program: what is proven by then is below the state, its assumption is told."""
     result = mo.solve(WALLS[0], "global", time_limit=2)
     assert result.status is mo.Status.CONVERGED
     assert result.load_factor == pytest.approx(0.638982, abs=1e-6)

@@ -49,9 +49,9 @@ def limits(problem: Problem, highest: float, assumed_rates: float, effort: Effor
     """Limits over all states with 0 ≤ λ ≤ ``highest``.
 
     Forces: the largest that statics allow. Rates: the largest that kinematics allow each face while the
-    raising of the blocks takes no more than the live load gives, of sliding with the other sense at rest. That
-    loses nothing where dilatancy is not negative: at yield in both senses a joint carries nothing and may open
-    instead (without friction and cohesion it must not dilate).
+    raising of the blocks takes no more than the live load gives, of sliding with the other sense at rest.
+    That loses nothing where dilatancy is not negative: at yield in both senses a joint carries nothing and
+    may open instead (without friction and cohesion it must not dilate).
     """
     targets, found = _largest_forces(problem, highest, effort)
     loads = float(np.abs(problem.dead).sum() + highest * problem.live_norm)

@@ -14,7 +14,14 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.bracket.limits import Limits, limits
-from masonry_opt.methods.bracket.relaxation import RADII, Distances, Relaxation, edge_lengths, relaxed
+from masonry_opt.methods.bracket.relaxation import (
+    MANY_JOINTS,
+    RADII,
+    Distances,
+    Relaxation,
+    edge_lengths,
+    relaxed,
+)
 from masonry_opt.methods.bracket.search import lower_state
 from masonry_opt.methods.refined.method import RefinedOptions, refined
 from masonry_opt.methods.task import Method, Options, Task
@@ -93,7 +100,8 @@ def _upper_end(task: Task) -> Solution:
 def _raise(task: Task, solution: Solution, best: float, highest: float, of: Limits, ends: float) -> None:
     """Raise the bound by programs of more and more products, until it is closed or time is up."""
     distances, before = Distances(task.problem), 0
-    for radii in RADII:
+    many = task.problem.joints > MANY_JOINTS
+    for radii in RADII[:1] + RADII[2:] if many else RADII:
         began = time.perf_counter()
         near, moves = distances.within(radii)
         products = 12 * int(near.sum()) + 9 * int(moves.sum())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, replace
 
 import highspy
@@ -20,16 +21,17 @@ from masonry_opt.solvers.registry import find_solver
 #: What HiGHS does here, as a result tells it.
 _PURPOSE = "products"
 
-#: Tolerance of the interior point. What it leaves costs the bound as much; at 1e-9 it often ends undecided.
-_TOLERANCE = 1e-7
+#: Tolerances of the interior point, the second where the first ends in nothing. Programs of more rows get the
+#: second at once: there it hardly ever reaches the first, and HiGHS keeps no multipliers of a run that fails.
+_TOLERANCE, _ROUGH, _MANY_ROWS = 1e-7, 3e-2, 30_000
 
 #: Bound that the solver alone sees of columns that have none: with free columns its interior point takes
 #: minutes for a first basis, or breaks down. What the multipliers prove is computed without it.
 _BOX = 1e3
 
 #: How far apart, in blocks, the factors of the products kept are: of forces with rates, of forces with
-#: velocities. The next where the last leaves a gap and time.
-RADII = ((0, 1), (0, 2), (1, 2), (1, 3), (2, 3), (2, 4), (3, 5))
+#: velocities. The next where the last leaves a gap and time; the second is left out of scenes of many joints.
+RADII, MANY_JOINTS = ((0, 1), (0, 2), (1, 2), (1, 3), (2, 3), (2, 4), (3, 5)), 60
 
 
 @dataclass(frozen=True)
@@ -89,26 +91,37 @@ def relaxed(
         model = PyomoProducts(problem, highest, of.normal, near, moves)
     with effort.measure("compile"):
         lp = LinearProgram.of(model.program)
-    return _proven(model, lp, _multipliers(lp, seconds, effort), highest, of), lp.size
+    return _proven(model, lp, _multipliers(lp, highest, seconds, effort), highest, of), lp.size
 
 
-def _multipliers(lp: LinearProgram, seconds: float, effort: Effort) -> np.ndarray:
-    solver = find_solver("pyomo", "highs-ipm", _TOLERANCE)
+def _multipliers(lp: LinearProgram, highest: float, seconds: float, effort: Effort) -> np.ndarray:
+    """Multipliers of the rows, shape (rows,), zeros where the solver has none in that time."""
+    ends = time.perf_counter() + seconds
+    free = np.isinf(lp.low)
+    low, high = np.where(free, -_BOX, lp.low), np.where(free, _BOX, lp.high)
+    boxed = replace(lp, cost=lp.cost / highest, low=low, high=high).highs()
+    for tolerance in (_TOLERANCE, _ROUGH) if len(lp.row_lower) <= _MANY_ROWS else (_ROUGH,):
+        found = _run(boxed, tolerance, max(ends - time.perf_counter(), 1.0), effort)
+        if found.any():
+            return highest * found
+    return np.zeros(len(lp.row_lower))
+
+
+def _run(lp: highspy.HighsLp, tolerance: float, seconds: float, effort: Effort) -> np.ndarray:
+    solver = find_solver("pyomo", "highs-ipm", tolerance)
     effort.uses(solver.name, _PURPOSE)
     effort.lp_solves += 1
     highs = highspy.Highs()
     highs.silent()
     for name, value in solver.options.items():
         highs.setOptionValue(name, value)
-    highs.setOptionValue("time_limit", max(seconds, 1.0))
-    free = np.isinf(lp.low)
-    boxed = replace(lp, low=np.where(free, -_BOX, lp.low), high=np.where(free, _BOX, lp.high))
-    highs.passModel(boxed.highs())
+    highs.setOptionValue("time_limit", seconds)
+    highs.passModel(lp)
     with effort.measure("solve"):
         highs.run()
     effort.iterations += max(highs.getInfo().ipm_iteration_count, 0)
     found = np.array(highs.getSolution().row_dual)
-    return found if found.size and np.isfinite(found).all() else np.zeros(lp.matrix.shape[0])
+    return found if found.size and np.isfinite(found).all() else np.zeros(lp.num_row_)
 
 
 def _proven(
