@@ -53,10 +53,8 @@ def limits(problem: Problem, highest: float, assumed_rates: float, effort: Effor
     That loses nothing where dilatancy is not negative: at yield in both senses a joint carries nothing and
     may open instead (without friction and cohesion it must not dilate).
     """
-    targets, found = _largest_forces(problem, highest, effort)
     loads = float(np.abs(problem.dead).sum() + highest * problem.live_norm)
-    derived = bool(np.isfinite(found).all())
-    found = np.where(np.isfinite(found), found, _TIMES_LOADS * loads)
+    targets, found, derived = _largest_forces(problem, highest, _TIMES_LOADS * loads, effort)
     c = problem.joints
     normal = found[:c]
     shear = np.zeros(c)
@@ -74,9 +72,11 @@ def limits(problem: Problem, highest: float, assumed_rates: float, effort: Effor
     )
 
 
-def _largest_forces(problem: Problem, highest: float, effort: Effort) -> tuple[np.ndarray, np.ndarray]:
-    """Columns of q that limit all others (n of every joint, s where a joint cannot slide) and the largest
-    magnitude of each; ``inf`` where the solver finds no largest."""
+def _largest_forces(
+    problem: Problem, highest: float, assumed: float, effort: Effort
+) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Columns of q that limit all others (n of every joint, s where a joint cannot slide), the largest
+    magnitude of each, ``assumed`` where the solver finds none, and whether it found all."""
     program = PyomoForces(problem, within=(0.0, highest)).program
     session = HighsSession(program, effort, _PURPOSE, costs=[(program.q, program.force_cost)])
     c = problem.joints
@@ -97,15 +97,16 @@ def _largest_forces(problem: Problem, highest: float, effort: Effort) -> tuple[n
             elsewhere = float(np.delete(lacks, columns).sum()) * max(highest, 1.0)
             values[number] = max(values[number], -least + elsewhere)
             short[number] = max(short[number], float(lacks[columns].sum()) * share)
-    return targets, _with_what_is_short(values, short)
+    found = np.isfinite(values)
+    bounds = _with_what_is_short(np.where(found, values, assumed), np.where(found, short, 0.0))
+    proven = np.isfinite(bounds)
+    return targets, np.where(proven, bounds, assumed), bool((found & proven).all())
 
 
 def _with_what_is_short(values: np.ndarray, short: np.ndarray) -> np.ndarray:
-    """Bounds of x ≥ 0 from xⱼ ≤ valuesⱼ + shortⱼ (1 + Σ x)."""
-    finite = np.isfinite(values)
-    if short.sum() >= 0.5 or not finite.all():
-        # Σ x has no bound to pay with what is short.
-        return np.where(finite & (short == 0.0), values, np.inf)
+    """Bounds of x ≥ 0 from xⱼ ≤ valuesⱼ + shortⱼ (1 + Σ x); ``inf`` where Σ x cannot pay what is short."""
+    if short.sum() >= 0.5:
+        return np.where(short == 0.0, values, np.inf)
     total = float((values.sum() + short.sum()) / (1 - short.sum()))
     bounds: np.ndarray = values + short * (1 + total)
     return bounds
