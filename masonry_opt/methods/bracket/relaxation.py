@@ -23,7 +23,7 @@ _PURPOSE = "products"
 
 #: Tolerances of the interior point, the second where the first ends in nothing. Programs of more rows get the
 #: second at once: there it hardly ever reaches the first, and HiGHS keeps no multipliers of a run that fails.
-_TOLERANCE, _ROUGH, _MANY_ROWS = 1e-7, 3e-2, 30_000
+_TOLERANCE, _ROUGH, _MANY_ROWS = 1e-7, 3e-2, 20_000
 
 #: Bound that the solver alone sees of columns that have none: with free columns its interior point takes
 #: minutes for a first basis, or breaks down. What the multipliers prove is computed without it.
@@ -108,13 +108,14 @@ def _multipliers(lp: LinearProgram, highest: float, seconds: float, effort: Effo
 
 
 def _run(lp: highspy.HighsLp, tolerance: float, seconds: float, effort: Effort) -> np.ndarray:
-    solver = find_solver("pyomo", "highs-ipm", tolerance)
+    solver = find_solver("pyomo", "highs-ipm", _TOLERANCE)
     effort.uses(solver.name, _PURPOSE)
     effort.lp_solves += 1
     highs = highspy.Highs()
     highs.silent()
     for name, value in solver.options.items():
         highs.setOptionValue(name, value)
+    highs.setOptionValue("ipm_optimality_tolerance", tolerance)
     highs.setOptionValue("time_limit", seconds)
     highs.passModel(lp)
     with effort.measure("solve"):
