@@ -46,10 +46,9 @@ _NEGATIVE = 1e-6
 #: changed.
 RENAMED = {
     "pace": "sub_problems ('accurate' for 'paper', 'rough' for 'fast'); preset='paper' is the paper's loop",
-    "kicks": "search (seconds in which lower states are looked for, in the order that 'seed' gives)",
-    "restarts": "search (seconds in which lower states are looked for, in the order that 'seed' gives)",
-    "perturbations": "search (seconds in which lower states are looked for, in the order that 'seed' gives)",
-    "spread": "search (seconds in which lower states are looked for, in the order that 'seed' gives)",
+    **dict.fromkeys(
+        ("kicks", "restarts", "perturbations", "spread"), "search (seconds of looking for lower states)"
+    ),
     "move_limit": "revise (a function; see docs/changes.md)",
     "only_at_yield": "revise (a function; see docs/changes.md)",
     "minimise": "mcp, a method: it finds any state, as minimise=False did, where 'mpec' looks for the least",
@@ -97,7 +96,7 @@ def solve(
     **options:
         The method's own: :class:`~.mcp.method.McpOptions`, :class:`~.loop.options.LoopOptions`,
         :class:`~.mpec.MpecOptions`, :class:`~.refined.method.RefinedOptions`,
-        :class:`~.global_search.GlobalOptions`.
+        :class:`~.bracket.method.GlobalOptions`.
 
     Returns
     -------

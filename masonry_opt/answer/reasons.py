@@ -66,12 +66,15 @@ class Code(StrEnum):
     NO_KINEMATICS = "no kinematics"
     RESIDUAL = "residual"
 
-    # The global search.
-    PROVEN = "proven"  # bound, load_factor, largest_rate
-    OUT_OF_TIME = "out of time"  # bound, load_factor, time_limit
-    TOUCHES_IMPOSED = "touches imposed"  # bound, load_factor, rate_bound, forces
-    WITHIN_IMPOSED = "within imposed"  # bound, load_factor, rate_bound, forces
-    OUT_OF_TIME_WITHIN_IMPOSED = "out of time within imposed"  # all of the above
+    # The bracket.
+    # Values: bound, load_factor; rates: the sum of rates that the bound assumes, None if none;
+    # forces: whether it assumes a limit of normal forces.
+    PROVEN = "proven"
+    WITHIN_IMPOSED = "within imposed"
+    CLOSED_BY_SEARCH = "closed by search"  # by the program with binaries, on its solver's word
+    TOUCHES_IMPOSED = "touches imposed"
+    OUT_OF_TIME = "out of time"  # also time_limit
+    OUT_OF_TIME_WITHIN_IMPOSED = "out of time within imposed"  # also time_limit
     NO_EXACT_STATE = "no exact state"  # time_limit
 
 

@@ -70,7 +70,8 @@ class Result:
     lp_solves, nlp_solves: linear and nonlinear programs solved (without the check of the dead load).
     stationary: of a refined answer: True if no mechanism tried among the faces at yield lowers λ, False if
         the solver could not tell for some; None for other methods.
-    bound: proven lower bound of λ, of method "global"; None for other methods.
+    bound: lower bound of λ, of method "global", proven below the rates (and forces) that ``reasons`` say it
+        assumes, if any; None for other methods.
     seconds: by part (see :class:`~masonry_opt.effort.Effort`).
     solvers: names of the solvers by what they did: "dead load", "load factor", "sub-problems", ...
     size: of scene and linear program.

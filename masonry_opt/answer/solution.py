@@ -32,7 +32,7 @@ class Solution:
     exact_end: whether the loop ended with forces that obey the true law exactly.
     history: one record a step of the method.
     stationary: of a refined state: True if no mechanism tried among the faces at yield lowers λ.
-    bound: proven lower bound of λ, of the global search.
+    bound: lower bound of λ, of the bracket; what it assumes, if anything, stands in the reasons.
     infeasibility: what is proven where there is no λ; None if nobody looked.
     size: of the linear program.
     """

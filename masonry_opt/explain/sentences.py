@@ -99,9 +99,13 @@ def _bracket(v: dict[str, Any]) -> str:
 
 
 def _imposed(v: dict[str, Any]) -> str:
-    imposed = [] if v["rate_bound"] is None else [f"rates up to {v['rate_bound']:g}"]
+    imposed = [] if v["rates"] is None else [f"slips and openings that sum to at most {v['rates']:g}"]
     imposed += ["normal forces up to ten times all loads"] if v["forces"] else []
-    return f"{' and '.join(imposed)}, bounds that had to be imposed"
+    return f"{' and '.join(imposed)}, which had to be assumed"
+
+
+def _if_imposed(v: dict[str, Any]) -> str:
+    return f", of all states with {_imposed(v)}" if v["rates"] is not None or v["forces"] else ""
 
 
 def _number(count: int, noun: str) -> str:
@@ -225,16 +229,16 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.NO_STATICS: lambda v: "no statics bring every face of a mechanism to yield",
     Code.RESIDUAL: lambda v: f"the state found leaves residuals up to {max(v['residuals'].values()):.1e}",
     Code.NO_KINEMATICS: lambda v: "kinematics allow no mechanism",
-    Code.PROVEN: lambda v: (
-        f"proven least: {_bracket(v)} (rates are at most {v['largest_rate']:.4g}, which kinematics imply)"
+    Code.PROVEN: lambda v: f"proven least: {_bracket(v)}",
+    Code.WITHIN_IMPOSED: lambda v: f"proven least of all states with {_imposed(v)}: {_bracket(v)}",
+    Code.CLOSED_BY_SEARCH: lambda v: (
+        f"proven: {_bracket(v)}{_if_imposed(v)}; "
+        "the program with binaries found none lower, on its solver's word"
     ),
-    Code.OUT_OF_TIME: lambda v: f"not proven within {v['time_limit']:g} s: {_bracket(v)}",
-    Code.TOUCHES_IMPOSED: lambda v: f"not proven: the answer touches or exceeds {_imposed(v)}; {_bracket(v)}",
-    Code.WITHIN_IMPOSED: lambda v: (
-        f"not proven, but none lower was found among states with {_imposed(v)}; {_bracket(v)}"
-    ),
+    Code.TOUCHES_IMPOSED: lambda v: f"nothing is proven: the answer exceeds {_imposed(v)}",
+    Code.OUT_OF_TIME: lambda v: f"proven within {v['time_limit']:g} s: {_bracket(v)}",
     Code.OUT_OF_TIME_WITHIN_IMPOSED: lambda v: (
-        f"not proven within {v['time_limit']:g} s, and only for states with {_imposed(v)}; {_bracket(v)}"
+        f"proven within {v['time_limit']:g} s, of all states with {_imposed(v)}: {_bracket(v)}"
     ),
     Code.NO_EXACT_STATE: lambda v: (
         f"no exact state was found within {v['time_limit']:g} s: raise 'time_limit'"

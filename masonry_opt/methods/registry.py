@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from masonry_opt.methods.associative import KINEMATIC, STATIC
-from masonry_opt.methods.global_search import GLOBAL
+from masonry_opt.methods.bracket.method import GLOBAL
 from masonry_opt.methods.loop.method import NONASSOCIATIVE
 from masonry_opt.methods.mcp.method import MCP
 from masonry_opt.methods.mpec import MPEC

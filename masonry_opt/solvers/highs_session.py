@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from math import inf
 from typing import Any
@@ -10,11 +11,10 @@ from typing import Any
 import highspy
 import numpy as np
 import pyomo.environ as pyo
-import scipy.sparse as sp
-from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
 
 from masonry_opt.effort import Effort
-from masonry_opt.solvers.lp import LpSize, Verdict
+from masonry_opt.solvers.highs_lp import LinearProgram
+from masonry_opt.solvers.lp import Verdict
 from masonry_opt.solvers.registry import find_solver
 
 #: Pairs of what a parameter stands at, variable or rows, and the parameter.
@@ -58,33 +58,15 @@ class HighsSession:
         self.effort = effort
         simplex = find_solver("pyomo", "highs", _FEASIBILITY)
         effort.uses(simplex.name, purpose)
-        form = LinearStandardFormCompiler().write(program, mixed_form=True, set_sense=None)
-        self._column = {id(variable): index for index, variable in enumerate(form.columns)}
+        self._lp = lp = LinearProgram.of(program)
         self._columns: dict[int, np.ndarray] = {}
-        # A bound that is infinite at first makes no row of its own.
-        bounded = np.flatnonzero(np.isfinite(form.rhs))
-        row = {id(form.rows[old].constraint): new for new, old in enumerate(bounded)}
-        kind = np.array([form.rows[old].bound_type for old in bounded])
-        rhs = np.asarray(form.rhs, dtype=float)[bounded]
-        matrix = sp.csc_array(sp.csr_array(form.A)[bounded])
-        lp = highspy.HighsLp()
-        lp.num_row_, lp.num_col_ = matrix.shape
-        lp.col_cost_ = np.zeros(len(form.columns))
-        bounds = [variable.bounds for variable in form.columns]
-        lp.col_lower_ = np.array([-np.inf if low is None else low for low, _ in bounds], dtype=float)
-        lp.col_upper_ = np.array([np.inf if high is None else high for _, high in bounds], dtype=float)
-        lp.row_lower_ = np.where(kind == 1, -np.inf, rhs)
-        lp.row_upper_ = np.where(kind == -1, np.inf, rhs)
-        lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
-        lp.a_matrix_.start_, lp.a_matrix_.index_ = matrix.indptr, matrix.indices
-        lp.a_matrix_.value_ = matrix.data
-        self.size = LpSize(matrix.shape[0], matrix.shape[1], matrix.nnz)
+        self.size = lp.size
         self._highs = highspy.Highs()
         self._highs.silent()
         for name, value in simplex.options.items():
             self._highs.setOptionValue(name, value)
-        self._highs.passModel(lp)
-        self._lower, self._upper = np.array(lp.col_lower_), np.array(lp.row_upper_)
+        self._highs.passModel(lp.highs(np.zeros(len(lp.cost))))
+        self._lower, self._upper = lp.low, lp.row_upper
         self._set: dict[int, Callable[[np.ndarray], None]] = {}
         for variable, parameter in costs:
             self._set[id(parameter)] = partial(self._set_costs, self.columns(variable))
@@ -92,7 +74,7 @@ class HighsSession:
             self._set[id(parameter)] = partial(self._set_most, self.columns(variable))
         self._rooms = {}
         for constraint, parameter in room:
-            rows = np.array([row[id(data)] for data in constraint.values()], dtype=np.int32)
+            rows = np.array([lp.row[id(data)] for data in constraint.values()], dtype=np.int32)
             self._set[id(parameter)] = partial(self._set_room, rows)
             self._rooms[id(constraint)] = rows
 
@@ -113,7 +95,7 @@ class HighsSession:
     def columns(self, variable: pyo.Var) -> np.ndarray:
         """Columns of a variable, in order."""
         if id(variable) not in self._columns:
-            found = [self._column[id(data)] for data in variable.values()]
+            found = [self._lp.column[id(data)] for data in variable.values()]
             self._columns[id(variable)] = np.array(found, dtype=np.int32)
         return self._columns[id(variable)]
 
@@ -142,3 +124,16 @@ class HighsSession:
     def duals(self, constraint: pyo.Constraint) -> np.ndarray:
         """Duals of rows with room at the last optimum: change of the optimum per unit of bound."""
         return np.array(self._highs.getSolution().row_dual)[self._rooms[id(constraint)]]
+
+    def least(self) -> tuple[float, np.ndarray]:
+        """What the multipliers of the last optimum prove of its costs, see :meth:`LinearProgram.least`."""
+        lp, held = self._highs.getLp(), self._lp
+        now = replace(
+            held,
+            cost=np.array(lp.col_cost_),
+            row_lower=np.array(lp.row_lower_),
+            row_upper=np.array(lp.row_upper_),
+            low=np.array(lp.col_lower_),
+            high=np.array(lp.col_upper_),
+        )
+        return now.least(np.array(self._highs.getSolution().row_dual))

@@ -1,19 +1,16 @@
-"""MPEC, refinement and global search: relations between them, and what they say when they fail."""
+"""MPEC and refinement: relations between them, and what they say when they fail."""
 
 from __future__ import annotations
 
 import math
 import sys
 
-import numpy as np
 import pytest
 from scenes import CASES, WALLS, pressed_down, small_wall, values_of
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
-from masonry_opt.effort import Effort
-from masonry_opt.methods import global_search
 from masonry_opt.methods.refined.programs import Refiner
 from masonry_opt.solvers import ipopt
 
@@ -111,76 +108,6 @@ def test_closed_forms_of_coulomb_friction(path, method):
     scene = mo.load(path)
     result = mo.solve(scene, method)
     assert result.load_factor == pytest.approx(scene.reference["coulomb"].value, abs=1e-6)
-
-
-@pytest.mark.parametrize("path", [TWO_BLOCKS, WEDGES], ids=lambda path: path.stem)
-def test_small_scenes_are_proved(path):
-    result = mo.solve(path, "global")
-    assert result.status is mo.Status.OPTIMAL
-    assert result.bound == pytest.approx(result.load_factor, abs=2e-6)
-    proven = values_of(result, Code.PROVEN)
-    assert (proven["bound"], proven["load_factor"]) == (result.bound, result.load_factor)
-    assert 0 < proven["largest_rate"] < 100
-    assert result.certificate.worst < EXACT
-
-
-def test_a_wall_is_bracketed_in_the_time_given():
-    path = WALLS[0]
-    result = mo.solve(path, "global", time_limit=2)
-    assert result.status is mo.Status.CONVERGED
-    assert result.load_factor == pytest.approx(0.638982, abs=1e-6)
-    assert result.bound < result.load_factor
-    # Kinematics bound no rate of a wall: what is said of the bracket holds below an imposed bound alone.
-    said = values_of(result, Code.OUT_OF_TIME_WITHIN_IMPOSED)
-    assert (said["time_limit"], said["rate_bound"], said["forces"]) == (2.0, 100.0, False)
-    assert said["bound"] < said["load_factor"] == result.load_factor
-
-
-@pytest.mark.parametrize("rate_bound", [0.01, 1.0])
-def test_an_answer_that_touches_an_imposed_bound_is_not_proven(rate_bound):
-    """Walls can slide to and fro, so kinematics bound no rate; the answer's own rates are near 1."""
-    result = mo.solve(WALLS[0], "global", rate_bound=rate_bound, time_limit=1)
-    assert result.status is mo.Status.CONVERGED
-    assert values_of(result, Code.TOUCHES_IMPOSED)["rate_bound"] == rate_bound
-    assert result.bound == 0.0
-
-
-def test_an_imposed_bound_is_no_proof_even_untouched():
-    """A block between two others: what holds below a bound that was imposed is called just that."""
-    result = mo.solve(WALLS[0], "global", rate_bound=1e3, time_limit=1)
-    assert result.status is mo.Status.CONVERGED
-    assert values_of(result, Code.OUT_OF_TIME_WITHIN_IMPOSED)["rate_bound"] == 1e3
-    assert result.bound == 0.0
-
-
-def test_a_start_that_is_not_exact_cuts_nothing_off(monkeypatch):
-    """Livesley's loop ends 1e-4 below the least exact state: it must not pass for the answer."""
-
-    def not_exact(task):
-        solution = refined(task)
-        solution.kind = Kind.LOOP
-        return solution
-
-    refined = global_search.refined
-    monkeypatch.setattr(global_search, "refined", not_exact)
-    result = mo.solve(WEDGES, "global")
-    assert result.status is mo.Status.OPTIMAL
-    assert result.load_factor == pytest.approx(mo.load(WEDGES).reference["coulomb"].value, abs=1e-6)
-
-
-def test_bounds_of_normal_forces_hold_for_every_method():
-    scene = small_wall(3, 2)
-    result = mo.solve(scene, "static")
-    problem = result.assembly.problem
-    largest = global_search._largest_normal_forces(problem, result.load_factor, Effort())
-    assert np.isfinite(largest).all()
-    for method in ("static", "nonassociative", "refined"):
-        n = problem.normal_forces(mo.solve(scene, method).solution.q)
-        assert (n <= largest + 1e-4 * largest.max()).all()
-    # And each is reached: no less would do.
-    tighter = global_search._largest_normal_forces(problem, 0.5 * result.load_factor, Effort())
-    assert (tighter <= largest + 1e-9).all()
-    assert tighter.sum() < largest.sum()
 
 
 def test_where_no_exact_state_is_found_the_pass_s_answer_comes_back_as_such(monkeypatch):

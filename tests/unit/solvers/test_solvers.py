@@ -148,7 +148,7 @@ DOES = {
         "complementarity problem": ["newton"],
         "load factor": ["clarabel"],
         "bounds": ["highs"],
-        "search": ["highs"],
+        "products": ["highs-ipm"],
         "refinement": ["highs"],
     },
 }

@@ -1,0 +1,152 @@
+"""Largest forces and rates of all states with 0 ≤ λ ≤ Λ, proven from the multipliers of linear programs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from masonry_opt.effort import Effort
+from masonry_opt.models.pyomo_refinement import PyomoForces, PyomoMotion
+from masonry_opt.problem.edges import EdgeFactors
+from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.solvers.highs_session import HighsSession
+from masonry_opt.solvers.lp import Verdict
+
+#: What HiGHS does here, as a result tells it.
+_PURPOSE = "bounds"
+
+#: Where statics set no limit, forces are assumed to be at most so many times all loads.
+_TIMES_LOADS = 10.0
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What forces and rates are at most.
+
+    Attributes
+    ----------
+    normal: normal force of each joint, shape (c,).
+    forces: magnitudes of x₂, x₃ and z₀ (or s) of each joint, flat, shape (3c,).
+    rates: sum of all slips and edge openings.
+    forces_derived, rates_derived: whether statics and kinematics imply them; else some are assumed, and what
+        they lead to holds below them only.
+    """
+
+    normal: np.ndarray
+    forces: np.ndarray
+    rates: float
+    forces_derived: bool
+    rates_derived: bool
+
+    @property
+    def derived(self) -> bool:
+        """Whether nothing is assumed."""
+        return self.forces_derived and self.rates_derived
+
+
+def limits(problem: Problem, highest: float, assumed_rates: float, effort: Effort) -> Limits:
+    """Limits over all states with 0 ≤ λ ≤ ``highest``.
+
+    Forces: the largest that statics allow. Rates: the largest that kinematics allow each face while the
+    raising of the blocks takes no more than the live load gives, of sliding with the other sense at rest.
+    That loses nothing where dilatancy is not negative: at yield in both senses a joint carries nothing and
+    may open instead (without friction and cohesion it must not dilate).
+    """
+    loads = float(np.abs(problem.dead).sum() + highest * problem.live_norm)
+    targets, found, derived = _largest_forces(problem, highest, _TIMES_LOADS * loads, effort)
+    c = problem.joints
+    normal = found[:c]
+    shear = np.zeros(c)
+    shear[problem.sliding] = 2 * ShearLimits.true(problem).at(normal[problem.sliding])
+    np.maximum.at(shear, targets[c:] - c, found[c:])
+    rates = _most_rates(problem, highest, effort)
+    slips_either_way = (problem.dilatancy > 0) & (problem.friction == 0) & (problem.cohesion == 0)
+    rates_derived = bool(np.isfinite(rates) and (problem.dilatancy >= 0).all() and not slips_either_way.any())
+    return Limits(
+        normal=normal,
+        forces=np.stack([normal, normal, shear], axis=1).ravel(),
+        rates=rates if rates_derived else assumed_rates,
+        forces_derived=derived,
+        rates_derived=rates_derived,
+    )
+
+
+def _largest_forces(
+    problem: Problem, highest: float, assumed: float, effort: Effort
+) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Columns of q that limit all others (n of every joint, s where a joint cannot slide), the largest
+    magnitude of each, ``assumed`` where the solver finds none, and whether it found all."""
+    program = PyomoForces(problem, within=(0.0, highest)).program
+    session = HighsSession(program, effort, _PURPOSE, costs=[(program.q, program.force_cost)])
+    c = problem.joints
+    of_shear = c + np.setdiff1d(np.arange(c), problem.sliding)
+    targets = np.concatenate([np.arange(c), of_shear])
+    steep = max(1.0, float(problem.half_length.max()), float(problem.friction.max(initial=0.0)))
+    # Every force is at most so many times 1 + the sum of the targets.
+    share = steep + float(problem.cohesion.max(initial=0.0))
+    values, short = np.zeros((2, len(targets)))
+    columns = session.columns(program.q)
+    for number, column in enumerate(targets.tolist()):
+        for sign in (1.0, -1.0) if column >= c else (1.0,):
+            session.set(program.force_cost, -sign * _unit(3 * c, column))
+            if session.solve() is not Verdict.OPTIMAL:
+                values[number] = np.inf
+                break
+            least, lacks = session.least()
+            elsewhere = float(np.delete(lacks, columns).sum()) * max(highest, 1.0)
+            values[number] = max(values[number], -least + elsewhere)
+            short[number] = max(short[number], float(lacks[columns].sum()) * share)
+    found = np.isfinite(values)
+    bounds = _with_what_is_short(np.where(found, values, assumed), np.where(found, short, 0.0))
+    proven = np.isfinite(bounds)
+    return targets, np.where(proven, bounds, assumed), bool((found & proven).all())
+
+
+def _with_what_is_short(values: np.ndarray, short: np.ndarray) -> np.ndarray:
+    """Bounds of x ≥ 0 from xⱼ ≤ valuesⱼ + shortⱼ (1 + Σ x); ``inf`` where Σ x cannot pay what is short."""
+    if short.sum() >= 0.5:
+        return np.where(short == 0.0, values, np.inf)
+    total = float((values.sum() + short.sum()) / (1 - short.sum()))
+    bounds: np.ndarray = values + short * (1 + total)
+    return bounds
+
+
+def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
+    """Largest sum of slips and edge openings over the mechanisms on which raising the blocks takes at most
+    ``highest`` times the live load's work; ``inf`` where the solver finds no largest of some face."""
+    program = PyomoMotion(problem, raising=highest * problem.live_norm).program
+    session = HighsSession(
+        program, effort, _PURPOSE, costs=[(program.p, program.cost)], most=[(program.p, program.most)]
+    )
+    k, faces = len(problem.sliding), problem.faces
+    of_rates, of_velocities = session.columns(program.p), session.columns(program.d)
+    largest = np.abs(velocities_by_rates(problem)).max(axis=1)
+    values, short = np.zeros((2, faces))
+    for face in range(faces):
+        most = np.full(faces, np.inf)
+        if face < 2 * k:
+            most[(face + k) % (2 * k)] = 0.0
+        session.set(program.most, most)
+        session.set(program.cost, -_unit(faces, face))
+        verdict = session.solve()
+        if verdict is Verdict.INFEASIBLE:
+            continue  # at rest in every such mechanism: there is none
+        if verdict is not Verdict.OPTIMAL:
+            return float(np.inf)
+        least, lacks = session.least()
+        values[face] = max(-least, 0.0)
+        short[face] = float(lacks[of_rates].max() + lacks[of_velocities] @ largest)
+    of_faces = _with_what_is_short(values, short)
+    return float(EdgeFactors(problem).in_edges(of_faces).sum())
+
+
+def velocities_by_rates(problem: Problem) -> np.ndarray:
+    """d = M p for all velocities d and face rates p that kinematics allow, shape (3b, faces)."""
+    by_motion = np.linalg.pinv(problem.B.T.toarray())
+    matrix: np.ndarray = by_motion @ problem.D(problem.dilatancy).toarray()
+    return matrix
+
+
+def _unit(size: int, index: int) -> np.ndarray:
+    return np.eye(1, size, index).ravel()

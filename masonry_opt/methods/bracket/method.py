@@ -1,0 +1,160 @@
+"""Method "global": a bracket of the least Coulomb load factor, its lower end certified from the matrices."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from typing import Annotated
+
+from pydantic import Field, Strict
+
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.status import Status
+from masonry_opt.methods.associative import associative
+from masonry_opt.methods.bracket.limits import Limits, limits
+from masonry_opt.methods.bracket.relaxation import (
+    MANY_JOINTS,
+    RADII,
+    Distances,
+    Relaxation,
+    edge_lengths,
+    relaxed,
+)
+from masonry_opt.methods.bracket.search import lower_state
+from masonry_opt.methods.refined.method import RefinedOptions, refined
+from masonry_opt.methods.task import Method, Options, Task
+from masonry_opt.problem.problem import Problem
+from masonry_opt.solvers.registry import capable, find_solver
+
+#: Relative gap at which a bracket counts as closed.
+_CLOSED = 1e-5
+
+#: The programs take this share more than the best λ known, so that they have an interior.
+_ABOVE = 1e-4
+
+#: No program keeps more products than this (memory).
+_MOST_PRODUCTS = 400_000
+
+#: Up to so many faces the search with binaries is worth its time.
+_MOST_BINARIES = 150
+
+#: Seconds that a program is given at least.
+_LEAST_TIME = 1.0
+
+
+class GlobalOptions(Options):
+    """Parameters of the bracket.
+
+    Attributes
+    ----------
+    time_limit: seconds for the lower end (each program is given one at least).
+    rate_bound: what slips and edge openings are assumed to sum to at most where kinematics set no limit, in
+        units of the live load's mean velocity. The bound then holds below it.
+    """
+
+    time_limit: Annotated[float, Strict(), Field(gt=0, le=1e6)] = 60.0
+    rate_bound: Annotated[float, Strict(), Field(gt=0)] = 100.0
+
+
+def global_search(task: Task) -> Solution:
+    """The least Coulomb load factor λ ≥ 0 known, and what is proven of the least."""
+    problem, options, effort = task.problem, task.options, task.effort
+    upper = associative(task.with_options(None, find_solver("cvxpy", None)))
+    if upper.load_factor is None and upper.status is not Status.LOCKED:
+        return upper
+    start = _upper_end(task)
+    exact = start.kind is Kind.EXACT and start.load_factor is not None
+    # Where dilatancy locks the associative flow, an exact state bounds λ instead.
+    known = [found.load_factor for found in (upper, *([start] if exact else []))]
+    if not (bounds := [load_factor for load_factor in known if load_factor is not None]):
+        return upper
+    best = min(bounds)
+    highest = best + _ABOVE * max(abs(best), 1e-3)
+    solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, slope=problem.dilatancy)
+    solution.flow_rule_matters = start.flow_rule_matters
+    if exact:
+        solution.load_factor, solution.q, solution.d = start.load_factor, start.q, start.d
+    ends = time.perf_counter() + options.time_limit
+    of = limits(problem, highest, options.rate_bound, effort)
+    solution.bound = min(best, 0.0)
+    if best > 0:
+        _raise(task, solution, best, highest, of, ends)
+    searched = None
+    if not _closed(solution.bound, solution.load_factor) and problem.faces <= _MOST_BINARIES:
+        seconds = max(ends - time.perf_counter(), _LEAST_TIME)
+        found, searched = lower_state(task, highest, of, seconds)
+        if found is not None and (solution.load_factor is None or found.load_factor < solution.load_factor):
+            lower = replace(solution, load_factor=found.load_factor, q=found.q, d=found.d)
+            solution = solution if lower.failing(problem) else lower
+    _conclude(problem, solution, of, searched, options)
+    return solution
+
+
+def _upper_end(task: Task) -> Solution:
+    """The lowest state that the refinement finds at once."""
+    return refined(task.with_options(RefinedOptions()))
+
+
+def _raise(task: Task, solution: Solution, best: float, highest: float, of: Limits, ends: float) -> None:
+    """Raise the bound by programs of more and more products, until it is closed or time is up."""
+    distances, before = Distances(task.problem), 0
+    many = task.problem.joints > MANY_JOINTS
+    for radii in RADII[:1] + RADII[2:] if many else RADII:
+        began = time.perf_counter()
+        near, moves = distances.within(radii)
+        products = 12 * int(near.sum()) + 9 * int(moves.sum())
+        if products == before or products > _MOST_PRODUCTS or (before and ends - began < _LEAST_TIME):
+            continue
+        before = products
+        bound, size = relaxed(task.problem, highest, of, near, moves, ends - began, task.effort)
+        step = Relaxation(bound, best, *radii, products, time.perf_counter() - began)
+        solution.history.append(step)
+        task.progress(step)
+        solution.size = size
+        solution.bound = max(solution.bound or 0.0, min(bound, best))
+        if _closed(solution.bound, best):
+            return
+
+
+def _closed(bound: float, load_factor: float | None) -> bool:
+    return load_factor is not None and load_factor - bound <= _CLOSED * max(abs(load_factor), 1e-3)
+
+
+def _conclude(
+    problem: Problem, solution: Solution, of: Limits, searched: float | None, options: GlobalOptions
+) -> None:
+    """Status and reason from what was found; ``searched``: the bound of the program with binaries."""
+    load_factor, d = solution.load_factor, solution.d
+    if load_factor is None or d is None:
+        solution.end(Status.SOLVER_FAILED, Code.NO_EXACT_STATE, time_limit=options.time_limit)
+        return
+    bound = solution.bound = min(solution.bound or 0.0, load_factor)
+    assumed = {"rates": None if of.rates_derived else of.rates, "forces": not of.forces_derived}
+    said = {"bound": bound, "load_factor": load_factor, **assumed}
+    p = problem.rates(d, problem.dilatancy)
+    if not of.rates_derived and float(p @ edge_lengths(problem)) >= of.rates:
+        solution.end(Status.CONVERGED, Code.TOUCHES_IMPOSED, **said)
+        # What holds among some states only, and not this one, is no bound.
+        solution.bound = 0.0
+    elif _closed(bound, load_factor):
+        if of.derived:
+            solution.end(Status.OPTIMAL, Code.PROVEN, **said)
+        else:
+            solution.end(Status.CONVERGED, Code.WITHIN_IMPOSED, **said)
+    elif searched is not None and _closed(searched, load_factor):
+        solution.end(Status.CONVERGED, Code.CLOSED_BY_SEARCH, **said)
+    else:
+        code = Code.OUT_OF_TIME if of.derived else Code.OUT_OF_TIME_WITHIN_IMPOSED
+        solution.end(Status.CONVERGED, code, **said, time_limit=options.time_limit)
+
+
+GLOBAL = Method(
+    "global",
+    global_search,
+    GlobalOptions,
+    {"pyomo": capable("pyomo", lambda solver: solver.integer)},
+    own_tolerances=True,
+    constant_dilatancy=True,
+)

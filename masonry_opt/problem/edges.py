@@ -1,0 +1,166 @@
+"""Statics and kinematics as linear forms in edge forces and edge openings, by number of the factor."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from itertools import product as every
+
+import numpy as np
+import scipy.sparse as sp
+
+from masonry_opt.problem.problem import Problem
+
+#: A linear form: coefficients by number of the factor.
+Form = dict[int, float]
+
+#: Coefficients below this are rounding.
+_NOTHING = 1e-14
+
+
+class EdgeFactors:
+    """Numbers of the factors of statics and of kinematics, and the rows that they meet.
+
+    Statics: x₂, x₃ and z₀ (the shear s where a joint cannot slide) of each joint, then λ, then 1.
+    Kinematics: u₂, u₃, p₀, p₁ of each joint, then d, then 1. The edge forces are x₂ = (n − m/h)/2 and
+    x₃ = (n + m/h)/2, h = L/2, so rocking slacks are 2h x₂ and 2h x₃, and u = 2h p of rocking rates p.
+
+    Attributes
+    ----------
+    forces, rates, velocities: numbers of the factors; only joints that slide have p₀ and p₁.
+    load_factor: number of λ.
+    signed: factors of statics that may be negative.
+    at_rest: pairs of factors whose product is zero in every Coulomb state.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self.problem = problem
+        c, b = problem.joints, problem.blocks
+        self.forces = range(3 * c)
+        self.load_factor = 3 * c
+        self.velocities = range(4 * c, 4 * c + 3 * b)
+        slides = np.zeros(c, dtype=bool)
+        slides[problem.sliding] = True
+        self._slides = slides.tolist()
+        self.rates = [4 * j + f for j in range(c) for f in range(4 if slides[j] else 2)]
+        self.signed = {3 * j + 2 for j in range(c) if not slides[j]}
+        self.at_rest = {(3 * j + f, 4 * j + f) for j in range(c) for f in range(3 if slides[j] else 2)}
+        of_slide = np.full((3, c), 0.0)
+        of_slide[:, problem.sliding] = problem.friction, problem.cohesion, problem.dilatancy
+        self._friction, self._cohesion, self._dilatancy = of_slide.tolist()
+        n, s, m = problem.B[:, :c], problem.B[:, c : 2 * c], problem.B[:, 2 * c :]
+        # B q = (n-column − h m-column) x₂ + (n-column + h m-column) x₃ + s-column s, with m = h (x₃ − x₂).
+        lever = m @ sp.diags_array(problem.half_length)
+        self._columns = [matrix.toarray() for matrix in (n - lever, n + lever, s)]
+
+    def edges(self, joint: int) -> tuple[int, int]:
+        """Factors x₂ and x₃ of a joint."""
+        return 3 * joint, 3 * joint + 1
+
+    def forces_of(self, joint: int) -> range:
+        """Factors of statics of a joint."""
+        return range(3 * joint, 3 * joint + 3)
+
+    def rates_of(self, joint: int) -> range:
+        """Rates of a joint."""
+        return range(4 * joint, 4 * joint + (4 if self._slides[joint] else 2))
+
+    def velocities_of(self, block: int) -> range:
+        """Velocities of a block."""
+        first = self.velocities.start + 3 * block
+        return range(first, first + 3)
+
+    def pairs(self, first: int, second: int) -> Iterator[tuple[int, int]]:
+        """Products of the forces of one joint and the rates of another that are not zero."""
+        for pair in every(self.forces_of(first), self.rates_of(second)):
+            if pair not in self.at_rest:
+                yield pair
+
+    @cached_property
+    def touches(self) -> np.ndarray:
+        """Whether a joint is one of a block's, shape (b, c)."""
+        strong = sum(np.abs(columns) for columns in self._columns) > _NOTHING
+        of_block: np.ndarray = strong.reshape(self.problem.blocks, 3, -1).any(axis=1)
+        return of_block
+
+    def motion_of(self, joint: int) -> list[int]:
+        """Velocities of the blocks of a joint."""
+        return [e for block in np.flatnonzero(self.touches[:, joint]) for e in self.velocities_of(int(block))]
+
+    @property
+    def other_slacks(self) -> dict[int, Form]:
+        """z₁ = 2 (c + μ n) − z₀ ≥ 0 by the rate p₁ that it is complementary to."""
+        one = self.load_factor + 1
+        forms = {}
+        for j in self.problem.sliding.tolist():
+            first, second, slack = self.forces_of(j)
+            shared = 2 * self._friction[j]
+            form = {first: shared, second: shared, slack: -1.0, one: 2 * self._cohesion[j]}
+            forms[4 * j + 3] = {i: a for i, a in form.items() if a}
+        return forms
+
+    def equilibrium(self) -> Iterator[Form]:
+        """B q + λ f_L + f_D = 0, a row for each component of each block."""
+        one = self.load_factor + 1
+        x2, x3, s = self._columns
+        for row in range(3 * self.problem.blocks):
+            form: Form = {self.load_factor: float(self.problem.live[row]), one: float(self.problem.dead[row])}
+            for j in np.flatnonzero(self.touches[row // 3]).tolist():
+                first, second, third = self.forces_of(j)
+                shear = float(s[row, j])
+                form[first], form[second] = (float(x[row, j]) + self._friction[j] * shear for x in (x2, x3))
+                form[third] = -shear if self._slides[j] else shear
+                form[one] += self._cohesion[j] * shear
+            yield {i: a for i, a in form.items() if abs(a) > _NOTHING or (i >= self.load_factor and a)}
+
+    def compatibility(self) -> Iterator[Form]:
+        """Aᵀd − G v = 0, three rows for each joint: its edges, its slip."""
+        for j in range(self.problem.joints):
+            rates = self.rates_of(j)
+            for kind in range(3):
+                form = self._motion(j, kind)
+                if kind < 2:
+                    form[rates[kind]] = -1.0
+                if len(rates) == 4:
+                    of_slip = (-self._dilatancy[j],) * 2 if kind < 2 else (1.0, -1.0)
+                    form |= {k: a for k, a in zip(rates[2:], of_slip, strict=True) if a}
+                yield form
+
+    def openings(self) -> Iterator[tuple[Form, int]]:
+        """(Aᵀd) of the edges that cannot but open (ψ ≥ 0), each with the rate u of that edge."""
+        for j in range(self.problem.joints):
+            if self._dilatancy[j] >= 0:
+                for edge in range(2):
+                    yield self._motion(j, edge), 4 * j + edge
+
+    def live_work(self) -> Form:
+        """f_L·d − Σ|f_L| = 0."""
+        live = self.problem.live
+        form = {self.velocities.start + int(row): float(live[row]) for row in np.flatnonzero(live)}
+        return {**form, self.velocities.stop: -self.problem.live_norm}
+
+    def _motion(self, joint: int, kind: int) -> Form:
+        column = self._columns[kind][:, joint]
+        rows = np.flatnonzero(np.abs(column) > _NOTHING)
+        return {self.velocities.start + int(row): float(column[row]) for row in rows}
+
+    def of_forces(self, q: np.ndarray) -> np.ndarray:
+        """The forces x₂, x₃, z₀ (or s) of joint forces q, shape (3c,)."""
+        problem = self.problem
+        n, s, m = q.reshape(3, -1)
+        moment = m / problem.half_length
+        last = s.copy()
+        last[problem.sliding] = problem.slacks(q)[: len(problem.sliding)]
+        return np.stack([(n - moment) / 2, (n + moment) / 2, last], axis=1).ravel()
+
+    def of_motion(self, d: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Rates u₂, u₃, p₀, p₁ (0 where a joint cannot slide) of face rates p, then velocities d."""
+        return np.append(self.in_edges(p), d)
+
+    def in_edges(self, of_faces: np.ndarray) -> np.ndarray:
+        """Face rates, shape (faces,), as u₂, u₃, p₀, p₁ of each joint, flat."""
+        problem, k = self.problem, len(self.problem.sliding)
+        v = np.zeros((problem.joints, 4))
+        v[:, :2] = (of_faces[2 * k :].reshape(2, -1) * 2 * problem.half_length).T
+        v[problem.sliding, 2:] = of_faces[: 2 * k].reshape(2, -1).T
+        return v.ravel()

@@ -1,0 +1,175 @@
+"""Method "global": what its lower bound claims, and on which scenes the bracket closes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scenes import CASES, WALLS, small_wall, two_blocks, values_of
+
+import masonry_opt as mo
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.reasons import Code
+from masonry_opt.effort import Effort
+from masonry_opt.methods.bracket import method
+from masonry_opt.methods.bracket.limits import limits
+from masonry_opt.methods.bracket.relaxation import Relaxation
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.studies.atlas.random_scenes import random_scene
+
+WEDGES = CASES / "livesley" / "wedges.toml"
+TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
+
+#: What "exact" means: every part of the certificate; and how near a closed bracket's ends are.
+EXACT, CLOSED = 1e-8, 1.1e-5
+
+
+@pytest.mark.parametrize("path", [TWO_BLOCKS, WEDGES], ids=lambda path: path.stem)
+def test_small_scenes_are_proved_without_any_assumption(path):
+    result = mo.solve(path, "global")
+    assert result.status is mo.Status.OPTIMAL
+    assert result.bound == pytest.approx(result.load_factor, rel=CLOSED)
+    assert result.bound <= mo.load(path).reference["coulomb"].value + 1e-9
+    proven = values_of(result, Code.PROVEN)
+    assert (proven["bound"], proven["load_factor"]) == (result.bound, result.load_factor)
+    assert (proven["rates"], proven["forces"]) == (None, False)
+    assert result.certificate.worst < EXACT
+
+
+@pytest.mark.parametrize(
+    ("length", "courses", "least"),
+    [
+        (1, 4, 0.479263),
+        (1, 6, 0.338028),
+        pytest.param(2, 5, 0.611296, marks=pytest.mark.slow),
+        pytest.param(2, 6, 0.545055, marks=pytest.mark.slow),
+        pytest.param(3, 4, 0.65, marks=pytest.mark.slow),
+    ],
+)
+def test_brackets_of_running_bonds_close_below_the_rates_assumed(length, courses, least):
+    result = mo.solve(small_wall(courses, length), "global", time_limit=300.0)
+    assert result.load_factor == pytest.approx(least, abs=1e-6)
+    assert result.bound == pytest.approx(result.load_factor, rel=CLOSED)
+    assert result.status is mo.Status.CONVERGED
+    said = values_of(result, Code.WITHIN_IMPOSED)
+    assert (said["rates"], said["forces"]) == (100.0, False)
+
+
+def test_a_wall_is_bracketed_in_the_time_given():
+    """Hardly a second a program: what is proven by then is below the state, its assumption is told."""
+    result = mo.solve(WALLS[0], "global", time_limit=2)
+    assert result.status is mo.Status.CONVERGED
+    assert result.load_factor == pytest.approx(0.638982, abs=1e-6)
+    assert 0 <= result.bound < result.load_factor
+    said = values_of(result, Code.OUT_OF_TIME_WITHIN_IMPOSED)
+    assert (said["time_limit"], said["rates"], said["forces"]) == (2.0, 100.0, False)
+    assert said["bound"] == result.bound
+
+
+def test_an_answer_that_exceeds_the_assumed_rates_is_not_bounded():
+    """One-wide bonds can slide to and fro, so kinematics bound no rate; the answer's own is above 0.01."""
+    result = mo.solve(small_wall(4, 1), "global", rate_bound=0.01)
+    assert result.status is mo.Status.CONVERGED
+    assert values_of(result, Code.TOUCHES_IMPOSED)["rates"] == 0.01
+    assert result.bound == 0.0
+
+
+def test_every_program_is_told_and_bounds_by_itself():
+    steps = []
+    result = mo.solve(small_wall(4, 2), "global", progress=steps.append)
+    assert len(result.history) == sum(isinstance(step, Relaxation) for step in steps) > 0
+    assert (result.history["bound"] <= result.load_factor).all()
+    assert result.history["bound"].max() == pytest.approx(result.bound)
+    assert result.history["products"].is_monotonic_increasing
+
+
+def mirrored(scene):
+    """Left for right."""
+
+    def turned(block):
+        live_at = None if block.live_at is None else (-block.live_at[0], block.live_at[1])
+        return block.model_copy(
+            update={
+                "vertices": [(-x, y) for x, y in reversed(block.vertices)],
+                "live": (-block.live[0], block.live[1]),
+                "live_at": live_at,
+            }
+        )
+
+    return scene.model_copy(update={"blocks": [turned(block) for block in scene.blocks]})
+
+
+def in_other_units(scene):
+    """Lengths in centimetres, forces in newtons instead of metres and kilonewtons."""
+
+    def scaled(block):
+        live_at = None if block.live_at is None else tuple(100 * x for x in block.live_at)
+        return block.model_copy(
+            update={
+                "vertices": [(100 * x, 100 * y) for x, y in block.vertices],
+                "weight": None if block.weight is None else 1000 * block.weight,
+                "live": tuple(1000 * force for force in block.live),
+                "live_at": live_at,
+            }
+        )
+
+    return scene.model_copy(update={"blocks": [scaled(block) for block in scene.blocks]})
+
+
+@pytest.mark.parametrize("changed", [mirrored, in_other_units], ids=["mirrored", "other units"])
+def test_the_bound_does_not_depend_on_side_or_units(changed):
+    scene = small_wall(4, 1)
+    assert mo.solve(changed(scene), "global").bound == pytest.approx(
+        mo.solve(scene, "global").bound, rel=2 * CLOSED
+    )
+
+
+@pytest.mark.parametrize(
+    ("kind", "seed"), [("wall", 0), ("stack", 1), ("stack", 4), ("arch", 2), ("arch", 3)]
+)
+def test_no_bound_exceeds_a_known_state(kind, seed):
+    """The one pass ends in a state of its own, which the bracket has not seen."""
+    scene = random_scene(kind, seed)
+    known, result = mo.solve(scene, "mcp"), mo.solve(scene, "global", time_limit=10.0)
+    assert result.bound is not None
+    assert result.bound <= known.load_factor * (1 + 1e-9)
+    assert result.bound <= result.load_factor
+
+
+def test_a_start_that_is_not_exact_cuts_nothing_off(monkeypatch):
+    """Livesley's loop ends 1e-4 below the least exact state: it must not pass for the answer."""
+    upper_end = method._upper_end
+
+    def not_exact(task):
+        solution = upper_end(task)
+        solution.kind = Kind.LOOP
+        return solution
+
+    monkeypatch.setattr(method, "_upper_end", not_exact)
+    result = mo.solve(WEDGES, "global")
+    least = mo.load(WEDGES).reference["coulomb"].value
+    assert result.load_factor == pytest.approx(least, abs=1e-6)
+    assert result.bound <= least
+
+
+def test_limits_hold_for_every_method_and_fall_with_the_load():
+    scene = small_wall(3, 2)
+    result = mo.solve(scene, "static")
+    problem = result.assembly.problem
+    of = limits(problem, result.load_factor, 100.0, Effort())
+    assert of.forces_derived
+    for name in ("static", "nonassociative", "mcp"):
+        n = problem.normal_forces(mo.solve(scene, name).solution.q)
+        assert (n <= of.normal + 1e-4 * of.normal.max()).all()
+    tighter = limits(problem, 0.5 * result.load_factor, 100.0, Effort())
+    assert (tighter.normal <= of.normal + 1e-9).all()
+    assert tighter.normal.sum() < of.normal.sum()
+
+
+def test_rates_are_derived_where_kinematics_bound_them():
+    problem = assemble(two_blocks()).problem
+    assert limits(problem, 0.2, 100.0, Effort()).rates_derived
+    contracting = replace(problem, dilatancy=np.full(len(problem.sliding), -0.01))
+    of = limits(contracting, 0.2, 100.0, Effort())
+    assert (of.rates_derived, of.rates) == (False, 100.0)
