@@ -19,7 +19,8 @@ from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.mcp.interior_point import NewtonStep, Outcome
 from masonry_opt.methods.mcp.passes import Passes
 from masonry_opt.methods.mcp.rules import ATTEMPTS
-from masonry_opt.methods.refined.programs import Refiner
+from masonry_opt.methods.refined.programs import ExactState, Refiner
+from masonry_opt.methods.refined.search import few, lower_of
 from masonry_opt.methods.task import Method, Options, Task
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
@@ -116,12 +117,14 @@ def _exact(problem: Problem, state: State, effort: Effort) -> State | None:
 
 
 def _descended(problem: Problem, solution: Solution, effort: Effort) -> Solution:
-    """The exact state that a pass's forces lead to, if it is as low, else the pass's."""
+    """The lowest of a few exact states that a pass's forces lead to, if it is as low, else the pass's."""
     assert solution.load_factor is not None  # a pass ended
     assert solution.q is not None
     with effort.measure("build"):
         refiner = Refiner(problem, effort)
-    exact = refiner.settled(solution.q)
+    exact: ExactState | None = None
+    for candidate in few(refiner, solution.q):
+        exact = lower_of(exact, candidate.state)
     if exact is None:
         return solution
     fall = solution.load_factor - exact.load_factor

@@ -14,8 +14,8 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.mcp.method import McpOptions, mcp
 from masonry_opt.methods.mpec import of_same_scene
-from masonry_opt.methods.refined.programs import ExactState, OutOfTime, Refiner, is_lower
-from masonry_opt.methods.refined.search import Candidate, deterministic, search
+from masonry_opt.methods.refined.programs import ExactState, OutOfTime, Refiner
+from masonry_opt.methods.refined.search import Candidate, few, lower_of, search
 from masonry_opt.methods.task import Method, Options, Task
 from masonry_opt.solvers.registry import find_solver
 
@@ -50,8 +50,8 @@ class Refinement:
     Attributes
     ----------
     load_factor: λ.
-    origin: what led to it: "start" (the pass's state or the result handed in), passes with more "friction" or
-        by other "rules"; of the search "friction", "loads", "fixed point" or "neighbour".
+    origin: what led to it: "start" (the pass's state or the result handed in), a pass with other "friction"
+        or "loads", a "fixed point", or a "neighbour" of the lowest state.
     candidate: its number, counted from 1.
     lp_solves: linear programs solved so far.
     seconds: since the method began.
@@ -85,9 +85,7 @@ def refined(task: Task) -> Solution:
         refiner.deadline = time.perf_counter() + options.search
     try:
         if first.q is not None:
-            lowest.see(Candidate("start", refiner.settled(first.q)))
-        if options.start is None:
-            for candidate in deterministic(refiner):
+            for candidate in few(refiner, first.q):
                 lowest.see(candidate)
         if options.search is not None:
             for candidate in search(refiner, lowest.state, options.seed):
@@ -123,7 +121,7 @@ class _Lowest:
         """Keep a candidate's state if it is the lowest."""
         self.candidates += 1
         state = candidate.state
-        if state is None or (self.state is not None and not is_lower(state, self.state)):
+        if state is None or lower_of(self.state, state) is not state:
             return
         self.state, self.stationary = state, self._refiner.undecided == 0
         seconds = time.perf_counter() - self._began
