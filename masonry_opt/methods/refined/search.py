@@ -57,7 +57,7 @@ def few(refiner: Refiner, q: np.ndarray) -> Iterator[Candidate]:
 
 
 def search(refiner: Refiner, best: ExactState | None, seed: int) -> Iterator[Candidate]:
-    """Candidates without end: a start of each kind in turn, after each some neighbours of the lowest state."""
+    """Candidates without end: a start of each kind in turn, then some neighbours of the lowest state."""
     return _series(refiner, best, seed + 1, _ROUND)
 
 
