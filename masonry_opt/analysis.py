@@ -31,13 +31,18 @@ from masonry_opt.explain.no_load_factor import (
 )
 from masonry_opt.explain.sentences import message
 from masonry_opt.explain.summary import summary_text
-from masonry_opt.methods.associative import KINEMATIC, STATIC
+from masonry_opt.methods.associative import KINEMATIC, STATIC, associative
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble
+from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, SolverEntry, find_entry, find_solver
+
+#: Joints up to which the associative load factor is computed where a method leaves none: the loop, to
+#: which larger scenes go, begins with it.
+_BESIDE_UP_TO = 8000
 
 #: A load factor this little below zero is zero.
 _NEGATIVE = 1e-6
@@ -138,6 +143,8 @@ def solve(
         solution.accept(problem)
         if solution.load_factor is not None and solution.load_factor < -_NEGATIVE:
             held_by_wedging(assembly, solution)
+        if chosen not in (STATIC, KINEMATIC):
+            _set_beside(problem, solution, effort)
         if solution.load_factor is None:
             settle_existence(assembly, solution, effort, associative=chosen in (STATIC, KINEMATIC))
             name_locking_joints(assembly, solution, named)
@@ -151,6 +158,17 @@ def solve(
         message=message(solution.reasons),
     )
     return replace(result, summary=summary_text(result))
+
+
+def _set_beside(problem: Problem, solution: Solution, effort: Effort) -> None:
+    """Give a Coulomb answer the associative load factor, which none exceeds, unless its method has it."""
+    if solution.associative is None and problem.joints <= _BESIDE_UP_TO:
+        task = Task(problem)
+        effort.uses(task.solver.name, "associative")
+        with effort.measure("associative"):
+            beside = associative(task)
+        if beside.accept(problem):
+            solution.associative = beside.load_factor
 
 
 def as_scene(scene: Scene | str | Path) -> Scene:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 #: The parts, in the order in which they happen.
-PARTS = ("scene", "dead_load", "build", "compile", "solve", "read")
+PARTS = ("scene", "dead_load", "build", "compile", "solve", "read", "associative")
 
 
 class Effort:
@@ -17,7 +17,8 @@ class Effort:
     ----------
     seconds: by part. ``scene`` is reading, joints and matrices; ``dead_load`` the check that the scene
         stands; ``build`` declares the model; ``compile`` turns it to solver data, updates included; ``solve``
-        is the solver's own time; ``read`` turns its answer to arrays.
+        is the solver's own time; ``read`` turns its answer to arrays; ``associative`` is the whole program
+        whose load factor stands beside a Coulomb answer.
     lp_solves, nlp_solves: linear (or mixed-integer) and nonlinear programs solved.
     iterations: of the solvers, summed.
     solvers: names of the solvers by what they did, such as "dead load" or "sub-problems".

@@ -21,6 +21,7 @@ class Code(StrEnum):
     CARRIES_ANY = "carries any"
     CLAMPED = "clamped"  # pairs: the joints in self-stress
     JOINTS = "joints"  # status, pairs: the joints that keep the live load from causing collapse
+    AT_MOST = "at most"  # associative
     NOT_CERTIFIED = "not certified"  # load_factor, residuals
 
     # The loop.

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.acceptance import LIMITS, Kind, residuals
 from masonry_opt.answer.certificate import Certificate, certify
 from masonry_opt.answer.infeasibility import InfeasibilityCertificate
 from masonry_opt.answer.reasons import Reason
@@ -70,6 +70,10 @@ class Result:
     lp_solves, nlp_solves: linear and nonlinear programs solved (without the check of the dead load).
     stationary: of a refined answer: True if no mechanism tried among the faces at yield lowers λ, False if
         the solver could not tell for some; None for other methods.
+    associative: load factor with associative flow, beside a Coulomb answer: what dilatancy would add to it.
+        No Coulomb answer exceeds it. None where that is unlimited.
+    exact: whether λ is that of an exact state under the joints' own flow rule: all residuals within limits
+        for exact answers.
     bound: lower bound of λ, of method "global", proven below the rates (and forces) that ``reasons`` say it
         assumes, if any; None for other methods.
     seconds: by part (see :class:`~masonry_opt.effort.Effort`).
@@ -98,6 +102,8 @@ class Result:
     lp_solves: int
     nlp_solves: int
     stationary: bool | None
+    associative: float | None
+    exact: bool
     bound: float | None
     seconds: dict[str, float]
     solvers: dict[str, list[str]]
@@ -108,6 +114,13 @@ class Result:
 
     def __str__(self) -> str:
         return self.summary
+
+    @property
+    def range(self) -> tuple[float | None, float | None]:
+        """Least and greatest that the least load factor under the joints' own flow rule can be, if there is
+        one: what is proven without assumption, and λ itself if it is exact, else the associative one."""
+        proven = self.bound if self.reasons and self.reasons[0].values.get("rates") is None else None
+        return proven, self.load_factor if self.exact else self.associative
 
     def required(self) -> float:
         """The load factor; NoLoadFactorError, with case, status and message, if there is none."""
@@ -135,6 +148,9 @@ class Result:
                 "lp_solves": self.lp_solves,
                 "nlp_solves": self.nlp_solves,
                 "stationary": self.stationary,
+                "associative": self.associative,
+                "exact": self.exact,
+                "range": list(self.range),
                 "bound": self.bound,
                 "seconds": self.seconds,
                 "solvers": self.solvers,
@@ -189,6 +205,8 @@ def make_result(
         lp_solves=effort.lp_solves,
         nlp_solves=effort.nlp_solves,
         stationary=solution.stationary,
+        associative=solution.load_factor if solution.kind is Kind.ASSOCIATIVE else solution.associative,
+        exact=_is_exact(problem, solution),
         bound=solution.bound,
         seconds=effort.seconds,
         solvers=effort.solvers,
@@ -203,6 +221,13 @@ def make_result(
         assembly=assembly,
         solution=solution,
     )
+
+
+def _is_exact(problem: Problem, solution: Solution) -> bool:
+    if solution.load_factor is None or solution.q is None or solution.d is None:
+        return False
+    left = residuals(problem, solution.load_factor, solution.q, solution.d, problem.dilatancy)
+    return not LIMITS[Kind.EXACT].failing(left)
 
 
 def _left_out(assembly: Assembly) -> tuple[str, ...]:

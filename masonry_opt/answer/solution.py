@@ -32,6 +32,7 @@ class Solution:
     exact_end: whether the loop ended with forces that obey the true law exactly.
     history: one record a step of the method.
     stationary: of a refined state: True if no mechanism tried among the faces at yield lowers λ.
+    associative: associative load factor; None where it is unlimited or nobody computed it.
     bound: lower bound of λ, of the bracket; what it assumes, if anything, stands in the reasons.
     infeasibility: what is proven where there is no λ; None if nobody looked.
     size: of the linear program.
@@ -48,6 +49,7 @@ class Solution:
     exact_end: bool = False
     history: list[Any] = field(default_factory=list)
     stationary: bool | None = None
+    associative: float | None = None
     bound: float | None = None
     infeasibility: InfeasibilityCertificate | None = None
     size: LpSize | None = None

@@ -29,6 +29,9 @@ def settle_existence(assembly: Assembly, solution: Solution, effort: Effort, ass
     if associative:
         return
     _settle(solution)
+    proven = solution.infeasibility is not None and solution.infeasibility.proven
+    if solution.associative is not None and not proven and solution.status is not Status.UNSTABLE:
+        solution.add(Code.AT_MOST, associative=solution.associative)
     clamped = solution.infeasibility.clamped if solution.infeasibility else ()
     if clamped:
         solution.add(Code.CLAMPED, pairs=_pairs(assembly, np.array(clamped)))

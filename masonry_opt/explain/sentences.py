@@ -151,6 +151,9 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
         f"causes: {_pairs(v)}"
     ),
     Code.JOINTS: _joints,
+    Code.AT_MOST: lambda v: (
+        f"if the scene collapses, then at no more than the associative load factor, {v['associative']:.6g}"
+    ),
     Code.NOT_CERTIFIED: _not_certified,
     Code.SUB_PROBLEMS: lambda v: f"in {v['count']} sub-problems",
     Code.EXACT_END: lambda v: "with an exact state on their mechanism",

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result
 from masonry_opt.errors import printable
 from masonry_opt.explain.stressed_joints import stressed_joints
@@ -17,6 +19,9 @@ def summary_text(result: Result) -> str:
         "method": f"{result.method} ({result.model}, {result.solver})",
         "status": f"{result.status}{': ' + result.message if result.message else ''}",
         "load factor": "none" if result.load_factor is None else f"{round(result.load_factor, 7) + 0.0:.7f}",
+        "coulomb state": _state(result),
+        "associative": _associative(result),
+        "range": _range(result),
         "blocks × joints": f"{result.size.blocks} × {result.size.joints}",
         "certificate": "   ".join(f"{name} {value:.1e}" for name, value in certificate.items()),
         "existence": str(result.infeasibility.existence) if result.infeasibility else "",
@@ -28,6 +33,36 @@ def summary_text(result: Result) -> str:
         "not modelled": "\n                 ".join(result.size.left_out),
     }
     return printable("\n".join(f"{name:<16} {value}" for name, value in lines.items() if value))
+
+
+def _state(result: Result) -> str:
+    """Whether a Coulomb answer is an exact state, and that it need not be the lowest."""
+    if result.load_factor is None or result.kind is Kind.ASSOCIATIVE:
+        return ""
+    if any(reason.code is Code.PROVEN for reason in result.reasons):
+        return "exact, and none is lower"
+    exact = "exact" if result.exact else "not exact (see the certificate)"
+    return f"{exact}; lower ones may exist: method 'refined' with option 'search' looks for them"
+
+
+def _associative(result: Result) -> str:
+    """What dilatancy would add to a Coulomb answer."""
+    if result.associative is None or result.kind is Kind.ASSOCIATIVE:
+        return ""
+    value = f"{round(result.associative, 7) + 0.0:.7f}"
+    if not result.load_factor:
+        return value
+    adds = 100 * (result.associative / result.load_factor - 1)
+    return f"{value}: dilatancy would add {max(adds, 0.0):.3g} %"
+
+
+def _range(result: Result) -> str:
+    """Between what the least load factor lies, where more is known than the answer itself."""
+    lower, upper = result.range
+    if result.kind is Kind.ASSOCIATIVE or (lower is None and result.load_factor is not None):
+        return ""
+    ends = [f"{lower:.7f} ≤" if lower is not None else "", "λ", f"≤ {upper:.7f}" if upper is not None else ""]
+    return " ".join(end for end in ends if end) if upper is not None else ""
 
 
 def _programs(result: Result) -> str:

@@ -73,7 +73,7 @@ def global_search(task: Task) -> Solution:
     best = min(bounds)
     highest = best + _ABOVE * max(abs(best), 1e-3)
     solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, slope=problem.dilatancy)
-    solution.flow_rule_matters = start.flow_rule_matters
+    solution.flow_rule_matters, solution.associative = start.flow_rule_matters, upper.load_factor
     if exact:
         solution.load_factor, solution.q, solution.d = start.load_factor, start.q, start.d
     ends = time.perf_counter() + options.time_limit

@@ -68,6 +68,8 @@ class _Run:
             entry = recorded(self.problem, last, self.states[-1] if self.states else None)
             self.states.append(last.state)
             self.load_factors.append(last.state.load_factor)
+            if last.number == 1 and parameters.start == "associative":
+                solution.associative = last.state.load_factor
             solution.take(last.state)
             solution.history.append(replace(entry, solved=None))
             progress(entry)

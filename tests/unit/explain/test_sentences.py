@@ -14,6 +14,7 @@ from masonry_opt.explain.sentences import message
 
 #: A value of each name that a reason has, as ``solve`` gives it.
 VALUES = {
+    "associative": 0.6,
     "attempt": 2,
     "attempts": 3,
     "blocks": ["A"],
