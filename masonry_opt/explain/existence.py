@@ -59,16 +59,16 @@ def _found(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
     if (against := _ray(problem, own_flow, effort)) is not None:
         return _certificate(problem, against, own_flow, Existence.NO_MECHANISM)
     ray = _ray(problem, problem.friction, effort)
+    if ray is None:
+        # Statics end somewhere: a method that found no state there has failed, and a proof would be in vain.
+        return InfeasibilityCertificate(Existence.UNDECIDED)
+    certificate = _certificate(problem, ray, problem.friction, Existence.UNBOUNDED)
+    opposite = _ray(replace(problem, live=-problem.live), problem.friction, effort)
+    if opposite is not None:
+        certificate = replace(certificate, clamped=_stressed(problem.normal_forces(ray + opposite)))
     cuts = Cuts()
     if of_mechanism and not falls and problem.joints <= _CUTS_UP_TO:
         cuts = combinatorial_cuts(problem, _MOST_WORK // problem.joints, effort, _PURPOSE)
-    if ray is None:
-        certificate = InfeasibilityCertificate(Existence.UNDECIDED)
-    else:
-        certificate = _certificate(problem, ray, problem.friction, Existence.UNBOUNDED)
-        opposite = _ray(replace(problem, live=-problem.live), problem.friction, effort)
-        if opposite is not None:
-            certificate = replace(certificate, clamped=_stressed(problem.normal_forces(ray + opposite)))
     if not cuts.exclude:
         return certificate
     return replace(

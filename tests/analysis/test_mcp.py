@@ -333,7 +333,8 @@ def test_without_any_rules_and_without_the_loop_there_is_no_load_factor(no_pass_
     result = mo.solve(WALLS[0], "mcp", fallback=False)
     assert result.status is mo.Status.SOLVER_FAILED
     assert result.load_factor is None
-    assert [reason.code for reason in result.reasons] == [Code.PASS_STOPPED]
+    assert [reason.code for reason in result.reasons] == [Code.PASS_STOPPED, Code.AT_MOST]
+    assert result.range == (None, pytest.approx(0.64286, abs=5e-6))
     assert values(result, Code.PASS_STOPPED)["attempts"] == 2
     assert set(result.history["attempt"]) == {1, 2}
 

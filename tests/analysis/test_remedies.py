@@ -91,9 +91,8 @@ def test_what_was_tried_in_vain_is_said_and_each_entry_is_tried_once():
     assert result.load_factor is None
     tried = list(dict.fromkeys(result.history["remedy"]))[1:]
     assert tried == ["beta=0.3"]
-    assert result.reasons[-1].code is Code.BEGAN_AGAIN
     first = str(Status.ITERATION_LIMIT)
-    assert result.reasons[-1].values == {"first": first, "remedies": tried, "in_vain": True}
+    assert values_of(result, Code.BEGAN_AGAIN) == {"first": first, "remedies": tried, "in_vain": True}
     assert result.lp_solves >= len(result.history) == 2 * (1 + len(tried))
 
 
@@ -141,7 +140,7 @@ def test_a_cycle_without_an_exact_state_says_what_of_it_is_certified():
     assert result.certificate is None
     low, high = sorted(result.history["load_factor"].iloc[-2:])
     assert high - low > 1e-5
-    assert [reason.code for reason in result.reasons] == [Code.REPEATS, Code.LEAST_BORNE_OUT]
+    assert [reason.code for reason in result.reasons] == [Code.REPEATS, Code.LEAST_BORNE_OUT, Code.AT_MOST]
     assert values_of(result, Code.REPEATS) == {
         "period": 2,
         "lowest": low,

@@ -142,8 +142,13 @@ def test_a_remedy_s_solver_is_named_beside_the_one_asked_for():
 #: By method: which solver does what. Pyomo alone declares these; the loop, with which the MPEC begins, is
 #: declared in CVXPY.
 DOES = {
-    "mpec": {"relaxation": ["casadi"], "sub-problems": ["clarabel"], "exact end": ["clarabel"]},
-    "refined": {"complementarity problem": ["newton"], "refinement": ["highs"]},
+    "mpec": {
+        "sub-problems": ["clarabel"],
+        "exact end": ["clarabel"],
+        "relaxation": ["casadi"],
+        "associative": ["clarabel"],
+    },
+    "refined": {"associative": ["clarabel"], "complementarity problem": ["newton"], "refinement": ["highs"]},
     "global": {
         "complementarity problem": ["newton"],
         "load factor": ["clarabel"],
