@@ -11,6 +11,7 @@ from scenes import CASES, two_blocks
 import masonry_opt as mo
 from masonry_opt.studies.compare.best_known import FILE, BestKnown, best_known, improve, lowest_exact, merged
 from masonry_opt.studies.compare.case_scenes import find_scenes
+from masonry_opt.studies.compare.made_scenes import write_random
 
 
 @pytest.fixture
@@ -106,6 +107,31 @@ def test_without_the_option_a_lower_state_is_told_and_nothing_written(case, tmp_
     assert "--update-best-known" in message
     assert "0.15" in message
     assert (tmp_path / FILE).read_bytes() == before
+
+
+def test_scenes_without_an_entry_are_told_as_one_number(case, tmp_path):
+    (tmp_path / FILE).write_text("")
+    mo.save(two_blocks(0.2), case.path.with_name("other.toml"))
+    scenes = find_scenes([case.path, case.path.with_name("other.toml")])
+    found = lowest_exact(exact(scene, load_factor=0.15) for scene in scenes)
+    (message,) = improve(scenes, found, write=False)
+    assert "no entry yet: 2" in message
+    improve(scenes, found, write=True)
+    assert [known.load_factor for known in best_known(scenes).values()] == [0.15, 0.15]
+
+
+def test_a_made_scene_is_registered_with_the_case_files(tmp_path):
+    """Its own folder has no registry, and would be another with another ``--out``."""
+    folder, made = tmp_path / "cases", tmp_path / "out" / "scenes"
+    folder.mkdir()
+    (folder / FILE).write_text("")
+    (scene,) = find_scenes(write_random(made, 1), folder, made=made)
+    improve([scene], {scene.name: BestKnown(0.5, "refined")}, write=True)
+    assert [*tomllib.loads((folder / FILE).read_text())] == ["random/wall_0.toml"]
+    (again,) = find_scenes(write_random(tmp_path / "other", 1), folder, made=tmp_path / "other")
+    assert best_known([again]) == {"random/wall_0": BestKnown(0.5, "refined")}
+    (named,) = find_scenes([scene.path], folder)  # by whoever made it: it may be changed
+    assert best_known([named]) == {}
 
 
 def test_a_broken_registry_is_one_clear_error(case, tmp_path):
