@@ -11,7 +11,7 @@ from scenes import CASES, two_blocks
 import masonry_opt as mo
 from masonry_opt.studies.compare.best_known import FILE, BestKnown, best_known, improve, lowest_exact, merged
 from masonry_opt.studies.compare.case_scenes import find_scenes
-from masonry_opt.studies.compare.made_scenes import write_random
+from masonry_opt.studies.compare.made_scenes import write_atlas, write_random
 
 
 @pytest.fixture
@@ -156,3 +156,17 @@ def test_the_packages_registry_knows_its_cases():
     assert set(known) == {scene.name for scene in scenes}
     assert known["gilbert/two_blocks"].load_factor == pytest.approx(0.15, rel=1e-8)
     assert known["livesley/wedges"].load_factor == pytest.approx(1.280338166517, rel=1e-8)
+
+
+def test_the_packages_registry_knows_the_scenes_that_compare_makes(tmp_path):
+    """Every entry is of a scene as it is made today; λ by hand: 1/2 of the confined block, 0 without friction."""
+    atlas = write_atlas(tmp_path, CASES)
+    scenes = find_scenes([*atlas, *write_random(tmp_path, 160)], CASES, atlas, tmp_path)
+    known = best_known(scenes)
+    entries = tomllib.loads((CASES / FILE).read_text("utf-8"))
+    made = {key for key in entries if key.startswith(("atlas/", "random/"))}
+    assert made == {f"{name}.toml" for name in known}
+    assert len(made) >= 160
+    assert known["atlas/locking_by_dilatancy_confined_block"].load_factor == pytest.approx(0.5, rel=1e-8)
+    assert known["atlas/μ_0_nothing_resists"].load_factor == 0
+    assert known["atlas/cycling_on_wall_6"].load_factor < 0.2918
