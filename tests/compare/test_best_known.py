@@ -159,7 +159,7 @@ def test_the_packages_registry_knows_its_cases():
 
 
 def test_the_packages_registry_knows_the_scenes_that_compare_makes(tmp_path):
-    """Every entry is of a scene as it is made today; λ by hand: 1/2 of the confined block, 0 without friction."""
+    """Every entry is of a scene as it is made today; 1/2 and 0 by hand."""
     atlas = write_atlas(tmp_path, CASES)
     scenes = find_scenes([*atlas, *write_random(tmp_path, 160)], CASES, atlas, tmp_path)
     known = best_known(scenes)
