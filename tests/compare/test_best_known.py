@@ -11,6 +11,7 @@ from scenes import CASES, two_blocks
 import masonry_opt as mo
 from masonry_opt.studies.compare.best_known import FILE, BestKnown, best_known, improve, lowest_exact, merged
 from masonry_opt.studies.compare.case_scenes import find_scenes
+from masonry_opt.studies.compare.made_scenes import write_atlas, write_random
 
 
 @pytest.fixture
@@ -108,6 +109,31 @@ def test_without_the_option_a_lower_state_is_told_and_nothing_written(case, tmp_
     assert (tmp_path / FILE).read_bytes() == before
 
 
+def test_scenes_without_an_entry_are_told_as_one_number(case, tmp_path):
+    (tmp_path / FILE).write_text("")
+    mo.save(two_blocks(0.2), case.path.with_name("other.toml"))
+    scenes = find_scenes([case.path, case.path.with_name("other.toml")])
+    found = lowest_exact(exact(scene, load_factor=0.15) for scene in scenes)
+    (message,) = improve(scenes, found, write=False)
+    assert "no entry yet: 2" in message
+    improve(scenes, found, write=True)
+    assert [known.load_factor for known in best_known(scenes).values()] == [0.15, 0.15]
+
+
+def test_a_made_scene_is_registered_with_the_case_files(tmp_path):
+    """Its own folder has no registry, and would be another with another ``--out``."""
+    folder, made = tmp_path / "cases", tmp_path / "out" / "scenes"
+    folder.mkdir()
+    (folder / FILE).write_text("")
+    (scene,) = find_scenes(write_random(made, 1), folder, made=made)
+    improve([scene], {scene.name: BestKnown(0.5, "refined")}, write=True)
+    assert [*tomllib.loads((folder / FILE).read_text())] == ["random/wall_0.toml"]
+    (again,) = find_scenes(write_random(tmp_path / "other", 1), folder, made=tmp_path / "other")
+    assert best_known([again]) == {"random/wall_0": BestKnown(0.5, "refined")}
+    (named,) = find_scenes([scene.path], folder)  # by whoever made it: it may be changed
+    assert best_known([named]) == {}
+
+
 def test_a_broken_registry_is_one_clear_error(case, tmp_path):
     (tmp_path / FILE).write_text("load_factor = ")
     with pytest.raises(mo.CaseError, match=FILE):
@@ -130,3 +156,17 @@ def test_the_packages_registry_knows_its_cases():
     assert set(known) == {scene.name for scene in scenes}
     assert known["gilbert/two_blocks"].load_factor == pytest.approx(0.15, rel=1e-8)
     assert known["livesley/wedges"].load_factor == pytest.approx(1.280338166517, rel=1e-8)
+
+
+def test_the_packages_registry_knows_the_scenes_that_compare_makes(tmp_path):
+    """Every entry is of a scene as it is made today; 1/2 and 0 by hand."""
+    atlas = write_atlas(tmp_path, CASES)
+    scenes = find_scenes([*atlas, *write_random(tmp_path, 160)], CASES, atlas, tmp_path)
+    known = best_known(scenes)
+    entries = tomllib.loads((CASES / FILE).read_text("utf-8"))
+    made = {key for key in entries if key.startswith(("atlas/", "random/"))}
+    assert made == {f"{name}.toml" for name in known}
+    assert len(made) >= 160
+    assert known["atlas/locking_by_dilatancy_confined_block"].load_factor == pytest.approx(0.5, rel=1e-8)
+    assert known["atlas/μ_0_nothing_resists"].load_factor == 0
+    assert known["atlas/cycling_on_wall_6"].load_factor < 0.2918

@@ -178,6 +178,26 @@ def test_the_page_works_offline_and_escapes_what_cases_say(tmp_path, monkeypatch
     assert html.count("<script") >= 3  # plotly's own, the charts, the tables
 
 
+def test_the_report_tells_what_ends_apart(tmp_path, monkeypatch):
+    """Seen: 0.25 and 0.2, which is 25 % above and by whom; of 0.25 and 0.249 nothing."""
+    two = plan(["mcp", "refined"], ["pyomo"], ["newton", "highs"], [1e-8])
+    for low, told in ((0.2, True), (0.249, False)):
+
+        def solve(function, arguments, *limits, low=low):
+            ended = Machine()(function, arguments, *limits)
+            if function is comparison.bound_scene:
+                return ended
+            refined = arguments[1].method == "refined"
+            value = VALUE | {"status": "converged", "kind": "exact", "load_factor": low if refined else 0.25}
+            return Ended("finished", "", value, 0.6, 100.0)
+
+        monkeypatch.setattr(comparison, "run_limited", solve)
+        result = run_plan(find_scenes([TWO_BLOCKS]), two, LIMITS, tmp_path / str(low), lambda _: None)
+        assert ("25.0%" in summary_text(result)) is told
+        cell = "25.0%: 0.2 (refined · pyomo · highs) to 0.25 (mcp · pyomo · newton)"
+        assert (cell in page(result, [])) is told
+
+
 def test_report_files(tmp_path, monkeypatch):
     _, result = run(tmp_path, monkeypatch)
     names = {path.name for path in write_report(result, tmp_path)}

@@ -96,9 +96,10 @@ def compare(
     named = _listed("scenes", scenes)
     if not (named or atlas or random or stones):
         raise OptionError("nothing to compare: name case files, --atlas, --random or --stones")
-    expected = write_atlas(out / "scenes", folder) if atlas else {}
-    made = [*write_random(out / "scenes", random), *write_large(out / "scenes", stones, seeds)]
-    compared = find_scenes([*named, *expected, *made], folder, expected)
+    made = out / "scenes"
+    expected = write_atlas(made, folder) if atlas else {}
+    written = [*expected, *write_random(made, random), *write_large(made, stones, seeds)]
+    compared = find_scenes([*named, *written], folder, expected, made)
     limits = RunLimits(time_limit, memory_limit, repeats)
     comparison = run_plan(compared, planned, limits, out, progress, update_best_known)
     progress("report")

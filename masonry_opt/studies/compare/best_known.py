@@ -26,7 +26,8 @@ _LOWER = 1e-8
 _EXACT_KINDS = (Kind.ONE_PASS, Kind.RELAXED, Kind.EXACT)
 
 _HEADER = """\
-# The lowest exact Coulomb load factor known of each case file, and the method that found it.
+# The lowest exact Coulomb load factor known of each scene, and the method that found it: of case files, and
+# of the scenes that `masonry-opt compare` makes ("atlas/...", "random/...", "large/...").
 # `masonry-opt compare --update-best-known` rewrites this file when a run of mcp, mpec, refined or global,
 # all of whose residuals are below 1e-8, finds a lower one. `content` is the scene's hash: a changed scene has
 # no best known state.
@@ -47,18 +48,11 @@ def best_known(scenes: Iterable[CaseScene]) -> dict[str, BestKnown]:
     Raises CaseError if a registry is no TOML or an entry is not as written here.
     """
     found = {}
-    for scene in scenes:
-        registry = registry_of(scene.path)
-        if registry is None:
-            continue
-        entry = _read(registry).get(_key(scene.path, registry), {})
-        try:
-            if entry and entry["content"] == scene.content:
-                found[scene.name] = BestKnown(float(entry["load_factor"]), str(entry["method"]))
-        except (KeyError, TypeError, ValueError):
-            raise CaseError(
-                f"{registry}: '{_key(scene.path, registry)}' needs load_factor, method and content"
-            ) from None
+    for registry, keys in _by_registry(scenes).items():
+        entries = _read(registry)
+        for key, scene in keys.items():
+            if (known := _known(registry, entries, key, scene)) is not None:
+                found[scene.name] = known
     return found
 
 
@@ -98,31 +92,32 @@ def merged(known: dict[str, BestKnown], found: dict[str, BestKnown]) -> dict[str
 
 
 def improve(scenes: Iterable[CaseScene], best: Mapping[str, BestKnown], write: bool) -> list[str]:
-    """What is lower than the registries say, or new there, in lines; written to them if ``write``.
+    """What is lower than the registries say, in lines, and how many scenes are new there; written to them if
+    ``write``.
 
-    A scene without a registry near its file is left alone. A registry that cannot be written is named.
+    A scene without a registry near is left alone. A registry that cannot be written is named.
     """
     lines: list[str] = []
-    for scene in scenes:
-        registry = registry_of(scene.path)
-        if registry is None or scene.name not in best:
-            continue
-        entries, key, found = _read(registry), _key(scene.path, registry), best[scene.name]
-        entry = entries.get(key, {})
-        same = entry.get("content") == scene.content
-        if same and not _is_lower(found.load_factor, entry["load_factor"]):
-            continue
-        what = f"{key}: lower exact state {found.load_factor:.9g}, found by {found.method}"
-        if not write:
-            lines.append(f"{what}; --update-best-known writes it to {registry}")
-            continue
-        entries[key] = {"load_factor": found.load_factor, "method": found.method, "content": scene.content}
-        try:
-            write_whole(registry, _HEADER + tomli_w.dumps(dict(sorted(entries.items()))))
-        except OSError as error:
-            lines.append(f"{what}; {registry} cannot be written ({error.strerror})")
-        else:
-            lines.append(f"{what}; written to {registry}")
+    for registry, keys in _by_registry(scenes).items():
+        entries, lower, new = _read(registry), [], 0
+        for key, scene in keys.items():
+            known, found = _known(registry, entries, key, scene), best.get(scene.name)
+            if found is None or (known and not _is_lower(found.load_factor, known.load_factor)):
+                continue
+            if known is None:
+                new += 1
+            else:
+                lower.append(f"{key}: lower exact state {found.load_factor:.9g}, found by {found.method}")
+            entries[key] = {
+                "load_factor": found.load_factor,
+                "method": found.method,
+                "content": scene.content,
+            }
+        if new:
+            lower.append(f"scenes with an exact state and no entry yet: {new}")
+        if lower:
+            done = _write(registry, entries) if write else f"--update-best-known writes it to {registry}"
+            lines += [f"{line}; {done}" for line in lower]
     return lines
 
 
@@ -132,8 +127,36 @@ def registry_of(path: Path) -> Path | None:
     return next((at / FILE for at in (folder, folder.parent) if (at / FILE).is_file()), None)
 
 
-def _key(path: Path, registry: Path) -> str:
-    return path.resolve().relative_to(registry.parent).as_posix()
+def _by_registry(scenes: Iterable[CaseScene]) -> dict[Path, dict[str, CaseScene]]:
+    """The scenes that have a registry, by it and by their key there; each is read and written once."""
+    found: dict[Path, dict[str, CaseScene]] = {}
+    for scene in scenes:
+        registry = registry_of(scene.registered)
+        if registry is not None:
+            key = scene.registered.resolve().relative_to(registry.parent).as_posix()
+            found.setdefault(registry, {})[key] = scene
+    return found
+
+
+def _known(registry: Path, entries: Mapping[str, Any], key: str, scene: CaseScene) -> BestKnown | None:
+    """What a registry's entries say of a scene; None if they say nothing, or it has changed."""
+    entry = entries.get(key)
+    if entry is None:
+        return None
+    try:
+        same = entry["content"] == scene.content
+        return BestKnown(float(entry["load_factor"]), str(entry["method"])) if same else None
+    except (KeyError, TypeError, ValueError):
+        raise CaseError(f"{registry}: '{key}' needs load_factor, method and content") from None
+
+
+def _write(registry: Path, entries: Mapping[str, Any]) -> str:
+    """Write a registry; what came of it, in words."""
+    try:
+        write_whole(registry, _HEADER + tomli_w.dumps(dict(sorted(entries.items()))))
+    except OSError as error:
+        return f"{registry} cannot be written ({error.strerror})"
+    return f"written to {registry}"
 
 
 def _is_lower(load_factor: float, than: float) -> bool:

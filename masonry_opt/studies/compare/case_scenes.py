@@ -23,6 +23,8 @@ class CaseScene:
     ----------
     name: folder and stem of its case file, such as "ferris_tinloi/wall_1".
     path: the case file.
+    registered: where the registry of best known states looks for it: the case file; of a scene that the
+        comparison makes, its place in the folder of case files ("cases/random/wall_0.toml").
     content: hash of blocks, joints, loads and gravity; words and references do not change it.
     title: its title, as in the case file.
     expected: by question, what is known of its answer by hand (see :func:`~.known_answers.known_claims`).
@@ -30,6 +32,7 @@ class CaseScene:
 
     name: str
     path: Path
+    registered: Path
     content: str
     title: str
     expected: Mapping[str, str] = field(default_factory=dict)
@@ -39,6 +42,7 @@ def find_scenes(
     cases: Iterable[str | Path],
     folder: Path = Path("cases"),
     expected: Mapping[Path, Mapping[str, str]] | None = None,
+    made: Path | None = None,
 ) -> tuple[CaseScene, ...]:
     """Read and name the scenes of a comparison.
 
@@ -46,6 +50,7 @@ def find_scenes(
     ----------
     cases: paths of case files, or names of those in ``folder`` ("ferris_tinloi/wall_1" or "wall_1").
     expected: what is known of some of them, by path.
+    made: folder of the scenes that the comparison makes; they are registered with those of ``folder``.
 
     Raises
     ------
@@ -59,7 +64,8 @@ def find_scenes(
         path = _path(case, folder)
         scene = load(path)
         name, known = f"{path.resolve().parent.name}/{path.stem}", (expected or {}).get(path, {})
-        found = CaseScene(name, path, content_of(scene), scene.title, known)
+        registered = folder / path.relative_to(made) if made and path.is_relative_to(made) else path
+        found = CaseScene(name, path, registered, content_of(scene), scene.title, known)
         before = scenes.setdefault(found.name, found)
         if before.content != found.content:
             raise OptionError(f"{before.path} and {path}: two scenes named '{found.name}': rename one")

@@ -11,13 +11,18 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from masonry_opt.answer.acceptance import SMALLEST
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
-from masonry_opt.studies.compare.judge import CERTIFIED, NAMED, TARGET, VERDICTS, judge
+from masonry_opt.studies.compare.judge import CERTIFIED, GAP_FLOOR, NAMED, TARGET, VERDICTS, judge
+from masonry_opt.studies.compare.known_answers import COULOMB
 from masonry_opt.studies.compare.store import pair_of
 
 #: Scenes with fewer joints do not count in the fit of time against size: fixed costs rule there.
 FITTED_FROM = 50
+
+#: Certified Coulomb load factors of a scene that differ by more than this, relative, are told of.
+APART = 1e-2
 
 _PAIR = ["method", "model", "solver", "tolerance"]
 
@@ -172,3 +177,31 @@ def success(frame: pd.DataFrame) -> pd.DataFrame:
             }
         )
     return pd.DataFrame(lines)
+
+
+def spread(frame: pd.DataFrame) -> pd.DataFrame:
+    """The scenes whose certified Coulomb load factors end more than APART apart, the widest first.
+
+    Columns: scene; ``lowest`` and ``highest`` λ of the certified runs of all Coulomb methods and solvers;
+    ``spread``, their distance over the lowest; ``lowest by`` and ``highest by``: who ended there, within
+    GAP_FLOOR, each method, model and solver once.
+    """
+    columns = ["scene", "lowest", "highest", "spread", "lowest by", "highest by"]
+    if frame.empty:
+        return pd.DataFrame(columns=columns)
+    lines = []
+    certified = frame[(frame["verdict"] == CERTIFIED) & (frame["question"] == COULOMB)]
+    for scene, group in certified.groupby("scene", sort=False):
+        lowest, highest = group["load_factor"].min(), group["load_factor"].max()
+        share = (highest - lowest) / max(abs(lowest), SMALLEST)
+        if share > APART:
+            ends = [_who_ended(group, load_factor) for load_factor in (lowest, highest)]
+            lines.append(dict(zip(columns, [scene, lowest, highest, share, *ends], strict=True)))
+    return pd.DataFrame(lines, columns=columns).sort_values("spread", ascending=False, kind="stable")
+
+
+def _who_ended(group: pd.DataFrame, load_factor: float) -> str:
+    """The pairs that ended at a load factor: the first, and how many others."""
+    near = (group["load_factor"] - load_factor).abs() <= GAP_FLOOR * max(abs(load_factor), SMALLEST)
+    first, *others = group.loc[near, "pair"].unique()
+    return f"{first} and {len(others)} more" if others else str(first)

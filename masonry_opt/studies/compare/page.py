@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pandas as pd
@@ -123,6 +123,7 @@ def _cell(name: str, value: Any) -> str:
 
 
 def _references(comparison: Comparison) -> dict[str, Any]:
+    apart = {str(line["scene"]): line for line in frames.spread(comparison.summary).to_dict("records")}
     rows = []
     for scene in comparison.scenes:
         bounds, best = comparison.bounds.get(scene.name), comparison.best.get(scene.name)
@@ -135,12 +136,20 @@ def _references(comparison: Comparison) -> dict[str, Any]:
                 _certified_to(bounds),
                 number(best.load_factor if best else None, 9),
                 best.method if best else "",
+                _ends(apart[scene.name]) if scene.name in apart else "",
                 "; ".join(f"{question}: {claim}" for question, claim in scene.expected.items()),
             ]
         )
     bounded = ["associative λ, at least", "at most", "certified to"]
-    columns = ["scene", "title", *bounded, "lowest exact Coulomb λ", "found by", "known by hand"]
+    coulomb = ["lowest exact Coulomb λ", "found by", f"runs more than {frames.APART:.0%} apart in Coulomb λ"]
+    columns = ["scene", "title", *bounded, *coulomb, "known by hand"]
     return {"columns": columns, "rows": rows}
+
+
+def _ends(apart: Mapping[Any, Any]) -> str:
+    """A row of ``frames.spread`` in words."""
+    ends = [f"{number(apart[end])} ({apart[f'{end} by']})" for end in ("lowest", "highest")]
+    return f"{apart['spread']:.1%}: {' to '.join(ends)}"
 
 
 def _certified_to(bounds: CertifiedBounds | None) -> str:

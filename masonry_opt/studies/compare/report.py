@@ -16,6 +16,7 @@ from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
 from masonry_opt.studies.compare.judge import TARGET
 from masonry_opt.studies.compare.known_answers import ASSOCIATIVE, COULOMB
 from masonry_opt.studies.compare.page import page
+from masonry_opt.studies.compare.text import number
 
 _DPI = 150
 
@@ -46,7 +47,8 @@ def write_report(comparison: Comparison, folder: Path) -> list[Path]:
 
 
 def summary_text(comparison: Comparison) -> str:
-    """The success table, what is not applicable, and the notes, for a terminal."""
+    """The success table, where Coulomb load factors end apart, what is not applicable, and the notes, for a
+    terminal."""
     lines = []
     if not comparison.summary.empty:
         table = frames.success(comparison.summary).drop(columns=["pair"])
@@ -66,9 +68,21 @@ def summary_text(comparison: Comparison) -> str:
             "median time, largest error and violation (1e-10 at least): of the certified answers, each a "
             f"median of {comparison.limits.repeats} runs (of one where a run takes over {REPEATED_BELOW:g} s)"
         )
+    lines += _spread_lines(comparison)
     if comparison.plan.left_out:
         lines.append("\nnot applicable:")
         lines += [f"  {i.method} · {i.model} · {i.solver}: {i.reason}" for i in comparison.plan.left_out]
     if comparison.notes:
         lines += ["\nnotes:", *(f"  {note}" for note in comparison.notes)]
     return printable("\n".join(lines))
+
+
+def _spread_lines(comparison: Comparison) -> list[str]:
+    """The scenes whose certified Coulomb load factors end apart, widest first; no lines without any."""
+    apart = frames.spread(comparison.summary)
+    if apart.empty:
+        return []
+    for name in ("lowest", "highest"):
+        apart[name] = apart[name].map(number)
+    apart["spread"] = apart["spread"].map("{:.1%}".format)
+    return [f"\ncertified Coulomb λ more than {frames.APART:.0%} apart:", apart.to_string(index=False)]
