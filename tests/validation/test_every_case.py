@@ -19,7 +19,7 @@ METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     "coulomb": ("refined", {}),
     "mcp": ("mcp", {}),
     "mpec": ("mpec", {}),
-    "refined": ("refined", {"search": SEARCH}),
+    "refined": ("refined", SEARCH),
 }
 
 #: References that are found by more than one solve, and the test that does.
