@@ -30,8 +30,8 @@ def test_wall_5_leaves_the_valley_of_the_mpec():
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", [2, 5, 8])
 def test_wall_6_comes_to_the_lowest_known(seed):
-    """Published MPEC 0.29577; the lowest known before, 0.291785, was found in 77 s. Other seeds may end 0.02 %
-    above in this time."""
+    """Published MPEC 0.29577; the lowest known before, 0.291785, was found in 77 s. Other seeds may end
+    0.02 % above in this time."""
     result = mo.solve(WALL_6, "refined", search=30.0, seed=seed)
     assert result.load_factor <= 0.291786
     assert result.certificate.worst < EXACT

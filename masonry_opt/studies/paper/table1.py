@@ -25,8 +25,8 @@ from masonry_opt.studies.paper.example import (
 
 WALLS = (1, 2, 3, 4, 5, 6)
 
-#: Search for lower states: by this seed walls 5 and 6 come to the lowest known within 4 s (of ten seeds all do
-#: on wall 5, six on wall 6 within 10 s, the others end 0.02 % above).
+#: Search for lower states: by this seed walls 5 and 6 come to the lowest known within 4 s (of ten seeds all
+#: do on wall 5, six on wall 6 within 10 s, the others end 0.02 % above).
 SEARCH: dict[str, Any] = {"search": 10.0, "seed": 8}
 
 #: Columns of the table: method, options, and the reference of the case file they are held against.
