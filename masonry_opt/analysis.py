@@ -85,7 +85,8 @@ def solve(
         stress, the loop takes over and the reasons say so), "nonassociative" (Coulomb: the loop of linear
         programs), "static" or "kinematic" (associative: one linear program), "mpec" (the least load factor
         near the loop's, by IPOPT), "refined" (an exact state of Coulomb friction, by linear programs from
-        the loop's or the MPEC's), or "global" (what can be proven of the least one, on small scenes).
+        passes' states down, and by search if asked), or "global" (what can be proven of the least one, on
+        small scenes).
     model:
         Modelling language: "cvxpy" (the default where a method is declared in it) or "pyomo". Both are
         there for "static", "kinematic" and "nonassociative".

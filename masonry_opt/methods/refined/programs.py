@@ -247,7 +247,9 @@ class Refiner:
 
     def _solved(self, session: HighsSession) -> bool:
         left = self.deadline - time.perf_counter()
-        verdict = session.solve(max(left, 0.0))
+        if left <= 0:
+            raise OutOfTime
+        verdict = session.solve(left)
         if verdict is Verdict.FAILED and time.perf_counter() >= self.deadline:
             raise OutOfTime
         self.undecided += verdict is Verdict.FAILED
