@@ -10,6 +10,9 @@ from masonry_opt.answer.result import Result
 from masonry_opt.errors import printable
 from masonry_opt.explain.stressed_joints import stressed_joints
 
+#: Percent of λ below which dilatancy adds nothing that can be told from rounding.
+_NOTHING = 1e-4
+
 
 def summary_text(result: Result) -> str:
     """A result in a few lines."""
@@ -53,7 +56,7 @@ def _associative(result: Result) -> str:
     if not result.load_factor:
         return value
     adds = 100 * (result.associative / result.load_factor - 1)
-    return f"{value}: dilatancy would add {max(adds, 0.0):.3g} %"
+    return f"{value}: dilatancy would add {f'{adds:.3g} %' if adds > _NOTHING else 'nothing'}"
 
 
 def _range(result: Result) -> str:
