@@ -82,6 +82,7 @@ class Refiner:
 
     Attributes
     ----------
+    effort: where time and programs are counted.
     deadline: of ``time.perf_counter``, from which on every program raises OutOfTime.
     why: why ``first`` last found nothing.
     undecided: programs that the solver neither solved nor found infeasible in the last round of
@@ -89,7 +90,7 @@ class Refiner:
     """
 
     def __init__(self, problem: Problem, effort: Effort) -> None:
-        self.problem = problem
+        self.problem, self.effort = problem, effort
         self._forces, self._motion = PyomoForces(problem), PyomoMotion(problem)
         forces, motion = self._forces.program, self._motion.program
         self._statics = HighsSession(

@@ -48,7 +48,9 @@ def few(refiner: Refiner, q: np.ndarray) -> Iterator[Candidate]:
     problem = refiner.problem
     first = refiner.settled(q)
     yield Candidate("start", first)
-    second = _settled(refiner, _of_pass(replace(problem, friction=_MORE_FRICTION * problem.friction)))
+    second = _settled(
+        refiner, _of_pass(refiner, replace(problem, friction=_MORE_FRICTION * problem.friction))
+    )
     yield Candidate("friction", second)
     if problem.joints <= _FEW_UP_TO:
         yield from islice(
@@ -88,8 +90,9 @@ def _settled(refiner: Refiner, q: np.ndarray | None) -> ExactState | None:
     return None if q is None else refiner.settled(q, _REPAIRS)
 
 
-def _of_pass(problem: Problem) -> np.ndarray | None:
-    state = Passes(problem).run(ATTEMPTS[0])
+def _of_pass(refiner: Refiner, problem: Problem) -> np.ndarray | None:
+    with refiner.effort.measure("solve"):
+        state = Passes(problem).run(ATTEMPTS[0])
     return None if state is None else state.q
 
 
@@ -98,7 +101,9 @@ def _with_other_friction(refiner: Refiner, rng: np.random.Generator) -> np.ndarr
     problem = refiner.problem
     spread = np.exp(rng.uniform(*np.log(_FRICTIONS)))
     factor = np.exp(spread * rng.standard_normal(problem.joints))[problem.sliding]
-    return _of_pass(replace(problem, friction=np.maximum(problem.friction * factor, problem.dilatancy)))
+    return _of_pass(
+        refiner, replace(problem, friction=np.maximum(problem.friction * factor, problem.dilatancy))
+    )
 
 
 def _with_other_loads(refiner: Refiner, rng: np.random.Generator) -> np.ndarray | None:
@@ -107,7 +112,7 @@ def _with_other_loads(refiner: Refiner, rng: np.random.Generator) -> np.ndarray 
     dead, live = (
         load * np.exp(_LOADS * rng.standard_normal(load.size)) for load in (problem.dead, problem.live)
     )
-    return _of_pass(replace(problem, dead=dead, live=live))
+    return _of_pass(refiner, replace(problem, dead=dead, live=live))
 
 
 def _fixed_point(refiner: Refiner, rng: np.random.Generator) -> np.ndarray | None:
