@@ -186,9 +186,11 @@ def check_order(kind: str, seed: int) -> None:
     assert refined.certificate.worst < 1e-8
     # A state with equilibrium and yield: a theorem.
     assert refined.load_factor <= associative + RANDOM
-    # Not one: the loop's state obeys the law nearly, and the least exact state near it may lie higher.
+    # Not one: the loop's state obeys the law nearly, and the least exact state near it may lie higher. (What
+    # a pass leads to may lie in another valley: 7 and 8 % higher on tessellations 118 and 128.)
     if loop.load_factor is not None:
-        assert refined.load_factor <= loop.load_factor * (1 + NEARLY) + RANDOM
+        from_loop = mo.solve(scene, "refined", start=loop)
+        assert from_loop.load_factor <= loop.load_factor * (1 + NEARLY) + RANDOM
 
 
 @pytest.mark.parametrize(("kind", "seed"), FAST)

@@ -225,7 +225,7 @@ ENTRIES: tuple[Entry, ...] = (
             Expectation(Status.CYCLING, "mcp", why=TOOK_OVER, slow=True),
             Expectation(Status.SOLVER_FAILED, "mpec", why=reason(Code.NOT_CERTIFIED)),
             Expectation(
-                Status.CONVERGED, "global", load_factor=0.4, source="μ", why=reason(Code.WITHIN_IMPOSED)
+                Status.CONVERGED, "global", load_factor=0.4, source="μ", why=reason(Code.CLOSED_BY_SEARCH)
             ),
         ),
     ),
