@@ -126,7 +126,14 @@ def test_the_bound_does_not_depend_on_side_or_units(changed):
 
 
 @pytest.mark.parametrize(
-    ("kind", "seed"), [("wall", 0), ("stack", 1), ("stack", 4), ("arch", 2), ("arch", 3)]
+    ("kind", "seed"),
+    [
+        pytest.param("wall", 0, marks=pytest.mark.slow),
+        ("stack", 1),
+        ("stack", 4),
+        ("arch", 2),
+        ("arch", 3),
+    ],
 )
 def test_no_bound_exceeds_a_known_state(kind, seed):
     """The one pass ends in a state of its own, which the bracket has not seen."""
