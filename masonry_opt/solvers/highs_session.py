@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -101,16 +102,18 @@ class HighsSession:
 
     def solve(self, seconds: float = inf) -> Verdict:
         """Solve with the present parameters, within so many seconds."""
-        self._highs.setOptionValue("time_limit", seconds)
-        verdict = self._run()
-        if verdict is Verdict.FAILED:
+        ends = time.perf_counter() + seconds
+        verdict = self._run(seconds)
+        left = ends - time.perf_counter()
+        if verdict is Verdict.FAILED and left > 0:
             # A warm start may leave HiGHS undecided: once more, from the beginning.
             self._highs.clearSolver()
-            verdict = self._run()
+            verdict = self._run(left)
         self.effort.lp_solves += 1
         return verdict
 
-    def _run(self) -> Verdict:
+    def _run(self, seconds: float) -> Verdict:
+        self._highs.setOptionValue("time_limit", seconds)
         start = self._highs.getRunTime()
         self._highs.run()
         self.effort.add("solve", self._highs.getRunTime() - start)
