@@ -119,7 +119,7 @@ class Result:
     def range(self) -> tuple[float | None, float | None]:
         """Least and greatest that the least load factor under the joints' own flow rule can be, if there is
         one: what is proven without assumption, and λ itself if it is exact, else the associative one."""
-        proven = self.bound if self.reasons and self.reasons[0].values.get("rates") is None else None
+        proven = self.bound if self.solution.bound_derived else None
         return proven, self.load_factor if self.exact else self.associative
 
     def required(self) -> float:

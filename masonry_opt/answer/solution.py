@@ -34,6 +34,7 @@ class Solution:
     stationary: of a refined state: True if no mechanism tried among the faces at yield lowers λ.
     associative: associative load factor; None where it is unlimited or nobody computed it.
     bound: lower bound of λ, of the bracket; what it assumes, if anything, stands in the reasons.
+    bound_derived: whether it assumes nothing.
     infeasibility: what is proven where there is no λ; None if nobody looked.
     size: of the linear program.
     """
@@ -51,8 +52,14 @@ class Solution:
     stationary: bool | None = None
     associative: float | None = None
     bound: float | None = None
+    bound_derived: bool = False
     infeasibility: InfeasibilityCertificate | None = None
     size: LpSize | None = None
+
+    @property
+    def proven_none(self) -> bool:
+        """Whether it is proven that no load factor exists."""
+        return self.infeasibility is not None and self.infeasibility.proven
 
     def take(self, state: State) -> None:
         """Keep a state's forces and velocities."""

@@ -34,6 +34,7 @@ def test_small_scenes_are_proved_without_any_assumption(path):
     proven = values_of(result, Code.PROVEN)
     assert (proven["bound"], proven["load_factor"]) == (result.bound, result.load_factor)
     assert (proven["rates"], proven["forces"]) == (None, False)
+    assert result.range == (result.bound, result.load_factor)
     assert result.certificate.worst < EXACT
 
 
@@ -54,6 +55,19 @@ def test_brackets_of_running_bonds_close_below_the_rates_assumed(length, courses
     assert result.status is mo.Status.CONVERGED
     said = values_of(result, Code.WITHIN_IMPOSED)
     assert (said["rates"], said["forces"]) == (100.0, False)
+    # What assumes anything is no end of the range.
+    assert result.range == (None, result.load_factor)
+
+
+def test_limits_of_forces_that_are_assumed_leave_nothing_proven(monkeypatch):
+    def assumed(*arguments):
+        return replace(limits(*arguments), forces_derived=False)
+
+    monkeypatch.setattr(method, "limits", assumed)
+    result = mo.solve(TWO_BLOCKS, "global")
+    assert values_of(result, Code.WITHIN_IMPOSED)["forces"]
+    assert result.bound == pytest.approx(result.load_factor, rel=CLOSED)
+    assert result.range == (None, result.load_factor)
 
 
 def test_a_wall_is_bracketed_in_the_time_given():
@@ -146,14 +160,14 @@ def test_no_bound_exceeds_a_known_state(kind, seed):
 
 def test_a_start_that_is_not_exact_cuts_nothing_off(monkeypatch):
     """Livesley's loop ends 1e-4 below the least exact state: it must not pass for the answer."""
-    upper_end = method._upper_end
+    refined = method.refined
 
     def not_exact(task):
-        solution = upper_end(task)
+        solution = refined(task)
         solution.kind = Kind.LOOP
         return solution
 
-    monkeypatch.setattr(method, "_upper_end", not_exact)
+    monkeypatch.setattr(method, "refined", not_exact)
     result = mo.solve(WEDGES, "global")
     least = mo.load(WEDGES).reference["coulomb"].value
     assert result.load_factor == pytest.approx(least, abs=1e-6)

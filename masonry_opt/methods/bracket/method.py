@@ -64,7 +64,7 @@ def global_search(task: Task) -> Solution:
     upper = associative(task.with_options(None, find_solver("cvxpy", None)))
     if upper.load_factor is None and upper.status is not Status.LOCKED:
         return upper
-    start = _upper_end(task)
+    start = refined(task.with_options(RefinedOptions()))
     exact = start.kind is Kind.EXACT and start.load_factor is not None
     # Where dilatancy locks the associative flow, an exact state bounds λ instead.
     known = [found.load_factor for found in (upper, *([start] if exact else []))]
@@ -90,11 +90,6 @@ def global_search(task: Task) -> Solution:
             solution = solution if lower.failing(problem) else lower
     _conclude(problem, solution, of, searched, options)
     return solution
-
-
-def _upper_end(task: Task) -> Solution:
-    """The lowest state that the refinement finds at once."""
-    return refined(task.with_options(RefinedOptions()))
 
 
 def _raise(task: Task, solution: Solution, best: float, highest: float, of: Limits, ends: float) -> None:
@@ -131,6 +126,7 @@ def _conclude(
         solution.end(Status.SOLVER_FAILED, Code.NO_EXACT_STATE, time_limit=options.time_limit)
         return
     bound = solution.bound = min(solution.bound or 0.0, load_factor)
+    solution.bound_derived = of.derived
     assumed = {"rates": None if of.rates_derived else of.rates, "forces": not of.forces_derived}
     said = {"bound": bound, "load_factor": load_factor, **assumed}
     p = problem.rates(d, problem.dilatancy)
