@@ -144,10 +144,11 @@ def solve(
         solution.accept(problem)
         if solution.load_factor is not None and solution.load_factor < -_NEGATIVE:
             held_by_wedging(assembly, solution)
-        if chosen not in (STATIC, KINEMATIC):
+        is_associative = chosen in (STATIC, KINEMATIC)
+        if not is_associative:
             _set_beside(problem, solution, effort)
         if solution.load_factor is None:
-            settle_existence(assembly, solution, effort, associative=chosen in (STATIC, KINEMATIC))
+            settle_existence(assembly, solution, effort, is_associative)
             name_locking_joints(assembly, solution, named)
     result = make_result(
         assembly,
@@ -162,8 +163,12 @@ def solve(
 
 
 def _set_beside(problem: Problem, solution: Solution, effort: Effort) -> None:
-    """Give a Coulomb answer the associative load factor, which none exceeds, unless its method has it."""
-    if solution.associative is None and problem.joints <= _BESIDE_UP_TO:
+    """Give a Coulomb answer the associative load factor, which none exceeds, unless its method has it.
+
+    Where it is proven that no load factor exists, statics carry any multiple of the load: none is computed.
+    """
+    wanted = solution.associative is None and not solution.proven_none
+    if wanted and problem.joints <= _BESIDE_UP_TO:
         task = Task(problem)
         effort.uses(task.solver.name, "associative")
         with effort.measure("associative"):

@@ -29,8 +29,8 @@ def settle_existence(assembly: Assembly, solution: Solution, effort: Effort, ass
     if associative:
         return
     _settle(solution)
-    proven = solution.infeasibility is not None and solution.infeasibility.proven
-    if solution.associative is not None and not proven and solution.status is not Status.UNSTABLE:
+    undecided = solution.status is not Status.UNSTABLE and not solution.proven_none
+    if undecided and solution.associative is not None:
         solution.add(Code.AT_MOST, associative=solution.associative)
     clamped = solution.infeasibility.clamped if solution.infeasibility else ()
     if clamped:

@@ -121,8 +121,7 @@ def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
     )
     k, faces = len(problem.sliding), problem.faces
     of_rates, of_velocities = session.columns(program.p), session.columns(program.d)
-    largest = np.abs(velocities_by_rates(problem)).max(axis=1)
-    values, short = np.zeros((2, faces))
+    values, short, of_motion = np.zeros(faces), np.zeros(faces), np.zeros((faces, len(of_velocities)))
     for face in range(faces):
         most = np.full(faces, np.inf)
         if face < 2 * k:
@@ -136,7 +135,8 @@ def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
             return float(np.inf)
         least, lacks = session.least()
         values[face] = max(-least, 0.0)
-        short[face] = float(lacks[of_rates].max() + lacks[of_velocities] @ largest)
+        short[face], of_motion[face] = lacks[of_rates].max(), lacks[of_velocities]
+    short += of_motion @ np.abs(velocities_by_rates(problem)).max(axis=1)
     of_faces = _with_what_is_short(values, short)
     return float(EdgeFactors(problem).in_edges(of_faces).sum())
 

@@ -27,8 +27,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.registry import capable, find_solver
 
-#: Joints up to which a pass is tried before the loop: on façades of more it lingers (3 × 9 openings take
-#: three times as long as the loop, 4 × 12 end nowhere).
+#: Joints up to which a pass is tried before the loop: on façades of more (3 × 9 openings) it lingers.
 _PASSES_UP_TO = 8000
 
 #: Joints up to which an exact state is sought from a pass's: beyond, the linear programs for it take longer
@@ -47,8 +46,8 @@ class McpOptions(Options):
     ----------
     fallback: whether the loop takes over where no pass ends in a state, and above 8000 joints. (Dilatancy
         that falls with stress is for the loop all the same.)
-    descent: whether an exact state as low as the pass's is sought, by the linear programs of "refined" (five
-        to eight on most scenes; up to 500 joints).
+    descent: whether the lowest of a few exact states is sought, as by "refined" without search (up to 500
+        joints).
     """
 
     fallback: Annotated[bool, Strict()] = True
@@ -56,8 +55,8 @@ class McpOptions(Options):
 
 
 def mcp(task: Task) -> Solution:
-    """Load factor with the joints' own flow rule, from one interior-point pass, and on small scenes an exact
-    state as low, where one is found.
+    """Load factor with the joints' own flow rule, from one interior-point pass, and on small scenes the
+    lowest of a few exact states, where one is as low.
 
     Where a pass stalls another follows, by the next of the rules; where one grows without end, or none ends
     in a state that its certificate bears out, the loop takes over, and the reasons say so. Dilatancy that
@@ -93,7 +92,7 @@ def mcp(task: Task) -> Solution:
             return solution
         if passes.outcome is Outcome.LOST:
             solution.infeasibility = existence(problem, effort)
-            if solution.infeasibility and solution.infeasibility.proven:
+            if solution.proven_none:
                 solution.end(Status.SOLVER_FAILED, Code.PASS_LOST)
                 return solution
             break

@@ -75,8 +75,7 @@ def refined(task: Task) -> Solution:
         first = mcp(task.with_options(McpOptions(descent=False), find_solver("pyomo", "newton")))
     else:
         first = of_same_scene(options.start, problem)
-    nothing_exists = first.infeasibility is not None and first.infeasibility.proven
-    if nothing_exists or (first.q is None and options.search is None):
+    if first.proven_none or (first.q is None and options.search is None):
         return first
     with effort.measure("build"):
         refiner = Refiner(problem, effort)
