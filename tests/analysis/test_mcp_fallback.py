@@ -1,0 +1,169 @@
+"""Where no pass ends in a state the loop takes over; what has no load factor, and what the method takes."""
+
+from __future__ import annotations
+
+import pytest
+from passes import assert_descended, assert_one_pass, one_pass
+from scenes import WALLS, overhanging, pressed_down, two_blocks
+from scenes import values_of as values
+
+import masonry_opt as mo
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.reasons import Code
+from masonry_opt.methods.mcp import method
+from masonry_opt.methods.mcp.rules import Rules
+
+#: No patience: given up after the first step at which the gap has not halved.
+IMPATIENT = Rules(patience=-1)
+
+
+@pytest.fixture
+def no_pass_ends(monkeypatch):
+    monkeypatch.setattr(method, "ATTEMPTS", (IMPATIENT, IMPATIENT))
+
+
+def test_the_loop_takes_over_where_no_pass_ends(no_pass_ends):
+    seen = []
+    result, loop = mo.solve(WALLS[0], "mcp", progress=seen.append), mo.solve(WALLS[0], "nonassociative")
+    assert result.status is mo.Status.CONVERGED
+    assert result.load_factor == loop.load_factor
+    assert [reason.code for reason in result.reasons] == [
+        Code.LOOP_TOOK_OVER,
+        *(reason.code for reason in loop.reasons),
+    ]
+    assert values(result, Code.LOOP_TOOK_OVER)["word"]
+    # Both histories, one after the other: attempts 1 and 2, and the loop's sub-problems.
+    steps = result.history["gap"].notna()
+    assert set(result.history.loc[steps, "attempt"]) == {1, 2}
+    assert (~steps).sum() == len(loop.history) == values(result, Code.SUB_PROBLEMS)["count"]
+    assert steps.to_list() == sorted(steps, reverse=True)
+    assert len(seen) == len(result.history)
+
+
+def test_without_any_rules_and_without_the_loop_there_is_no_load_factor(no_pass_ends):
+    result = mo.solve(WALLS[0], "mcp", fallback=False)
+    assert result.status is mo.Status.SOLVER_FAILED
+    assert result.load_factor is None
+    assert [reason.code for reason in result.reasons] == [Code.PASS_STOPPED, Code.AT_MOST]
+    assert result.range == (None, pytest.approx(0.64286, abs=5e-6))
+    assert values(result, Code.PASS_STOPPED)["attempts"] == 2
+    assert set(result.history["attempt"]) == {1, 2}
+
+
+def test_the_next_rules_follow_where_the_first_stall(monkeypatch):
+    monkeypatch.setattr(method, "ATTEMPTS", (IMPATIENT, *method.ATTEMPTS))
+    result = one_pass(WALLS[0])
+    assert_one_pass(result)
+    assert_descended(mo.solve(WALLS[0], "mcp"))
+    assert values(result, Code.ONE_PASS)["attempt"] == 2
+    assert set(result.history["attempt"]) == {1, 2}
+
+
+def test_an_inexact_end_is_no_answer(monkeypatch):
+    """A pass that claims to have ended is not believed where the certificate fails: the loop takes over."""
+    monkeypatch.setattr(method, "ATTEMPTS", method.ATTEMPTS[:1])
+    monkeypatch.setattr(method, "_passes", lambda *_: False)
+    result = mo.solve(WALLS[0], "mcp")
+    assert result.reasons[0].code is Code.LOOP_TOOK_OVER
+    assert result.load_factor == mo.solve(WALLS[0], "nonassociative").load_factor
+    assert mo.solve(WALLS[0], "mcp", fallback=False).status is mo.Status.SOLVER_FAILED
+
+
+# No load factor -----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("scene", [overhanging(), pressed_down()], ids=["falls", "unlimited"])
+def test_scenes_without_load_factor_end_as_the_loop_s_do(scene):
+    result, loop = mo.solve(scene, "mcp"), mo.solve(scene, "nonassociative")
+    assert result.status is loop.status
+    assert result.status in (mo.Status.UNSTABLE, mo.Status.UNLIMITED)
+    assert result.load_factor is None
+    assert result.certificate is None
+    took_over = (Code.LOOP_TOOK_OVER, Code.PASS_LOST)
+    own = [reason.code for reason in result.reasons if reason.code not in took_over]
+    assert own == [reason.code for reason in loop.reasons]
+
+
+def test_a_scene_that_falls_needs_no_step():
+    assert mo.solve(overhanging(), "mcp").history.empty
+
+
+# Options ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"fallbak": True}, "fallback"),
+        ({"fallback": "no"}, "fallback"),
+        ({"fallback": 1}, "fallback"),
+        ({"descent": "no"}, "descent"),
+        ({"descent": 1}, "descent"),
+        ({"alpha": 0.1}, "alpha"),
+        ({"tolerance": 1e-6}, "tolerance"),
+        ({"solver": "clarabel"}, "newton"),
+        ({"solver": "highs"}, "newton"),
+        ({"solver": "casadi"}, "newton"),
+        ({"model": "cvxpy"}, "pyomo"),
+    ],
+)
+def test_what_it_does_not_take_is_refused(options, words):
+    with pytest.raises(mo.OptionError, match=words):
+        mo.solve(two_blocks(), "mcp", **options)
+
+
+@pytest.mark.parametrize("other", ["static", "kinematic", "nonassociative", "mpec", "refined", "global"])
+def test_its_solver_is_for_no_other_method(other):
+    with pytest.raises(mo.OptionError, match=r"newton|takes solver|choose from"):
+        mo.solve(two_blocks(), other, model="pyomo", solver="newton")
+
+
+def test_static_says_which_method_takes_newton():
+    with pytest.raises(mo.OptionError, match="'mcp' takes it"):
+        mo.solve(two_blocks(), "static", model="pyomo", solver="newton")
+
+
+def test_its_solver_may_be_named():
+    named, plain = mo.solve(two_blocks(), "mcp", solver="newton"), mo.solve(two_blocks(), "mcp")
+    assert named.load_factor == plain.load_factor
+    assert mo.solve(two_blocks(), "mcp", model="pyomo").load_factor == plain.load_factor
+
+
+def test_its_answer_is_of_its_own_kind_until_it_is_exact():
+    assert one_pass(two_blocks()).solution.kind is Kind.ONE_PASS
+    assert mo.solve(two_blocks(), "mcp").solution.kind is Kind.EXACT
+
+
+# Sizes --------------------------------------------------------------------------------------------------
+
+
+def test_scenes_of_more_joints_keep_the_pass(monkeypatch):
+    """Wall 1 has 83 joints."""
+    monkeypatch.setattr(method, "_DESCENT_UP_TO", 82)
+    assert_one_pass(mo.solve(WALLS[0], "mcp"))
+    monkeypatch.setattr(method, "_DESCENT_UP_TO", 83)
+    assert_descended(mo.solve(WALLS[0], "mcp"))
+
+
+def test_scenes_of_very_many_joints_are_for_the_loop(monkeypatch):
+    monkeypatch.setattr(method, "_PASSES_UP_TO", 82)
+    result, loop = mo.solve(WALLS[0], "mcp"), mo.solve(WALLS[0], "nonassociative")
+    assert [r.code for r in result.reasons] == [Code.TOO_LARGE, *(r.code for r in loop.reasons)]
+    assert values(result, Code.TOO_LARGE) == {"joints": 83}
+    assert result.load_factor == loop.load_factor
+    assert_one_pass(one_pass(WALLS[0], fallback=False))
+
+
+def test_shears_that_nothing_determines_end_no_pass():
+    """A block on two rough floors side by side: how they share its shear is open; λ = w/h by overturning."""
+    scene = mo.Scene(
+        joints=mo.JointDefaults(friction=float("inf")),
+        blocks=[
+            mo.Block(name="A", vertices=[(0, 0), (2, 0), (2, 1), (0, 1)], weight=1, live=(1, 0)),
+            mo.Block(name="left", vertices=[(-1, -1), (1, -1), (1, 0), (-1, 0)], fixed=True),
+            mo.Block(name="right", vertices=[(1, -1), (3, -1), (3, 0), (1, 0)], fixed=True),
+        ],
+    )
+    result = mo.solve(scene, "mcp", fallback=False)
+    assert result.reasons[0].code is Code.ONE_PASS
+    assert result.load_factor == pytest.approx(2.0, rel=1e-9)

@@ -1,0 +1,185 @@
+"""Theorems on random scenes, and how their load factors are ordered.
+
+Of associative flow the relations are theorems: asserted to the accuracy of the solver. The loop is a
+heuristic: tessellation 121 ends at 0.0240 as it is and at 0.0124 turned by 37° or with its support split.
+So only its equilibrium and its bound are asserted. The refined answer is a state that meets every Coulomb
+condition: that it does is asserted, and that none exceeds the associative one.
+
+Scenes are made from the seeds in the tests' names: ``random_scene("wall", 7)`` is the scene of [wall-7].
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from mappings import SAME, mapped, same
+
+import masonry_opt as mo
+from masonry_opt.answer.acceptance import LIMITS, SMALLEST, Kind
+from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.status import Status
+from masonry_opt.studies.atlas.random_scenes import KINDS, random_scene
+
+#: Programs solved to 1e-9, twice. Random scenes have sliver cells and light blocks, which cost digits.
+RANDOM = 1e-6
+#: By how much an exact state may lie above the loop's: the most in 250 random scenes is 1e-2.
+NEARLY = 3e-2
+
+#: Scenes on which the passes end in another valley than the loop: 7 and 8 % above it.
+ANOTHER_VALLEY = {("tessellation", 118), ("tessellation", 128)}
+
+FAST = [(kind, seed) for kind in KINDS for seed in range(2)]
+SLOW = [(kind, seed) for kind in KINDS for seed in range(100, 135)]
+
+#: What the loop may end as where there is an associative load factor: it is a heuristic.
+LOOP_GIVES_UP = {
+    Status.CYCLING,
+    Status.ITERATION_LIMIT,
+    Status.NO_STATE,
+    Status.SOLVER_FAILED,
+    Status.UNSTABLE,  # a dead load that wedging alone carries
+}
+
+
+def no_more(one: mo.Result, other: mo.Result) -> None:
+    """The other result, of a scene with less friction somewhere, carries no more than the first."""
+    if one.status is Status.UNSTABLE:
+        assert other.status is Status.UNSTABLE
+    elif one.load_factor is not None:
+        # None at all is less: what stood may fall. Unlimited would be more.
+        assert other.load_factor is not None or other.status is Status.UNSTABLE
+        assert (other.load_factor or 0.0) <= one.load_factor + RANDOM
+
+
+def check_theorems(kind: str, seed: int) -> None:
+    """What holds of every scene under associative flow."""
+    scene = random_scene(kind, seed)
+    static = mo.solve(scene, "static")
+    same(static, mo.solve(scene, "kinematic"), RANDOM)
+    if static.load_factor is not None:
+        certificate = static.certificate
+        assert certificate.equilibrium < 1e-9
+        assert max(certificate.yield_, certificate.flow) < 1e-7
+    for change in SAME.values():
+        same(static, mo.solve(change(scene), "static"), RANDOM)
+    same(static, mo.solve(mapped(scene, live=2.5), "static"), RANDOM, factor=1 / 2.5)
+    rng = np.random.default_rng(seed)
+    joint = static.joints.iloc[rng.integers(len(static.joints))]
+    slippery = mo.Joint(between=(joint["first"], joint["second"]), friction=0.5 * scene.joints.friction)
+    no_more(static, mo.solve(scene.model_copy(update={"exceptions": [slippery]}), "static"))
+    everywhere = scene.joints.model_copy(update={"friction": 0.8 * scene.joints.friction})
+    no_more(static, mo.solve(scene.model_copy(update={"joints": everywhere}), "static"))
+
+
+def check_order(kind: str, seed: int) -> None:
+    """Refined, loop and associative, on every scene that has a load factor."""
+    scene = random_scene(kind, seed)
+    associative = mo.solve(scene, "static").load_factor
+    if associative is None:
+        return
+    loop, refined = mo.solve(scene, "nonassociative"), mo.solve(scene, "refined")
+    if loop.load_factor is None:
+        assert loop.status in LOOP_GIVES_UP
+        assert loop.reasons
+    else:
+        # The loop's sub-problems violate the true law a little; no λ reported exceeds the bound.
+        assert loop.load_factor <= associative + RANDOM
+        # The forces are in equilibrium with the load factor reported beside them.
+        problem = loop.assembly.problem
+        residual = problem.B @ loop.solution.q + loop.load_factor * problem.live + problem.dead
+        assert np.abs(residual).max() < 1e-8 * np.abs(problem.dead).sum()
+    if refined.load_factor is None:
+        assert loop.load_factor is None
+        return
+    assert refined.certificate.worst < 1e-8
+    # A state with equilibrium and yield: a theorem.
+    assert refined.load_factor <= associative + RANDOM
+    # Not one: the loop's state obeys the law nearly, and the least exact state near it may lie higher.
+    if loop.load_factor is not None:
+        if (kind, seed) not in ANOTHER_VALLEY:
+            assert refined.load_factor <= loop.load_factor * (1 + NEARLY) + RANDOM
+        from_loop = mo.solve(scene, "refined", start=loop)
+        assert from_loop.load_factor <= loop.load_factor * (1 + NEARLY) + RANDOM
+
+
+@pytest.mark.parametrize(("kind", "seed"), FAST)
+def test_theorems_of_associative_flow(kind, seed):
+    check_theorems(kind, seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "seed"), SLOW)
+def test_theorems_of_associative_flow_on_many_scenes(kind, seed):
+    check_theorems(kind, seed)
+
+
+@pytest.mark.parametrize(("kind", "seed"), FAST)
+def test_refined_is_exact_and_below_the_loop_and_the_loop_below_associative(kind, seed):
+    check_order(kind, seed)
+
+
+def check_one_pass(kind: str, seed: int) -> None:
+    """Exact and at or below the associative λ, on every scene that has one; a few are the loop's."""
+    scene = random_scene(kind, seed)
+    associative, result = mo.solve(scene, "static"), mo.solve(scene, "mcp")
+    if associative.load_factor is None:
+        # Without dilatancy a scene that locks may move.
+        assert result.status is associative.status or associative.status is Status.LOCKED
+        return
+    assert result.status.usable or result.status in LOOP_GIVES_UP
+    if result.load_factor is None:
+        assert result.reasons[0].code in (Code.LOOP_TOOK_OVER, Code.WEDGED)
+        return
+    assert result.load_factor <= associative.load_factor + RANDOM
+    if result.reasons[0].code is Code.ONE_PASS:
+        left = result.certificate
+        assert max(left.equilibrium, left.yield_, left.flow) <= 1e-8
+        assert left.complementarity <= 1e-6 * max(abs(result.load_factor), SMALLEST)
+        if result.solution.kind is Kind.EXACT:
+            assert left.complementarity <= 1e-8
+        for name in ("moved", "mirrored", "renumbered"):
+            other = mo.solve(SAME[name](scene), "mcp")
+            assert other.load_factor <= associative.load_factor + RANDOM, name
+
+
+@pytest.mark.parametrize(("kind", "seed"), FAST)
+def test_one_pass_is_exact_and_below_associative(kind, seed):
+    check_one_pass(kind, seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "seed"), SLOW)
+def test_one_pass_is_exact_and_below_associative_on_many_scenes(kind, seed):
+    check_one_pass(kind, seed)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "seed"), SLOW)
+def test_order_of_the_load_factors_on_many_scenes(kind, seed):
+    check_order(kind, seed)
+
+
+@pytest.mark.slow
+def test_loop_with_remedies_certifies_nearly_every_random_scene():
+    """Of 240 scenes; each ends in a certified answer or a status that says why not."""
+    scenes = [random_scene(kind, seed) for seed in range(100, 160) for kind in KINDS]
+    missed, known = [], 0
+    for scene in scenes:
+        result = mo.solve(scene, "nonassociative")
+        left = result.certificate
+        if left and max(left.equilibrium, left.yield_) < 1e-6 and left.complementarity < 1e-3:
+            assert left.flow < LIMITS[Kind.LOOP].flow, scene.title
+            known += 1
+        elif mo.solve(scene, "static").load_factor is not None and result.status is not Status.UNSTABLE:
+            missed.append(f"{scene.title}: {result.status}")
+        assert result.status.usable or result.reasons, scene.title
+    print(f"{known} certified; not: {missed}")
+    assert known >= 0.99 * (known + len(missed)), missed
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_random_scenes_are_worth_solving(kind):
+    """Most stand and have a load factor, few of them zero; a seed gives its scene."""
+    assert random_scene(kind, 3) == random_scene(kind, 3)
+    factors = [mo.solve(random_scene(kind, seed), "static").load_factor for seed in range(20, 30)]
+    assert sum(factor is not None and factor > 1e-3 for factor in factors) >= 6
