@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
@@ -18,10 +18,9 @@ from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
-from masonry_opt.errors import OptionError
 from masonry_opt.methods.loop.method import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
-from masonry_opt.methods.task import Method, Options, Task
+from masonry_opt.methods.task import Method, Options, Task, of_same_scene
 from masonry_opt.models.pyomo_mpec import PyomoMpec
 from masonry_opt.models.pyomo_relaxed import PyomoRelaxed
 from masonry_opt.problem.problem import Problem
@@ -106,18 +105,6 @@ def loop_or(start: str | Solution, task: Task) -> Solution:
     # Accurate at any size, for what follows needs to know which faces move.
     options = LoopOptions(sub_problems="accurate")
     return nonassociative(task.with_options(options, find_solver("cvxpy", None)))
-
-
-def of_same_scene(solution: Solution, problem: Problem) -> Solution:
-    """A result handed in to begin with, for another method to add to.
-
-    Raises OptionError if it is of another scene or has no forces.
-    """
-    if solution.q is None or solution.d is None:
-        raise OptionError("option 'start': the result has no forces to start from")
-    if (solution.q.size, solution.d.size) != (3 * problem.joints, 3 * problem.blocks):
-        raise OptionError("option 'start': the result is of another scene")
-    return replace(solution, history=[], reasons=list(solution.reasons))
 
 
 def _state(problem: Problem, solution: Solution) -> State:

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict
 
 from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
+from masonry_opt.errors import OptionError
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.registry import Solver, find_solver
 
@@ -46,6 +47,18 @@ class Task:
     def with_options(self, options: Any, solver: Solver | None = None) -> Task:
         """The same task for another method, its effort counted with this one's."""
         return replace(self, options=options, solver=solver or self.solver)
+
+
+def of_same_scene(solution: Solution, problem: Problem) -> Solution:
+    """A result handed in to begin with, for another method to add to.
+
+    Raises OptionError if it is of another scene or has no forces.
+    """
+    if solution.q is None or solution.d is None:
+        raise OptionError("option 'start': the result has no forces to start from")
+    if (solution.q.size, solution.d.size) != (3 * problem.joints, 3 * problem.blocks):
+        raise OptionError("option 'start': the result is of another scene")
+    return replace(solution, history=[], reasons=list(solution.reasons))
 
 
 @dataclass(frozen=True)

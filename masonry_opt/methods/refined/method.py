@@ -13,10 +13,9 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.mcp.method import McpOptions, mcp
-from masonry_opt.methods.mpec import of_same_scene
 from masonry_opt.methods.refined.programs import ExactState, OutOfTime, Refiner
 from masonry_opt.methods.refined.search import Candidate, few, lower_of, search
-from masonry_opt.methods.task import Method, Options, Task
+from masonry_opt.methods.task import Method, Options, Task, of_same_scene
 from masonry_opt.solvers.registry import find_solver
 
 
