@@ -36,7 +36,8 @@ class PyomoProducts:
 
         min λ    s.t.    E W·ₖ + λvₖ f_L + vₖ f_D = 0,    E V·ₑ + λdₑ f_L + dₑ f_D = 0,    Aᵀ Vᵢ = G Wᵢ,
                          f_L·Vᵢ = Σ|f_L| yᵢ,   Aᵀ(λd) = G (λv),   f_L·(λd) = Σ|f_L| λ,
-                         W, z₁ v, (n̂ − n) v, (Λ − λ) v, yᵢ (Aᵀd)ₖ, z₁ (Aᵀd)ₖ ≥ 0 (edges that only open),
+                         W, z₁ v, (n̂ − n) v, (Λ − λ) v ≥ 0,
+                         (yᵢ, z₁, n̂ − n) (Aᵀd)ₖ ≥ 0 (edges that only open),
                          and both sides without a factor.
 
     Every row that the products kept suffice for is declared, so the least λ never exceeds that of a Coulomb
@@ -132,7 +133,7 @@ class PyomoProducts:
         open_beyond = (
             (statics, form)
             for form, rate in opening
-            for statics in [*all_forces, *slack]
+            for statics in [*all_forces, *slack, *room]
             if (min(statics), rate) not in kept and not set(statics) & factors.signed
         )
         model.opening = self._constraint(open_beyond, least=0.0)

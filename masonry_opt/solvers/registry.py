@@ -10,7 +10,6 @@ from functools import cache
 from typing import Any
 
 import cvxpy as cp
-import highspy
 
 from masonry_opt.errors import OptionError
 
@@ -157,14 +156,6 @@ def _needs_extra(engine: str) -> Callable[[], str]:
     return lambda: "" if engine in _installed_for_cvxpy() else "pip install 'masonry_opt[solvers]'"
 
 
-@cache
-def _without_hipo() -> str:
-    highs = highspy.Highs()
-    highs.silent()
-    known = highs.setOptionValue("solver", "hipo") == highspy.HighsStatus.kOk
-    return "" if known else "pip install 'masonry_opt[solvers]'"
-
-
 def _without_casadi() -> str:
     found = importlib.util.find_spec("casadi")
     return "" if found else "CasADi brings IPOPT: pip install 'masonry_opt[mpec]'"
@@ -178,7 +169,7 @@ _ENTRIES = (
     SolverEntry("clarabel", "cvxpy", "CLARABEL", _clarabel, interior=True, stops_early=True),
     SolverEntry("highs", "cvxpy", "HIGHS", _highs_simplex),
     SolverEntry("highs-ipm", "cvxpy", "HIGHS", _highs_interior, interior=True),
-    SolverEntry("highs-hipo", "cvxpy", "HIGHS", _highs_hipo, _without_hipo, interior=True),
+    SolverEntry("highs-hipo", "cvxpy", "HIGHS", _highs_hipo, interior=True),
     SolverEntry(
         "piqp", "cvxpy", "PIQP", _piqp, _needs_extra("PIQP"), interior=True, stops_early=True, decides=False
     ),
@@ -187,7 +178,7 @@ _ENTRIES = (
     SolverEntry("scipy", "cvxpy", "SCIPY", _scipy),
     SolverEntry("highs", "pyomo", "highs", _highs_simplex, integer=True),
     SolverEntry("highs-ipm", "pyomo", "highs", _highs_interior, interior=True),
-    SolverEntry("highs-hipo", "pyomo", "highs", _highs_hipo, _without_hipo, interior=True),
+    SolverEntry("highs-hipo", "pyomo", "highs", _highs_hipo, interior=True),
     SolverEntry("casadi", "pyomo", "casadi", None, _without_casadi, interior=True, nonlinear=True),
     SolverEntry("ipopt", "pyomo", "ipopt", None, _without_ipopt, interior=True, nonlinear=True),
     # This package's own, which reads the matrices that the declared model is made of.

@@ -14,7 +14,7 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bracket import method
 from masonry_opt.methods.bracket.limits import limits
-from masonry_opt.methods.bracket.relaxation import Relaxation
+from masonry_opt.methods.bracket.relaxation import RADII, Distances, Relaxation, relaxed
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.studies.atlas.random_scenes import random_scene
 
@@ -68,6 +68,18 @@ def test_limits_of_forces_that_are_assumed_leave_nothing_proven(monkeypatch):
     assert values_of(result, Code.WITHIN_IMPOSED)["forces"]
     assert result.bound == pytest.approx(result.load_factor, rel=CLOSED)
     assert result.range == (None, result.load_factor)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("seconds", "least"), [(3.0, 0.0), (300.0, 0.25)])
+def test_a_wall_is_bounded_however_long_the_solver_is_given(seconds, least):
+    """What multipliers prove holds wherever time ends the solver; in the end they prove .276 of wall 1."""
+    problem = assemble(mo.load(WALLS[0])).problem
+    highest, effort = 0.638982 * 1.0001, Effort()
+    near, moves = Distances(problem).within(RADII[0])
+    of = limits(problem, highest, 100.0, effort)
+    bound, _ = relaxed(problem, highest, of, near, moves, seconds, effort)
+    assert least <= bound < 0.638982
 
 
 def test_a_wall_is_bracketed_in_the_time_given():

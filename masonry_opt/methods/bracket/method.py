@@ -15,7 +15,6 @@ from masonry_opt.answer.status import Status
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.bracket.limits import Limits, limits
 from masonry_opt.methods.bracket.relaxation import (
-    MANY_JOINTS,
     RADII,
     Distances,
     Relaxation,
@@ -43,13 +42,17 @@ _MOST_BINARIES = 150
 #: Seconds that a program is given at least.
 _LEAST_TIME = 1.0
 
+#: On scenes of more joints a bracket seldom closes, and this share of the time looks for a lower state first:
+#: it lowers the upper end, and with it what forces can be.
+_MANY_JOINTS, _SEARCHING = 60, 0.05
+
 
 class GlobalOptions(Options):
     """Parameters of the bracket.
 
     Attributes
     ----------
-    time_limit: seconds for the lower end (each program is given one at least).
+    time_limit: seconds for both ends (each program is given one at least).
     rate_bound: what slips and edge openings are assumed to sum to at most where kinematics set no limit, in
         units of the live load's mean velocity. The bound then holds below it.
     """
@@ -61,10 +64,12 @@ class GlobalOptions(Options):
 def global_search(task: Task) -> Solution:
     """The least Coulomb load factor λ ≥ 0 known, and what is proven of the least."""
     problem, options, effort = task.problem, task.options, task.effort
+    began = time.perf_counter()
     upper = associative(task.with_options(None, find_solver("cvxpy", None)))
     if upper.load_factor is None and upper.status is not Status.LOCKED:
         return upper
-    start = refined(task.with_options(RefinedOptions()))
+    search = _SEARCHING * options.time_limit if problem.joints > _MANY_JOINTS else None
+    start = refined(task.with_options(RefinedOptions(search=search)))
     exact = start.kind is Kind.EXACT and start.load_factor is not None
     # Where dilatancy locks the associative flow, an exact state bounds λ instead.
     known = [found.load_factor for found in (upper, *([start] if exact else []))]
@@ -76,11 +81,11 @@ def global_search(task: Task) -> Solution:
     solution.flow_rule_matters, solution.associative = start.flow_rule_matters, upper.load_factor
     if exact:
         solution.load_factor, solution.q, solution.d = start.load_factor, start.q, start.d
-    ends = time.perf_counter() + options.time_limit
+    ends = began + options.time_limit
     of = limits(problem, highest, options.rate_bound, effort)
     solution.bound = min(best, 0.0)
     if best > 0:
-        _raise(task, solution, best, highest, of, ends)
+        _raise(task, solution, best, highest, of, began)
     searched = None
     if not _closed(solution.bound, solution.load_factor) and problem.faces <= _MOST_BINARIES:
         seconds = max(ends - time.perf_counter(), _LEAST_TIME)
@@ -92,18 +97,17 @@ def global_search(task: Task) -> Solution:
     return solution
 
 
-def _raise(task: Task, solution: Solution, best: float, highest: float, of: Limits, ends: float) -> None:
+def _raise(task: Task, solution: Solution, best: float, highest: float, of: Limits, began: float) -> None:
     """Raise the bound by programs of more and more products, until it is closed or time is up."""
     distances, before = Distances(task.problem), 0
-    many = task.problem.joints > MANY_JOINTS
-    for radii in RADII[:1] + RADII[2:] if many else RADII:
-        began = time.perf_counter()
+    for radii in RADII:
+        left = began + task.options.time_limit - time.perf_counter()
         near, moves = distances.within(radii)
         products = 12 * int(near.sum()) + 9 * int(moves.sum())
-        if products == before or products > _MOST_PRODUCTS or (before and ends - began < _LEAST_TIME):
+        if products == before or products > _MOST_PRODUCTS or (before and left < _LEAST_TIME):
             continue
         before = products
-        bound, size = relaxed(task.problem, highest, of, near, moves, ends - began, task.effort)
+        bound, size = relaxed(task.problem, highest, of, near, moves, left, task.effort)
         step = Relaxation(bound, best, *radii, products, time.perf_counter() - began)
         solution.history.append(step)
         task.progress(step)

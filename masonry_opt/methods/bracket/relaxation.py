@@ -21,17 +21,18 @@ from masonry_opt.solvers.registry import find_solver
 #: What HiGHS does here, as a result tells it.
 _PURPOSE = "products"
 
-#: Tolerances of the interior point, the second where the first ends in nothing. Programs of more rows get the
-#: second at once: there it hardly ever reaches the first, and HiGHS keeps no multipliers of a run that fails.
-_TOLERANCE, _ROUGH, _MANY_ROWS = 1e-7, 3e-2, 20_000
+#: Tolerance asked of the interior points, and the rows up to which HiGHS's older one is tried first: there it
+#: is two to three times as fast and nearer the optimum, above it mostly breaks off and keeps no multipliers.
+_TOLERANCE, _FEW_ROWS = 1e-7, 20_000
 
-#: Bound that the solver alone sees of columns that have none: with free columns its interior point takes
-#: minutes for a first basis, or breaks down. What the multipliers prove is computed without it.
-_BOX = 1e3
+#: Velocities that the solver alone takes for the largest, of those that have no bound, in units of the live
+#: load's mean velocity: with free columns it stalls or breaks off. What the multipliers prove is computed
+#: without it.
+_FASTEST = 20.0
 
 #: How far apart, in blocks, the factors of the products kept are: of forces with rates, of forces with
-#: velocities. The next where the last leaves a gap and time; the second is left out of scenes of many joints.
-RADII, MANY_JOINTS = ((0, 1), (0, 2), (1, 2), (1, 3), (2, 3), (2, 4), (3, 5)), 60
+#: velocities. The next where the last leaves a gap and time.
+RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Relaxation:
     rates_within, velocities_within: how far apart, in blocks, joints are whose products of forces and rates
         are kept, and joints and blocks whose products of forces and velocities are.
     products: how many.
-    seconds: of declaring and solving.
+    seconds: since the method began.
     """
 
     bound: float
@@ -91,31 +92,51 @@ def relaxed(
         model = PyomoProducts(problem, highest, of.normal, near, moves)
     with effort.measure("compile"):
         lp = LinearProgram.of(model.program)
-    return _proven(model, lp, _multipliers(lp, highest, seconds, effort), highest, of), lp.size
+    multipliers = _multipliers(lp, _reach(model, lp, highest, of), highest, seconds, effort)
+    return _proven(model, lp, multipliers, highest, of), lp.size
 
 
-def _multipliers(lp: LinearProgram, highest: float, seconds: float, effort: Effort) -> np.ndarray:
-    """Multipliers of the rows, shape (rows,), zeros where the solver has none in that time."""
-    ends = time.perf_counter() + seconds
+def _reach(model: PyomoProducts, lp: LinearProgram, highest: float, of: Limits) -> np.ndarray:
+    """How large each column may be for the solver, shape (columns,): limits of statics times velocities."""
+    problem, factors = model.problem, model.factors
+    of_statics = np.append(of.forces, [highest, 1.0])
+    of_motion = np.ones(factors.velocities.stop + 1)
+    turning = factors.velocities.start + 2
+    of_motion[:-1] = _FASTEST
+    of_motion[turning:-1:3] /= np.median(2 * problem.half_length)
+    i, k = np.array(list(model.product)).T
+    reach = np.empty(len(lp.cost))
+    reach[[lp.column[id(variable)] for variable in model.product.values()]] = of_statics[i] * of_motion[k]
+    return reach
+
+
+def _multipliers(
+    lp: LinearProgram, reach: np.ndarray, highest: float, seconds: float, effort: Effort
+) -> np.ndarray:
+    """Multipliers of the rows, shape (rows,), zeros where the solvers have none in that time."""
     free = np.isinf(lp.low)
-    low, high = np.where(free, -_BOX, lp.low), np.where(free, _BOX, lp.high)
+    low, high = np.where(free, -reach, lp.low), np.where(free, reach, lp.high)
     boxed = replace(lp, cost=lp.cost / highest, low=low, high=high).highs()
-    for tolerance in (_TOLERANCE, _ROUGH) if len(lp.row_lower) <= _MANY_ROWS else (_ROUGH,):
-        found = _run(boxed, tolerance, max(ends - time.perf_counter(), 1.0), effort)
+    ends = time.perf_counter() + seconds
+    for name in ("highs-ipm", "highs-hipo") if len(lp.row_lower) <= _FEW_ROWS else ("highs-hipo",):
+        found = _run(boxed, name, max(ends - time.perf_counter(), 1.0), effort)
         if found.any():
             return highest * found
     return np.zeros(len(lp.row_lower))
 
 
-def _run(lp: highspy.HighsLp, tolerance: float, seconds: float, effort: Effort) -> np.ndarray:
-    solver = find_solver("pyomo", "highs-ipm", _TOLERANCE)
+def _run(lp: highspy.HighsLp, name: str, seconds: float, effort: Effort) -> np.ndarray:
+    solver = find_solver("pyomo", name, _TOLERANCE)
     effort.uses(solver.name, _PURPOSE)
     effort.lp_solves += 1
     highs = highspy.Highs()
     highs.silent()
-    for name, value in solver.options.items():
-        highs.setOptionValue(name, value)
-    highs.setOptionValue("ipm_optimality_tolerance", tolerance)
+    for option, value in solver.options.items():
+        highs.setOptionValue(option, value)
+    # Presolved they would have no multipliers of the program itself where time ends them; and with the
+    # augmented system, which HiPO may choose, it stalls.
+    highs.setOptionValue("presolve", "off")
+    highs.setOptionValue("hipo_system", "normaleq")
     highs.setOptionValue("time_limit", seconds)
     highs.passModel(lp)
     with effort.measure("solve"):

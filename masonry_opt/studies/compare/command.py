@@ -41,7 +41,7 @@ def compare(
     solvers: Annotated[
         str,
         typer.Option(
-            help="Also: highs-hipo, piqp (both in the extra 'solvers'), and what CVXPY finds: osqp, scs, ..."
+            help="Also: highs-hipo, piqp (in the extra 'solvers'), and what CVXPY finds: osqp, scs, ..."
         ),
     ] = _joined(api.SOLVERS),
     models: Annotated[str, typer.Option(help="Modelling languages.")] = _joined(api.MODELS),
