@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
+from itertools import islice
 from typing import Annotated, Any
 
 from pydantic import Field, InstanceOf, Strict, field_validator
@@ -24,7 +25,7 @@ class RefinedOptions(Options):
 
     Attributes
     ----------
-    start: a result of the same scene, whose forces are refined (default: those of a pass).
+    start: a result of the same scene, whose forces alone are refined (default: those of a few passes).
     search: seconds for which lower states are searched for, from other starts and around the lowest found.
     seed: of the search's random numbers: one seed visits the same states in the same order, and the time
         decides how far it gets.
@@ -83,7 +84,8 @@ def refined(task: Task) -> Solution:
         refiner.deadline = time.perf_counter() + options.search
     try:
         if first.q is not None:
-            for candidate in few(refiner, first.q):
+            # Of a result that is handed in its own descent is wanted, and no other pass's.
+            for candidate in islice(few(refiner, first.q), None if options.start is None else 1):
                 lowest.see(candidate)
         if options.search is not None:
             for candidate in search(refiner, lowest.state, options.seed):
