@@ -49,7 +49,7 @@ def test_examples_are_in_the_papers_order():
 
 
 def test_all_are_those_of_the_paper():
-    assert set(EXAMPLES) - set(find_examples("all")) == {"stability"}
+    assert set(EXAMPLES) - set(find_examples("all")) == {"bracket", "stability"}
 
 
 @pytest.mark.parametrize("name", FIGURES)

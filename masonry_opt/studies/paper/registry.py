@@ -8,6 +8,7 @@ from pathlib import Path
 
 from masonry_opt.errors import OptionError
 from masonry_opt.studies.paper.arch import fig9
+from masonry_opt.studies.paper.bracket import bracket
 from masonry_opt.studies.paper.convergence import fig11
 from masonry_opt.studies.paper.dilatancy import dilatancy
 from masonry_opt.studies.paper.energy import fig12
@@ -59,6 +60,7 @@ EXAMPLES: dict[str, Example] = {
     "facades": Example("Figs 14 to 16: façades", facades, also=("fig14", "fig15", "fig16")),
     "variants": Example("Section 6.4: variants of the loop", variants),
     "dilatancy": Example("Section 6.5: dilatancy that falls with normal stress", dilatancy),
+    "bracket": Example("Least load factor of the walls, from above and below", bracket, in_paper=False),
     "stability": Example("Where methods fail, and what happens then", stability, in_paper=False, mpec=True),
 }
 
