@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import highspy
 import numpy as np
@@ -138,12 +140,28 @@ def _run(lp: highspy.HighsLp, name: str, seconds: float, effort: Effort) -> np.n
     highs.setOptionValue("presolve", "off")
     highs.setOptionValue("hipo_system", "normaleq")
     highs.setOptionValue("time_limit", seconds)
+    if name == "highs-hipo":
+        highs.setCallback(_stop_at_restart(), None)
+        highs.startCallback(highspy.cb.HighsCallbackType.kCallbackIpmInterrupt)
     highs.passModel(lp)
     with effort.measure("solve"):
         highs.run()
     effort.iterations += max(highs.getInfo().ipm_iteration_count, 0)
     found = np.array(highs.getSolution().row_dual)
     return found if found.size and np.isfinite(found).all() else np.zeros(lp.num_row_)
+
+
+def _stop_at_restart() -> Callable[..., None]:
+    """HiPO that stalls begins again with the older method, and where that fails HiGHS forgets what both had:
+    interrupted as soon as the iterations are counted anew, it keeps HiPO's multipliers."""
+    furthest = 0
+
+    def look(_kind: Any, _message: str, out: Any, into: Any, _data: Any) -> None:
+        nonlocal furthest
+        into.user_interrupt = out.ipm_iteration_count < furthest
+        furthest = max(furthest, out.ipm_iteration_count)
+
+    return look
 
 
 def _proven(

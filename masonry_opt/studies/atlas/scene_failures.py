@@ -124,7 +124,7 @@ ENTRIES: tuple[Entry, ...] = (
         (
             *associative(Status.OPTIMAL, 0.5, "w / h"),
             *loops(Status.CONVERGED, 0.5, "w / h", why=NO_INFLUENCE),
-            *references(0.5, "w / h", proven=False),
+            *references(0.5, "w / h", proven=True),
             one_pass(0.5, "w / h", why=TOOK_OVER, only=True),
         ),
     ),

@@ -111,7 +111,7 @@ def _draw_wall(axes: Axes, wall: _Wall) -> None:
         ("bound", "lower bound (of states with Σ rates ≤ 100)", COLOURS[0], 0.0),
     ):
         of = steps[steps["end"] == end]
-        seconds = np.concatenate([[_SOONEST], np.maximum(of["seconds"], _SOONEST), [_SECONDS]])
+        seconds = np.concatenate([[_SOONEST], np.maximum(of["seconds"], _SOONEST), [1.2 * _SECONDS]])
         values = np.concatenate([[start], of["value"], of["value"].tail(1) if len(of) else [start]])
         axes.step(seconds, values, where="post", color=colour, linewidth=1.8, label=label)
     associative = wall.bracket.associative
@@ -119,6 +119,6 @@ def _draw_wall(axes: Axes, wall: _Wall) -> None:
         axes.axhline(associative, color=COLOURS[-1], linewidth=1, linestyle=":", label="associative λ")
     axes.set_title(f"wall {wall.number}", loc="left", fontsize=10)
     axes.set_xscale("log")
-    axes.set_xlim(_SOONEST, _SECONDS)
+    axes.set_xlim(_SOONEST, 1.2 * _SECONDS)
     axes.set_ylim(0.0, 1.1 * max(or_nan(associative), wall.lowest))
     axes.grid(color="#EEEEEE")
