@@ -28,8 +28,10 @@ NEARLY = 3e-2
 #: Scenes on which the passes end in another valley than the loop: 7 and 8 % above it.
 ANOTHER_VALLEY = {("tessellation", 118), ("tessellation", 128)}
 
-FAST = [(kind, seed) for kind in KINDS for seed in range(2)]
-SLOW = [(kind, seed) for kind in KINDS for seed in range(100, 135)]
+SCENES = [
+    *((kind, seed) for kind in KINDS for seed in range(2)),
+    *(pytest.param(kind, seed, marks=pytest.mark.slow) for kind in KINDS for seed in range(100, 135)),
+]
 
 #: What the loop may end as where there is an associative load factor: it is a heuristic.
 LOOP_GIVES_UP = {
@@ -51,7 +53,8 @@ def no_more(one: mo.Result, other: mo.Result) -> None:
         assert (other.load_factor or 0.0) <= one.load_factor + RANDOM
 
 
-def check_theorems(kind: str, seed: int) -> None:
+@pytest.mark.parametrize(("kind", "seed"), SCENES)
+def test_theorems_of_associative_flow(kind, seed):
     """What holds of every scene under associative flow."""
     scene = random_scene(kind, seed)
     static = mo.solve(scene, "static")
@@ -71,7 +74,8 @@ def check_theorems(kind: str, seed: int) -> None:
     no_more(static, mo.solve(scene.model_copy(update={"joints": everywhere}), "static"))
 
 
-def check_order(kind: str, seed: int) -> None:
+@pytest.mark.parametrize(("kind", "seed"), SCENES)
+def test_refined_is_exact_and_below_the_loop_and_the_loop_below_associative(kind, seed):
     """Refined, loop and associative, on every scene that has a load factor."""
     scene = random_scene(kind, seed)
     associative = mo.solve(scene, "static").load_factor
@@ -102,23 +106,8 @@ def check_order(kind: str, seed: int) -> None:
         assert from_loop.load_factor <= loop.load_factor * (1 + NEARLY) + RANDOM
 
 
-@pytest.mark.parametrize(("kind", "seed"), FAST)
-def test_theorems_of_associative_flow(kind, seed):
-    check_theorems(kind, seed)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("kind", "seed"), SLOW)
-def test_theorems_of_associative_flow_on_many_scenes(kind, seed):
-    check_theorems(kind, seed)
-
-
-@pytest.mark.parametrize(("kind", "seed"), FAST)
-def test_refined_is_exact_and_below_the_loop_and_the_loop_below_associative(kind, seed):
-    check_order(kind, seed)
-
-
-def check_one_pass(kind: str, seed: int) -> None:
+@pytest.mark.parametrize(("kind", "seed"), SCENES)
+def test_one_pass_is_exact_and_below_associative(kind, seed):
     """Exact and at or below the associative λ, on every scene that has one; a few are the loop's."""
     scene = random_scene(kind, seed)
     associative, result = mo.solve(scene, "static"), mo.solve(scene, "mcp")
@@ -140,23 +129,6 @@ def check_one_pass(kind: str, seed: int) -> None:
         for name in ("moved", "mirrored", "renumbered"):
             other = mo.solve(SAME[name](scene), "mcp")
             assert other.load_factor <= associative.load_factor + RANDOM, name
-
-
-@pytest.mark.parametrize(("kind", "seed"), FAST)
-def test_one_pass_is_exact_and_below_associative(kind, seed):
-    check_one_pass(kind, seed)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("kind", "seed"), SLOW)
-def test_one_pass_is_exact_and_below_associative_on_many_scenes(kind, seed):
-    check_one_pass(kind, seed)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("kind", "seed"), SLOW)
-def test_order_of_the_load_factors_on_many_scenes(kind, seed):
-    check_order(kind, seed)
 
 
 @pytest.mark.slow

@@ -101,15 +101,24 @@ def relaxed(
 def _reach(model: PyomoProducts, lp: LinearProgram, highest: float, of: Limits) -> np.ndarray:
     """How large each column may be for the solver, shape (columns,): limits of statics times velocities."""
     problem, factors = model.problem, model.factors
-    of_statics = np.append(of.forces, [highest, 1.0])
     of_motion = np.ones(factors.velocities.stop + 1)
     turning = factors.velocities.start + 2
     of_motion[:-1] = _FASTEST
     of_motion[turning:-1:3] /= np.median(2 * problem.half_length)
-    i, k = np.array(list(model.product)).T
+    column, of_statics, k = _columns(model, lp, highest, of)
     reach = np.empty(len(lp.cost))
-    reach[[lp.column[id(variable)] for variable in model.product.values()]] = of_statics[i] * of_motion[k]
+    reach[column] = of_statics * of_motion[k]
     return reach
+
+
+def _columns(
+    model: PyomoProducts, lp: LinearProgram, highest: float, of: Limits
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Of each product its column, the largest that its factor of statics can be, and the number of its factor
+    of kinematics, shape (products,) each."""
+    column = np.array([lp.column[id(variable)] for variable in model.product.values()])
+    i, k = np.array(list(model.product)).T
+    return column, np.append(of.forces, [highest, 1.0])[i], k
 
 
 def _multipliers(
@@ -171,10 +180,8 @@ def _proven(
     can be, by the limits of forces and of the sum of all rates."""
     problem, factors = model.problem, model.factors
     value, short = lp.least(multipliers)
-    of_statics = np.append(of.forces, [highest, 1.0])
-    of_motion = np.zeros(factors.velocities.stop + 1)
-    for (i, k), variable in model.product.items():
-        of_motion[k] += of_statics[i] * short[lp.column[id(variable)]]
+    column, of_statics, k = _columns(model, lp, highest, of)
+    of_motion = np.bincount(k, of_statics * short[column], factors.velocities.stop + 1)
     rates, velocities = of_motion[: factors.velocities.start], of_motion[factors.velocities.start : -1]
     by_rates = np.abs(velocities_by_rates(problem)).T @ velocities
     # in_edges turns rates into openings, so what is paid for each unit of opening is divided twice.

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from masonry_opt.analysis import solve
 from masonry_opt.answer.result import Result
+from masonry_opt.methods.bracket.method import GlobalOptions
 from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.palette import COLOURS
 from masonry_opt.studies.paper.example import ProgressLine, Report, or_nan
@@ -21,6 +22,9 @@ from masonry_opt.studies.paper.table1 import SEARCH, WALLS, wall_file
 
 #: Seconds for both ends of one wall.
 _SECONDS = 300.0
+
+#: What bounds of walls assume.
+_ASSUMED = f"Σ rates ≤ {GlobalOptions().rate_bound:g}"
 
 #: Where the axis of time begins, for states and bounds that are there sooner.
 _SOONEST = 0.05
@@ -40,7 +44,7 @@ class _Wall:
     @property
     def assumed(self) -> str:
         """What the bound assumes."""
-        return "nothing" if self.bracket.range[0] is not None else "Σ rates ≤ 100"
+        return "nothing" if self.bracket.solution.bound_derived else _ASSUMED
 
     def steps(self) -> pd.DataFrame:
         """λ and bound whenever either came nearer: seconds, end, value."""
@@ -61,7 +65,7 @@ def bracket(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
         captions={
             "bracket": "Least load factor of the six walls: from above the lowest exact state that "
             f"`refined` has found, from below what `global` certifies within {_SECONDS:g} s of all states "
-            "whose rates sum to at most 100",
+            f"with {_ASSUMED}",
             "bracket_walls": "Both ends, and what the bound assumes (rates: slips and edge openings, in "
             "units of the live load's mean velocity)",
             "bracket_steps": "Every state and every bound that came nearer",
@@ -108,7 +112,7 @@ def _draw_wall(axes: Axes, wall: _Wall) -> None:
     steps = wall.steps()
     for end, label, colour, start in (
         ("λ", "lowest exact state found", COLOURS[1], np.nan),
-        ("bound", "lower bound (of states with Σ rates ≤ 100)", COLOURS[0], 0.0),
+        ("bound", f"lower bound (of states with {_ASSUMED})", COLOURS[0], 0.0),
     ):
         of = steps[steps["end"] == end]
         seconds = np.concatenate([[_SOONEST], np.maximum(of["seconds"], _SOONEST), [1.2 * _SECONDS]])
