@@ -115,7 +115,7 @@ def solve(
         If the case file or scene is wrong, or nothing carries a live load.
     OptionError
         If a method, model, solver or option is unknown or not available, or the method does not know
-        dilatancy that falls with stress.
+        dilatancy that falls with stress, or no limited strength.
     """
     if not callable(progress):
         raise OptionError(f"progress must be a function of a step (found {progress!r})")
@@ -135,6 +135,11 @@ def solve(
         raise OptionError(
             f"method '{method}' does not know dilatancy that falls with stress: use 'nonassociative', or "
             "leave 'dilatancy_stress' out"
+        )
+    if len(problem.crushing) and not chosen.crushing:
+        raise OptionError(
+            f"method '{method}' does not know joints of limited strength: use another, or leave 'strength' "
+            "out"
         )
     # Of methods that bring their own solver nobody named one: what is quick decides whether the scene stands.
     of_dead_load = find_solver("cvxpy", None) if solver is None and chosen.own_tolerances else named
@@ -172,7 +177,7 @@ def _set_beside(problem: Problem, solution: Solution, effort: Effort) -> None:
         task = Task(problem)
         effort.uses(task.solver.name, "associative")
         with effort.measure("associative"):
-            beside = associative(task)
+            beside = associative(task, by_chords=True)
         if beside.accept(problem):
             solution.associative = beside.load_factor
 

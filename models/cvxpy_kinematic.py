@@ -19,6 +19,7 @@ class CvxpyKinematic:
         self.limits = ShearParameters(limits)
         self.mechanism = Mechanism(problem, self.limits.slope)
         work = -problem.dead @ self.mechanism.d + self.limits.cohesion @ self.mechanism.slip
+        work += self.mechanism.crushing
         rows = [self.mechanism.compatibility, self.mechanism.live_work]
         self.program = cp.Problem(cp.Minimize(work), rows)
 

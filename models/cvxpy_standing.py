@@ -31,6 +31,6 @@ class CvxpyDriven:
 
     def __init__(self, problem: Problem, force: np.ndarray, limits: ShearLimits) -> None:
         mechanism = self.mechanism = Mechanism(problem, limits.slope)
-        power = force @ mechanism.d - limits.cohesion @ mechanism.slip
+        power = force @ mechanism.d - limits.cohesion @ mechanism.slip - mechanism.crushing
         rows = [mechanism.compatibility, mechanism.d <= 1, mechanism.d >= -1]
         self.program = cp.Problem(cp.Maximize(power), rows)

@@ -47,6 +47,8 @@ class Statics:
         self.equilibrium = problem.B @ self.q + self.load_factor * problem.live + problem.dead == 0
         limit = limits.cohesion + cp.multiply(limits.slope, problem.N @ self.q)
         self.slacks = problem.C(np.zeros(limit.size)) @ self.q + problem.both_senses @ limit
+        if len(problem.crushing):
+            self.slacks += problem.crushing_moment
 
     def forces(self) -> tuple[float, np.ndarray]:
         """λ and joint forces, shape (3c,), at the optimum."""
@@ -61,12 +63,18 @@ class Mechanism:
     Parameters
     ----------
     slope: opening per unit slip, as a parameter or numbers.
+
+    Attributes
+    ----------
+    slip: sliding of either sense, shape (k,).
+    crushing: energy that the chords of crushing dissipate.
     """
 
     def __init__(self, problem: Problem, slope: cp.Parameter | np.ndarray) -> None:
         self.d = cp.Variable(3 * problem.blocks, name="d")
         self.p = cp.Variable(problem.faces, nonneg=True, name="p")
         self.slip = problem.both_senses.T @ self.p
+        self.crushing = problem.crushing_moment @ self.p if len(problem.crushing) else cp.Constant(0.0)
         flow = problem.D(np.zeros(slope.size)) @ self.p + problem.N.T @ cp.multiply(slope, self.slip)
         # With 0 to the right: Python may swap the sides of == between expressions (when the right
         # one's class is derived from the left one's), and with them the sign of the dual.

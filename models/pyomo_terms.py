@@ -60,7 +60,7 @@ class Statics:
 
         self.equilibrium = model.equilibrium = pyo.Constraint(range(3 * problem.blocks), rule=balance)
         limit = [cohesion[i] + slope[i] * n for i, n in enumerate(rows(problem.N, q))]
-        shared = [*limit, *limit, *[0.0] * (2 * problem.joints)]
+        shared = [*limit, *limit, *problem.crushing_moment[2 * len(limit) :].tolist()]
         without_friction = rows(problem.C(np.zeros(len(limit))), q)
         self.slacks: list[Any] = [z + most for z, most in zip(without_friction, shared, strict=True)]
 
@@ -81,6 +81,7 @@ class Mechanism:
     Attributes
     ----------
     slip: expressions: sliding of either sense, one a joint that can slide.
+    crushing: energy that the chords of crushing dissipate.
     """
 
     def __init__(self, model: pyo.ConcreteModel, problem: Problem, slope: Any) -> None:
@@ -90,6 +91,7 @@ class Mechanism:
         motion = list(rows(problem.B.T.tocsr(), d))
         without_dilatancy = list(rows(problem.D(np.zeros(k)), p))
         self.slip: list[Any] = [p[i] + p[k + i] for i in range(k)]
+        self.crushing = dot(problem.crushing_moment, p) if len(problem.crushing) else 0.0
         dilates: dict[int, Any] = {
             joint: slope[i] * self.slip[i] for i, joint in enumerate(problem.sliding.tolist())
         }

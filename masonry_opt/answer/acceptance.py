@@ -8,7 +8,6 @@ from enum import StrEnum
 from math import inf
 
 import numpy as np
-import scipy.sparse as sp
 
 from masonry_opt.answer.certificate import certify
 from masonry_opt.problem.problem import Problem
@@ -96,14 +95,19 @@ def over_load_factor(complementarity: float | None, load_factor: float) -> float
 
 
 def residuals(
-    problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray, slope: np.ndarray
+    problem: Problem,
+    load_factor: float,
+    q: np.ndarray,
+    d: np.ndarray,
+    slope: np.ndarray,
+    by_parabola: bool = False,
 ) -> dict[str, float]:
     """Everything that ``Limits`` limit, of an answer under a flow rule (see :func:`~.certificate.certify`).
 
     The certificate measures forces in median weights and total loads, in which a block very much lighter
     than the others disappears. If it carries the live load, λ is its alone: hence each block for itself.
     """
-    certificate = certify(problem, load_factor, q, d, slope)
+    certificate = certify(problem, load_factor, q, d, slope, by_parabola)
     unbalanced = problem.unbalanced(load_factor, q)
     work, scale = float(problem.live @ d), max(abs(load_factor), SMALLEST)
     acting = largest_acting(problem, load_factor, q)
@@ -114,7 +118,7 @@ def residuals(
         # A live load that drives nothing: its entries are below what the solver takes for zero.
         "work": wasted / work / scale if work > 0 else inf,
         "block": _balance(problem, unbalanced, acting),
-        "joint": _yielding(problem, q, acting),
+        "joint": _yielding(problem, problem.slacks(q, by_parabola), q, acting),
     }
 
 
@@ -123,7 +127,7 @@ def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.nd
     loads = np.abs(problem.dead) + abs(load_factor * problem.live)
     loads = np.maximum(loads[0::3], loads[1::3])
     at_joints = np.abs(q[: 2 * problem.joints]).reshape(2, -1).max(axis=0)
-    carried = _ends(problem).multiply(at_joints[None, :]).max(axis=1).toarray().ravel()
+    carried = problem.ends.multiply(at_joints[None, :]).max(axis=1).toarray().ravel()
     least = _NO_MATTER * max(abs(load_factor), SMALLEST) * problem.live_norm
     return np.maximum(np.maximum(loads, carried), least)
 
@@ -131,28 +135,22 @@ def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.nd
 def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
     """Of each joint, the largest force on that of its movable blocks that carries less, shape (c,)."""
     # Zeros of a sparse matrix count in a minimum, so the maximum of the inverse.
-    return 1 / _ends(problem).multiply(1 / acting[:, None]).max(axis=0).toarray().ravel()
-
-
-def _ends(problem: Problem) -> sp.csr_array:
-    """1 where a joint (column) is one of a block's (row), shape (b, c)."""
-    # A moment in a joint acts on both of its blocks.
-    return abs(problem.B[2::3, 2 * problem.joints :])
+    return 1 / problem.ends.multiply(1 / acting[:, None]).max(axis=0).toarray().ravel()
 
 
 def _balance(problem: Problem, unbalanced: np.ndarray, acting: np.ndarray) -> float:
     """Largest force out of balance on a block over the largest that acts on it; a moment over that force
     at the longest arm."""
     arms = abs(problem.B[2::3, : 2 * problem.joints]).max(axis=1).toarray().ravel()
-    half = _ends(problem).multiply(problem.half_length[None, :]).max(axis=1).toarray().ravel()
+    half = problem.ends.multiply(problem.half_length[None, :]).max(axis=1).toarray().ravel()
     forces = np.maximum(np.abs(unbalanced[0::3]), np.abs(unbalanced[1::3])) / acting
     moments = np.abs(unbalanced[2::3]) / (acting * np.maximum(arms, half))
     return float(np.maximum(forces, moments).max())
 
 
-def _yielding(problem: Problem, q: np.ndarray, acting: np.ndarray) -> float:
+def _yielding(problem: Problem, z: np.ndarray, q: np.ndarray, acting: np.ndarray) -> float:
     """Largest violation of yield over the largest force on the lesser of a joint's blocks."""
     least = of_lesser_block(problem, acting)
-    violation = -problem.slacks(q) / problem.face_arm / least[problem.face_joint]
+    violation = -z / problem.face_arm / least[problem.face_joint]
     tension = -problem.normal_forces(q) / least
     return float(max(violation.max(), tension.max(), 0.0))

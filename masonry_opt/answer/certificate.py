@@ -44,7 +44,12 @@ class Certificate:
 
 
 def certify(
-    problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray, slope: np.ndarray
+    problem: Problem,
+    load_factor: float,
+    q: np.ndarray,
+    d: np.ndarray,
+    slope: np.ndarray,
+    by_parabola: bool = False,
 ) -> Certificate:
     """Residuals of an answer under a flow rule.
 
@@ -53,13 +58,14 @@ def certify(
     q, d: joint forces (3c,) and block velocities (3b,).
     slope: opening per unit slip that the flow rule demands of the joints that can slide, shape (k,): μ for
         associative flow, tan φ₀ for the joints' own.
+    by_parabola: whether crushing is limited by the parabola itself, and not by its chords.
     """
     total_dead = np.hypot(problem.dead[0::3], problem.dead[1::3]).sum() or problem.live_norm
-    z, p = problem.slacks(q), problem.rates(d, slope)
+    z, p = problem.slacks(q, by_parabola), problem.rates(d, slope)
     live_work = float(problem.live @ d) or problem.live_norm
     return Certificate(
         equilibrium=float(np.abs(problem.unbalanced(load_factor, q)).max() / total_dead),
         yield_=max(0.0, -float((z / problem.face_arm).min()), -float(problem.normal_forces(q).min())),
         flow=float(np.abs(problem.departure(d, p, slope)).max() / (np.abs(d).max() or 1.0)),
-        complementarity=float(np.abs(z * p).sum() / abs(live_work)),
+        complementarity=problem.energy(q, p, by_parabola) / abs(live_work),
     )

@@ -19,6 +19,7 @@ from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.chords import CHORDS, MISSED, parabola
 from masonry_opt.problem.problem import Problem, ShearLimits
 
 
@@ -183,7 +184,7 @@ def make_result(
     certificate = None
     if solution.load_factor is not None and solution.q is not None and solution.d is not None:
         slope = problem.dilatancy if solution.slope is None else solution.slope
-        certificate = certify(problem, solution.load_factor, solution.q, solution.d, slope)
+        certificate = certify(problem, solution.load_factor, solution.q, solution.d, slope, solution.parabola)
     lp = solution.size
     return Result(
         case=scene.origin if scene.origin != "scene" else scene.title or "scene",
@@ -216,7 +217,7 @@ def make_result(
             rows=lp.rows if lp else None,
             columns=lp.columns if lp else None,
             nonzeros=lp.nonzeros if lp else None,
-            left_out=_left_out(assembly),
+            left_out=_left_out(assembly, solution),
         ),
         assembly=assembly,
         solution=solution,
@@ -226,15 +227,27 @@ def make_result(
 def _is_exact(problem: Problem, solution: Solution) -> bool:
     if solution.load_factor is None or solution.q is None or solution.d is None:
         return False
-    left = residuals(problem, solution.load_factor, solution.q, solution.d, problem.dilatancy)
+    forces = solution.load_factor, solution.q, solution.d
+    left = residuals(problem, *forces, problem.dilatancy, solution.parabola)
     return not LIMITS[Kind.EXACT].failing(left)
 
 
-def _left_out(assembly: Assembly) -> tuple[str, ...]:
+def _left_out(assembly: Assembly, solution: Solution) -> tuple[str, ...]:
     problem, joints = assembly.problem, assembly.joints
     left_out = []
     if unlimited := problem.joints - len(problem.sliding):
         left_out.append(f"sliding of {_count(unlimited, 'joint')}: friction is unlimited")
+    if chords := len(problem.crushing):
+        by_chords = f"{len(CHORDS.slope)} chords, at most {MISSED:.2%} below the parabola"
+        how = "the parabola itself" if solution.parabola else by_chords
+        left_out.append(f"crushing but by {how}: {_count(chords, 'joint')}")
+    if joints.corners:
+        first, second = joints.corners[0]
+        left_out.append(
+            f"{_count(len(joints.corners), 'pair')} of blocks that meet corner on corner, where no joint "
+            f"holds them, such as {assembly.scene.blocks[first].name!r} and "
+            f"{assembly.scene.blocks[second].name!r}"
+        )
     if joints.fixed_pairs:
         left_out.append(f"{_count(joints.fixed_pairs, 'joint')} between two fixed blocks: neither moves")
     if joints.near_misses:
@@ -273,7 +286,12 @@ def _joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
     q = nothing if solution.q is None else solution.q
     u = nothing if solution.d is None else problem.B.T @ solution.d
     n, s, m = q.reshape(3, -1)
+    m = np.where(problem.in_a_point, 0.0, m)
     opening, slip, rotation = u.reshape(3, -1)
+    if solution.d is not None:
+        turning = np.zeros(len(assembly.scene.blocks))
+        turning[assembly.movable] = solution.d[2::3]
+        rotation = turning[joints.first] - turning[joints.second]
     force, length = problem.force_unit, problem.length_unit
     middle = joints.middle + assembly.geometry.origin
     return pd.DataFrame(
@@ -295,15 +313,19 @@ def _joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
 
 
 def _utilisation(problem: Problem, q: np.ndarray) -> np.ndarray:
-    """Largest of |s| over the true Coulomb limit and |m| over n L/2; NaN where a joint is idle.
+    """Largest of |s| over the true Coulomb limit and |m| over n L/2, or what crushing leaves of it, and of n
+    over f_c L; NaN where a joint is idle.
 
     Forces below 1e-6 of the scene's largest normal force are nothing: limits are no smaller.
     """
     n, s, m = q.reshape(3, -1)
-    m = np.abs(m) / problem.half_length
+    m = np.where(problem.in_a_point, 0.0, np.abs(m) / problem.half_length)
     nothing = 1e-6 * (np.abs(n).max() or 1.0)
     limit = ShearLimits.true(problem).at(n[problem.sliding])
-    used = m / np.maximum(n, nothing)
+    most = n.copy()
+    most[problem.crushing] = parabola(n[problem.crushing], problem.crushing_force)
+    used = m / np.maximum(most, nothing)
+    used[problem.crushing] = np.maximum(used[problem.crushing], n[problem.crushing] / problem.crushing_force)
     shear = np.abs(s[problem.sliding]) / np.maximum(limit, nothing)
     used[problem.sliding] = np.maximum(used[problem.sliding], shear)
     return np.where(np.stack([np.abs(n), np.abs(s), m]).max(axis=0) <= nothing, np.nan, used)

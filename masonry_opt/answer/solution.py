@@ -35,6 +35,7 @@ class Solution:
     associative: associative load factor; None where it is unlimited or nobody computed it.
     bound: lower bound of λ, of the bracket; what it assumes, if anything, stands in the reasons.
     bound_derived: whether it assumes nothing.
+    parabola: whether crushing was limited by the parabola itself and not by its chords.
     infeasibility: what is proven where there is no λ; None if nobody looked.
     size: of the linear program.
     """
@@ -53,6 +54,7 @@ class Solution:
     associative: float | None = None
     bound: float | None = None
     bound_derived: bool = False
+    parabola: bool = False
     infeasibility: InfeasibilityCertificate | None = None
     size: LpSize | None = None
 
@@ -78,7 +80,7 @@ class Solution:
         if self.load_factor is None or self.q is None or self.d is None:
             return {}
         slope = problem.dilatancy if self.slope is None else self.slope
-        left = residuals(problem, self.load_factor, self.q, self.d, slope)
+        left = residuals(problem, self.load_factor, self.q, self.d, slope, self.parabola)
         return LIMITS[self.kind].failing(left)
 
     def accept(self, problem: Problem) -> bool:

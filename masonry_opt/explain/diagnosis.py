@@ -105,7 +105,7 @@ def locking_joints(
     nobody = np.array([], dtype=int)
     own_flow = ShearLimits(problem.dilatancy, np.zeros_like(problem.cohesion))
     if status is Status.LOCKED:
-        driven = _driven(problem, _push(problem), own_flow, in_cvxpy(solver), effort)
+        driven = _driven(problem.growth, _push(problem), own_flow, in_cvxpy(solver), effort)
         if driven is None:
             return nobody
         d = driven[1]
@@ -116,7 +116,7 @@ def locking_joints(
         slope = problem.dilatancy if status is Status.UNLIMITED else problem.friction
         # The live load in place of the dead, scaled as the driven mechanism is.
         limits = ShearLimits(slope, np.zeros_like(slope))
-        carrying = CvxpyStanding(replace(problem, dead=_push(problem)), limits)
+        carrying = CvxpyStanding(replace(problem.growth, dead=_push(problem)), limits)
         if has_optimum(carrying.program, in_cvxpy(solver), effort, DIAGNOSIS):
             q = carrying.statics.forces()[1]
         elif status is Status.UNLIMITED or q is None:
@@ -144,7 +144,7 @@ def _live_load_drives(problem: Problem, slope: np.ndarray, solver: Solver, effor
     """Whether a mechanism with that opening per unit slip (k,) lets the live load do work; None if
     the solver fails to say."""
     limits = ShearLimits(slope, np.zeros_like(slope))
-    driven = _driven(problem, _push(problem), limits, in_cvxpy(solver), effort)
+    driven = _driven(problem.growth, _push(problem), limits, in_cvxpy(solver), effort)
     return None if driven is None else driven[0] > _NOTHING
 
 

@@ -1,4 +1,4 @@
-"""Associative limit analysis: one linear program, eq. (9) or eq. (10)."""
+"""Associative limit analysis: one program, eq. (9) or eq. (10), linear unless joints can crush."""
 
 from __future__ import annotations
 
@@ -10,17 +10,21 @@ from masonry_opt.methods.task import Method, Task
 from masonry_opt.solvers.driver import Driver
 
 
-def associative(task: Task, formulation: str = "static") -> Solution:
+def associative(task: Task, formulation: str = "static", by_chords: bool = False) -> Solution:
     """Load factor, forces and mechanism under associative flow.
 
     Parameters
     ----------
     formulation: "static", eq. (9), or "kinematic", eq. (10).
+    by_chords: whether joints crush by chords, as in every Coulomb answer, even where the solver takes the
+        parabola.
     """
     problem = task.problem
-    driver = Driver(problem, formulation, task.solver, task.effort, of_load=True)
+    parabola = bool(len(problem.crushing)) and task.solver.entry.conic and not by_chords
+    driver = Driver(problem, formulation, task.solver, task.effort, of_load=True, parabola=parabola)
     answer = driver.solve()
     solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, slope=problem.friction, size=driver.size())
+    solution.parabola = parabola
     if answer.state is None:
         solution.status, why = no_optimum(problem, answer.solved.word, task.solver, task.effort)
         solution.reasons.append(why)

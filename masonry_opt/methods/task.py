@@ -74,6 +74,7 @@ class Method:
         The first language is the method's default.
     own_tolerances: whether it sets the tolerances of its solvers itself.
     constant_dilatancy: whether it takes the joints' dilatancy for a constant, whatever their stress.
+    crushing: whether it knows joints of limited strength.
     """
 
     name: str
@@ -82,3 +83,4 @@ class Method:
     solvers: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {"cvxpy": (), "pyomo": ()})
     own_tolerances: bool = False
     constant_dilatancy: bool = False
+    crushing: bool = True

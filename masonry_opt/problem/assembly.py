@@ -54,23 +54,31 @@ def assemble(scene: Scene) -> Assembly:
     # With this unit rocking reads |m| ≤ n at a usual joint: moments weigh as much as forces in the
     # centre that an interior-point solver finds. It matters: see "Limits" in the README. Medians, so
     # that a few odd blocks do not move it.
-    length_unit = float(np.median(joints.length)) / 2
+    in_a_point = joints.length == 0
+    lengths = joints.length[~in_a_point]
+    length_unit = float(np.median(lengths) if len(lengths) else np.sqrt(np.median(shapes.area[movable]))) / 2
     block_loads = np.hypot(dead[0::3], dead[1::3])
     force_unit = _median_of_positive(block_loads) or _median_of_positive(np.hypot(live[0::3], live[1::3]))
     force_unit = force_unit or 1.0
     # Moments are forces times lengths.
     scale = np.tile([force_unit, force_unit, force_unit * length_unit], len(movable))
     sliding = np.flatnonzero(np.isfinite(joints.friction))
+    crushing = np.flatnonzero(np.isfinite(joints.strength) & ~in_a_point)
+    # A corner has no length for stress to act on: there dilatancy does not depend on it.
+    stress = np.where(in_a_point[:, None], np.inf, joints.dilatancy_stress)
+    acts_on = np.where(in_a_point, 1.0, joints.length)
     problem = Problem(
         B=_equilibrium(joints, shapes, movable, len(scene.blocks), length_unit),
         dead=dead / scale,
         live=live / scale,
-        half_length=joints.length / 2 / length_unit,
+        half_length=np.where(in_a_point, 1.0, joints.length / 2 / length_unit),
         sliding=sliding,
         friction=joints.friction[sliding],
         cohesion=(joints.cohesion * joints.length / force_unit)[sliding],
         dilatancy=joints.dilatancy[sliding],
-        dilatancy_force=(joints.dilatancy_stress * joints.length[:, None] / force_unit)[sliding],
+        dilatancy_force=(stress * acts_on[:, None] / force_unit)[sliding],
+        crushing=crushing,
+        crushing_force=(joints.strength[crushing] * joints.length[crushing] / force_unit),
         force_unit=force_unit,
         length_unit=length_unit,
     )
@@ -85,7 +93,7 @@ def _equilibrium(
     joints: Joints, shapes: Geometry, movable: np.ndarray, blocks: int, length_unit: float
 ) -> sp.csr_array:
     """B with lengths in ``length_unit``: joint forces act on the first block as they are, on the
-    second reversed."""
+    second reversed. Joints without length carry no moment."""
     count = len(joints.first)
     # Normal into the first block; tangent a quarter turn clockwise of it.
     normal = joints.normal
@@ -101,9 +109,10 @@ def _equilibrium(
                 rows.append(3 * row_of[block] + component)
                 columns.append(column * count + np.arange(count))
                 values.append(sign * value)
-        rows.append(3 * row_of[block] + 2)
-        columns.append(2 * count + np.arange(count))
-        values.append(np.full(count, sign))
+        turns = np.flatnonzero(joints.length > 0)
+        rows.append(3 * row_of[block[turns]] + 2)
+        columns.append(2 * count + turns)
+        values.append(np.full(len(turns), sign))
     row, col, entry = map(np.concatenate, (rows, columns, values))
     # Fixed blocks have no rows; exact zeros (axis-aligned joints) stay out of the pattern.
     kept = (row >= 0) & (entry != 0)

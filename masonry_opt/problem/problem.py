@@ -9,6 +9,8 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
+from masonry_opt.problem.chords import CHORDS, chord_rates, crushing_energy, parabola
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -19,7 +21,8 @@ class Problem:
     the motion of each joint's first block against its second.
 
     A *face* is one yield condition, and every array over faces has this order: sliding (+) of the k joints
-    that can slide, sliding (−) of them, rocking about one edge (+) of all c joints, rocking (−) of them.
+    that can slide, sliding (−) of them, rocking about one edge (+) of all c joints, rocking (−) of them,
+    then chords of crushing (+) and (−) of the joints of limited strength (see :mod:`~.chords`).
 
     Forces are in units of ``force_unit`` (the median dead load of a block), lengths in units of
     ``length_unit`` (half the median joint length), so that the numbers a solver sees are near one whatever
@@ -30,12 +33,15 @@ class Problem:
     B: equilibrium matrix, shape (3b, 3c); rows fx, fy, moment about the centroid of each block,
         columns n (compression > 0) of all joints, then s, then m (about the joint's middle).
     dead, live: loads f_D and f_L, shape (3b,).
-    half_length: L / 2 of each joint, shape (c,).
+    half_length: L / 2 of each joint, shape (c,); 1 where a corner stands on an edge, whose column m of B is
+        empty: there the two rocking faces say n ≥ 0, and m says nothing.
     sliding: indices of the joints that can slide (friction is limited), shape (k,).
     friction, dilatancy: μ and tan φ₀ of the joints that can slide, shape (k,).
     cohesion: of the joints that can slide, as a force (per unit length × L), shape (k,).
     dilatancy_force: normal forces up to which the dilatancy is whole and from which there is none (``inf``
         where it does not depend on them), shape (k, 2).
+    crushing: indices of the joints of limited strength, shape (l,).
+    crushing_force: f_c L, the normal force that crushes all of such a joint, shape (l,).
     force_unit, length_unit: what a dimensionless force or length is multiplied by.
     """
 
@@ -48,6 +54,8 @@ class Problem:
     cohesion: np.ndarray
     dilatancy: np.ndarray
     dilatancy_force: np.ndarray
+    crushing: np.ndarray
+    crushing_force: np.ndarray
     force_unit: float
     length_unit: float
 
@@ -63,8 +71,8 @@ class Problem:
 
     @property
     def faces(self) -> int:
-        """Number of yield conditions, 2k + 2c."""
-        return 2 * len(self.sliding) + 2 * self.joints
+        """Number of yield conditions, 2k + 2c and the chords of crushing."""
+        return 2 * len(self.sliding) + self.R.shape[0]
 
     @property
     def live_norm(self) -> float:
@@ -82,11 +90,27 @@ class Problem:
         return _selection(self.joints + self.sliding, 3 * self.joints)
 
     @cached_property
+    def lever(self) -> np.ndarray:
+        """Slope of the rocking faces, shape (c,): L/2, less by the first chord where joints can crush."""
+        lever = self.half_length.copy()
+        lever[self.crushing] *= CHORDS.slope[0]
+        return lever
+
+    @cached_property
     def R(self) -> sp.csr_array:
-        """Rocking, shape (2c, 3c): ``R q`` is n L/2 − m of every joint, then n L/2 + m."""
-        lever, one = sp.diags_array(self.half_length), sp.eye_array(self.joints)
+        """Rocking and crushing, shape (2c + chords, 3c): ``R q`` is n L/2 − m of every joint, then n L/2 + m;
+        of joints that can crush a n − m for each further chord, then a n + m."""
+        lever, one = sp.diags_array(self.lever), sp.eye_array(self.joints, format="csr")
         no_shear = sp.csr_array((self.joints, self.joints))
-        return sp.block_array([[lever, no_shear, -one], [lever, no_shear, one]], format="csr")
+        rocking = [[lever, no_shear, -one], [lever, no_shear, one]]
+        if not len(self.crushing):
+            return sp.block_array(rocking, format="csr")
+        of_chord = np.repeat(self.crushing, len(CHORDS.slope) - 1)
+        slope = np.outer(self.half_length[self.crushing], CHORDS.slope[1:]).ravel()
+        leaning, turning = sp.diags_array(slope) @ one[of_chord], one[of_chord]
+        no_shear = sp.csr_array(turning.shape)
+        chords = [[leaning, no_shear, -turning], [leaning, no_shear, turning]]
+        return sp.vstack([sp.block_array(rocking), sp.block_array(chords)], format="csr")
 
     def C(self, slope: np.ndarray) -> sp.csr_array:
         """Yield conditions with shear limits of that slope, shape (k,): rows over the faces, (faces, 3c)."""
@@ -110,28 +134,107 @@ class Problem:
     def both_senses(self) -> sp.csr_array:
         """Puts what both senses of sliding share, shape (k,), on the faces, shape (faces, k)."""
         k = len(self.sliding)
-        return sp.vstack([sp.eye_array(k), sp.eye_array(k), sp.csr_array((2 * self.joints, k))], format="csr")
+        return sp.vstack([sp.eye_array(k), sp.eye_array(k), sp.csr_array((self.R.shape[0], k))], format="csr")
+
+    @cached_property
+    def crushing_moment(self) -> np.ndarray:
+        """Constant part of the chords of crushing, zero on all other faces, shape (faces,)."""
+        moment = np.zeros(self.faces)
+        if chords := len(self.crushing) * (len(CHORDS.slope) - 1):
+            whole = self.half_length[self.crushing] * self.crushing_force
+            moment[-2 * chords :] = np.tile(np.outer(whole, CHORDS.constant[1:]).ravel(), 2)
+        return moment
 
     @cached_property
     def face_cohesion(self) -> np.ndarray:
         """Constant part of each yield condition, shape (faces,)."""
-        return self.both_senses @ self.cohesion
+        return self.both_senses @ self.cohesion + self.crushing_moment
 
     @cached_property
     def face_joint(self) -> np.ndarray:
         """The joint that each face belongs to, shape (faces,)."""
-        every = np.arange(self.joints)
-        return np.concatenate([self.sliding, self.sliding, every, every])
+        every, of_chord = np.arange(self.joints), np.repeat(self.crushing, len(CHORDS.slope) - 1)
+        return np.concatenate([self.sliding, self.sliding, every, every, of_chord, of_chord])
 
     @cached_property
     def face_arm(self) -> np.ndarray:
         """What a slack is divided by to be a force: 1, or L/2 where it is a moment, shape (faces,)."""
-        return np.concatenate([np.ones(2 * len(self.sliding)), self.half_length, self.half_length])
+        arm = self.half_length[self.face_joint]
+        arm[: 2 * len(self.sliding)] = 1.0
+        return arm
 
-    def slacks(self, q: np.ndarray) -> np.ndarray:
+    @cached_property
+    def ends(self) -> sp.csr_array:
+        """1 where a joint (column) is one of a block's (row), shape (b, c)."""
+        of_columns = abs(self.B) @ _selection(np.arange(3 * self.joints) % self.joints, self.joints)
+        of_blocks = sp.csr_array(
+            (np.ones(3 * self.blocks), (np.arange(3 * self.blocks) // 3, np.arange(3 * self.blocks)))
+        )
+        touched = (of_blocks @ of_columns).tocsr()
+        touched.data[:] = 1.0
+        return touched
+
+    @cached_property
+    def in_a_point(self) -> np.ndarray:
+        """Whether each joint is a corner on an edge, which carries no moment, shape (c,)."""
+        return np.diff(self.B[:, 2 * self.joints :].tocsc().indptr) == 0
+
+    def slacks(self, q: np.ndarray, by_parabola: bool = False) -> np.ndarray:
         """Slack z of each face under forces q and the true friction law, eq. (4), shape (faces,): negative
-        is a violation."""
-        return self.true_yield @ q + self.face_cohesion
+        is a violation.
+
+        Parameters
+        ----------
+        by_parabola: whether joints that can crush are held to the parabola, in place of each of its chords.
+        """
+        z = self.true_yield @ q + self.face_cohesion
+        if by_parabola:
+            n, _, m = q.reshape(3, -1)[:, self.crushing]
+            most = self.half_length[self.crushing] * parabola(n, self.crushing_force)
+            for sense, moment in enumerate((m, -m)):
+                z[self._bent[sense]] = np.repeat(most - moment, len(CHORDS.slope))
+        return z
+
+    def energy(self, q: np.ndarray, p: np.ndarray, by_parabola: bool = False) -> float:
+        """Σ |z p|: energy of faces that move without being at yield, in rates p, shape (faces,).
+
+        Parameters
+        ----------
+        by_parabola: as of ``slacks``.
+        """
+        z = self.slacks(q)
+        if not by_parabola:
+            return float(np.abs(z * p).sum())
+        joints, half = self.crushing, self.half_length[self.crushing]
+        n, _, m = q.reshape(3, -1)[:, joints]
+        bent = np.stack([p[faces].reshape(len(joints), -1) for faces in self._bent])
+        opening, rotation = (bent.sum(axis=0) * CHORDS.slope).sum(axis=1), (bent[1] - bent[0]).sum(axis=1)
+        given = crushing_energy(opening, rotation) * half * self.crushing_force
+        taken = -n * half * opening - m * rotation
+        z[self._bent.ravel()] = 0.0
+        return float(np.abs(z * p).sum() + np.abs(given - taken).sum())
+
+    @cached_property
+    def _bent(self) -> np.ndarray:
+        """Rocking faces and chords of the joints that can crush, joint by joint, (+) and (−), shape (2, l ·
+        chords)."""
+        further = len(CHORDS.slope) - 1
+        rocking, chords = 2 * len(self.sliding), 2 * (len(self.sliding) + self.joints)
+        return np.stack(
+            [
+                np.column_stack(
+                    [
+                        rocking + sense * self.joints + self.crushing,
+                        (
+                            chords
+                            + further * (sense * len(self.crushing) + np.arange(len(self.crushing))[:, None])
+                            + np.arange(further)
+                        ),
+                    ]
+                ).ravel()
+                for sense in (0, 1)
+            ]
+        )
 
     def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
         """Rates p ≥ 0 with which the joints could follow Bᵀd under a flow rule, shape (faces,).
@@ -148,11 +251,16 @@ class Problem:
         opening, slip, rotation = (self.B.T @ d).reshape(3, -1)
         slip = slip[self.sliding]
         opening[self.sliding] -= slope * np.abs(slip)
-        both_edges = opening / self.half_length
+        both_edges = opening / self.lever
         about = np.maximum(np.stack([both_edges - rotation, both_edges + rotation]) / 2, 0.0)
         # Never more than the rotation demands when the joint cannot open that far.
         rock = np.where(both_edges >= np.abs(rotation), about, np.stack([-rotation, rotation]))
-        return np.maximum(np.concatenate([-slip, slip, *rock]), 0.0)
+        crush = np.zeros((2, 0))
+        if len(joints := self.crushing):
+            # A joint that can crush follows every motion.
+            both = chord_rates(opening[joints] / self.half_length[joints], rotation[joints])
+            rock[:, joints], crush = both[..., 0], both[..., 1:].reshape(2, -1)
+        return np.maximum(np.concatenate([-slip, slip, *rock, *crush]), 0.0)
 
     def unbalanced(self, load_factor: float, q: np.ndarray) -> np.ndarray:
         """What joint forces and loads leave of equilibrium, eq. (1), shape (3b,)."""
@@ -174,9 +282,7 @@ class Problem:
     def part(self) -> np.ndarray:
         """Number of the connected part of the scene that each joint belongs to, shape (c,). Parts
         that share supports alone do not act on each other."""
-        joint_of_column = _selection(np.arange(3 * self.joints) % self.joints, self.joints)
-        touches = abs(self.B) @ joint_of_column
-        _, part = connected_components(touches.T @ touches, directed=False)
+        _, part = connected_components(self.ends.T @ self.ends, directed=False)
         return part
 
     @property
@@ -193,6 +299,14 @@ class Problem:
         share[depends] = np.clip((none - n[self.sliding][depends]) / (none - full), 0.0, 1.0)
         return self.dilatancy * share
 
+    @property
+    def growth(self) -> Problem:
+        """The same joints without cohesion and strength: its yield conditions are those of forces that can be
+        added without end."""
+        return replace(
+            self, cohesion=np.zeros_like(self.cohesion), crushing_force=np.zeros_like(self.crushing_force)
+        )
+
     def in_units_of(self, force: float) -> Problem:
         """The same problem with forces in units of ``force`` (itself in units of ``force_unit``)."""
         return replace(
@@ -201,6 +315,7 @@ class Problem:
             live=self.live / force,
             cohesion=self.cohesion / force,
             dilatancy_force=self.dilatancy_force / force,
+            crushing_force=self.crushing_force / force,
             force_unit=self.force_unit * force,
         )
 

@@ -5,18 +5,19 @@ from __future__ import annotations
 import io
 import os
 import textwrap
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path as FilePath
 
 import matplotlib as mpl
 import numpy as np
 import shapely
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.collections import LineCollection, PathCollection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.path import Path
 
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
@@ -24,7 +25,7 @@ from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import write_whole
 
 #: Okabe & Ito's colours, told apart by colour-blind readers and in grey.
-_SLIDES, _HINGES, _MARKED = "#0072B2", "#D55E00", "#CC79A7"
+_SLIDES, _HINGES, _MARKED, _CRUSHES = "#0072B2", "#D55E00", "#CC79A7", "#009E73"
 _BLOCK, _FIXED, _OUTLINE = "#F2E2C4", "#9A9A9A", "#BBBBBB"
 
 #: The fastest corner moves by this share of the scene's size.
@@ -47,31 +48,37 @@ class JointMotion:
     ----------
     slides: joints that slip while they touch, shape (c,).
     hinges: joints that open about one edge, shape (c,).
-    hinge: that edge, where ``hinges``, shape (c, 2).
+    hinge: that edge, or corner, where ``hinges``, shape (c, 2).
+    crushes: joints whose edges come nearer, shape (c,).
     """
 
     slides: np.ndarray
     hinges: np.ndarray
     hinge: np.ndarray
+    crushes: np.ndarray
 
 
 def joint_motion(result: Result) -> JointMotion:
-    """Which joints slide and which hinge, from a result that has a mechanism."""
+    """Which joints slide, hinge and crush, from a result that has a mechanism."""
     frame, joints = result.joints, result.assembly.joints
-    half = frame["length"].to_numpy() / 2
+    # A corner on an edge turns about itself: by how much is measured on a joint of usual length.
+    half = np.where(joints.length > 0, joints.length / 2, result.assembly.problem.length_unit)
+    in_a_point = joints.length == 0
     opening, turning = frame["opening"].to_numpy(), frame["rotation"].to_numpy() * half
     still = _STILL * _fastest(result)
     # Opening at the joint's start and end: the first block's edge runs from start to end.
-    touches = opening - np.abs(turning) <= still
+    nearer = opening - np.where(in_a_point, 0.0, np.abs(turning))
+    touches = nearer <= still
     hinge = np.where((turning > 0)[:, None], joints.start, joints.end)
     return JointMotion(
         slides=touches & (np.abs(frame["slip"].to_numpy()) > still),
         hinges=touches & (np.abs(turning) > still),
         hinge=hinge,
+        crushes=nearer < -still,
     )
 
 
-def plot_mechanism(result: Result, path: str | Path) -> None:
+def plot_mechanism(result: Result, path: str | FilePath) -> None:
     """Draw a result and write it whole to ``path`` (.png, .svg or .pdf).
 
     Raises
@@ -82,7 +89,7 @@ def plot_mechanism(result: Result, path: str | Path) -> None:
         If the file cannot be written.
     """
     refuse_picture(path)
-    kind = Path(path).suffix.lower().removeprefix(".")
+    kind = FilePath(path).suffix.lower().removeprefix(".")
     with mpl.rc_context({"svg.hashsalt": "masonry_opt", "font.size": 10}):
         figure = Figure()
         axes = figure.add_subplot()
@@ -104,9 +111,9 @@ def _fit_figure(figure: Figure, axes: Axes) -> None:
     axes.set_position(((width - wide) / 2 / width, _BELOW / height, wide / width, tall / height))
 
 
-def refuse_picture(path: str | Path) -> None:
+def refuse_picture(path: str | FilePath) -> None:
     """Raise OptionError if a picture could not be written there: to be asked before long work."""
-    path = Path(path)
+    path = FilePath(path)
     if path.suffix.lower().removeprefix(".") not in FORMATS:
         raise OptionError(f"{path}: a picture's name ends in {', '.join('.' + f for f in FORMATS)}")
     if not path.parent.is_dir():
@@ -124,23 +131,26 @@ def draw_mechanism(result: Result, axes: Axes, marked: Collection[int] = ()) -> 
     assembly = result.assembly
     shapes, origin = assembly.geometry, assembly.geometry.origin
     fixed = np.setdiff1d(np.arange(len(shapes.polygons)), assembly.movable)
-    at_rest = [shapely.get_coordinates(polygon) for polygon in shapes.polygons]
     low, high = _extent(result)
     size = float((high - low).max())
 
-    axes.add_collection(
-        PolyCollection([at_rest[i] + origin for i in fixed], facecolor=_FIXED, edgecolor="none")
-    )
-    rest = [at_rest[i] + origin for i in assembly.movable]
-    moved = rest
-    if result.blocks["vx"].notna().all():
-        axes.add_collection(PolyCollection(rest, facecolor="none", edgecolor=_OUTLINE, linewidth=0.5))
-        scale = _DISPLACEMENT * size / _fastest(result)
+    def drawn(blocks: np.ndarray, scale: float = 0.0) -> list[Path]:
         motion = _Velocities(result)
-        moved = [at_rest[i] + scale * motion.at(i, at_rest[i]) + origin for i in assembly.movable]
-    width = 0.8 if len(moved) < 300 else 0.3
-    axes.add_collection(PolyCollection(moved, facecolor=_BLOCK, edgecolor="black", linewidth=width))
-    if moved is not rest:
+        return [
+            _outline(shapes.polygons[i], lambda points, i=i: points + scale * motion.at(i, points) + origin)
+            for i in blocks
+        ]
+
+    axes.add_collection(PathCollection(drawn(fixed), facecolor=_FIXED, edgecolor="none"))
+    moves, scale = result.blocks["vx"].notna().all(), 0.0
+    if moves:
+        rest = drawn(assembly.movable)
+        axes.add_collection(PathCollection(rest, facecolor="none", edgecolor=_OUTLINE, linewidth=0.5))
+        scale = _DISPLACEMENT * size / _fastest(result)
+    blocks = drawn(assembly.movable, scale)
+    width = 0.8 if len(blocks) < 300 else 0.3
+    axes.add_collection(PathCollection(blocks, facecolor=_BLOCK, edgecolor="black", linewidth=width))
+    if moves:
         _mark_joints(result, axes, scale, marked)
 
     margin = 1.5 * _DISPLACEMENT * size
@@ -152,8 +162,16 @@ def draw_mechanism(result: Result, axes: Axes, marked: Collection[int] = ()) -> 
     axes.set_title(_title(result), parse_math=False)  # a title may hold dollar signs
 
 
+def _outline(shape: shapely.Geometry, moved: Callable[[np.ndarray], np.ndarray]) -> Path:
+    """The outlines of a block, its holes among them, as one path."""
+    rings = shapely.get_rings(shapely.get_parts(shape))
+    return Path.make_compound_path(
+        *(Path(moved(shapely.get_coordinates(ring)), closed=True) for ring in rings)
+    )
+
+
 def _title(result: Result) -> str:
-    name = printable(textwrap.fill(result.assembly.scene.title or Path(result.case).stem, 60))
+    name = printable(textwrap.fill(result.assembly.scene.title or FilePath(result.case).stem, 60))
     if result.load_factor is not None:
         return f"{name}\nload factor λ = {result.load_factor:.5f} ({result.method})"
     drawn = "" if result.status is Status.UNSTABLE else "; drawn: the last motion tried, no collapse"
@@ -170,10 +188,11 @@ def _mark_joints(result: Result, axes: Axes, scale: float, marked: Collection[in
         velocity = sum(motion.at(block, point[None])[0] for block in blocks) / 2
         return point + scale * velocity + origin
 
-    sliding = sorted({*np.flatnonzero(joint_moves.slides).tolist(), *marked})
+    crushing = np.flatnonzero(joint_moves.crushes).tolist()
+    sliding = sorted({*np.flatnonzero(joint_moves.slides).tolist(), *marked, *crushing})
     hinging = np.flatnonzero(joint_moves.hinges).tolist()
     slid = [[displaced(j, joints.start[j]), displaced(j, joints.end[j])] for j in sliding]
-    colours = [_MARKED if j in marked else _SLIDES for j in sliding]
+    colours = [_MARKED if j in marked else _CRUSHES if j in crushing else _SLIDES for j in sliding]
     widths = [4.0 if j in marked else 2.2 for j in sliding]
     axes.add_collection(LineCollection(slid, color=colours, linewidth=widths, capstyle="round", zorder=3))
     if hinging:
@@ -194,6 +213,8 @@ def legend_handles(result: Result, marked: str = "") -> list[Line2D | Patch]:
             handles.append(Line2D([], [], color=_SLIDES, linewidth=2.2, label="sliding joint"))
         if marked:
             handles.append(Line2D([], [], color=_MARKED, linewidth=4.0, label=marked))
+        if motion.crushes.any():
+            handles.append(Line2D([], [], color=_CRUSHES, linewidth=2.2, label="crushing joint"))
         if motion.hinges.any():
             handles.append(Line2D([], [], color=_HINGES, linestyle="none", marker="o", label="hinging joint"))
     return handles

@@ -81,6 +81,10 @@ Name = Annotated[str, Strict(), StringConstraints(min_length=1, max_length=200, 
 Text = Annotated[str, Strict(), StringConstraints(max_length=2000, pattern=rf"^(?:[^{_UNSEEN}]|[\t\n\r])*$")]
 
 
+#: Corners of a polygon in order.
+Ring = Annotated[list[Point], Field(min_length=3)]
+
+
 class _RecordType(_ModelType):
     """The class of records, which tells what is wrong when one is called in Python.
 
@@ -120,7 +124,12 @@ class Block(Record):
     name:
         Unique within the scene.
     vertices:
-        Corners of a convex polygon in order, ``[[x, y], ...]``; clockwise order is turned round.
+        Corners of a polygon in order, ``[[x, y], ...]``; clockwise order is turned round. It may have
+        notches.
+    parts:
+        In place of ``vertices``, several polygons that are one rigid block, each as there.
+    holes:
+        Polygons that are cut out of the block.
     weight:
         Dead weight, acting along the scene's gravity.
     unit_weight:
@@ -138,11 +147,13 @@ class Block(Record):
     Raises
     ------
     CaseError
-        If a key is unknown, a value is no finite number, or the weight is missing or doubled.
+        If a key is unknown, a value is no finite number, or shape or weight are missing or doubled.
     """
 
     name: Name
-    vertices: Annotated[list[Point], Field(min_length=3)]
+    vertices: Ring | None = None
+    parts: Annotated[list[Ring], Field(min_length=1)] | None = None
+    holes: list[Ring] = []
     weight: NonNegative | None = None
     unit_weight: NonNegative | None = None
     weight_at: Point | None = None
@@ -151,6 +162,12 @@ class Block(Record):
     dead: Point = (0.0, 0.0)
     dead_at: Point | None = None
     fixed: Annotated[bool, Strict()] = False
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Block:
+        if (self.vertices is None) == (self.parts is None):
+            raise ValueError("give 'vertices', or 'parts' for a block of several polygons")
+        return self
 
     @model_validator(mode="after")
     def _one_weight(self) -> Block:
@@ -173,9 +190,14 @@ class Block(Record):
             return self.unit_weight * area
         return 0.0 if self.weight is None else self.weight
 
-    def polygon(self) -> np.ndarray:
-        """Corners as an array, shape (corners, 2)."""
-        return np.array(self.vertices, dtype=float)
+    @property
+    def rings(self) -> list[list[Point]]:
+        """Outlines of its parts."""
+        return self.parts or [self.vertices or []]
+
+    def corners(self) -> np.ndarray:
+        """Corners of its parts, shape (corners, 2)."""
+        return np.array([point for ring in self.rings for point in ring], dtype=float)
 
 
 class JointDefaults(Record):
@@ -193,6 +215,9 @@ class JointDefaults(Record):
         Mean normal stresses ``[full, none]`` (force per unit length of joint): up to the first the
         dilatancy is whole, from the second there is none, in between it falls linearly (section
         6.5). Default: the dilatancy does not depend on stress.
+    strength:
+        Compressive strength f_c, as force per unit length of joint: |m| ≤ n (L/2 − n / (2 f_c)). Default:
+        joints carry any pressure. (A corner on an edge has no length for it to act on, and carries any.)
 
     Raises
     ------
@@ -204,6 +229,7 @@ class JointDefaults(Record):
     cohesion: NonNegative = 0.0
     dilatancy: Number = 0.0
     dilatancy_stress: Stresses | None = None
+    strength: Positive | None = None
 
     @model_validator(mode="after")
     def _dissipative(self) -> JointDefaults:
@@ -221,7 +247,7 @@ class Joint(Record):
     ----------
     between:
         Names of the two blocks; they must touch.
-    friction, cohesion, dilatancy, dilatancy_stress:
+    friction, cohesion, dilatancy, dilatancy_stress, strength:
         As in :class:`JointDefaults`; those not given keep the scene's defaults.
 
     Raises
@@ -235,6 +261,7 @@ class Joint(Record):
     cohesion: NonNegative | None = None
     dilatancy: Number | None = None
     dilatancy_stress: Stresses | None = None
+    strength: Positive | None = None
 
     def over(self, defaults: JointDefaults) -> JointDefaults:
         """The joint's properties: those given here, the rest from ``defaults``.

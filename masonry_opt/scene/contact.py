@@ -1,4 +1,4 @@
-"""Joints from geometry: every pair of blocks that share a length of edge gets one."""
+"""Joints from geometry: every length of edge that two blocks share, and every corner on an edge."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 import shapely
 from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.geometry import Geometry, raise_for
@@ -39,12 +40,15 @@ class Joints:
     first, second: indices into the scene's blocks, first < second, shape (joints,).
     start, end: the two ends, relative to the geometry's origin, shape (joints, 2).
     normal: unit normal pointing from the second block into the first, shape (joints, 2).
-    length: of each joint, shape (joints,).
+    length: of each joint, 0 where a corner stands on an edge, shape (joints,).
     friction, cohesion, dilatancy: properties; cohesion per unit length, shape (joints,).
     dilatancy_stress: mean normal stresses up to which dilatancy is whole and from which there is none,
         ``inf`` where it does not depend on them, shape (joints, 2).
+    strength: compressive, per unit length, ``inf`` where joints carry any pressure, shape (joints,).
     fixed_pairs: how many touching pairs were left out because both blocks are fixed.
     near_misses: pairs of blocks (indices) whose edges face each other across a small gap.
+    corners: pairs of blocks (indices) that meet corner on corner, which has no normal and is no joint,
+        where not both have a joint that ends there.
     """
 
     first: np.ndarray
@@ -57,8 +61,10 @@ class Joints:
     cohesion: np.ndarray
     dilatancy: np.ndarray
     dilatancy_stress: np.ndarray
+    strength: np.ndarray
     fixed_pairs: int
     near_misses: list[tuple[int, int]]
+    corners: list[tuple[int, int]]
 
     @property
     def middle(self) -> np.ndarray:
@@ -69,8 +75,9 @@ class Joints:
 def find_joints(scene: Scene, geometry: Geometry) -> Joints:
     """Find the joints of a scene.
 
-    Two blocks share a joint where their edges run within the geometry's tolerance of each other
-    along more than that tolerance. Touching in a point makes no joint, nor do two fixed blocks.
+    Two blocks share a joint wherever their edges run within the geometry's tolerance of each other along more
+    than that tolerance. Where a corner of one stands on an edge of the other, away from such a length, is a
+    joint without length, normal to the edge. Two fixed blocks share no joint.
 
     Raises
     ------
@@ -82,30 +89,27 @@ def find_joints(scene: Scene, geometry: Geometry) -> Joints:
     pairs = _near_pairs(scene, geometry)
     both_fixed = fixed[pairs].all(axis=1)
     _refuse_overlaps(scene, geometry, pairs[~both_fixed])
-    touching, start, end, near = _shared_edges(scene, geometry, pairs)
-    joined, near = ~both_fixed[touching], near[~both_fixed[near]]
-    fixed_pairs = int((~joined).sum())
-    touching, start, end = touching[joined], start[joined], end[joined]
-    first, second = pairs[touching, 0], pairs[touching, 1]
+    edges = _Edges.of(scene, geometry, pairs)
+    along, near = _shared_edges(scene, edges, geometry, pairs)
+    joined, near = ~both_fixed[along.pair], near[~both_fixed[near]]
+    fixed_pairs = len(np.unique(along.pair[~joined]))
+    along = along.where(joined)
+    points, corners = _points(edges, geometry, pairs, along, np.flatnonzero(~both_fixed))
+    found = along.with_points(points)
+    first, second = pairs[found.pair, 0], pairs[found.pair, 1]
     _refuse_floating(scene, fixed, first, second)
-    edge = end - start
-    length = np.hypot(edge[:, 0], edge[:, 1])
-    along = edge / length[:, None]
-    friction, cohesion, dilatancy, dilatancy_stress = _properties(scene, first, second)
+    edge = found.end - found.start
     return Joints(
         first=first,
         second=second,
-        start=start,
-        end=end,
-        # Counter-clockwise round the first block its interior lies to the left.
-        normal=np.column_stack([-along[:, 1], along[:, 0]]),
-        length=length,
-        friction=friction,
-        cohesion=cohesion,
-        dilatancy=dilatancy,
-        dilatancy_stress=dilatancy_stress,
+        start=found.start,
+        end=found.end,
+        normal=found.normal,
+        length=np.hypot(edge[:, 0], edge[:, 1]),
+        **_properties(scene, first, second),
         fixed_pairs=fixed_pairs,
         near_misses=[(int(i), int(j)) for i, j in pairs[near]],
+        corners=[(int(i), int(j)) for i, j in pairs[corners]],
     )
 
 
@@ -138,7 +142,8 @@ def _refuse_floating(scene: Scene, fixed: np.ndarray, first: np.ndarray, second:
     raise_for(
         np.flatnonzero(~touched & ~fixed),
         scene,
-        "touches no other block along an edge: close the gap (or raise 'tolerance'), or take the block away",
+        "touches no other block, neither along an edge nor with a corner on one: close the gap (or raise "
+        "'tolerance'), or take the block away",
     )
     links = sp.coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
     _, group = connected_components(links, directed=False)
@@ -166,23 +171,38 @@ def _refuse_overlaps(scene: Scene, geometry: Geometry, pairs: np.ndarray) -> Non
         )
 
 
+@dataclass(frozen=True)
+class _Contacts:
+    """Where blocks touch: which pair, from where to where, and the normal into its first block."""
+
+    pair: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    normal: np.ndarray
+
+    def where(self, kept: np.ndarray) -> _Contacts:
+        return _Contacts(self.pair[kept], self.start[kept], self.end[kept], self.normal[kept])
+
+    def with_points(self, points: _Contacts) -> _Contacts:
+        """Both, by pairs, along edges first."""
+        order = np.argsort(np.concatenate([self.pair, points.pair]), kind="stable")
+        stacked = (
+            np.concatenate([getattr(self, name), getattr(points, name)])[order]
+            for name in ("pair", "start", "end", "normal")
+        )
+        return _Contacts(*stacked)
+
+
 def _shared_edges(
-    scene: Scene, geometry: Geometry, pairs: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Which pairs share a length of edge, its two ends along the first block's edge, and which
-    pairs face each other across a small gap only."""
-    corners, owner = shapely.get_coordinates(shapely.get_exterior_ring(geometry.polygons), return_index=True)
-    inside = owner[:-1] == owner[1:]
-    edges = _Edges(corners[:-1][inside], corners[1:][inside], owner[:-1][inside])
+    scene: Scene, edges: _Edges, geometry: Geometry, pairs: np.ndarray
+) -> tuple[_Contacts, np.ndarray]:
+    """The lengths of edge that pairs share, and which pairs face each other across a small gap only."""
     reach = np.maximum(
         geometry.tolerance, _NEAR_MISS * np.sqrt(geometry.area[pairs].min(axis=1, initial=np.inf))
     )
-    corners_of = np.bincount(edges.owner, minlength=len(geometry.polygons))
-    if corners_of[pairs].sum() > _MOST_EDGES:
-        raise _too_fine(scene, corners_of)
     near_edges = edges.combinations(pairs, reach, shapely.bounds(geometry.polygons))
     if near_edges is None:
-        raise _too_fine(scene, corners_of)
+        raise _too_fine(scene, edges.of_each(len(geometry.polygons)))
     pair, i, j = near_edges
 
     edge = edges.tip[i] - edges.tail[i]
@@ -207,12 +227,81 @@ def _shared_edges(
     shared_at = np.flatnonzero(shared)
     longest_first = np.lexsort((-(high - low)[shared_at], pair[shared_at]))
     shared_at = shared_at[longest_first]
-    touching, position = np.unique(pair[shared_at], return_index=True)
-    chosen = shared_at[position]
+    longest = np.append(True, pair[shared_at][1:] != pair[shared_at][:-1])[: len(shared_at)]
+    notched = ~geometry.convex[pairs].all(axis=1)
+    chosen = shared_at[longest | notched[pair[shared_at]]]
     base = edges.tail[i[chosen]]
     start = base + low[chosen, None] * along[chosen]
     end = base + high[chosen, None] * along[chosen]
-    return touching, start, end, near
+    # Counter-clockwise round the first block its interior lies to the left.
+    inwards = (end - start) / np.hypot(*(end - start).T)[:, None]
+    normal = np.column_stack([-inwards[:, 1], inwards[:, 0]])
+    return _Contacts(pair[chosen], start, end, normal), near
+
+
+def _points(
+    edges: _Edges, geometry: Geometry, pairs: np.ndarray, along: _Contacts, joined: np.ndarray
+) -> tuple[_Contacts, np.ndarray]:
+    """Corners on edges, away from what their pair shares along edges, and which pairs meet corner on corner
+    where not both blocks have such a length that ends there.
+
+    Parameters
+    ----------
+    along: the lengths of edge that pairs share.
+    joined: pairs that can have joints.
+    """
+    tolerance = geometry.tolerance
+    # Two convex blocks that share a length of edge meet nowhere else.
+    alone = np.ones(len(pairs), dtype=bool)
+    alone[along.pair] = ~geometry.convex[pairs[along.pair]].all(axis=1)
+    asked = joined[alone[joined]]
+    reach = np.full(len(asked), tolerance)
+    near_edges = edges.combinations(pairs[asked], reach, shapely.bounds(geometry.polygons))
+    assert near_edges is not None  # they are fewer than those of the shared edges
+    number, i, j = near_edges
+    found, on_corners = [], []
+    for corner_of, edge_of, sign in ((i, j, -1.0), (j, i, 1.0)):
+        point, tail = edges.tail[corner_of], edges.tail[edge_of]
+        edge = edges.tip[edge_of] - tail
+        length = np.hypot(edge[:, 0], edge[:, 1])
+        direction = edge / length[:, None]
+        normal = np.column_stack([-direction[:, 1], direction[:, 0]])
+        at, across = ((point - tail) * direction).sum(axis=1), ((point - tail) * normal).sum(axis=1)
+        within = (np.abs(across) <= tolerance) & (at > tolerance) & (at < length - tolerance)
+        # The normal of an edge points into its own block.
+        contact = _Contacts(asked[number[within]], point[within], point[within], sign * normal[within])
+        found.append(contact.where(_apart(contact.pair, contact.start, along, tolerance)))
+        meets = np.hypot(*(point - tail).T) <= tolerance
+        on_corners.append((asked[number[meets]], point[meets]))
+    pair, point = (np.concatenate(parts) for parts in zip(*on_corners, strict=True))
+    apart = _apart(pair, point, along, tolerance)
+    pair, point = pair[apart], point[apart]
+    held = [_ends_at(pairs[pair, side], point, pairs, along, tolerance) for side in (0, 1)]
+    points = found[0].with_points(found[1])
+    loose = np.setdiff1d(pair[~(held[0] & held[1])], points.pair)
+    return points, loose
+
+
+def _apart(pair: np.ndarray, point: np.ndarray, along: _Contacts, tolerance: float) -> np.ndarray:
+    """Whether points lie off every length of edge that their pair shares."""
+    apart = np.ones(len(pair), dtype=bool)
+    for number in np.flatnonzero(np.isin(pair, along.pair)):
+        own = along.pair == pair[number]
+        lines = shapely.linestrings(np.stack([along.start[own], along.end[own]], axis=1))
+        apart[number] = (shapely.distance(lines, shapely.Point(point[number])) > 2 * tolerance).all()
+    return apart
+
+
+def _ends_at(
+    blocks: np.ndarray, points: np.ndarray, pairs: np.ndarray, along: _Contacts, tolerance: float
+) -> np.ndarray:
+    """Whether each of these blocks shares a length of edge with any other that ends at its point."""
+    ends = np.concatenate([along.start, along.end])
+    of_ends = np.concatenate([pairs[along.pair]] * 2)
+    if not len(points) or not len(ends):
+        return np.zeros(len(points), dtype=bool)
+    near = cKDTree(ends).query_ball_point(points, 2 * tolerance)
+    return np.array([(of_ends[at] == block).any() for block, at in zip(blocks, near, strict=True)])
 
 
 def _too_fine(scene: Scene, corners: np.ndarray) -> CaseError:
@@ -230,6 +319,23 @@ class _Edges:
     tail: np.ndarray
     tip: np.ndarray
     owner: np.ndarray
+
+    @classmethod
+    def of(cls, scene: Scene, geometry: Geometry, pairs: np.ndarray) -> _Edges:
+        """Edges of all outlines and holes, each with its block's interior to the left."""
+        parts, block = shapely.get_parts(geometry.polygons, return_index=True)
+        rings, part = shapely.get_rings(parts, return_index=True)
+        corners, ring = shapely.get_coordinates(rings, return_index=True)
+        inside = ring[:-1] == ring[1:]
+        edges = cls(corners[:-1][inside], corners[1:][inside], block[part[ring[:-1][inside]]])
+        corners_of = edges.of_each(len(geometry.polygons))
+        if corners_of[pairs].sum() > _MOST_EDGES:
+            raise _too_fine(scene, corners_of)
+        return edges
+
+    def of_each(self, blocks: int) -> np.ndarray:
+        """Number of edges of each block, shape (blocks,)."""
+        return np.bincount(self.owner, minlength=blocks)
 
     def combinations(
         self, pairs: np.ndarray, reach: np.ndarray, bounds: np.ndarray
@@ -262,39 +368,39 @@ class _Edges:
         return pair[near], edge[near]
 
 
-def _properties(
-    scene: Scene, first: np.ndarray, second: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def _properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dict[str, np.ndarray]:
+    """Properties of joints by name, as :class:`Joints` has them."""
     defaults = scene.joints
     friction = np.full(len(first), defaults.friction)
     cohesion = np.full(len(first), defaults.cohesion)
     dilatancy = np.full(len(first), defaults.dilatancy)
     stress = np.tile(defaults.dilatancy_stress or _ANY_STRESS, (len(first), 1))
-    if scene.exceptions:
-        index = {block.name: number for number, block in enumerate(scene.blocks)}
-        joint_of = {pair: joint for joint, pair in enumerate(zip(first, second, strict=True))}
-        for exception in scene.exceptions:
-            one, other = sorted(index[name] for name in exception.between)
-            joint = joint_of.get((one, other))
-            if joint is None:
-                why = (
-                    "are both fixed"
-                    if scene.blocks[one].fixed and scene.blocks[other].fixed
-                    else "do not touch"
-                )
-                raise CaseError(
-                    f"{scene.origin}: joint between {list(exception.between)}: these blocks {why}, "
-                    "so there is no joint to describe"
-                )
-            own = exception.over(defaults)
-            friction[joint], cohesion[joint], dilatancy[joint] = (
-                own.friction,
-                own.cohesion,
-                own.dilatancy,
+    strength = np.full(len(first), defaults.strength or np.inf)
+    index = {block.name: number for number, block in enumerate(scene.blocks)}
+    key = first * np.int64(len(index)) + second  # rising: joints are sorted
+    for exception in scene.exceptions:
+        one, other = sorted(index[name] for name in exception.between)
+        own_key = one * len(index) + other
+        of_both = slice(np.searchsorted(key, own_key), np.searchsorted(key, own_key, side="right"))
+        if of_both.start == of_both.stop:
+            both_fixed = scene.blocks[one].fixed and scene.blocks[other].fixed
+            why = "are both fixed" if both_fixed else "do not touch"
+            raise CaseError(
+                f"{scene.origin}: joint between {list(exception.between)}: these blocks {why}, "
+                "so there is no joint to describe"
             )
-            stress[joint] = own.dilatancy_stress or _ANY_STRESS
+        own = exception.over(defaults)
+        friction[of_both], cohesion[of_both], dilatancy[of_both] = own.friction, own.cohesion, own.dilatancy
+        stress[of_both] = own.dilatancy_stress or _ANY_STRESS
+        strength[of_both] = own.strength or np.inf
     # A joint with unlimited friction never slides: cohesion and dilatancy say nothing there.
     unlimited = np.isinf(friction)
     cohesion[unlimited] = 0.0
     dilatancy[unlimited] = 0.0
-    return friction, cohesion, dilatancy, stress
+    return {
+        "friction": friction,
+        "cohesion": cohesion,
+        "dilatancy": dilatancy,
+        "dilatancy_stress": stress,
+        "strength": strength,
+    }

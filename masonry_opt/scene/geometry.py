@@ -18,14 +18,15 @@ RELATIVE_TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Geometry:
-    """Polygons of a scene, moved so that its middle is the origin (far coordinates lose digits).
+    """Shapes of a scene, moved so that its middle is the origin (far coordinates lose digits).
 
     Attributes
     ----------
     origin: middle of the scene in its own coordinates, shape (2,).
     tolerance: length below which the scene has no detail.
-    polygons: shapely polygons, counter-clockwise, straight corners removed, one a block; for finding
-        joints and drawing.
+    polygons: shapely polygons, or multipolygons, counter-clockwise, straight corners removed, one a block;
+        for finding joints and drawing.
+    convex: whether each is convex, shape (blocks,).
     area: of each block, shape (blocks,).
     centroid: of each block, relative to ``origin``, shape (blocks, 2).
     """
@@ -33,6 +34,7 @@ class Geometry:
     origin: np.ndarray
     tolerance: float
     polygons: np.ndarray
+    convex: np.ndarray
     area: np.ndarray
     centroid: np.ndarray
 
@@ -40,35 +42,81 @@ class Geometry:
 def geometry(scene: Scene) -> Geometry:
     """Polygons, areas and centroids of the blocks.
 
-    Clockwise polygons are turned round. Corners that lie within the tolerance of the outline without
-    them are dropped for finding joints; area and centroid are those of the polygon as given.
+    Clockwise polygons are turned round, parts of a block are united, holes cut out. Corners that lie within
+    the tolerance of the outline without them are dropped for finding joints; area and centroid are those of
+    the polygons as given.
 
     Raises
     ------
     CaseError
-        If a polygon has no area, crosses itself or is not convex; the message names the block.
+        If a polygon has no area or crosses itself, or a hole is not inside; the message names the block.
     """
-    counts = np.array([len(block.vertices) for block in scene.blocks])
-    corners = np.concatenate([block.polygon() for block in scene.blocks])
+    corners_of = [block.corners() for block in scene.blocks]
+    corners = np.concatenate(corners_of)
     # Supports may reach far beyond what stands on them: the movable blocks give the size.
-    movable = np.repeat([not block.fixed for block in scene.blocks], counts)
-    low, high = corners[movable].min(axis=0), corners[movable].max(axis=0)
+    movable = np.concatenate(
+        [own for own, block in zip(corners_of, scene.blocks, strict=True) if not block.fixed]
+    )
+    low, high = movable.min(axis=0), movable.max(axis=0)
     origin = (low + high) / 2
     tolerance = scene.tolerance or RELATIVE_TOLERANCE * float(np.hypot(*(high - low)))
     # Digits already lost in the coordinates themselves bound what can be told apart.
     tolerance = max(tolerance, 8 * float(np.spacing(np.abs(corners).max())))
-    owner = np.repeat(np.arange(len(counts)), counts)
-    outlines = shapely.polygons(shapely.linearrings(corners - origin, indices=owner))
+    built_up = np.array([len(block.rings) > 1 or bool(block.holes) for block in scene.blocks])
+    simple = np.flatnonzero(~built_up)
+    outlines, polygons = (np.empty(len(scene.blocks), dtype=object) for _ in range(2))
+    convex = np.zeros(len(scene.blocks), dtype=bool)
+    if len(simple):
+        owner = np.repeat(np.arange(len(simple)), [len(corners_of[index]) for index in simple])
+        own = np.concatenate([corners_of[index] for index in simple]) - origin
+        outlines[simple] = shapely.polygons(shapely.linearrings(own, indices=owner))
+        polygons[simple], convex[simple] = _outlines(own, owner, tolerance, scene, simple)
+    for index in np.flatnonzero(built_up):
+        outlines[index] = _built_up(scene, index, origin, tolerance)
+        polygons[index] = _without_straight_corners(outlines[index], tolerance)
     area = shapely.area(outlines)
-    polygons = _convex_outlines(corners - origin, owner, tolerance, scene)
     _refuse(area <= tolerance**2, scene, "has no area")
     centroid = shapely.get_coordinates(shapely.centroid(outlines))
-    return Geometry(origin, tolerance, polygons, area, centroid)
+    return Geometry(origin, tolerance, polygons, convex, area, centroid)
 
 
-def _convex_outlines(corners: np.ndarray, owner: np.ndarray, tolerance: float, scene: Scene) -> np.ndarray:
-    """Counter-clockwise polygons without the corners that make no difference; refuse what is not
-    convex."""
+def _built_up(scene: Scene, index: int, origin: np.ndarray, tolerance: float) -> shapely.Geometry:
+    """A block of several parts, or with holes, as one polygon or multipolygon."""
+    block = scene.blocks[index]
+
+    def ring(points: list[tuple[float, float]], what: str) -> shapely.Polygon:
+        polygon = shapely.Polygon(np.array(points) - origin)
+        if polygon.area <= tolerance**2:
+            raise_for([index], scene, f"has {what} without area")
+        if not polygon.is_valid:
+            raise_for([index], scene, f"has {what} that crosses itself: give its corners in order")
+        return polygon
+
+    whole = shapely.union_all([ring(points, "a part") for points in block.rings])
+    for points in block.holes:
+        hole = ring(points, "a hole")
+        if not whole.buffer(tolerance).covers(hole):
+            raise_for([index], scene, "has a hole that is not inside: move it, or give the outline as it is")
+        whole = whole.difference(hole)
+    return whole
+
+
+def _without_straight_corners(shape: shapely.Geometry, tolerance: float) -> shapely.Geometry:
+    # Normalised rings begin at a leftmost, lowest corner, which no straight edge runs through.
+    plain = shapely.simplify(shapely.normalize(shape), tolerance, preserve_topology=True)
+    return shapely.orient_polygons(plain)
+
+
+def _outlines(
+    corners: np.ndarray, owner: np.ndarray, tolerance: float, scene: Scene, blocks: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Counter-clockwise polygons without the corners that make no difference, and which are convex.
+
+    Parameters
+    ----------
+    corners, owner: of all the polygons, and whose they are.
+    blocks: which of the scene's blocks they are.
+    """
     start = _first_of_each(owner)
     # Begin each ring at its leftmost, then lowest corner: no straight edge runs through that one.
     leftmost = np.lexsort((corners[:, 1], corners[:, 0], owner))[start]
@@ -84,7 +132,8 @@ def _convex_outlines(corners: np.ndarray, owner: np.ndarray, tolerance: float, s
     last = np.append(owner[1:] != owner[:-1], True)
     corners, owner = closed[~last], owner[~last]
     counts = np.bincount(owner, minlength=len(counts))
-    _refuse(counts < 3, scene, "has no area: its corners lie on one line or in one point")
+    flat = blocks[counts < 3]
+    raise_for(flat, scene, "has no area: its corners lie on one line or in one point")
 
     start = _first_of_each(owner)
     direction = closed[1:][~last[:-1]] - corners
@@ -94,9 +143,11 @@ def _convex_outlines(corners: np.ndarray, owner: np.ndarray, tolerance: float, s
     turn = np.angle(np.exp(1j * (angle - angle[previous])))
     turns = np.rint(np.add.reduceat(turn, start) / (2 * np.pi))
     one_way = (np.minimum.reduceat(turn, start) > 0) | (np.maximum.reduceat(turn, start) < 0)
-    _refuse(np.abs(turns) != 1, scene, "crosses itself: give its corners in order round the block")
-    _refuse(~one_way, scene, "is not convex: split it into convex blocks")
-    return shapely.orient_polygons(shapely.polygons(shapely.linearrings(corners, indices=owner)))
+    convex = one_way & (np.abs(turns) == 1)
+    polygons = shapely.polygons(shapely.linearrings(corners, indices=owner))
+    crossed = ~convex & ~shapely.is_valid(polygons)
+    raise_for(blocks[crossed], scene, "crosses itself: give its corners in order round the block")
+    return shapely.orient_polygons(polygons), convex
 
 
 def _first_of_each(owner: np.ndarray) -> np.ndarray:

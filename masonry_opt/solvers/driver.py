@@ -6,6 +6,7 @@ from typing import Any
 
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
+from masonry_opt.models.cvxpy_parabola import CvxpyParabolaKinematic, CvxpyParabolaStatic
 from masonry_opt.models.cvxpy_static import CvxpyStatic
 from masonry_opt.models.pyomo_kinematic import PyomoKinematic
 from masonry_opt.models.pyomo_static import PyomoStatic
@@ -23,6 +24,10 @@ _DECLARED: dict[str, tuple[Any, dict[str, Any]]] = {
 }
 
 
+#: Those of joints whose strength is limited by a parabola instead of its chords.
+_OF_PARABOLA = {"static": CvxpyParabolaStatic, "kinematic": CvxpyParabolaKinematic}
+
+
 class Driver:
     """A declared formulation and the solver that answers it; limits and states are in the problem's units.
 
@@ -34,6 +39,8 @@ class Driver:
         is solved more accurately.
     purpose: what it is solved for, under which the effort records the solver.
     repeats: whether it is solved again and again with other shear limits.
+    parabola: whether crushing is declared as a parabola (in CVXPY, for a solver of conic programs) instead of
+        by its chords.
     """
 
     def __init__(
@@ -46,8 +53,10 @@ class Driver:
         of_load: bool = False,
         purpose: str = "load factor",
         repeats: bool = False,
+        parabola: bool = False,
     ) -> None:
         engine, models = _DECLARED[solver.language]
+        models = _OF_PARABOLA if parabola else models
         self.effort = effort
         self._scaled = in_units_of_load(problem) if of_load else Scaled(problem, 1.0, 1.0)
         limits = limits or ShearLimits.true(problem)

@@ -41,6 +41,7 @@ class SolverEntry:
         "unknown", and its simplex ends in a vertex all the same.)
     decides: whether its word on what has no answer can be trusted.
     integer: whether it takes binaries.
+    conic: whether it takes second-order cones.
     nonlinear: whether it solves nonlinear programs, and nothing else here.
     complementarity: whether it solves complementarity problems, and nothing else here.
     """
@@ -54,6 +55,7 @@ class SolverEntry:
     stops_early: bool = False
     decides: bool = True
     integer: bool = False
+    conic: bool = False
     nonlinear: bool = False
     complementarity: bool = False
 
@@ -166,7 +168,7 @@ def _without_ipopt() -> str:
 
 
 _ENTRIES = (
-    SolverEntry("clarabel", "cvxpy", "CLARABEL", _clarabel, interior=True, stops_early=True),
+    SolverEntry("clarabel", "cvxpy", "CLARABEL", _clarabel, interior=True, stops_early=True, conic=True),
     SolverEntry("highs", "cvxpy", "HIGHS", _highs_simplex),
     SolverEntry("highs-ipm", "cvxpy", "HIGHS", _highs_interior, interior=True),
     SolverEntry("highs-hipo", "cvxpy", "HIGHS", _highs_hipo, interior=True),
@@ -174,7 +176,7 @@ _ENTRIES = (
         "piqp", "cvxpy", "PIQP", _piqp, _needs_extra("PIQP"), interior=True, stops_early=True, decides=False
     ),
     SolverEntry("osqp", "cvxpy", "OSQP", _osqp, decides=False),
-    SolverEntry("scs", "cvxpy", "SCS", _scs, decides=False),
+    SolverEntry("scs", "cvxpy", "SCS", _scs, decides=False, conic=True),
     SolverEntry("scipy", "cvxpy", "SCIPY", _scipy),
     SolverEntry("highs", "pyomo", "highs", _highs_simplex, integer=True),
     SolverEntry("highs-ipm", "pyomo", "highs", _highs_interior, interior=True),

@@ -157,4 +157,5 @@ GLOBAL = Method(
     {"pyomo": capable("pyomo", lambda solver: solver.integer)},
     own_tolerances=True,
     constant_dilatancy=True,
+    crushing=False,
 )

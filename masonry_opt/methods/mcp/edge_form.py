@@ -3,12 +3,22 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
+
+
+class Products(NamedTuple):
+    """z p of the edges, shape (2, c), of the sliding faces, shape (2, k), and of the chords of crushing,
+    shape (chords,)."""
+
+    edges: np.ndarray
+    sliding: np.ndarray
+    crushing: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -23,6 +33,8 @@ class Iterate:
     d: block velocities, shape (3b,).
     opening: rates with which the edges open beyond what sliding explains, > 0, shape (2, c).
     slip: rates of the sliding faces, > 0, shape (2, k).
+    room: slacks of the chords of crushing, > 0, shape (chords,).
+    crushed: rates of the chords of crushing, > 0, shape (chords,).
     """
 
     load_factor: float
@@ -31,11 +43,13 @@ class Iterate:
     d: np.ndarray
     opening: np.ndarray
     slip: np.ndarray
+    room: np.ndarray
+    crushed: np.ndarray
 
     @property
-    def products(self) -> tuple[np.ndarray, np.ndarray]:
-        """z p of the edges, shape (2, c), and of the sliding faces, shape (2, k)."""
-        return self.x[:2] * self.opening, self.z * self.slip
+    def products(self) -> Products:
+        """z p of all faces."""
+        return Products(self.x[:2] * self.opening, self.z * self.slip, self.room * self.crushed)
 
     @property
     def energy(self) -> float:
@@ -51,19 +65,22 @@ class Residuals:
     ----------
     statics: B q + λ f_L + f_D, shape (3b,).
     yielding: z − (c + μ n ∓ s), shape (2, k).
+    crushing: room − (r + G x), shape (chords,).
     motion: departure of the edges' and the shear's motion from the flow rule, shape (3, c).
     work: f_L·d − Σ|f_L|.
     """
 
     statics: np.ndarray
     yielding: np.ndarray
+    crushing: np.ndarray
     motion: np.ndarray
     work: float
 
 
 class EdgeForm:
     """With x₂, x₃ the forces at a joint's edges (n = x₂ + x₃, m = h (x₃ − x₂), h = L/2) its rocking slacks
-    are 2h x₂ and 2h x₃:
+    are 2h x₂ and 2h x₃ (where joints can crush h is the slope of the first chord, and the others are further
+    rows r + G x ≥ 0, whose rates move edges by Gᵀ):
 
         A x + λ f_L + f_D = 0,    z = c + μ (x₂ + x₃) ∓ s,    f_L·d = Σ|f_L|,
         Aᵀd = (ψ (p₀ + p₁) + u₂, ψ (p₀ + p₁) + u₃, p₁ − p₀),    x₂ u₂ = x₃ u₃ = z₀ p₀ = z₁ p₁ = 0
@@ -73,16 +90,20 @@ class EdgeForm:
     problem: the problem; its face order is sliding (+), (−), then the first edges, then the second.
     from_edges: turns x, flat, into joint forces q, shape (3c, 3c).
     A, At: equilibrium of blocks under x, shape (3b, 3c), and its transpose.
+    G: chords of crushing in the forces at the two edges, shape (chords, 2c).
     """
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        one, arm = sp.eye_array(problem.joints), sp.diags_array(problem.half_length)
+        one, arm = sp.eye_array(problem.joints), sp.diags_array(problem.lever)
         self.from_edges = sp.block_array(
             [[one, one, None], [None, None, one], [-arm, arm, None]], format="csr"
         )
         self.A = (problem.B @ self.from_edges).tocsr()
         self.At = self.A.T.tocsr()
+        rocking = 2 * problem.joints
+        self.G = (problem.R[rocking:] @ self.from_edges)[:, :rocking].tocsr()
+        self._whole_moment = problem.crushing_moment[problem.faces - self.G.shape[0] :]
 
     def slacks(self, x: np.ndarray, slope: np.ndarray) -> np.ndarray:
         """Slope · n ∓ s of the joints that can slide, shape (2, k); the true slacks but for cohesion."""
@@ -96,6 +117,15 @@ class EdgeForm:
         motion[2, self.problem.sliding] = slip[1] - slip[0]
         return motion
 
+    def room(self, x: np.ndarray) -> np.ndarray:
+        """Slacks of the chords of crushing, shape (chords,)."""
+        return self._whole_moment + self.G @ x[:2].ravel()
+
+    def crushes(self, rates: np.ndarray) -> np.ndarray:
+        """Motion of edges that rates of the chords cause, shape (2, c)."""
+        moved: np.ndarray = (self.G.T @ rates).reshape(2, -1)
+        return moved
+
     def moves(self, d: np.ndarray) -> np.ndarray:
         """Motion of edges and shear under block velocities, shape (3, c)."""
         moved: np.ndarray = (self.At @ d).reshape(3, -1)
@@ -105,29 +135,31 @@ class EdgeForm:
         """What an iterate leaves under a flow rule that opens joints by ``slope`` per slip, shape (k,)."""
         problem = self.problem
         motion = self.moves(at.d) - self.follow(at.slip, slope)
-        motion[:2] -= at.opening
+        motion[:2] -= at.opening + self.crushes(at.crushed)
         return Residuals(
             self.A @ at.x.ravel() + at.load_factor * problem.live + problem.dead,
             at.z - problem.cohesion - self.slacks(at.x, problem.friction),
+            at.room - self.room(at.x),
             motion,
             float(problem.live @ at.d) - problem.live_norm,
         )
 
     def state(self, at: Iterate) -> State:
         """An iterate as a state of the problem."""
-        edges = at.opening / (2 * self.problem.half_length)
-        p = np.concatenate([at.slip.ravel(), edges.ravel()])
+        edges = at.opening / (2 * self.problem.lever)
+        p = np.concatenate([at.slip.ravel(), edges.ravel(), at.crushed])
         return State(at.load_factor, self.from_edges @ at.x.ravel(), at.d, p)
 
     def iterate(self, state: State) -> Iterate:
         """A state as an iterate, whose slacks are those of its forces."""
-        problem, k = self.problem, len(self.problem.sliding)
+        problem, k, c = self.problem, len(self.problem.sliding), self.problem.joints
         n, s, m = state.q.reshape(3, -1)
-        moment = m / problem.half_length
+        moment = m / problem.lever
         x = np.stack([(n - moment) / 2, (n + moment) / 2, s])
-        edges = state.p[2 * k :].reshape(2, -1) * 2 * problem.half_length
+        edges = state.p[2 * k : 2 * (k + c)].reshape(2, -1) * 2 * problem.lever
         z = problem.cohesion + self.slacks(x, problem.friction)
-        return Iterate(state.load_factor, x, z, state.d, edges, state.p[: 2 * k].reshape(2, k))
+        slip, crushed = state.p[: 2 * k].reshape(2, k), state.p[2 * (k + c) :]
+        return Iterate(state.load_factor, x, z, state.d, edges, slip, self.room(x), crushed)
 
 
 def moved(at: Iterate, lengths: tuple[float, float], by: Iterate) -> Iterate:
@@ -141,4 +173,6 @@ def moved(at: Iterate, lengths: tuple[float, float], by: Iterate) -> Iterate:
         d=at.d + motion * by.d,
         opening=at.opening + motion * by.opening,
         slip=at.slip + motion * by.slip,
+        room=at.room + forces * by.room,
+        crushed=at.crushed + motion * by.crushed,
     )

@@ -17,7 +17,7 @@ from math import inf, isfinite, sqrt
 import numpy as np
 from scipy.sparse.linalg import lsqr
 
-from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate, Residuals, moved
+from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate, Products, Residuals, moved
 from masonry_opt.methods.mcp.newton import Elimination, NewtonSystem, Parts, SingularError
 from masonry_opt.methods.mcp.rules import (
     GAP,
@@ -136,6 +136,7 @@ def start(form: EdgeForm) -> Iterate:
     # f_L·d is a sum over components, which depends on the axes: unit rates are those along the live load.
     along = float(np.hypot(problem.live[0::3], problem.live[1::3]).sum() + np.abs(problem.live[2::3]).sum())
     rate = problem.live_norm / along
+    room = form.room(forces)
     return Iterate(
         0.0,
         forces,
@@ -143,6 +144,8 @@ def start(form: EdgeForm) -> Iterate:
         np.zeros(3 * problem.blocks),
         np.full_like(forces[:2], rate),
         np.full_like(slacks, rate),
+        np.maximum(room, least),
+        np.full_like(room, rate),
     )
 
 
@@ -220,7 +223,7 @@ class _Schedule:
             at.load_factor,
             gap,
             float(np.abs(left.statics).max()) / self._largest,
-            float(np.abs(left.yielding).max(initial=0.0)) / self._largest,
+            max(float(np.abs(of).max(initial=0.0)) for of in (left.yielding, left.crushing)) / self._largest,
             float(np.abs(left.motion).max()) / max(float(np.abs(at.d).max()), 1.0),
             alpha,
             theta,
@@ -261,6 +264,7 @@ class _Schedule:
             left = self.residuals
             weighs = (
                 np.abs(left.yielding * at.slip).sum()
+                + np.abs(left.crushing * at.crushed).sum()
                 + np.abs(left.motion * at.x).sum()
                 + np.abs(left.statics * at.d).sum()
             )
@@ -290,18 +294,20 @@ def _advance(
 ) -> tuple[Iterate, NewtonStep]:
     """Predict, centre, correct, and go."""
     system = NewtonSystem(elimination, at, schedule.slope, schedule.friction, schedule.diagonal)
-    edges, faces = at.products
-    predictor = _direction(system, at, schedule, -edges, -faces)
+    products = at.products
+    predictor = _direction(system, at, schedule, Products(*(-own for own in products)))
     predicted = moved(at, predictor.lengths, predictor.step).energy
     sigma = schedule.centre(at, predicted, step.gap)
-    centre = sigma * at.energy / (edges.size + faces.size)
-    most = _NEAR_CENTRE * at.energy / (edges.size + faces.size)
-    by = predictor.step
-    aims = (
-        centre - edges - np.clip(by.x[:2] * by.opening, -most, most),
-        centre - faces - np.clip(by.z * by.slip, -most, most),
+    mean = at.energy / sum(own.size for own in products)
+    centre, most = sigma * mean, _NEAR_CENTRE * mean
+    second_order = predictor.step.products
+    aims = Products(
+        *(
+            centre - own - np.clip(second, -most, most)
+            for own, second in zip(products, second_order, strict=True)
+        )
     )
-    direction = _direction(system, at, schedule, *aims)
+    direction = _direction(system, at, schedule, aims)
     direction = _corrected(system, at, schedule, aims, direction, centre)
     if not isfinite(direction.error):
         raise SingularError("no finite solution")
@@ -317,7 +323,7 @@ def _corrected(
     system: NewtonSystem,
     at: Iterate,
     schedule: _Schedule,
-    aims: tuple[np.ndarray, np.ndarray],
+    aims: Products,
     direction: _Direction,
     centre: float,
 ) -> _Direction:
@@ -327,9 +333,9 @@ def _corrected(
         if min(direction.lengths) > _LONG_ENOUGH:
             break
         forces, rates = (min(1.0, _AIM_FACTOR * length + _AIM_MORE) for length in direction.lengths)
-        edges, faces = moved(at, (forces, rates), direction.step).products
-        aims = aims[0] + _back(edges, low, high), aims[1] + _back(faces, low, high)
-        candidate = _direction(system, at, schedule, *aims)
+        reached = moved(at, (forces, rates), direction.step).products
+        aims = Products(*(aim + _back(own, low, high) for aim, own in zip(aims, reached, strict=True)))
+        candidate = _direction(system, at, schedule, aims)
         gained = min(candidate.lengths) >= min(direction.lengths) + _GAIN
         if not gained or sum(candidate.lengths) < sum(direction.lengths):
             break
@@ -342,30 +348,32 @@ def _back(products: np.ndarray, low: float, high: float) -> np.ndarray:
     return np.maximum(np.clip(products, low, high) - products, -high)
 
 
-def _direction(
-    system: NewtonSystem, at: Iterate, schedule: _Schedule, edges: np.ndarray, faces: np.ndarray
-) -> _Direction:
-    """The step that makes the residuals vanish and changes the products by ``edges`` and ``faces``."""
-    left = schedule.residuals
+def _direction(system: NewtonSystem, at: Iterate, schedule: _Schedule, by: Products) -> _Direction:
+    """The step that makes the residuals vanish and changes the products so."""
+    left, form = schedule.residuals, schedule.form
     motion = -left.motion
-    motion[:2] += edges / at.x[:2]
-    solution, error = system.solve(Parts(-left.statics, faces + at.slip * left.yielding, motion, -left.work))
+    motion[:2] += by.edges / at.x[:2] + form.crushes((by.crushing + at.crushed * left.crushing) / at.room)
+    sliding = by.sliding + at.slip * left.yielding
+    solution, error = system.solve(Parts(-left.statics, sliding, motion, -left.work))
+    room = form.G @ solution.joints[:2].ravel() - left.crushing
     step = Iterate(
         solution.load,
         solution.joints,
-        schedule.form.slacks(solution.joints, schedule.friction) - left.yielding,
+        form.slacks(solution.joints, schedule.friction) - left.yielding,
         solution.blocks,
-        (edges - at.opening * solution.joints[:2]) / at.x[:2],
+        (by.edges - at.opening * solution.joints[:2]) / at.x[:2],
         solution.sliding,
+        room,
+        (by.crushing - at.crushed * room) / at.room,
     )
-    forces = min(_to_boundary(at.x[:2], step.x[:2]), _to_boundary(at.z, step.z))
-    rates = min(_to_boundary(at.opening, step.opening), _to_boundary(at.slip, step.slip))
+    forces = _to_boundary((at.x[:2], at.z, at.room), (step.x[:2], step.z, step.room))
+    rates = _to_boundary((at.opening, at.slip, at.crushed), (step.opening, step.slip, step.crushed))
     return _Direction(step, error, (forces, rates))
 
 
-def _to_boundary(value: np.ndarray, step: np.ndarray) -> float:
-    """The longest step up to one that keeps values ≥ 0."""
-    fastest = float((-step / value).max(initial=0.0))
+def _to_boundary(values: tuple[np.ndarray, ...], steps: tuple[np.ndarray, ...]) -> float:
+    """The longest step up to one that keeps all values ≥ 0."""
+    fastest = max(float((-step / value).max(initial=0.0)) for value, step in zip(values, steps, strict=True))
     # Never exactly onto the boundary: the next step divides by forces, slacks and rates.
     return min(1 / fastest, 1 - 1e-12) if fastest > 1 - 1e-12 else 1.0
 
@@ -389,6 +397,8 @@ def _onto_kinematics(elimination: Elimination, at: Iterate, schedule: _Schedule)
             solution.blocks,
             -at.opening * solution.joints[:2] / at.x[:2],
             solution.sliding,
+            np.zeros_like(at.room),
+            -at.crushed * (form.G @ solution.joints[:2].ravel()) / at.room,
         )
         moves = moved(moves, (0.0, 1.0), step)
     return moves

@@ -1,9 +1,9 @@
 """The linear algebra of a Newton step: elimination onto the blocks, refinement, and a full factorisation.
 
-Of the faces only rocking is eliminated from what the solution must satisfy; sliding stays explicit (both
-eliminated, residuals stall near 1e-2). The joints' compliance is then inverted in closed form, joint by
-joint, which leaves a matrix of the blocks alone, 3b + 1 square with the pattern of a frame's stiffness. It is
-factorised by SuperLU (SciPy) without pivoting, in one order for the whole pass.
+Of the faces only rocking and crushing are eliminated from what the solution must satisfy; sliding stays
+explicit (eliminated too, residuals stall near 1e-2). The joints' compliance is then inverted in closed form,
+joint by joint, which leaves a matrix of the blocks alone, 3b + 1 square with the pattern of a frame's
+stiffness. It is factorised by SuperLU (SciPy) without pivoting, in one order for the whole pass.
 """
 
 from __future__ import annotations
@@ -165,11 +165,13 @@ class NewtonSystem:
         self.full = self.full and problem.joints <= _FULL_ONCE_UP_TO
         self._sliding = problem.sliding
         self._rocking = self.at.opening / self.at.x[:2]
+        crushing = self.at.crushed / self.at.room
+        self._crushing = (self._form.G.T @ sp.diags_array(crushing) @ self._form.G).tocsr()
         self._scale = 1 / np.maximum(self.at.z, self.at.slip)
         self._most = _CUT * self.at.energy / max(float(self.at.d @ self.at.d), 1.0)
-        self._edges = np.minimum(1 / self._rocking, self._most)
+        self._edges, self._across = self._of_edges()
         self._faces = np.minimum(self.at.z / self.at.slip, self._most)
-        both = self._edges.sum(axis=0)[self._sliding]
+        both = (self._edges + self._across).sum(axis=0)[self._sliding]
         self._pivot = self._faces.sum(axis=0) / 2 + 2 * self.friction * self.slope * both
 
     def solve(self, right: Parts) -> tuple[Parts, float]:
@@ -195,10 +197,11 @@ class NewtonSystem:
         return best, error / max(size, 1e-300)
 
     def apply(self, of: Parts) -> Parts:
-        """The left-hand sides: rocking eliminated, sliding explicit."""
+        """The left-hand sides: rocking and crushing eliminated, sliding explicit."""
         problem, at = self._form.problem, self.at
         joints = self._form.moves(of.blocks) - self._form.follow(of.sliding, self.slope)
         joints[:2] += self._rocking * of.joints[:2]
+        joints[:2] += (self._crushing @ of.joints[:2].ravel()).reshape(2, -1)
         return Parts(
             self._form.A @ of.joints.ravel() + of.load * problem.live,
             at.z * of.sliding + at.slip * self._form.slacks(of.joints, self.friction),
@@ -222,6 +225,19 @@ class NewtonSystem:
         slip = rates - self.at.slip * self._form.slacks(forces, self.friction) / self.at.z
         return Parts(velocities, slip, forces, load)
 
+    def _of_edges(self) -> tuple[np.ndarray, np.ndarray]:
+        """Stiffness of each edge, shape (2, c), and what the two of a joint that can crush share, (c,)."""
+        edges, across = np.minimum(1 / self._rocking, self._most), np.zeros(self._rocking.shape[1])
+        if len(joints := self._form.problem.crushing):
+            # The inverse of 1/edges + what crushing adds, two by two.
+            added = self._crushing.diagonal().reshape(2, -1)[:, joints]
+            first, second = 1 / edges[:, joints] + added
+            shared = self._crushing.diagonal(len(across))[joints]
+            determinant = first * second - shared**2
+            edges[:, joints] = np.stack([second, first]) / determinant
+            across[joints] = -shared / determinant
+        return edges, across
+
     def _stiff(self, motion: np.ndarray) -> np.ndarray:
         """Forces x that move edges and shear so, shape (3, c) each: the inverse of the joints' compliance.
 
@@ -230,13 +246,13 @@ class NewtonSystem:
         difference of large numbers. While sliding contracts (ψ < 0) its pivot may be small: refinement, or
         the full factors, catch that.
         """
-        forces = self._edges * motion[:2]
+        forces = self._edges * motion[:2] + self._across * motion[1::-1]
         shear = motion[2] * self._most  # of joints whose friction is unlimited
         slip, (plus, minus) = motion[2, self._sliding], self._faces
         sliding = (
             2 * self.friction * forces.sum(axis=0)[self._sliding] + slip * (plus - minus) / 2
         ) / self._pivot
-        forces[:, self._sliding] -= self.slope * sliding * self._edges[:, self._sliding]
+        forces[:, self._sliding] -= self.slope * sliding * (self._edges + self._across)[:, self._sliding]
         shear[self._sliding] = ((sliding + slip) * minus - (sliding - slip) * plus) / 4
         return np.vstack([forces, shear])
 
@@ -274,10 +290,12 @@ class NewtonSystem:
             return sp.hstack([normal, normal, shear], format="csr")
 
         rocking = np.append(self._rocking.ravel(), np.zeros(problem.joints))
+        no_shear = sp.csr_array((problem.joints, problem.joints))
+        compliance = sp.diags_array(rocking) + sp.block_diag([self._crushing, no_shear])
         live = sp.csr_array(problem.live[:, None])
         matrix = sp.block_array(
             [
-                [sp.diags_array(rocking), -both(self.slope).T, self._form.At, None],
+                [compliance, -both(self.slope).T, self._form.At, None],
                 [
                     sp.diags_array(at.slip.ravel()) @ both(self.friction),
                     sp.diags_array(at.z.ravel()),
@@ -290,7 +308,7 @@ class NewtonSystem:
             format="csr",
         )
         rows = np.concatenate(
-            [1 / np.maximum(1.0, rocking), self._scale.ravel(), np.ones(self.elimination.size)]
+            [1 / np.maximum(1.0, compliance.diagonal()), self._scale.ravel(), np.ones(self.elimination.size)]
         )
         try:
             return splu(sp.csc_matrix(sp.diags_array(rows) @ matrix)), rows

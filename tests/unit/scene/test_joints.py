@@ -19,6 +19,10 @@ def square(name, x, y, size=1.0, **more):
     return mo.Block(name=name, vertices=corners, **properties)
 
 
+def parted(name, part):
+    return mo.Block(name=name, parts=[[(8, 8), (9, 8), (9, 9)], part], weight=1)
+
+
 FLOOR = mo.Block(name="floor", vertices=[(-9, -1), (9, -1), (9, 0), (-9, 0)], fixed=True)
 
 
@@ -98,9 +102,12 @@ def test_fixed_blocks_may_touch_and_overlap_and_get_no_joint():
         ([square("A", 0, 0), square("B", 5, 3)], "block 'B' touches no other block"),
         ([square("A", 0, 0), square("B", 1, 1)], "block 'B' touches no other block"),
         ([mo.Block(name="A", vertices=[(0, 0), (1, 0), (2, 0)], weight=1)], "'A' has no area"),
+        ([mo.Block(name="A", vertices=[(0, 0), (2, 0), (2, 2), (0, 1), (1, 2)], weight=1)], "crosses itself"),
+        ([parted("A", [(0, 0), (1, 0), (2, 0)])], "'A' has a part without area"),
+        ([parted("A", [(0, 0), (3, 2), (3, 0), (0, 1)])], "'A' has a part that crosses itself"),
         (
-            [mo.Block(name="A", vertices=[(0, 0), (2, 0), (2, 2), (1, 0.5), (0, 2)], weight=1)],
-            "'A' is not convex",
+            [square("A", 0, 0, holes=[[(3, 3), (4, 3), (4, 4)]])],
+            "'A' has a hole that is not inside",
         ),
         ([mo.Block(name="A", vertices=[(0, 0), (2, 1), (2, 0), (0, 1)], weight=1)], "'A' crosses itself"),
         ([mo.Block(name="A", vertices=[(0, 0), (0, 0), (1, 0)], weight=1)], "'A' has no area"),

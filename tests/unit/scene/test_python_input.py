@@ -42,8 +42,10 @@ def block(**values):
 #: What is called, and by line of the message what must be in it.
 WRONG_CALLS = {
     "unknown key": (lambda: block(wieght=1), [["Block 'A': ", "'wieght'", "did you mean 'weight'"]]),
-    "missing keys": (lambda: mo.Block(weight=1), [["Block: ", "'name'"], ["Block: ", "'vertices'"]]),
-    "no names": (lambda: mo.Block("A", TRIANGLE), [["Block: ", "name, vertices, weight"]]),
+    "missing keys": (lambda: mo.Block(weight=1), [["Block: ", "'name'"]]),
+    "no names": (lambda: mo.Block("A", TRIANGLE), [["Block: ", "name, vertices, parts"]]),
+    "no shape": (lambda: mo.Block(name="A", weight=1), [["Block 'A': ", "'vertices'", "'parts'"]]),
+    "two shapes": (lambda: block(parts=[TRIANGLE]), [["Block 'A': ", "'vertices'", "'parts'"]]),
     "wrong values": (
         lambda: block(weight=-1, vertices=[(0, "0"), *TRIANGLE], live=(1,), fixed=1),
         [

@@ -1,0 +1,85 @@
+"""Crushing as the parabola that it is, in CVXPY: eq. (9) and eq. (10) as conic programs."""
+
+from __future__ import annotations
+
+import cvxpy as cp
+import numpy as np
+
+from masonry_opt.models.cvxpy_terms import Mechanism, Statics
+from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.problem.state import State
+
+
+class CvxpyParabolaStatic:
+    """Eq. (9), with the limit of crushing in place of its chords:
+
+    max  λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    z = C(slope) q + c ≥ 0,
+    |m| ≤ n (L/2 − n / (2 f_c))    at joints of limited strength
+    """
+
+    def __init__(self, problem: Problem, limits: ShearLimits) -> None:
+        self._problem, joints, straight = problem, problem.crushing, _straight(problem)
+        statics = self.statics = Statics(problem, limits)
+        n, m = statics.q[joints], statics.q[2 * problem.joints + joints]
+        half = problem.half_length[joints]
+        most = cp.multiply(half, n - cp.multiply(1 / problem.crushing_force, cp.square(n)))
+        self.within_yield = statics.slacks[straight] >= 0
+        self.uncrushed = [m <= most, -m <= most]
+        objective = cp.Maximize(problem.live_norm * statics.load_factor)
+        self.program = cp.Problem(objective, [statics.equilibrium, self.within_yield, *self.uncrushed])
+
+    def read(self) -> State:
+        """The state at the optimum: velocities and rates are the duals of equilibrium and yield, those of
+        crushing in the place of the rocking faces."""
+        problem, joints = self._problem, self._problem.crushing
+        p = np.zeros(problem.faces)
+        p[_straight(problem)] = self.within_yield.dual_value
+        for row, side in zip(self.uncrushed, (0, problem.joints), strict=True):
+            p[2 * len(problem.sliding) + side + joints] = row.dual_value
+        return State(*self.statics.forces(), self.statics.equilibrium.dual_value, p)
+
+
+class CvxpyParabolaKinematic:
+    """Eq. (10), where edges that turn by P and come w nearer than rigid ones dissipate f_c w² / (2 P):
+
+    min  −f_D·d + c·p + Σ t    s.t.    Bᵀ d = D(slope) p − w,    f_L·d = Σ|f_L|,    p ≥ 0,
+    f_c L w² ≤ 2 L P t
+    """
+
+    def __init__(self, problem: Problem, limits: ShearLimits) -> None:
+        joints = problem.crushing
+        self.mechanism = mechanism = Mechanism(problem, limits.slope)
+        first = 2 * len(problem.sliding) + joints
+        turning = mechanism.p[first] + mechanism.p[first + problem.joints]
+        # The flow of D turns about edges a little within the true ones: about the first chord's.
+        half, lever = problem.half_length[joints], problem.lever[joints]
+        self.closing = cp.Variable(len(joints), name="w")
+        self.energy = cp.Variable(len(joints), name="t")
+        into = np.zeros((3 * problem.joints, len(joints)))
+        into[joints, np.arange(len(joints))] = 1.0
+        flow = mechanism.compatibility.expr + into @ (self.closing - cp.multiply(half - lever, turning))
+        self.compatibility = flow == 0
+        factor = problem.crushing_force / (4 * half)
+        cone = cp.SOC(
+            turning + self.energy,
+            cp.vstack([turning - self.energy, 2 * cp.multiply(np.sqrt(factor), self.closing)]),
+            axis=0,
+        )
+        work = -problem.dead @ mechanism.d + limits.cohesion @ mechanism.slip + cp.sum(self.energy)
+        chords = mechanism.p[2 * (len(problem.sliding) + problem.joints) :] == 0
+        rows = [self.compatibility, mechanism.live_work, chords, cone]
+        self.program = cp.Problem(cp.Minimize(work), rows)
+
+    def read(self) -> State:
+        """The state at the optimum: forces and load factor are the duals of compatibility and of
+        the live work (CVXPY's sign of an equality's dual turned)."""
+        mechanism = self.mechanism
+        load_factor, q = -mechanism.live_work.dual_value, -self.compatibility.dual_value
+        return State(float(load_factor), q, mechanism.d.value, mechanism.p.value)
+
+
+def _straight(problem: Problem) -> np.ndarray:
+    """Faces but those of rocking and crushing of joints of limited strength, shape (faces,)."""
+    bends = np.isin(problem.face_joint, problem.crushing)
+    bends[: 2 * len(problem.sliding)] = False
+    return ~bends

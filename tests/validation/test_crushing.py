@@ -1,0 +1,161 @@
+"""Joints of limited strength, against closed forms and a program of fibres."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from scenes import block_on_floor, small_wall
+from scipy.optimize import linprog
+
+import masonry_opt as mo
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.chords import CHORDS, MISSED, chord_rates, crushing_energy, parabola
+
+BY_PARABOLA = [("static", {}), ("kinematic", {})]
+BY_CHORDS = [
+    ("static", {"solver": "highs"}),
+    ("static", {"model": "pyomo"}),
+    ("kinematic", {"model": "pyomo"}),
+    ("nonassociative", {}),
+    ("mcp", {}),
+    ("refined", {}),
+]
+
+
+def block(strength: float) -> mo.Scene:
+    scene = block_on_floor(width=1.0, height=2.0, friction=2.0)
+    return scene.model_copy(update={"joints": mo.JointDefaults(friction=2.0, strength=strength)})
+
+
+@pytest.mark.parametrize("strength", [2.0, 10.0, 1000.0])
+@pytest.mark.parametrize(("method", "how"), BY_PARABOLA)
+def test_a_solid_block_crushes_at_its_toe(method, how, strength):
+    """Weight 1 on a toe of length W/f_c, its middle b/2 − W/(2 f_c) from the centroid: λ = (b − W/f_c)/h."""
+    result = mo.solve(block(strength), method, **how)
+    assert result.required() == pytest.approx((1.0 - 1.0 / strength) / 2.0, rel=1e-8)
+    assert result.certificate.worst < 1e-8
+
+
+@pytest.mark.parametrize("strength", [2.0, 10.0, 1000.0])
+@pytest.mark.parametrize(("method", "how"), BY_CHORDS)
+def test_chords_err_on_the_safe_side_and_by_no_more_than_they_say(method, how, strength):
+    result = mo.solve(block(strength), method, **how)
+    missed = 1 - result.required() / ((1.0 - 1.0 / strength) / 2.0)
+    assert -1e-9 <= missed <= MISSED
+    assert result.certificate.worst < (1e-3 if method == "nonassociative" else 1e-8)
+
+
+def test_what_chords_miss():
+    x = np.geomspace(1e-9, 1.0, 200_000)[:-1]
+    by_chords = (np.multiply.outer(CHORDS.slope, x) + CHORDS.constant[:, None]).min(axis=0)
+    missed = 1 - by_chords / parabola(x, np.ones_like(x))
+    assert missed.min() > -1e-12
+    assert 0.98 * MISSED < missed.max() <= MISSED
+    low = x < 1e-4
+    assert missed[low].max() < 1e-4
+
+
+def test_rates_of_chords_follow_any_motion_and_dissipate_least():
+    rng = np.random.default_rng(3)
+    opening, rotation = rng.normal(size=(2, 400)) * np.exp(rng.normal(size=(2, 400)))
+    p = chord_rates(opening, rotation)
+    assert p.min() >= 0
+    assert (p.sum(axis=0) * CHORDS.slope).sum(axis=1) == pytest.approx(opening, abs=1e-12)
+    assert (p[1] - p[0]).sum(axis=1) == pytest.approx(rotation, abs=1e-12)
+    # The polygon's energy is what its knots take at most: those of neighbouring chords that meet.
+    knots = np.diff(CHORDS.constant) / -np.diff(CHORDS.slope)
+    x = np.concatenate([[0.0], knots, [1.0]])
+    moment = (np.multiply.outer(CHORDS.slope, x) + CHORDS.constant[:, None]).min(axis=0)
+    most = (np.abs(rotation)[:, None] * moment - opening[:, None] * x).max(axis=1)
+    assert (p * CHORDS.constant).sum(axis=(0, 2)) == pytest.approx(most, abs=1e-12)
+
+
+def test_energy_of_the_parabola_is_the_greatest_of_all_forces():
+    rng = np.random.default_rng(4)
+    opening, rotation = rng.normal(size=(2, 300))
+    x = np.linspace(0, 1, 20_001)
+    most = (np.abs(rotation)[:, None] * x * (1 - x) - opening[:, None] * x).max(axis=1)
+    assert crushing_energy(opening, rotation) == pytest.approx(most, abs=1e-7)
+    still = crushing_energy(np.array([1.0, -2.0, 0.0]), np.zeros(3))
+    assert still == pytest.approx([0.0, 2.0, 0.0])
+
+
+ARCH = mo.Arch(
+    radius=1, thickness=0.2, angles=(0, 180), voussoirs=15, unit_weight=1, weights="sector", live=(1, 0)
+)
+
+#: Strengths at which crushing takes up to half of the load factor.
+SCENES = {
+    "wall": small_wall(friction=0.65, strength=8.0),
+    "column": small_wall(courses=5, length=1, friction=2.0, strength=5.0),
+    "arch": mo.Scene(joints=mo.JointDefaults(friction=0.6, strength=6.0), blocks=ARCH.blocks()),
+}
+
+
+@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(("method", "how"), BY_PARABOLA)
+def test_parabola_against_fibres(name, method, how):
+    """The second formulation: stresses 0 ≤ σ ≤ f_c on 200 fibres a joint, solved by SciPy."""
+    scene = SCENES[name]
+    result = mo.solve(scene, method, **how)
+    assert result.required() == pytest.approx(by_fibres(scene), rel=2e-4)
+    assert result.certificate.worst < 1e-6
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_strength_lowers_the_load_factor_towards_none(name):
+    scene = SCENES[name]
+    factors = []
+    for much in (1.0, 10.0, 1e2, 1e4):
+        joints = scene.joints.model_copy(update={"strength": much * scene.joints.strength})
+        factors.append(mo.solve(scene.model_copy(update={"joints": joints}), "static").required())
+    unlimited = scene.model_copy(update={"joints": scene.joints.model_copy(update={"strength": None})})
+    assert (np.diff(factors) > -1e-8).all()
+    assert factors[0] < 0.98 * factors[-1]
+    assert factors[-1] == pytest.approx(mo.solve(unlimited, "static").required(), rel=5e-4)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_duality_in_both_languages(name):
+    assert mo.check(SCENES[name]).passed
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_pass_and_the_loop_end_in_exact_states(name):
+    scene = SCENES[name]
+    associative = mo.solve(scene, "static", solver="highs").required()
+    found = {method: mo.solve(scene, method) for method in ("mcp", "nonassociative", "refined")}
+    for method, result in found.items():
+        assert result.required() <= associative * (1 + 1e-7)
+        assert result.certificate.worst < (1e-3 if method == "nonassociative" else 1e-8)
+
+
+def test_with_associative_flow_a_pass_reproduces_the_chords_optimum():
+    wall = small_wall(friction=0.65, dilatancy=0.65, strength=8.0)
+    chords = mo.solve(wall, "static", solver="highs").required()
+    assert mo.solve(wall, "mcp", descent=False).required() == pytest.approx(chords, rel=1e-8)
+
+
+def test_the_bracket_refuses_what_it_does_not_know():
+    with pytest.raises(mo.OptionError, match="strength"):
+        mo.solve(block(5.0), "global")
+
+
+def by_fibres(scene: mo.Scene, fibres: int = 200) -> float:
+    """Largest λ with B q + λ f_L + f_D = 0, |s| ≤ μ n, n = Σ σ ΔL, m = Σ σ ΔL y and 0 ≤ σ ≤ f_c."""
+    assembly = assemble(scene)
+    problem, c = assembly.problem, assembly.problem.joints
+    y = (np.arange(fibres) + 0.5) / fibres * 2 - 1
+    one = sp.eye_array(c)
+    n_of, m_of = sp.kron(one, np.ones((1, fibres))), sp.kron(sp.diags_array(problem.half_length), y[None, :])
+    B = problem.B.tocsc()
+    equal = sp.hstack([B[:, :c] @ n_of + B[:, 2 * c :] @ m_of, B[:, c : 2 * c], problem.live[:, None]])
+    slide = sp.diags_array(problem.friction) @ n_of
+    within = sp.vstack([sp.hstack([-slide, sign * one, np.zeros((c, 1))]) for sign in (1, -1)])
+    strength = scene.joints.strength * assembly.joints.length / problem.force_unit / fibres
+    bounds = [(0, most) for most in np.repeat(strength, fibres)] + [(None, None)] * (c + 1)
+    cost = np.zeros(c * fibres + c + 1)
+    cost[-1] = -1
+    solved = linprog(cost, A_ub=within, b_ub=np.zeros(2 * c), A_eq=equal, b_eq=-problem.dead, bounds=bounds)
+    return float(-solved.fun)

@@ -1,0 +1,178 @@
+"""Stones with notches, in parts, and on corners, against moments taken by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import masonry_opt as mo
+from masonry_opt.answer.status import Status
+from masonry_opt.scene.geometry import geometry
+
+FLOOR = mo.Block(name="floor", vertices=[(-9, -1), (9, -1), (9, 0), (-9, 0)], fixed=True)
+METHODS = ("static", "kinematic", "nonassociative", "mcp")
+
+
+def rough(*blocks, **joints):
+    return mo.Scene(joints=mo.JointDefaults(friction=5.0, **joints), blocks=list(blocks))
+
+
+def load_factor(scene, method):
+    result = mo.solve(scene, method)
+    assert result.certificate is not None
+    # The loop's sliding contracts by a thousandth of the friction.
+    assert result.certificate.worst < (1e-3 if method == "nonassociative" else 1e-7)
+    return result.required()
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(("towards", "expected"), [(1.0, 1.25 / 1.25), (-1.0, 0.75 / 1.25)])
+def test_an_l_overturns_about_the_end_of_its_foot(method, towards, expected):
+    """Weight 1 at (0.75, 1.25), pushed there: λ h = distance to the toe, at x = 2 or x = 0."""
+    outline = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 3), (0, 3)]
+    stone = mo.Block(name="A", vertices=outline, weight=1, live=(towards, 0))
+    assert load_factor(rough(stone, FLOOR), method) == pytest.approx(expected, rel=1e-7)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_stone_on_two_levels_overturns_about_the_upper_one(method):
+    """An inverted L on the ground (x 0 to 1) and on a step of height 1 (x 2 to 3), on which it cannot slide:
+    weight at its centroid, of [0,1]×[0,2] and [1,3]×[1,2]: x = (2·0.5 + 2·2)/4 = 1.25, y = (2·1 + 2·1.5)/4 =
+    1.25. Pushed to the right it turns about (3, 1): λ (1.25 − 1) = 3 − 1.25. Its foot then rises at least
+    twice as fast as it slips, as dilatancy of 1.5 allows."""
+    stone = mo.Block(
+        name="A", vertices=[(0, 0), (1, 0), (1, 1), (3, 1), (3, 2), (0, 2)], weight=1, live=(1, 0)
+    )
+    step = mo.Block(name="step", vertices=[(2, 0), (4, 0), (4, 1), (2, 1)], fixed=True)
+    scene = mo.Scene(
+        joints=mo.JointDefaults(friction=1.5),
+        blocks=[stone, step, FLOOR],
+        exceptions=[mo.Joint(between=("A", "step"), friction=float("inf"))],
+    )
+    assert load_factor(scene, method) == pytest.approx(7.0, rel=1e-6)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_beam_on_a_corner_lifts_off_its_far_bearing(method):
+    """Weight 1 at x = 2, live load at x = 0, a corner at x = 1 and a bearing from 3 to 4: λ · 1 = 1 · 1."""
+    beam = mo.Block(
+        name="A", vertices=[(0, 0), (4, 0), (4, 1), (0, 1)], weight=1, live=(0, -1), live_at=(0, 1)
+    )
+    prop = mo.Block(name="prop", vertices=[(1, 0), (0.5, -1), (1.5, -1)], fixed=True)
+    wall = mo.Block(name="wall", vertices=[(3, 0), (4, 0), (4, -1), (3, -1)], fixed=True)
+    scene = rough(beam, prop, wall)
+    assert load_factor(scene, method) == pytest.approx(1.0, rel=1e-7)
+    joints = mo.solve(scene, method).joints
+    at = joints["length"] == 0
+    assert joints["m"][at].tolist() == [0.0]
+    # Just as the far bearing lifts off, the corner carries both.
+    assert joints["n"][at].tolist() == pytest.approx([2.0], rel=1e-6)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_sliding_block_on_two_corners(method):
+    """Two corners of friction μ below a block pushed sideways at its base: λ = μ, however they share it."""
+    block = mo.Block(
+        name="A", vertices=[(0, 0), (4, 0), (4, 1), (0, 1)], weight=2, live=(2, 0), live_at=(2, 0)
+    )
+    props = [
+        mo.Block(name=f"p{x}", vertices=[(x, 0), (x - 0.5, -1), (x + 0.5, -1)], fixed=True) for x in (1, 3)
+    ]
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.4), blocks=[block, *props])
+    expected = 0.4
+    assert load_factor(scene, method) == pytest.approx(expected, rel=1e-7)
+
+
+def test_a_block_pushed_against_a_corner_is_held():
+    """Push and corner at one height: equal and opposite, whatever the load factor."""
+    block = mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 1), (0, 1)], weight=1, live=(1, 0))
+    prop = mo.Block(name="prop", vertices=[(1, 0.5), (2, 0.1), (2, 0.9)], fixed=True)
+    held = mo.solve(rough(block, prop, FLOOR), "static")
+    assert held.status is Status.UNLIMITED
+
+
+#: Scenes of odd stones, each with corners that stand on edges.
+ODD = {
+    "lintel on a point": [
+        mo.Block(name="post", vertices=[(0, 0), (1, 0), (0.5, 2)], weight=1, live=(0.2, 0)),
+        mo.Block(name="pier", vertices=[(3, 0), (4, 0), (4, 2), (3, 2)], weight=2, live=(2, 0)),
+        mo.Block(name="lintel", vertices=[(-1, 2), (4, 2), (4, 2.5), (-1, 2.5)], weight=3, live=(3, 0)),
+    ],
+    "gable on a notch": [
+        mo.Block(
+            name="notched",
+            vertices=[(0, 0), (4, 0), (4, 2), (3, 2), (3, 1), (1, 1), (1, 2), (0, 2)],
+            weight=4,
+            live=(4, 0),
+        ),
+        mo.Block(
+            name="wedge", vertices=[(1.2, 1.5), (2, 1), (2.8, 1.5), (2.8, 2), (1.2, 2)], weight=1, live=(1, 0)
+        ),
+        mo.Block(name="left", vertices=[(1, 1), (1.2, 1), (1.2, 2), (1, 2)], weight=0.2, live=(0.2, 0)),
+        mo.Block(name="right", vertices=[(2.8, 1), (3, 1), (3, 2), (2.8, 2)], weight=0.2, live=(0.2, 0)),
+    ],
+    "ring on a corner": [
+        mo.Block(
+            name="ring",
+            vertices=[(-1, 1), (3, 1), (3, 4), (-1, 4)],
+            holes=[[(0, 2), (2, 2), (2, 3), (0, 3)]],
+            weight=5,
+            live=(5, 0),
+        ),
+        mo.Block(name="tip", vertices=[(-0.5, 0), (0.5, 0), (0, 1)], weight=0.5, live=(0.5, 0)),
+        mo.Block(name="foot", vertices=[(1, 0), (3, 0), (3, 1), (1, 1)], weight=2, live=(2, 0)),
+    ],
+    "portal with a leaning stone": [
+        mo.Block(
+            name="portal",
+            vertices=[(0, 0), (1, 0), (1, 2), (3, 2), (3, 0), (4, 0), (4, 3), (0, 3)],
+            weight=8,
+            live=(-8, 0),
+        ),
+        mo.Block(
+            name="leaning", vertices=[(-2, 0), (-1.4, 0), (0, 2.2), (-0.4, 2.6)], weight=1, live=(-1, 0)
+        ),
+    ],
+}
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_a_corner_acts_as_a_very_short_edge(name):
+    """The second program: each corner on an edge cut off by a billionth of the size, so that an ordinary edge
+    joint takes the joint's place."""
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=[*ODD[name], FLOOR])
+    shapes = geometry(scene)
+    sharp = mo.solve(scene, "static")
+    at = sharp.joints.index[sharp.joints["length"] == 0]
+    assert len(at)
+    points = sharp.joints.loc[at, ["x", "y"]].to_numpy()
+    cut = 2e-6 * float(np.ptp(shapes.origin + shapes.centroid, axis=0).max())
+    blocks = [_blunted(block, points, sharp, at, cut) for block in scene.blocks]
+    blunt = mo.solve(mo.Scene(joints=scene.joints, blocks=blocks, tolerance=cut / 100), "static")
+    assert (blunt.joints["length"] > 0).all()
+    assert sharp.required() == pytest.approx(blunt.required(), rel=1e-4)
+    certificate = mo.solve(scene).certificate
+    assert certificate is not None
+    assert certificate.worst < 1e-7
+
+
+def _blunted(block, points, result, at, cut):
+    """The block with those of its corners that stand on edges cut off parallel to the edge."""
+    vertices = block.vertices
+    for point, number in zip(points, at, strict=True):
+        row = result.joints.loc[number]
+        if block.name not in (row["first"], row["second"]):
+            continue
+        near = [i for i, vertex in enumerate(vertices) if np.hypot(*(np.array(vertex) - point)) < 1e-9]
+        if not near:
+            continue
+        i, normal = near[0], result.assembly.joints.normal[number]
+        corner = np.array(vertices[i])
+        ends = []
+        for other in (vertices[i - 1], vertices[(i + 1) % len(vertices)]):
+            along = np.array(other) - corner
+            along /= abs(along @ normal)  # so that both new corners lie as far from the edge
+            ends.append(corner + cut * along)
+        shift = -cut * np.sign((np.array(vertices[i - 1]) - corner) @ normal) * normal
+        vertices = [*vertices[:i], *(tuple(end + shift) for end in ends), *vertices[i + 1 :]]
+    return block.model_copy(update={"vertices": [tuple(map(float, vertex)) for vertex in vertices]})
