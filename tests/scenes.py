@@ -108,14 +108,33 @@ def pressed_down() -> mo.Scene:
     return block_on_floor(live=(0.0, -1.0))
 
 
-#: Scenes whose joints differ in kind: some cannot slide, none can, all have cohesion, all dilate.
+def on_a_corner() -> mo.Scene:
+    """A wedge with its corner on the ground and a block beside it, under a beam that both bear."""
+    return mo.Scene(
+        joints=mo.JointDefaults(friction=0.6),
+        blocks=[
+            mo.Block(name="wedge", vertices=[(1, 0), (2, 2), (0, 2)], weight=1, live=(1, 0)),
+            mo.Block(name="block", vertices=[(3, 0), (5, 0), (5, 2), (3, 2)], weight=3, live=(3, 0)),
+            mo.Block(name="beam", vertices=[(0, 2), (5, 2), (5, 3), (0, 3)], weight=4, live=(4, 0)),
+            mo.Block(name="ground", vertices=[(-2, -1), (8, -1), (8, 0), (-2, 0)], fixed=True),
+        ],
+    )
+
+
+#: Scenes whose joints differ in kind: some cannot slide, none can, all have cohesion, all dilate, all can be
+#: crushed, one has no length.
 KINDS_OF_JOINTS = {
     "one joint cannot slide": two_blocks(),
     "nothing slides": small_wall(friction=float("inf")),
     "cohesion": small_wall(cohesion=0.05),
     "no cohesion": small_wall(),
     "dilatancy": small_wall(dilatancy=0.1),
+    "strength": small_wall(strength=8.0),
+    "corner on an edge": on_a_corner(),
 }
+
+#: Those whose joints bear any pressure, which the bracket asks for.
+UNCRUSHED = {name: scene for name, scene in KINDS_OF_JOINTS.items() if scene.joints.strength is None}
 
 
 def run_command(monkeypatch: Any, capsys: Any, *arguments: object) -> tuple[int, str, str]:

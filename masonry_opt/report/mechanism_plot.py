@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import os
 import textwrap
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 
@@ -134,12 +134,10 @@ def draw_mechanism(result: Result, axes: Axes, marked: Collection[int] = ()) -> 
     low, high = _extent(result)
     size = float((high - low).max())
 
+    motion = _Velocities(result)
+
     def drawn(blocks: np.ndarray, scale: float = 0.0) -> list[Path]:
-        motion = _Velocities(result)
-        return [
-            _outline(shapes.polygons[i], lambda points, i=i: points + scale * motion.at(i, points) + origin)
-            for i in blocks
-        ]
+        return [_outline(shapes.polygons[i], i, motion, scale, origin) for i in blocks]
 
     axes.add_collection(PathCollection(drawn(fixed), facecolor=_FIXED, edgecolor="none"))
     moves, scale = result.blocks["vx"].notna().all(), 0.0
@@ -162,12 +160,13 @@ def draw_mechanism(result: Result, axes: Axes, marked: Collection[int] = ()) -> 
     axes.set_title(_title(result), parse_math=False)  # a title may hold dollar signs
 
 
-def _outline(shape: shapely.Geometry, moved: Callable[[np.ndarray], np.ndarray]) -> Path:
-    """The outlines of a block, its holes among them, as one path."""
-    rings = shapely.get_rings(shapely.get_parts(shape))
-    return Path.make_compound_path(
-        *(Path(moved(shapely.get_coordinates(ring)), closed=True) for ring in rings)
-    )
+def _outline(
+    shape: shapely.Geometry, block: int, motion: _Velocities, scale: float, origin: np.ndarray
+) -> Path:
+    """The outlines of a moved block, its holes among them, as one path."""
+    rings = [shapely.get_coordinates(ring) for ring in shapely.get_rings(shapely.get_parts(shape))]
+    moved = [points + scale * motion.at(block, points) + origin for points in rings]
+    return Path.make_compound_path(*(Path(points, closed=True) for points in moved))
 
 
 def _title(result: Result) -> str:

@@ -72,7 +72,7 @@ def geometry(scene: Scene) -> Geometry:
         outlines[simple] = shapely.polygons(shapely.linearrings(own, indices=owner))
         polygons[simple], convex[simple] = _outlines(own, owner, tolerance, scene, simple)
     for index in np.flatnonzero(built_up):
-        outlines[index] = _built_up(scene, index, origin, tolerance)
+        outlines[index] = _built_up(scene, int(index), origin, tolerance)
         polygons[index] = _without_straight_corners(outlines[index], tolerance)
     area = shapely.area(outlines)
     _refuse(area <= tolerance**2, scene, "has no area")

@@ -25,7 +25,7 @@ _DECLARED: dict[str, tuple[Any, dict[str, Any]]] = {
 
 
 #: Those of joints whose strength is limited by a parabola instead of its chords.
-_OF_PARABOLA = {"static": CvxpyParabolaStatic, "kinematic": CvxpyParabolaKinematic}
+_OF_PARABOLA: dict[str, Any] = {"static": CvxpyParabolaStatic, "kinematic": CvxpyParabolaKinematic}
 
 
 class Driver:

@@ -46,7 +46,7 @@ def bonded(
     """A small wall, live load = weight to the right; gaps are negative; moved by (shift, -shift)."""
     wall = Wall(block=block, weight=1, live=(1, 0), courses=courses)
     moved = [
-        built.model_copy(update={"vertices": [(x + shift, y - shift) for x, y in built.vertices]})
+        built.model_copy(update={"vertices": [(x + shift, y - shift) for x, y in built.rings[0]]})
         for built in wall.blocks()
     ]
     return of_blocks("small wall", moved, friction)

@@ -38,7 +38,8 @@ def interior(form: EdgeForm, rng: np.random.Generator) -> Iterate:
     c, k = form.problem.joints, len(form.problem.sliding)
     x = np.vstack([rng.uniform(0.5, 2, (2, c)), rng.normal(size=(1, c))])
     rates = rng.uniform(0.5, 2, (2, c)), rng.uniform(0.5, 2, (2, k))
-    return Iterate(0.7, x, rng.uniform(0.5, 2, (2, k)), rng.normal(size=3 * form.problem.blocks), *rates)
+    z, d = rng.uniform(0.5, 2, (2, k)), rng.normal(size=3 * form.problem.blocks)
+    return Iterate(0.7, x, z, d, *rates, *rng.uniform(0.5, 2, (2, form.G.shape[0])))
 
 
 def random_parts(form: EdgeForm, rng: np.random.Generator) -> Parts:
@@ -58,7 +59,7 @@ def assert_same_iterate(one: Iterate, other: Iterate) -> None:
 
 def assert_as_declared(form: EdgeForm, at: Iterate) -> None:
     """The residuals under the joints' own flow rule are the declared ones, of the same state."""
-    problem, k = form.problem, len(form.problem.sliding)
+    problem, k, c = form.problem, len(form.problem.sliding), form.problem.joints
     ours = form.residuals(at, problem.dilatancy)
     declared = PyomoMcp(problem).residuals(form.state(at))
     np.testing.assert_allclose(ours.statics, declared.equilibrium, atol=ROUNDING)
@@ -66,13 +67,14 @@ def assert_as_declared(form: EdgeForm, at: Iterate) -> None:
         ours.motion.ravel(), form.from_edges.T @ declared.compatibility, atol=ROUNDING * max(np.abs(at.d))
     )
     assert ours.work == pytest.approx(declared.live_work, abs=ROUNDING)
-    # Slacks of sliding are unknowns of their own here; those of rocking are edge forces times the length.
+    # Slacks of sliding and crushing are unknowns of their own; those of rocking are edge forces times length.
     np.testing.assert_allclose(at.z.ravel() - ours.yielding.ravel(), declared.z[: 2 * k], atol=ROUNDING)
     np.testing.assert_allclose(
-        (2 * problem.half_length * at.x[:2]).ravel(), declared.z[2 * k :], atol=ROUNDING
+        (2 * problem.lever * at.x[:2]).ravel(), declared.z[2 * k : 2 * (k + c)], atol=ROUNDING
     )
-    edges, faces = (replace(at, z=at.z - ours.yielding)).products
-    products = np.concatenate([faces.ravel(), edges.ravel()])
+    np.testing.assert_allclose(at.room - ours.crushing, declared.z[2 * (k + c) :], atol=ROUNDING)
+    met = replace(at, z=at.z - ours.yielding, room=at.room - ours.crushing).products
+    products = np.concatenate([met.sliding.ravel(), met.edges.ravel(), met.crushing])
     np.testing.assert_allclose(products, declared.z * declared.p, atol=ROUNDING)
 
 
@@ -131,7 +133,8 @@ def test_steps_of_statics_and_of_kinematics_have_their_own_lengths(form, rng):
     at, by = interior(form, rng), interior(form, rng)
     gone = moved(at, (0.5, 0.25), by)
     assert gone.load_factor == pytest.approx(1.5 * 0.7)
-    for name, length in {"x": 0.5, "z": 0.5, "d": 0.25, "opening": 0.25, "slip": 0.25}.items():
+    for name in ("x", "z", "room", "d", "opening", "slip", "crushed"):
+        length = 0.5 if name in ("x", "z", "room") else 0.25
         np.testing.assert_allclose(getattr(gone, name), getattr(at, name) + length * getattr(by, name))
 
 
@@ -190,7 +193,7 @@ def test_a_solution_meets_the_equations_near_an_answer(form, rng, full, gap):
 
 def test_equations_are_the_derivatives_of_residuals_and_products(form, rng):
     """Central differences, exact for terms of second order: 1e-5 leaves rounding of some 1e-10. Slacks follow
-    the true friction law; openings keep their products with the edges' forces."""
+    the true friction law and strength; openings and rates of crushing keep their products with forces."""
     problem, at, step = form.problem, interior(form, rng), random_parts(form, rng)
     slope = problem.dilatancy - 0.1 * problem.friction
     system = NewtonSystem(Elimination(form), at, slope, problem.friction, 1e-10)
@@ -204,11 +207,14 @@ def test_equations_are_the_derivatives_of_residuals_and_products(form, rng):
             at.d + length * step.blocks,
             at.opening * at.x[:2] / x[:2],
             at.slip + length * step.sliding,
+            room := at.room + length * (form.G @ step.joints[:2].ravel()),
+            at.crushed * at.room / room,
         )
         left = form.residuals(there, slope)
         here = form.residuals(at, slope)
         np.testing.assert_allclose(left.yielding, here.yielding, atol=ROUNDING)
-        return flat(Parts(left.statics, there.products[1], left.motion, left.work))
+        np.testing.assert_allclose(left.crushing, here.crushing, atol=ROUNDING)
+        return flat(Parts(left.statics, there.products.sliding, left.motion, left.work))
 
     length = 1e-5
     slopes = (value(length) - value(-length)) / (2 * length)

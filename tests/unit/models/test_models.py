@@ -99,12 +99,12 @@ def test_flow_is_the_problem_s(name, problem, numbers):
 
 @pytest.mark.parametrize("language", ["cvxpy", "pyomo"])
 def test_size_of_eq_9_and_eq_10(language, problem):
-    b, c, k = problem.blocks, problem.joints, len(problem.sliding)
+    b, c, faces = problem.blocks, problem.joints, problem.faces
     static, kinematic = (declared(problem, name, language).size() for name in ("static", "kinematic"))
-    assert (static.rows, static.columns) == (3 * b + 2 * k + 2 * c, 3 * c + 1)
+    assert (static.rows, static.columns) == (3 * b + faces, 3 * c + 1)
     # CVXPY writes p ≥ 0 as rows.
-    signs = problem.faces if language == "cvxpy" else 0
-    assert (kinematic.rows, kinematic.columns) == (3 * c + 1 + signs, 3 * b + 2 * k + 2 * c)
+    signs = faces if language == "cvxpy" else 0
+    assert (kinematic.rows, kinematic.columns) == (3 * c + 1 + signs, 3 * b + faces)
 
 
 @pytest.mark.parametrize("name", [name for name in STATIC | KINEMATIC if name not in ("MPEC", "global")])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scenes import CASES, KINDS_OF_JOINTS, small_wall
+from scenes import CASES, UNCRUSHED, small_wall
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
@@ -19,7 +19,7 @@ from masonry_opt.problem.state import State
 from masonry_opt.solvers.highs_lp import LinearProgram
 from masonry_opt.studies.atlas.random_scenes import random_scene
 
-SCENES = KINDS_OF_JOINTS | {
+SCENES = UNCRUSHED | {
     "wedges": mo.load(CASES / "livesley" / "wedges.toml"),
     "contraction": small_wall(4, 3, 0.3, dilatancy=-0.05),
     "cohesion and dilatancy": small_wall(3, 2, cohesion=0.1, dilatancy=0.3),
@@ -90,10 +90,10 @@ def test_any_multipliers_prove_no_more_than_a_state_allows(name):
         assert value - short @ np.abs(x) <= lp.cost @ x + 1e-6 * (1 + np.abs(value))
 
 
-@pytest.mark.parametrize("name", KINDS_OF_JOINTS)
+@pytest.mark.parametrize("name", UNCRUSHED)
 def test_edge_factors_are_the_problem_s(name):
     """The forms of statics and kinematics at any numbers whatever."""
-    problem, rng = assemble(KINDS_OF_JOINTS[name]).problem, np.random.default_rng(3)
+    problem, rng = assemble(UNCRUSHED[name]).problem, np.random.default_rng(3)
     factors = EdgeFactors(problem)
     q, d = rng.normal(size=3 * problem.joints), rng.normal(size=3 * problem.blocks)
     p = rng.uniform(size=problem.faces)

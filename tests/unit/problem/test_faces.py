@@ -7,6 +7,7 @@ import pytest
 from scenes import KINDS_OF_JOINTS, block_on_floor, irregular
 
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.chords import CHORDS
 from masonry_opt.problem.problem import ShearLimits
 
 PROBLEMS = {name: assemble(scene).problem for name, scene in KINDS_OF_JOINTS.items()} | {
@@ -19,8 +20,9 @@ def problem(request):
     return PROBLEMS[request.param]
 
 
-def slacks_by_hand(problem, q, slope, cohesion):
-    """|s| ≤ c + slope n and |m| ≤ n L / 2, joint by joint."""
+def slacks_by_hand(problem, q, slope, cohesion, whole):
+    """|s| ≤ c + slope n and |m| ≤ n L / 2, or at most what chords leave of it where ``whole`` crushes, joint by
+    joint."""
     n, s, m = q.reshape(3, -1)
     plus, minus, one_edge, other_edge = [], [], [], []
     for joint, half in enumerate(problem.half_length):
@@ -29,17 +31,30 @@ def slacks_by_hand(problem, q, slope, cohesion):
             limit = cohesion[at] + slope[at] * n[joint]
             plus.append(limit - s[joint])
             minus.append(limit + s[joint])
-        one_edge.append(n[joint] * half - m[joint])
-        other_edge.append(n[joint] * half + m[joint])
-    return np.array([*plus, *minus, *one_edge, *other_edge])
+        arm = half * CHORDS.slope[0] if joint in problem.crushing else half
+        one_edge.append(n[joint] * arm - m[joint])
+        other_edge.append(n[joint] * arm + m[joint])
+    crushing = []
+    for sense in (-1, 1):
+        for joint, force in zip(problem.crushing, whole, strict=True):
+            for lean, constant in zip(CHORDS.slope[1:], CHORDS.constant[1:], strict=True):
+                most = problem.half_length[joint] * (lean * n[joint] + constant * force)
+                crushing.append(most + sense * m[joint])
+    return np.array([*plus, *minus, *one_edge, *other_edge, *crushing])
 
 
 def motion_by_hand(problem, p, slope):
     """Opening, slip and rotation of each joint: sliding opens by the slope, rocking by L / 2."""
     k, c = len(problem.sliding), problem.joints
-    plus, minus, one_edge, other_edge = np.split(p, [k, 2 * k, 2 * k + c])
-    opening = problem.half_length * (one_edge + other_edge)
+    plus, minus, one_edge, other_edge, crushing = np.split(p, [k, 2 * k, 2 * k + c, 2 * k + 2 * c])
+    arm = problem.half_length.copy()
+    arm[problem.crushing] *= CHORDS.slope[0]
+    opening = arm * (one_edge + other_edge)
     slip, rotation = np.zeros(c), other_edge - one_edge
+    of_chords = crushing.reshape(2, len(problem.crushing), -1)
+    for at, joint in enumerate(problem.crushing):
+        opening[joint] += problem.half_length[joint] * (of_chords[:, at] @ CHORDS.slope[1:]).sum()
+        rotation[joint] += of_chords[1, at].sum() - of_chords[0, at].sum()
     for at, joint in enumerate(problem.sliding):
         slip[joint] = minus[at] - plus[at]
         opening[joint] += slope[at] * (plus[at] + minus[at])
@@ -49,18 +64,18 @@ def motion_by_hand(problem, p, slope):
 def test_yield_conditions_are_those_of_each_joint(problem):
     rng = np.random.default_rng(0)
     q = rng.normal(size=3 * problem.joints)
-    expected = slacks_by_hand(problem, q, problem.friction, problem.cohesion)
+    expected = slacks_by_hand(problem, q, problem.friction, problem.cohesion, problem.crushing_force)
     assert problem.slacks(q).shape == (problem.faces,)
-    np.testing.assert_allclose(problem.slacks(q), expected, atol=1e-14)
+    np.testing.assert_allclose(problem.slacks(q), expected, atol=1e-13)
     slope = rng.normal(size=len(problem.sliding))
-    without = slacks_by_hand(problem, q, slope, np.zeros_like(slope))
-    np.testing.assert_allclose(problem.C(slope) @ q, without, atol=1e-14)
+    without = slacks_by_hand(problem, q, slope, np.zeros_like(slope), np.zeros(len(problem.crushing)))
+    np.testing.assert_allclose(problem.C(slope) @ q, without, atol=1e-13)
 
 
 def test_the_flow_rule_is_that_of_each_joint(problem):
     rng = np.random.default_rng(1)
     p, slope = rng.uniform(size=problem.faces), rng.normal(size=len(problem.sliding))
-    np.testing.assert_allclose(problem.D(slope) @ p, motion_by_hand(problem, p, slope), atol=1e-14)
+    np.testing.assert_allclose(problem.D(slope) @ p, motion_by_hand(problem, p, slope), atol=1e-13)
     np.testing.assert_allclose(
         problem.D(problem.dilatancy) @ p, motion_by_hand(problem, p, problem.dilatancy)
     )
@@ -89,11 +104,13 @@ def test_virtual_work(problem):
 def test_what_is_said_of_each_face(problem):
     k, c = len(problem.sliding), problem.joints
     every = list(range(c))
-    assert problem.face_joint.tolist() == [*problem.sliding, *problem.sliding, *every, *every]
+    of_chords = [joint for joint in problem.crushing.tolist() for _ in range(len(CHORDS.slope) - 1)]
+    faces = [*problem.sliding, *problem.sliding, *every, *every, *of_chords, *of_chords]
+    assert problem.face_joint.tolist() == faces
     np.testing.assert_array_equal(problem.face_arm[: 2 * k], 1.0)
-    np.testing.assert_array_equal(problem.face_arm[2 * k :], np.tile(problem.half_length, 2))
+    np.testing.assert_array_equal(problem.face_arm[2 * k :], problem.half_length[faces[2 * k :]])
     np.testing.assert_array_equal(problem.face_cohesion[: 2 * k], np.tile(problem.cohesion, 2))
-    np.testing.assert_array_equal(problem.face_cohesion[2 * k :], 0.0)
+    np.testing.assert_array_equal(problem.face_cohesion[2 * k : 2 * (k + problem.joints)], 0.0)
     p = np.arange(problem.faces, dtype=float)
     np.testing.assert_array_equal(problem.slip(p), p[:k] + p[k : 2 * k])
 
