@@ -21,7 +21,7 @@ def problem(request):
 
 
 def slacks_by_hand(problem, q, slope, cohesion, whole):
-    """|s| ≤ c + slope n and |m| ≤ n L / 2, or at most what chords leave of it where ``whole`` crushes, joint by
+    """|s| ≤ c + slope n and |m| ≤ n L / 2, or what chords leave of it where ``whole`` crushes, joint by
     joint."""
     n, s, m = q.reshape(3, -1)
     plus, minus, one_edge, other_edge = [], [], [], []
@@ -51,7 +51,7 @@ def motion_by_hand(problem, p, slope):
     arm[problem.crushing] *= CHORDS.slope[0]
     opening = arm * (one_edge + other_edge)
     slip, rotation = np.zeros(c), other_edge - one_edge
-    of_chords = crushing.reshape(2, len(problem.crushing), -1)
+    of_chords = crushing.reshape(2, len(problem.crushing), len(CHORDS.slope) - 1)
     for at, joint in enumerate(problem.crushing):
         opening[joint] += problem.half_length[joint] * (of_chords[:, at] @ CHORDS.slope[1:]).sum()
         rotation[joint] += of_chords[1, at].sum() - of_chords[0, at].sum()
