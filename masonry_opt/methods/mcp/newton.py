@@ -231,9 +231,12 @@ class NewtonSystem:
         if len(joints := self._form.problem.crushing):
             # The inverse of 1/edges + what crushing adds, two by two.
             added = self._crushing.diagonal().reshape(2, -1)[:, joints]
-            first, second = 1 / edges[:, joints] + added
+            own = 1 / edges[:, joints]
+            first, second = own + added
             shared = self._crushing.diagonal(len(across))[joints]
-            determinant = first * second - shared**2
+            # Where one chord outweighs all else, what it adds has no determinant but rounding.
+            rest = np.maximum(added.prod(axis=0) - shared**2, 0.0)
+            determinant = own.prod(axis=0) + (own * added[::-1]).sum(axis=0) + rest
             edges[:, joints] = np.stack([second, first]) / determinant
             across[joints] = -shared / determinant
         return edges, across

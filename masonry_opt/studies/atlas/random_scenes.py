@@ -23,7 +23,7 @@ def random_scene(kind: str, seed: int) -> Scene:
     return scene.model_copy(update={"title": f"{kind} {seed}"})
 
 
-def _scene(rng: Rng, outlines: list[Points], fixed: dict[str, Points]) -> Scene:
+def assembled(rng: Rng, outlines: list[Points], fixed: dict[str, Points]) -> Scene:
     """Blocks of unit weight per area on supports. The live load pushes all sideways in proportion
     to their weights, or a few in any direction but upwards."""
     areas = [shapely.Polygon(outline).area for outline in outlines]
@@ -65,7 +65,7 @@ def wall(rng: Rng) -> Scene:
         cuts = np.concatenate([[0], np.cumsum(parts) / parts.sum() * length]).tolist()
         outlines += [_rectangle(left, right, bottom, top) for left, right in pairwise(cuts)]
         bottom = top
-    return _scene(rng, outlines, {"base": _rectangle(-1, length + 1, -1, 0)})
+    return assembled(rng, outlines, {"base": _rectangle(-1, length + 1, -1, 0)})
 
 
 def stack(rng: Rng) -> Scene:
@@ -80,7 +80,7 @@ def stack(rng: Rng) -> Scene:
         right = (left[0] + across, max(left[1] + tilt * across, low_right[1] + 0.2))
         outlines.append([low_left, low_right, right, left])
         low_left, low_right = left, right
-    return _scene(rng, outlines, {"base": _rectangle(-2, width + 2, -1, 0)})
+    return assembled(rng, outlines, {"base": _rectangle(-2, width + 2, -1, 0)})
 
 
 def arch(rng: Rng) -> Scene:
@@ -99,7 +99,7 @@ def arch(rng: Rng) -> Scene:
         "right": voussoir(angles[0] - 0.2, angles[0]),
         "left": voussoir(angles[-1], angles[-1] + 0.2),
     }
-    return _scene(rng, outlines, feet)
+    return assembled(rng, outlines, feet)
 
 
 def tessellation(rng: Rng) -> Scene:
@@ -115,7 +115,7 @@ def tessellation(rng: Rng) -> Scene:
         for part in shapely.intersection(cells, box)
         if part.area > 1e-3
     ]
-    return _scene(rng, outlines, {"base": _rectangle(-1, width + 1, -1, 0)})
+    return assembled(rng, outlines, {"base": _rectangle(-1, width + 1, -1, 0)})
 
 
 KINDS: dict[str, Callable[[Rng], Scene]] = {
