@@ -15,6 +15,7 @@ from masonry_opt.answer.status import Status
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.bracket.limits import Limits, limits
 from masonry_opt.methods.bracket.relaxation import (
+    LEAST_TIME,
     RADII,
     Distances,
     Relaxation,
@@ -38,9 +39,6 @@ _MOST_PRODUCTS = 400_000
 
 #: Up to so many faces the search with binaries is worth its time.
 _MOST_BINARIES = 150
-
-#: Seconds that a program is given at least.
-_LEAST_TIME = 1.0
 
 #: On scenes of more joints a bracket seldom closes, and this share of the time looks for a lower state first:
 #: it lowers the upper end, and with it what forces can be.
@@ -88,7 +86,7 @@ def global_search(task: Task) -> Solution:
         _raise(task, solution, best, highest, of, began)
     searched = None
     if not _closed(solution.bound, solution.load_factor) and problem.faces <= _MOST_BINARIES:
-        seconds = max(ends - time.perf_counter(), _LEAST_TIME)
+        seconds = max(ends - time.perf_counter(), LEAST_TIME)
         found, searched = lower_state(task, highest, of, seconds)
         if found is not None and (solution.load_factor is None or found.load_factor < solution.load_factor):
             lower = replace(solution, load_factor=found.load_factor, q=found.q, d=found.d)
@@ -104,7 +102,7 @@ def _raise(task: Task, solution: Solution, best: float, highest: float, of: Limi
         left = began + task.options.time_limit - time.perf_counter()
         near, moves = distances.within(radii)
         products = 12 * int(near.sum()) + 9 * int(moves.sum())
-        if products == before or products > _MOST_PRODUCTS or (before and left < _LEAST_TIME):
+        if products == before or products > _MOST_PRODUCTS or (before and left < LEAST_TIME):
             continue
         before = products
         bound, size = relaxed(task.problem, highest, of, near, moves, left, task.effort)

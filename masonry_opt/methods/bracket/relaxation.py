@@ -32,6 +32,9 @@ _TOLERANCE, _FEW_ROWS = 1e-7, 20_000
 #: without it.
 _FASTEST = 20.0
 
+#: Seconds that a program is given at least.
+LEAST_TIME = 1.0
+
 #: How far apart, in blocks, the factors of the products kept are: of forces with rates, of forces with
 #: velocities. The next where the last leaves a gap and time.
 RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
@@ -130,7 +133,7 @@ def _multipliers(
     boxed = replace(lp, cost=lp.cost / highest, low=low, high=high).highs()
     ends = time.perf_counter() + seconds
     for name in ("highs-ipm", "highs-hipo") if len(lp.row_lower) <= _FEW_ROWS else ("highs-hipo",):
-        found = _run(boxed, name, max(ends - time.perf_counter(), 1.0), effort)
+        found = _run(boxed, name, max(ends - time.perf_counter(), LEAST_TIME), effort)
         if found.any():
             return highest * found
     return np.zeros(len(lp.row_lower))
