@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from itertools import combinations
 
 import numpy as np
 import pytest
+from hinges import four_hinge_load_factors
 from scenes import CASES
 
 import masonry_opt as mo
@@ -120,32 +120,11 @@ def test_load_factor_of_the_case_by_enumeration():
     ring = SCENE.blocks[:27]
     weight = np.array([block.weight for block in ring])
     at = np.array([block.weight_at for block in ring])
-    before = np.arange(28)[:, None] > np.arange(27)  # voussoirs left of each joint
-    dead = np.stack([(before * -weight * at[:, 0]).sum(1), np.zeros(28), (before * -weight).sum(1)], 1)
-    live = np.stack([(before * -weight * at[:, 1]).sum(1), (before * weight).sum(1), np.zeros(28)], 1)
-    radial = np.stack([np.cos(angles), np.sin(angles)], 1)
-    chosen = np.array(list(combinations(range(28), 4)))
-    found = []
-    for edges in ((-1, 1, -1, 1), (1, -1, 1, -1)):
-        points = radial[chosen] * (ARCH.radius + np.array(edges) * ARCH.thickness / 2)[None, :, None]
-        x, y = points[..., 0], points[..., 1]
-
-        def about(load, x=x, y=y):
-            """Moment about each hinge of what acts left of it."""
-            moment, fx, fy = load[chosen][..., 0], load[chosen][..., 1], load[chosen][..., 2]
-            return moment - x * fy + y * fx
-
-        # Unknown: moment about the origin and force (fx, fy) of the left abutment, and λ.
-        matrix = np.stack([np.ones_like(x), y, -x, about(live)], axis=-1)
-        unknown = np.linalg.solve(matrix, -about(dead)[..., None])[..., 0]
-        total = dead[None] + unknown[:, 3, None, None] * live[None] + unknown[:, None, [0, 1, 2]]
-        force = total[..., 1:]
-        # The thrust crosses each joint at a distance from the centre: (r × f) + moment = 0 there.
-        across = radial[None, :, 0] * force[..., 1] - radial[None, :, 1] * force[..., 0]
-        distance = total[..., 0] / across
-        inside = (np.abs(distance - ARCH.radius) <= ARCH.thickness / 2 * (1 + 1e-9)).all(axis=1)
-        found += unknown[inside & (unknown[:, 3] > 0), 3].tolist()
-    assert found
+    radial = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    half = ARCH.thickness / 2
+    joints = np.stack([radial * (ARCH.radius - half), radial * (ARCH.radius + half)], axis=1)
+    found = four_hinge_load_factors(joints, weight, at)
+    assert found.size
     known = SCENE.reference["associative"]
     np.testing.assert_allclose(found, known.value, rtol=known.tolerance)
     assert mo.solve(SCENE, "static").load_factor == pytest.approx(known.value, rel=known.tolerance)

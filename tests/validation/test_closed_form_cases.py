@@ -1,0 +1,152 @@
+"""The cases of ``cases/closed_forms``: each load factor worked out by hand."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scenes import CASES
+
+import masonry_opt as mo
+from masonry_opt.answer.certificate import certify
+from masonry_opt.problem.assembly import assemble
+
+FOLDER = CASES / "closed_forms"
+METHODS = ["static", "mcp", "nonassociative"]
+
+
+def changed(name: str, friction: float, *exceptions: mo.Joint) -> mo.Scene:
+    scene = mo.load(FOLDER / f"{name}.toml")
+    joints = mo.JointDefaults(friction=friction)
+    return scene.model_copy(update={"joints": joints, "exceptions": list(exceptions)})
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_two_leaves_overturn_one_by_one(method):
+    """Each about its toe, at width over height. Both turn alike, and the one's face slides up the other's."""
+    expected = 125 / (30 * 65)
+    assert expected == pytest.approx(0.0641026, abs=5e-8)
+    result = mo.solve(FOLDER / "two_leaves.toml", method)
+    assert result.load_factor == pytest.approx(expected, rel=1e-7)
+
+
+def test_friction_between_leaves_is_nothing_to_rely_on():
+    """They stay in touch without pressing on each other: an exact state, though dilatancy would bond them."""
+    bonded = changed("two_leaves", 0.65)
+    passed = mo.solve(bonded)
+    assert passed.certificate.worst < 1e-8
+    assert passed.load_factor == pytest.approx(125 / 1950, rel=1e-8)
+    assert mo.solve(bonded, "static").load_factor > 1.1 * passed.load_factor
+
+
+MU = 0.5
+
+
+def pulled(wall: float) -> float:
+    """A under B, whose friction against the wall, over its push, is ``wall`` (upwards positive).
+
+    A's friction pushes B against the wall with μ n, so n = 1 - wall μ n of B's weight 1 rests on A; A (1)
+    slides on the bed below B and on the floor: λ = μ n + μ (n + 1).
+    """
+    n = 1 / (1 + wall * MU)
+    return MU * n + MU * (n + 1)
+
+
+@pytest.mark.parametrize("wall", [0.0, 0.25, MU])
+def test_a_stone_pulled_out_beside_a_wall(wall):
+    """The wall holds B down as dilatancy lifts it; at best it bears B as B stays where it is."""
+    scene = changed("pulled_stone", MU, mo.Joint(between=("B", "wall"), friction=wall))
+    assert mo.solve(scene, "static").load_factor == pytest.approx(pulled(-wall), rel=1e-8)
+    lowest = mo.solve(scene, "global")
+    assert lowest.load_factor == pytest.approx(pulled(wall), rel=1e-8)
+    assert lowest.bound == pytest.approx(pulled(wall), rel=1e-6)
+    for method in ("mcp", "nonassociative"):
+        found = mo.solve(scene, method).load_factor
+        assert pulled(wall) * (1 - 1e-6) <= found <= pulled(-wall) * (1 + 1e-6)
+
+
+@pytest.mark.parametrize("wall", [-MU, -0.2, 0.0, 0.3, MU])
+def test_any_friction_of_the_wall_is_an_exact_state(wall):
+    """B does not move against the wall, whose friction is what it may be: A slides out at every load factor
+    between the least and the associative one."""
+    problem = assemble(mo.load(FOLDER / "pulled_stone.toml")).problem
+    bed, floor, side = range(3)  # A-B, A-floor, B-wall: shear and moment follow the normal forces in q
+    conditions = np.zeros((4, 10))
+    conditions[0, [bed, 3 + bed]] = MU, -1  # A drags B to the right
+    conditions[1, [floor, 3 + floor]] = MU, 1
+    conditions[2, [side, 3 + side]] = wall, -1
+    conditions[3, [side, 6 + side]] = 0.3, 1  # where the wall presses: 0.3 off the middle of its face
+    matrix = np.vstack([np.column_stack([problem.B.toarray(), problem.live]), conditions])
+    *q, load_factor = np.linalg.solve(matrix, np.concatenate([-problem.dead, np.zeros(4)]))
+    assert load_factor == pytest.approx(pulled(wall), rel=1e-9)
+    out = np.array([1.0, 0, 0, 0, 0, 0])
+    assert certify(problem, load_factor, np.array(q), out, problem.dilatancy).worst < 1e-12
+
+
+#: Weight of the dam's masonry over that of water, and width over height of its section.
+GAMMA, SLENDER = 2.4, 0.65
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_dam_slides_or_overturns(method):
+    """A triangle below its crest, the dam down to any depth y weighs γ (b/h) y² / 2 at a third of its width
+    from the water, which pushes with y² / 2 a third of the depth above that joint: λ is the same for
+    every joint, as sliding and overturning about the toe go."""
+    slides = 0.75 * GAMMA * SLENDER
+    overturns = GAMMA * SLENDER / 2 * (2 / 3 * SLENDER) / (1 / 6)
+    assert mo.solve(FOLDER / "dam_slides.toml", method).load_factor == pytest.approx(slides, rel=1e-7)
+    assert mo.solve(FOLDER / "dam_overturns.toml", method).load_factor == pytest.approx(overturns, rel=1e-7)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("friction", [0.6, 0.3])
+def test_a_buttress_overturns_or_slides(friction, method):
+    """Thrust λ (2, -1) at the height 7 of stones of weight 4, 2 × 2: it turns them about the toe of the
+    joint below k of them, or pushes them off it."""
+    found = []
+    for stones in range(1, 5):
+        weight, lever = 4 * stones, 7 - (8 - 2 * stones)
+        found.append(friction * weight / (2 - friction * 1))
+        if 2 * lever > 1 * 2:  # else the thrust passes inside that toe
+            found.append(weight * 1 / (2 * lever - 1 * 2))
+    expected = min(found)
+    result = mo.solve(changed("buttress", friction), method)
+    assert result.load_factor == pytest.approx(expected, rel=1e-7)
+    assert expected == pytest.approx({0.6: 4 / 3, 0.3: 0.3 * 4 / 1.7}[friction], rel=1e-12)
+
+
+@pytest.mark.parametrize("method", [*METHODS, "global"])
+@pytest.mark.parametrize("friction", [0.3, 0.4, 0.45])
+def test_two_stones_that_lean_on_each_other_spread(friction, method):
+    """The least thrust H passes the crown at its top, 4 high, and the springing at its inner end, 2 from the
+    crown: 4 H = W a + 2 λ, a from that end to the stone's centroid. It slides at H = μ (W + λ)."""
+    weight = 6.0
+    # The stone is what the triangle (-4, 0), (0, 0), (0, 4) has beyond (-2, 0), (0, 0), (0, 3).
+    centroid = (8 * -4 / 3 - 3 * -2 / 3) / (8 - 3)
+    arm = centroid + 2
+    expected = (friction * weight - weight * arm / 4) / (2 / 4 - friction)
+    assert mo.solve(changed("pitched_stones", friction), method).load_factor == pytest.approx(
+        expected, rel=1e-7
+    )
+
+
+def test_two_stones_with_more_friction_than_slope_never_spread():
+    assert mo.solve(changed("pitched_stones", 0.51), "static").status is mo.Status.LOCKED
+
+
+@pytest.mark.slow
+def test_nor_do_they_without_dilatancy():
+    """Proven by cuts; a second or more."""
+    assert mo.solve(changed("pitched_stones", 0.51)).status is mo.Status.JAMMED
+
+
+@pytest.mark.parametrize("method", ["mcp", "nonassociative", "global"])
+@pytest.mark.parametrize("friction", [0.3, 0.7])
+def test_a_keystone_pulled_up_weighs_what_it_weighs(friction, method):
+    """Its faces lean by 1 in 2 and open at once, so that nothing rubs."""
+    assert mo.solve(changed("keystone", friction), method).load_factor == pytest.approx(1, rel=1e-7)
+
+
+def test_a_rougher_keystone_jams_if_it_dilates():
+    """Up by 1 its faces open by sin β and slide by cos β, tan β = 1/2: too little where dilatancy is more."""
+    assert mo.solve(changed("keystone", 0.499), "static").load_factor == pytest.approx(1, rel=1e-7)
+    assert mo.solve(changed("keystone", 0.501), "static").status is mo.Status.LOCKED

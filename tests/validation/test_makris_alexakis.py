@@ -1,0 +1,118 @@
+"""Makris & Alexakis (2013): a semicircular arch with vertical cuts needs 0.1095 of its radius.
+
+Thrust H at the crown's extrados, R₂ above the springing. M(x) is the moment about the vertical at x of what
+lies between it and the crown. The thrust passes x at the height R₂ - M(x)/H: not below the intrados, so H is
+at least M(x) / (R₂ - y₁(x)); and it meets the springing within the extrados, so H is at most M(R₂) / R₂. At
+the least thickness the largest of the first is the second.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import shapely
+from hinges import four_hinge_load_factors
+from scenes import CASES
+from scipy.optimize import brentq, minimize_scalar
+
+import masonry_opt as mo
+
+PATH = CASES / "makris_alexakis" / "vertical_cuts.toml"
+
+
+def under_circle(radius: float, x: float) -> float:
+    """Moment about the vertical at x of the area below a circle between 0 and x: ∫ (x - u) √(R² - u²) du."""
+    left = math.sqrt(max(radius**2 - x**2, 0.0))
+    area = (x * left + radius**2 * math.asin(x / radius)) / 2
+    return x * area - (radius**3 - left**3) / 3
+
+
+def spare_thrust(thickness: float) -> float:
+    """The largest H that the springing allows, less the least that the intrados does."""
+    inner, outer = 1 - thickness / 2, 1 + thickness / 2
+
+    def least(x: float) -> float:
+        moment = under_circle(outer, x) - under_circle(inner, x)
+        return moment / (outer - math.sqrt(inner**2 - x**2))
+
+    needed = minimize_scalar(lambda x: -least(x), bounds=(0.3, inner - 1e-9), method="bounded")
+    void = math.pi * inner**2 / 4 * outer - inner**3 / 3  # of the whole quarter circle, about R₂
+    return (under_circle(outer, outer) - void) / outer + needed.fun
+
+
+@cache
+def least_thickness() -> float:
+    return float(brentq(spare_thrust, 0.05, 0.3, xtol=1e-12))
+
+
+def ring(cuts: int, thickness: float) -> mo.Scene:
+    """Stones between vertical cuts, the middle one of which is at the crown, and a foot on either side."""
+    inner, outer = 1 - thickness / 2, 1 + thickness / 2
+
+    def height(radius: float, x: float) -> float:
+        return math.sqrt(max(radius**2 - x**2, 0.0))
+
+    def stone(name: str, vertices: list[tuple[float, float]]) -> mo.Block:
+        return mo.Block(name=name, vertices=vertices, unit_weight=1, live=(1, 0))
+
+    at = np.linspace(-inner, inner, cuts).tolist()
+    stones = [
+        stone(
+            f"v{number}",
+            [(a, height(inner, a)), (b, height(inner, b)), (b, height(outer, b)), (a, height(outer, a))],
+        )
+        for number, (a, b) in enumerate(pairwise(at), 1)
+    ]
+    back = [(x, height(outer, x)) for x in np.linspace(outer, inner, 9).tolist()]
+    for side, name in ((1, "right"), (-1, "left")):
+        stones.append(stone(f"{name} foot", [(side * x, y) for x, y in [(inner, 0.0), *back]]))
+        springing = [(side * x, y) for x, y in [(0.5, -0.5), (2.0, -0.5), (2.0, 0.0), (0.5, 0.0)]]
+        stones.append(mo.Block(name=f"{name} springing", vertices=springing, fixed=True))
+    return mo.Scene(joints=mo.JointDefaults(friction=math.inf), blocks=stones)
+
+
+def test_the_closed_form_is_the_published_thickness():
+    assert least_thickness() == pytest.approx(0.1095, abs=5e-5)
+
+
+def test_many_cuts_stand_a_little_thicker_and_fall_a_little_thinner():
+    """401 cuts; with fewer the intrados hinge is farther from where it would be."""
+    thickness = least_thickness()
+    assert mo.solve(ring(401, thickness * 1.0005), "static").status is mo.Status.OPTIMAL
+    assert mo.solve(ring(401, thickness * 0.9995), "static").status is mo.Status.UNSTABLE
+
+
+def by_enumeration() -> float:
+    stones = [block.polygon() for block in mo.load(PATH).blocks if not block.fixed]
+    weight = np.array([shapely.Polygon(stone).area for stone in stones])
+    at = np.array([shapely.Polygon(stone).centroid.coords[0] for stone in stones])
+    # Cuts have their intrados first; stones are drawn from there, counter-clockwise (the left foot
+    # clockwise).
+    joints = [stones[0][[0, 1]], *(stone[[0, 3]] for stone in stones[1:]), stones[-1][[0, 1]]]
+    found = four_hinge_load_factors(np.array(joints), weight, at)
+    np.testing.assert_allclose(found, found[0], rtol=1e-9)
+    return float(found[0])
+
+
+@pytest.mark.parametrize("method", ["static", "mcp"])
+def test_load_factor_of_the_case(method):
+    """It has twelve digits of its coordinates and weights."""
+    assert mo.solve(PATH, method).load_factor == pytest.approx(by_enumeration(), rel=1e-8)
+
+
+def test_vertical_cuts_need_more_friction_than_stone_has():
+    """The crown's thrust is largest if it passes the intrados there and the extrados at the springing; the
+    cut where the intrados ends carries all but the foot's weight by friction."""
+    scene = mo.load(PATH)
+    inner, outer = 0.94, 1.06
+    right = [shapely.Polygon(block.polygon()) for block in scene.blocks if not block.fixed][9:]
+    weight = sum(stone.area for stone in right)
+    lever = sum(stone.area * (outer - stone.centroid.x) for stone in right)
+    needed = (weight - right[-1].area) / (lever / inner)
+    assert needed == pytest.approx(1.8, abs=0.05)
+    smoother = scene.model_copy(update={"joints": mo.JointDefaults(friction=0.999 * needed)})
+    assert mo.solve(smoother, "static").status is mo.Status.UNSTABLE

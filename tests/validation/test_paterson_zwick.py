@@ -1,0 +1,179 @@
+"""Paterson & Zwick (2009), Overhang: how far stacks of smooth blocks of length 1 reach beyond a table."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from scenes import CASES
+from scipy.optimize import linprog
+
+import masonry_opt as mo
+from masonry_opt.scene.blocks import rectangle
+
+FOLDER = CASES / "paterson_zwick"
+HEIGHT = 0.25
+SMOOTH = mo.JointDefaults(friction=0.0)
+
+
+def stone(name: str, left: float, row: int, length: float = 1.0, **loads: object) -> mo.Block:
+    corners = rectangle(left, left + length, row * HEIGHT, (row + 1) * HEIGHT)
+    return mo.Block(name=name, vertices=corners, weight=1, **loads)
+
+
+def table(right: float = 0.0) -> mo.Block:
+    return mo.Block(name="table", vertices=rectangle(-10, right, -1, 0), fixed=True)
+
+
+def tip(reach: float, row: int) -> dict[str, object]:
+    return {"live": (0, -1), "live_at": (reach, (row + 1) * HEIGHT)}
+
+
+def harmonic(count: int, part: float) -> mo.Scene:
+    """The i-th block from the top reaches ``part`` / (2 i) beyond the next."""
+    beyond = part / (2 * np.arange(1, count + 1))
+    blocks = []
+    for number in range(count):
+        reach, row = float(beyond[number:].sum()), count - 1 - number
+        blocks.append(stone(f"{number}", reach - 1, row, **(tip(reach, row) if number == 0 else {})))
+    return mo.Scene(joints=SMOOTH, blocks=[*blocks, table()])
+
+
+def tip_load(count: int, part: Fraction) -> Fraction:
+    """By hand: turning about the edge that bears them, the top k blocks are held by their weight and driven
+    by the load on the tip."""
+    beyond = [part / (2 * i) for i in range(1, count + 1)]
+    found = []
+    for k in range(1, count + 1):
+        reach = sum(beyond[:k])  # of the tip beyond that edge
+        centres = [reach - sum(beyond[:j]) - Fraction(1, 2) for j in range(k)]
+        found.append(-sum(centres) / reach)
+    return min(found)
+
+
+@pytest.mark.parametrize(("count", "reach"), [(2, 0.75), (3, 0.916667), (5, 1.141667)])
+def test_harmonic_stacks_are_just_in_balance(count, reach):
+    assert sum(1 / (2 * i) for i in range(1, count + 1)) == pytest.approx(reach, abs=5e-7)
+    assert tip_load(count, Fraction(1)) == 0
+    assert mo.solve(harmonic(count, 1 - 1e-4), "static").status is mo.Status.OPTIMAL
+    assert mo.solve(harmonic(count, 1 + 1e-4), "static").status is mo.Status.UNSTABLE
+
+
+@pytest.mark.parametrize("method", ["static", "mcp"])
+@pytest.mark.parametrize("count", [2, 3, 5])
+def test_harmonic_cases(count, method):
+    """(1 - s) / s for any number: the topmost block alone is the first to turn."""
+    expected = tip_load(count, Fraction(9, 10))
+    assert expected == Fraction(1, 9)
+    result = mo.solve(FOLDER / f"harmonic_{count}.toml", method)
+    assert result.load_factor == pytest.approx(float(expected), rel=1e-8)
+
+
+def best_of_three(length: float, inward: float) -> mo.Scene:
+    """Two blocks of a length side by side on one of length 1."""
+    reach = length - inward
+    return mo.Scene(
+        joints=SMOOTH,
+        blocks=[
+            stone("right", -inward, 1, length, **tip(reach, 1)),
+            stone("left", -length - inward, 1, length),
+            stone("base", -0.5 - inward, 0),
+            table(),
+        ],
+    )
+
+
+def test_no_three_blocks_reach_farther_than_one():
+    """The upper two are centred on the ends of the one below: longer, both fall; shorter, both stand."""
+    assert mo.solve(best_of_three(1 - 1e-4, 1e-4), "static").status is mo.Status.OPTIMAL
+    assert mo.solve(best_of_three(1 + 1e-4, 1e-4), "static").status is mo.Status.UNSTABLE
+
+
+@pytest.mark.parametrize("method", ["static", "mcp"])
+def test_best_of_three_case(method):
+    """Its right block turns about the end of the base, (1 - l)/2 from its centre and l - 1/2 from its tip;
+    all three about the table's edge would need 3 × 0.05 / 0.85."""
+    length = 0.9
+    expected = min((1 - length) / 2 / (length - 0.5), 3 * 0.05 / (length - 0.05))
+    assert expected == pytest.approx(1 / 8, rel=1e-12)
+    result = mo.solve(FOLDER / "best_3.toml", method)
+    assert result.load_factor == pytest.approx(expected, rel=1e-8)
+
+
+def diamond(size: int, friction: float = 0.0) -> mo.Scene:
+    """Rows of 1, 2, ..., size, ..., 2, 1 on the table, loaded on the ends of the middle row."""
+    rows = [size - abs(row - size + 1) for row in range(2 * size - 1)]
+    blocks = [
+        stone(
+            f"{row}-{number}",
+            number - count / 2,
+            row,
+            live=(0, -1) if count == size and number in (0, size - 1) else (0, 0),
+        )
+        for row, count in enumerate(rows)
+        for number in range(count)
+    ]
+    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[*blocks, table(right=1.0)])
+
+
+def balance(size: int) -> float | None:
+    """Their definition of balance as a linear program: upright forces at the ends of every bed, that hold
+    every block with the largest multiple of the load on the two ends; None if none hold them."""
+    rows = [size - abs(row - size + 1) for row in range(2 * size - 1)]
+    centre = {(r, i): i - (count - 1) / 2 for r, count in enumerate(rows) for i in range(count)}
+    index = {block: k for k, block in enumerate(centre)}
+    beds = [((0, 0), None, x) for x in (-0.5, 0.5)]
+    beds += [
+        (above, below, x)
+        for above in centre
+        for below in centre
+        if above[0] == below[0] + 1 and abs(centre[above] - centre[below]) == 0.5
+        for x in sorted((centre[above], centre[below]))
+    ]
+    # A block's end stands over the middle of the other: each half bed lies between the two centres.
+    rows_of = np.zeros((2 * len(index), len(beds) + 1))
+    held = np.zeros(2 * len(index))
+    for bed, (above, below, x) in enumerate(beds):
+        for block, sense in ((above, 1.0), (below, -1.0)):
+            if block is not None:
+                rows_of[2 * index[block], bed] += sense
+                rows_of[2 * index[block] + 1, bed] += sense * (x - centre[block])
+    held[::2] = 1.0
+    for end in ((size - 1, 0), (size - 1, size - 1)):
+        rows_of[2 * index[end], -1] = -1.0
+    cost = np.zeros(len(beds) + 1)
+    cost[-1] = -1.0
+    found = linprog(cost, A_eq=rows_of, b_eq=held, method="highs")
+    return None if found.status == 2 else float(found.x[-1])
+
+
+@pytest.mark.parametrize("size", [3, 4])
+def test_diamonds_of_up_to_four_stand(size):
+    expected = balance(size)
+    assert expected == pytest.approx({3: 1.0, 4: 1 / 6}[size], rel=1e-9)
+    for method in ("static", "mcp"):
+        assert mo.solve(diamond(size), method).load_factor == pytest.approx(expected, rel=1e-8)
+
+
+def test_the_diamond_of_two_stands_whatever_it_carries():
+    """The middle of either end rests on the end of the block below."""
+    assert mo.solve(diamond(2), "static").status is mo.Status.UNLIMITED
+
+
+def test_the_diamond_of_five_falls():
+    assert balance(5) is None
+    for method in ("static", "mcp"):
+        assert mo.solve(diamond(5), method).status is mo.Status.UNSTABLE
+
+
+def test_friction_holds_the_diamond_of_five_only_if_it_dilates():
+    """Rows lock where sliding lifts what lies above; the true law of friction lets them go."""
+    assert mo.solve(diamond(5, friction=0.5), "static").load_factor > 0.2
+    assert mo.solve(diamond(5, friction=0.5)).status is mo.Status.UNSTABLE
+
+
+@pytest.mark.parametrize("method", ["static", "mcp"])
+def test_diamond_case(method):
+    result = mo.solve(FOLDER / "diamond_4.toml", method)
+    assert result.load_factor == pytest.approx(1 / 6, rel=1e-8)
