@@ -22,6 +22,9 @@ def summary_text(result: Result) -> str:
         "method": f"{result.method} ({result.model}, {result.solver})",
         "status": f"{result.status}{': ' + result.message if result.message else ''}",
         "load factor": "none" if result.load_factor is None else f"{round(result.load_factor, 7) + 0.0:.7f}",
+        "tilt angle": ""
+        if result.tilt_angle is None
+        else f"{result.tilt_angle:.4f}° to the {result.assembly.scene.tilt}",
         "coulomb state": _state(result),
         "associative": _associative(result),
         "range": _range(result),

@@ -4,19 +4,32 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 import tomli_w
-from pydantic import ConfigDict, ValidationError
+from pydantic import BeforeValidator, ConfigDict, ValidationError
 
 from masonry_opt.errors import CaseError
 from masonry_opt.files import write_whole
 from masonry_opt.scene.arch import Arch
+from masonry_opt.scene.blocks import MOST_BLOCKS
+from masonry_opt.scene.column import Column
 from masonry_opt.scene.facade import Facade
+from masonry_opt.scene.generator import Generator
 from masonry_opt.scene.mistakes import wrong_file
 from masonry_opt.scene.scene import Scene, SceneKeys
 from masonry_opt.scene.tables import read_tables
 from masonry_opt.scene.wall import Wall
+
+_G = TypeVar("_G", bound=Generator)
+
+
+def _several(value: object) -> object:
+    return value if isinstance(value, list) else [value]
+
+
+#: One table of a generator, [arch], or several of them, [[arch]].
+OneOrMore = Annotated[list[_G], BeforeValidator(_several)]
 
 
 class CaseFile(SceneKeys):
@@ -25,20 +38,24 @@ class CaseFile(SceneKeys):
     # In a file a key has one name: [[block]], not also [[blocks]].
     model_config = ConfigDict(populate_by_name=False)
 
-    wall: Wall | None = None
-    facade: Facade | None = None
-    arch: Arch | None = None
+    wall: OneOrMore[Wall] = []
+    facade: OneOrMore[Facade] = []
+    arch: OneOrMore[Arch] = []
+    column: OneOrMore[Column] = []
 
-    def scene(self) -> Scene:
-        """The scene, its generators expanded after the blocks written out.
+    def scene(self, path: Path) -> Scene:
+        """The scene of the file at ``path``, its generators expanded after the blocks written out.
 
         Raises pydantic.ValidationError if the blocks do not make a scene, and CaseError if a generator
-        cannot build its own.
+        cannot build its own or they build too many.
         """
-        generators = [generator for generator in (self.wall, self.facade, self.arch) if generator]
-        generated = [block for generator in generators for block in generator.blocks()]
+        blocks = list(self.blocks)
+        for generator in (*self.wall, *self.facade, *self.arch, *self.column):
+            blocks += generator.blocks(self.thickness)
+            if len(blocks) > len(self.blocks) + 2 * MOST_BLOCKS:
+                raise CaseError(f"{path}: its generators build more than {2 * MOST_BLOCKS} blocks")
         keys = {name: getattr(self, name) for name in SceneKeys.model_fields}
-        return Scene.model_validate(keys | {"blocks": [*self.blocks, *generated]})
+        return Scene.model_validate(keys | {"blocks": blocks}).read_from(path)
 
 
 def load(path: str | Path) -> Scene:
@@ -64,7 +81,7 @@ def load(path: str | Path) -> Scene:
 
 
 def load_with_arch(path: str | Path) -> tuple[Scene, Arch | None]:
-    """Read a case file's scene and, unexpanded, its ``[arch]`` (None if it has none).
+    """Read a case file's scene and, unexpanded, its one ``[arch]`` (None if it has none, or several).
 
     Raises CaseError as :func:`load` does.
     """
@@ -72,7 +89,7 @@ def load_with_arch(path: str | Path) -> tuple[Scene, Arch | None]:
     case = read_tables(path)
     try:
         file = CaseFile.model_validate(case)
-        return file.scene().read_from(path), file.arch
+        return file.scene(path), file.arch[0] if len(file.arch) == 1 else None
     except ValidationError as error:
         raise wrong_file(error, path, case, CaseFile) from None
     except CaseError as error:  # of a block that a generator built: pydantic's error lies behind it

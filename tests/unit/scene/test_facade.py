@@ -18,6 +18,7 @@ TINY = {
     "weight": 3.0,
     "lintel_weight": 5.0,
     "live": (1.0, 0.0),
+    "omit_top_left": True,
 }
 
 
@@ -99,7 +100,7 @@ def test_a_case_file_with_a_facade_is_its_blocks(tmp_path):
     path = tmp_path / "case.toml"
     path.write_text(
         "[joints]\nfriction = 0.75\n[facade]\nopenings = [1, 1]\nblock = [2, 1]\njamb = 2\nopening = [1, 2]\n"
-        "sill = 1\nspandrel = 2\nweight = 3\nlintel_weight = 5\nlive = [1, 0]\n"
+        "sill = 1\nspandrel = 2\nweight = 3\nlintel_weight = 5\nlive = [1, 0]\nomit_top_left = true\n"
     )
     assert mo.load(path).blocks == facade().blocks()
     path.write_text(path.read_text().replace("sill = 1", "sill = 2"))
