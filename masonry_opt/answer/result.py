@@ -124,7 +124,7 @@ class Result:
 
     @property
     def tilt_angle(self) -> float | None:
-        """Tilt of the ground at which the scene falls, in degrees: atan λ where ``tilt`` is given, else None."""
+        """Tilt of the ground at which the scene falls, atan λ in degrees; None of other scenes."""
         if self.assembly.scene.tilt is None or self.load_factor is None:
             return None
         return math.degrees(math.atan(self.load_factor))

@@ -159,6 +159,6 @@ def _nothing_there(scene: Scene, number: int, length: float, movable: bool, fixe
     else:
         why = "no block has an edge there: give two points of an edge, or raise 'tolerance'"
     return CaseError(
-        f"{scene.origin}: edge_load no. {number} from {list(load.start)} to {list(load.end)}: its whole length "
-        f"of {length:.6g} meets no free edge of a movable block: {why}"
+        f"{scene.origin}: edge_load no. {number} from {list(load.start)} to {list(load.end)}: its whole "
+        f"length of {length:.6g} meets no free edge of a movable block: {why}"
     )

@@ -97,8 +97,8 @@ class Arch(Generator):
             yield f"a voussoir of {swept / self.voussoirs:g}° is no wedge: raise 'voussoirs'"
         if self.pointed and self.voussoirs % 2:
             yield (
-                f"'rise' is more than half of 'span': a pointed arch has an even number of 'voussoirs' (found "
-                f"{self.voussoirs})"
+                "'rise' is more than half of 'span': a pointed arch has an even number of 'voussoirs' "
+                f"(found {self.voussoirs})"
             )
         if not self.thickness < 2 * self.centreline:
             yield f"'thickness' must be less than twice the radius {self.radius:g} (found {self.thickness:g})"

@@ -194,9 +194,9 @@ class JointDefaults(InDegrees, Record):
     friction_angle, dilatancy_angle:
         φ and φ₀ in degrees, in place of their tangents, which are what is kept.
     dilatancy_stress:
-        Mean normal stresses ``[full, none]`` (force per unit length, or area, as cohesion): up to the first the
-        dilatancy is whole, from the second there is none, in between it falls linearly (section
-        6.5). Default: the dilatancy does not depend on stress.
+        Mean normal stresses ``[full, none]`` (force per unit length, or area, as cohesion): up to the
+        first the dilatancy is whole, from the second there is none, in between it falls linearly
+        (section 6.5). Default: the dilatancy does not depend on stress.
 
     Raises
     ------

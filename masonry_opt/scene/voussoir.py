@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Literal
 
@@ -32,15 +33,17 @@ class Voussoir:
 
     def seen_from(self, x: float, y: float) -> Voussoir:
         """The same, of coordinates that count from (-x, -y)."""
-        a, b, c, d = ((px + x, py + y) for px, py in self.corners)
-        return Voussoir(
-            (a, b, c, d), self.area, *((px + x, py + y) for px, py in (self.weight_at, self.back))
-        )
+        return self._mapped(lambda p: (p[0] + x, p[1] + y))
 
     def mirrored(self) -> Voussoir:
         """The same on the other side of x = 0, its joints still in the order of the arch."""
-        a, b, c, d = ((-x, y) for x, y in self.corners)
-        return Voussoir((d, c, b, a), self.area, *((-x, y) for x, y in (self.weight_at, self.back)))
+        other = self._mapped(lambda p: (-p[0], p[1]))
+        a, b, c, d = other.corners
+        return replace(other, corners=(d, c, b, a))
+
+    def _mapped(self, point: Callable[[Point], Point]) -> Voussoir:
+        a, b, c, d = map(point, self.corners)
+        return Voussoir((a, b, c, d), self.area, point(self.weight_at), point(self.back))
 
 
 def wedge(
