@@ -30,6 +30,7 @@ _MESSAGES = {
     "string_pattern_mismatch": "must not hold control characters",
     "greater_than": "must be greater than {gt}",
     "greater_than_equal": "must be {ge} or more",
+    "less_than": "must be less than {lt}",
     "string_unicode": "must be text of whole characters",
     "missing": "needs two numbers, [x, y]",  # of an entry; a missing key has a sentence of its own
 }
