@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,7 +95,7 @@ def edge_forces(scene: Scene, shapes: Geometry, joints: Joints) -> EdgeForces:
                 )
         if not met:
             raise _nothing_there(scene, number, length, bool(movable.any()), bool(len(found)))
-        bare.append(sum(high - low for low, high in _without((0.0, length), met, shapes.tolerance)))
+        bare.append(math.fsum(high - low for low, high in _without((0.0, length), met, shapes.tolerance)))
     return EdgeForces(forces["dead"], forces["live"], tuple(bare))
 
 

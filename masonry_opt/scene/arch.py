@@ -10,7 +10,7 @@ from typing import Annotated
 
 from pydantic import Field, Strict
 
-from masonry_opt.scene.blocks import Block, NonNegative, Number, Point, Positive, Record
+from masonry_opt.scene.blocks import MOST_BLOCKS, Block, NonNegative, Number, Point, Positive, Record
 from masonry_opt.scene.generator import Generator
 from masonry_opt.scene.voussoir import Voussoir, Weights, half_key, wedge
 
@@ -79,7 +79,7 @@ class Arch(Generator):
     span: Positive | None = None
     rise: Positive | None = None
     thickness: Positive
-    voussoirs: Annotated[int, Strict(), Field(ge=1, le=100_000)]
+    voussoirs: Annotated[int, Strict(), Field(ge=1, le=MOST_BLOCKS)]
     unit_weight: NonNegative
     weights: Weights = "sector"
     point_loads: list[PointLoad] = []
@@ -110,6 +110,11 @@ class Arch(Generator):
                 yield f"'point_loads' has two loads on voussoir {number}: add them up"
         if numbers and any(self.live):
             yield "give 'live' or 'point_loads', not both"
+
+    @property
+    def size(self) -> int:
+        """How many voussoirs it has."""
+        return self.voussoirs
 
     @property
     def pointed(self) -> bool:

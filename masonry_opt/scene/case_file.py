@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
 import tomli_w
-from pydantic import BeforeValidator, ConfigDict, ValidationError
+from pydantic import BeforeValidator, ConfigDict, ValidationError, model_validator
 
 from masonry_opt.errors import CaseError
 from masonry_opt.files import write_whole
@@ -43,19 +43,24 @@ class CaseFile(SceneKeys):
     arch: OneOrMore[Arch] = []
     column: OneOrMore[Column] = []
 
-    def scene(self, path: Path) -> Scene:
-        """The scene of the file at ``path``, its generators expanded after the blocks written out.
+    @model_validator(mode="after")
+    def _can_be_built(self) -> CaseFile:
+        if (size := sum(generator.size for generator in self._generators())) > MOST_BLOCKS:
+            raise ValueError(f"its generators together build some {size} blocks; the most is {MOST_BLOCKS}")
+        return self
+
+    def _generators(self) -> list[Generator]:
+        return [*self.wall, *self.facade, *self.arch, *self.column]
+
+    def scene(self) -> Scene:
+        """The scene, its generators expanded after the blocks written out.
 
         Raises pydantic.ValidationError if the blocks do not make a scene, and CaseError if a generator
-        cannot build its own or they build too many.
+        cannot build its own.
         """
-        blocks = list(self.blocks)
-        for generator in (*self.wall, *self.facade, *self.arch, *self.column):
-            blocks += generator.blocks(self.thickness)
-            if len(blocks) > len(self.blocks) + 2 * MOST_BLOCKS:
-                raise CaseError(f"{path}: its generators build more than {2 * MOST_BLOCKS} blocks")
+        generated = [block for generator in self._generators() for block in generator.blocks(self.thickness)]
         keys = {name: getattr(self, name) for name in SceneKeys.model_fields}
-        return Scene.model_validate(keys | {"blocks": blocks}).read_from(path)
+        return Scene.model_validate(keys | {"blocks": [*self.blocks, *generated]})
 
 
 def load(path: str | Path) -> Scene:
@@ -89,7 +94,7 @@ def load_with_arch(path: str | Path) -> tuple[Scene, Arch | None]:
     case = read_tables(path)
     try:
         file = CaseFile.model_validate(case)
-        return file.scene(path), file.arch[0] if len(file.arch) == 1 else None
+        return file.scene().read_from(path), file.arch[0] if len(file.arch) == 1 else None
     except ValidationError as error:
         raise wrong_file(error, path, case, CaseFile) from None
     except CaseError as error:  # of a block that a generator built: pydantic's error lies behind it

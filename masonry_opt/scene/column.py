@@ -59,6 +59,11 @@ class Column(WeighedGenerator):
         if self.batter != "both" and bottom == top:
             yield f"'batter' says that the {self.batter} side slopes: give 'width' as [bottom, top]"
 
+    @property
+    def size(self) -> int:
+        """How many drums it has."""
+        return self.drums
+
     def blocks(self, thickness: float = 1.0) -> list[Block]:
         """The drums ``d1``, ``d2``, ... from the bottom, then the base."""
         bottom, top = self._widths()

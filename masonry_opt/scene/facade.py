@@ -75,8 +75,13 @@ class Facade(WeighedGenerator):
                 "'sill', the height of 'opening', one for the lintel and 'spandrel' must add up to an even "
                 "number of courses"
             )
-        if (size := self.width * self.storey * self.openings[1]) > MOST_BLOCKS:
-            yield f"is {size} blocks large; the most is {MOST_BLOCKS}"
+        if self.size > MOST_BLOCKS:
+            yield f"is {self.size} blocks large; the most is {MOST_BLOCKS}"
+
+    @property
+    def size(self) -> int:
+        """How many blocks it would have without openings."""
+        return self.width * self.storey * self.openings[1]
 
     @property
     def storey(self) -> int:

@@ -46,6 +46,11 @@ class Generator(Record):
         """What is wrong with the values taken together, one sentence a rule."""
         yield from ()
 
+    @property
+    def size(self) -> int:
+        """How many blocks it builds, or more: known before they are built."""
+        raise NotImplementedError
+
     def blocks(self, thickness: float = 1.0) -> list[Block]:
         """The blocks, each with its weight and live load as forces.
 

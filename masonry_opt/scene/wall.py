@@ -67,9 +67,13 @@ class Wall(WeighedGenerator):
             if name not in used:
                 yield f"course '{name}' is never used in 'courses'"
             yield from _wrong_lengths(f"course '{name}'", lengths)
-        count = self.repeat * sum(len(self._lengths(entry)) for entry in self.courses)
-        if count > MOST_BLOCKS:
-            yield f"has {count} blocks and gaps; the most is {MOST_BLOCKS}"
+        if self.size > MOST_BLOCKS:
+            yield f"has {self.size} blocks and gaps; the most is {MOST_BLOCKS}"
+
+    @property
+    def size(self) -> int:
+        """How many blocks and gaps it has."""
+        return self.repeat * sum(len(self._lengths(entry)) for entry in self.courses)
 
     def _lengths(self, entry: str | list[float]) -> list[float]:
         return self.course.get(entry, []) if isinstance(entry, str) else entry

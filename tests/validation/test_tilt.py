@@ -17,9 +17,7 @@ def block(width, height, friction, side, **keys):
         joints={"friction": friction},
         tilt=side,
         blocks=[
-            mo.Block(
-                name="A", vertices=[(0, 0), (width, 0), (width, height), (0, height)], weight=7, **keys
-            ),
+            mo.Block(name="A", vertices=[(0, 0), (width, 0), (width, height), (0, height)], weight=7, **keys),
             mo.Block(name="floor", vertices=[(-5, -1), (6, -1), (6, 0), (-5, 0)], fixed=True),
         ],
     )

@@ -21,9 +21,8 @@ def block(name, vertices, weight=1.0, **loads):
 
 
 def scene(blocks, loads, friction=5.0, **keys):
-    return mo.Scene(
-        joints={"friction": friction}, blocks=[*blocks, BASE], edge_loads=[mo.EdgeLoad(**load) for load in loads], **keys
-    )
+    made = [mo.EdgeLoad(**load) for load in loads]
+    return mo.Scene(joints={"friction": friction}, blocks=[*blocks, BASE], edge_loads=made, **keys)
 
 
 def forces_of(assembly, which="dead"):
@@ -124,7 +123,7 @@ def test_each_block_below_a_line_gets_its_part_of_a_linear_pressure():
         block("right", [(2, 0), (5, 0), (5, 2), (2, 2)]),
     ]
     assembly = assemble(scene(blocks, [{"start": (0, 2), "end": (4, 2), "pressure": (1, 5)}]))
-    acting = forces_of(assembly) + [0, 1, 0]  # without the weights
+    acting = forces_of(assembly) + np.array([0, 1, 0])  # without the weights
     # ∫ (1 + x) dx and ∫ (1 + x) (x - xc) dx over each top.
     expected = [[0, -1.5, -1 / 12], [0, 0, 0], [0, -8.0, -(2 / 3 - 4.0)]]
     np.testing.assert_allclose(acting, expected, atol=1e-12)
@@ -149,13 +148,15 @@ def test_pressure_acts_into_the_block_whichever_way_the_line_runs():
     ends = [(0, 0), (0, HEIGHT)]
     for start, end, pressure in ((*ends, (6.0, 2.0)), (*reversed(ends), (2.0, 6.0))):
         assembly = assemble(scene([WALL], [{"start": start, "end": end, "pressure": pressure}]))
-        acting = forces_of(assembly)[0] + [0, WALL.weight, 0]
+        acting = forces_of(assembly)[0] + np.array([0, WALL.weight, 0])
         # 4 · 3 to the right; ∫ p (y - 1.5) dy = -(4 / 3) 1.5³ · 2 / 3, turning clockwise where it is high.
         np.testing.assert_allclose(acting, [12.0, 0.0, 3.0], atol=1e-12)
 
 
 @pytest.mark.parametrize("point", [mirrored, turned(math.radians(30))], ids=["mirrored", "turned"])
-@pytest.mark.parametrize("load", [{"pressure": (3.0, 1.0)}, {"force": (0.4, -0.2)}], ids=["pressure", "force"])
+@pytest.mark.parametrize(
+    "load", [{"pressure": (3.0, 1.0)}, {"force": (0.4, -0.2)}], ids=["pressure", "force"]
+)
 def test_mirrored_and_turned_loads_have_the_same_load_factor(point, load):
     def made(of):
         turned_load = {key: of(v) if key == "force" else v for key, v in load.items()}
