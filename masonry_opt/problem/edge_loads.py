@@ -101,9 +101,10 @@ def edge_forces(scene: Scene, shapes: Geometry, joints: Joints) -> EdgeForces:
 
 def _edges(shapes: Geometry) -> _Segments:
     """Edges of all blocks, the interior to the left."""
-    corners, owner = shapely.get_coordinates(shapely.get_exterior_ring(shapes.polygons), return_index=True)
-    inside = owner[:-1] == owner[1:]
-    return _Segments(corners[:-1][inside], corners[1:][inside], owner[:-1][inside])
+    rings, owner = shapely.get_rings(shapes.polygons, return_index=True)
+    corners, ring = shapely.get_coordinates(rings, return_index=True)
+    inside = ring[:-1] == ring[1:]
+    return _Segments(corners[:-1][inside], corners[1:][inside], owner[ring[:-1][inside]])
 
 
 def _covers(joints: Joints) -> _Segments:
