@@ -69,7 +69,8 @@ def edge_forces(scene: Scene, shapes: Geometry, joints: Joints) -> EdgeForces:
     Raises
     ------
     CaseError
-        If a load meets no free edge of a movable block; the message says what lies there instead.
+        If a load meets no free edge of a movable block; the message says what lies there instead. If its
+        line is shorter than the tolerance.
     """
     forces = {kind: np.zeros((len(scene.blocks), 3)) for kind in ("dead", "live")}
     if not scene.edge_loads:
@@ -80,6 +81,11 @@ def edge_forces(scene: Scene, shapes: Geometry, joints: Joints) -> EdgeForces:
     for number, load in enumerate(scene.edge_loads, start=1):
         start, end = np.array(load.start) - shapes.origin, np.array(load.end) - shapes.origin
         length = float(np.hypot(*(end - start)))
+        if length <= shapes.tolerance:
+            raise CaseError(
+                f"{scene.origin}: edge_load no. {number}: its line is no longer than what is nothing in this "
+                f"scene, {shapes.tolerance:.3g}: give the two ends of the loaded edge"
+            )
         found, spans = edges.along(start, end, shapes.tolerance)
         movable = ~fixed[edges.owner[found]]
         covering, covered = covers.along(start, end, shapes.tolerance)

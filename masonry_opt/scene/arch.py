@@ -101,7 +101,9 @@ class Arch(Generator):
                 f"(found {self.voussoirs})"
             )
         if not self.thickness < 2 * self.centreline:
-            yield f"'thickness' must be less than twice the radius {self.radius:g} (found {self.thickness:g})"
+            yield (
+                f"'thickness' must be less than twice the radius {self.centreline:g} (found {self.thickness:g})"
+            )
         numbers = Counter(load.voussoir for load in self.point_loads)
         for number, loads in numbers.items():
             if number > self.voussoirs:
@@ -126,12 +128,7 @@ class Arch(Generator):
         """Radius of the centreline."""
         if self.radius is not None:
             return self.radius
-        assert self.span is not None and self.rise is not None  # noqa: PT018
-        half = self.span / 2
-        # Of the intrados: the circle through springings and crown, or the arc round a point of the springing
-        # line.
-        across = self.span if self.pointed else 2 * self.rise
-        return (half**2 + self.rise**2) / across + self.thickness / 2
+        return self._intrados + self.thickness / 2
 
     @property
     def springings(self) -> tuple[float, float]:
@@ -151,7 +148,12 @@ class Arch(Generator):
 
     @property
     def _intrados(self) -> float:
-        return self.centreline - self.thickness / 2
+        """Radius of the intrados, of an arch by span and rise: of the circle through springings and crown, or
+        of arcs round points of the springing line."""
+        assert self.span is not None
+        assert self.rise is not None
+        across = self.span if self.pointed else 2 * self.rise
+        return ((self.span / 2) ** 2 + self.rise**2) / across
 
     @property
     def _swept(self) -> float:
@@ -211,7 +213,7 @@ class Arch(Generator):
         centre, half = self._intrados - self.span / 2, self.voussoirs // 2
         joints = [math.pi - angle * k for k in range(half)]
         left = [wedge(radius, thickness, begin, end, angle, self.weights) for begin, end in pairwise(joints)]
-        left.append(half_key(radius, thickness, joints[-1], -centre, self.weights))
+        left.append(half_key(self._intrados, thickness, joints[-1], -centre, self.weights))
         left = [shape.seen_from(centre, 0.0) for shape in left]
         return [*left, *(shape.mirrored() for shape in reversed(left))]
 

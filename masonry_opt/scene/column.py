@@ -67,12 +67,11 @@ class Column(WeighedGenerator):
     def blocks(self, thickness: float = 1.0) -> list[Block]:
         """The drums ``d1``, ``d2``, ... from the bottom, then the base."""
         bottom, top = self._widths()
-        total = (bottom + top) / 2 * self.height
-        weight = self._weight_of(total, thickness)
+        weight = self._weight_of((bottom + top) / 2 * self.height, thickness)
         built: list[Block] = []
         for number in range(1, self.drums + 1):
             (x0, x1, low), (x2, x3, high) = self._level(number - 1), self._level(number)
-            share = (x1 - x0 + x3 - x2) / 2 * (high - low) / total * weight
+            share = (x1 - x0 + x3 - x2) / (bottom + top) / self.drums * weight
             corners = [(x0, low), (x1, low), (x3, high), (x2, high)]
             built.append(self._placed(f"d{number}", corners, weight=share, live=self._pushed(share)))
         if self.base:

@@ -77,17 +77,17 @@ def wedge(
     )
 
 
-def half_key(radius: float, thickness: float, begin: float, plumb: float, weights: Weights) -> Voussoir:
+def half_key(inner: float, thickness: float, begin: float, plumb: float, weights: Weights) -> Voussoir:
     """The last voussoir of the left arc of a pointed arch, whose second joint is upright.
 
     Parameters
     ----------
-    radius, thickness: of the arc's centreline, and radial; its centre is the origin.
+    inner, thickness: radius of the arc's inner edge, and radial; its centre is the origin.
     begin: direction of the radial joint, in radians, more than that of the crown.
     plumb: x of the upright joint, less than 0.
     weights: what weighs.
     """
-    inner, outer = radius - thickness / 2, radius + thickness / 2
+    radius, outer = inner + thickness / 2, inner + thickness
 
     def crown(distance: float) -> float:
         return math.acos(plumb / distance)
@@ -113,7 +113,8 @@ def half_key(radius: float, thickness: float, begin: float, plumb: float, weight
             area += sign * distance**2 * (angle - math.sin(angle)) / 2
             moment_x += moment * math.cos(begin - angle / 2)
             moment_y += moment * math.sin(begin - angle / 2)
-    return Voussoir(corners, area, (moment_x / area, moment_y / area), back)
+    # Without any area it is refused, with what wants one.
+    return Voussoir(corners, area, (moment_x / area, moment_y / area) if area else back, back)
 
 
 def _polygon(corners: tuple[Point, ...]) -> tuple[float, float, float]:

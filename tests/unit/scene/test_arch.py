@@ -123,8 +123,15 @@ def test_an_arch_without_thickness_has_no_area(thickness):
     assert math.hypot(*arch(thickness=thickness).blocks()[0].weight_at) == pytest.approx(
         10 * math.sin(math.pi / 18) / (math.pi / 18), rel=1e-14
     )
-    with pytest.raises(mo.CaseError, match="no area"):
-        mo.solve(mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=arch(thickness=thickness).blocks()))
+    for made in (arch(thickness=thickness), by_rise(6.0, thickness=thickness)):
+        with pytest.raises(mo.CaseError, match="no area"):
+            mo.solve(mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=made.blocks()))
+
+
+@pytest.mark.parametrize("changes", [{"thickness": 1e30}, {"rise": 1e30}, {"span": 1e-300}, {"rise": 1e-300}])
+def test_measures_without_proportion_end_in_a_message(changes):
+    with pytest.raises(mo.CaseError):
+        mo.solve(mo.Scene(joints={"friction": 0.5}, blocks=by_rise(**{"rise": 6.0} | changes).blocks()))
 
 
 def test_a_case_file_names_the_key(tmp_path):
