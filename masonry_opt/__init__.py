@@ -23,6 +23,8 @@ _HOMES = {
     "scene.arch": ("Arch", "PointLoad"),
     "scene.blocks": ("Block", "Joint", "JointDefaults", "Reference"),
     "scene.case_file": ("load", "save"),
+    "scene.column": ("Column",),
+    "scene.edge_load": ("EdgeLoad",),
     "scene.facade": ("Facade",),
     "scene.scene": ("Scene",),
     "scene.wall": ("Wall",),

@@ -18,6 +18,8 @@ from masonry_opt.scene.blocks import JointDefaults as JointDefaults
 from masonry_opt.scene.blocks import Reference as Reference
 from masonry_opt.scene.case_file import load as load
 from masonry_opt.scene.case_file import save as save
+from masonry_opt.scene.column import Column as Column
+from masonry_opt.scene.edge_load import EdgeLoad as EdgeLoad
 from masonry_opt.scene.facade import Facade as Facade
 from masonry_opt.scene.scene import Scene as Scene
 from masonry_opt.scene.wall import Wall as Wall

@@ -129,7 +129,8 @@ def solve(
     if not problem.live_norm:
         raise CaseError(
             f"{scene.origin}: no block carries a live load: give one 'live = [fx, fy]' "
-            "(a [wall]: 'live', as a multiple of its weight)"
+            "(a [wall]: 'live', as a multiple of its weight), an [[edge_load]] of kind \"live\", or "
+            "'tilt = \"right\"' to tilt the ground"
         )
     if chosen.constant_dilatancy and problem.dilatancy_depends_on_stress:
         raise OptionError(

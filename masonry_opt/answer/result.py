@@ -123,6 +123,13 @@ class Result:
         proven = self.bound if self.solution.bound_derived else None
         return proven, self.load_factor if self.exact else self.associative
 
+    @property
+    def tilt_angle(self) -> float | None:
+        """Tilt of the ground at which the scene falls, atan λ in degrees; None of other scenes."""
+        if self.assembly.scene.tilt is None or self.load_factor is None:
+            return None
+        return math.degrees(math.atan(self.load_factor))
+
     def required(self) -> float:
         """The load factor; NoLoadFactorError, with case, status and message, if there is none."""
         if self.load_factor is None:
@@ -142,6 +149,7 @@ class Result:
                 "reasons": [reason.as_dict() for reason in self.reasons],
                 "kind": str(self.kind),
                 "load_factor": self.load_factor,
+                "tilt_angle": self.tilt_angle,
                 "blocks": self.size.blocks,
                 "joints": self.size.joints,
                 "flow_rule_matters": self.flow_rule_matters,

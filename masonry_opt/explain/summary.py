@@ -22,6 +22,7 @@ def summary_text(result: Result) -> str:
         "method": f"{result.method} ({result.model}, {result.solver})",
         "status": f"{result.status}{': ' + result.message if result.message else ''}",
         "load factor": "none" if result.load_factor is None else f"{round(result.load_factor, 7) + 0.0:.7f}",
+        "tilt angle": _tilt(result),
         "coulomb state": _state(result),
         "associative": _associative(result),
         "range": _range(result),
@@ -36,6 +37,13 @@ def summary_text(result: Result) -> str:
         "not modelled": "\n                 ".join(result.size.left_out),
     }
     return printable("\n".join(f"{name:<16} {value}" for name, value in lines.items() if value))
+
+
+def _tilt(result: Result) -> str:
+    """How far the ground can be tilted, and to which side."""
+    if result.tilt_angle is None:
+        return ""
+    return f"{result.tilt_angle:.4f}° to the {result.assembly.scene.tilt}"
 
 
 def _state(result: Result) -> str:

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from masonry_opt.problem.edge_loads import EdgeForces, edge_forces
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.contact import Joints, find_joints
 from masonry_opt.scene.geometry import Geometry, geometry
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.tilt import turned_towards
 
 
 @dataclass(frozen=True)
@@ -24,6 +26,8 @@ class Assembly:
     geometry: polygons and centroids.
     joints: the joints found.
     movable: indices into the scene's blocks of the problem's blocks, shape (b,).
+    bare_edge_loads: of each edge load of the scene, the length of its line along which it meets no free edge
+        of a movable block.
     """
 
     problem: Problem
@@ -31,6 +35,7 @@ class Assembly:
     geometry: Geometry
     joints: Joints
     movable: np.ndarray
+    bare_edge_loads: tuple[float, ...] = ()
 
     def names(self, blocks: np.ndarray) -> list[str]:
         """Names of blocks by their indices in the scene."""
@@ -43,13 +48,15 @@ def assemble(scene: Scene) -> Assembly:
     Raises
     ------
     CaseError
-        If a block or joint of the scene is wrong (see ``geometry`` and ``find_joints``).
+        If a block, joint or edge load of the scene is wrong (see ``geometry``, ``find_joints`` and
+        ``edge_forces``).
     """
     shapes = geometry(scene)
     joints = find_joints(scene, shapes)
     fixed = np.array([block.fixed for block in scene.blocks])
     movable = np.flatnonzero(~fixed)
-    dead, live = _loads(scene, shapes, movable)
+    on_edges = edge_forces(scene, shapes, joints)
+    dead, live = _loads(scene, shapes, movable, on_edges)
 
     # With this unit rocking reads |m| ≤ n at a usual joint: moments weigh as much as forces in the
     # centre that an interior-point solver finds. It matters: see "Limits" in the README. Medians, so
@@ -64,9 +71,10 @@ def assemble(scene: Scene) -> Assembly:
     scale = np.tile([force_unit, force_unit, force_unit * length_unit], len(movable))
     sliding = np.flatnonzero(np.isfinite(joints.friction))
     crushing = np.flatnonzero(np.isfinite(joints.strength) & ~in_a_point)
-    # A corner has no length for stress to act on: there dilatancy does not depend on it.
+    # What stresses act on. A corner has none: there dilatancy does not depend on stress.
+    section = joints.length * scene.thickness
+    acts_on = np.where(in_a_point, 1.0, section)
     stress = np.where(in_a_point[:, None], np.inf, joints.dilatancy_stress)
-    acts_on = np.where(in_a_point, 1.0, joints.length)
     problem = Problem(
         B=_equilibrium(joints, shapes, movable, len(scene.blocks), length_unit),
         dead=dead / scale,
@@ -74,15 +82,15 @@ def assemble(scene: Scene) -> Assembly:
         half_length=np.where(in_a_point, 1.0, joints.length / 2 / length_unit),
         sliding=sliding,
         friction=joints.friction[sliding],
-        cohesion=(joints.cohesion * joints.length / force_unit)[sliding],
+        cohesion=(joints.cohesion * section / force_unit)[sliding],
         dilatancy=joints.dilatancy[sliding],
         dilatancy_force=(stress * acts_on[:, None] / force_unit)[sliding],
         crushing=crushing,
-        crushing_force=(joints.strength[crushing] * joints.length[crushing] / force_unit),
+        crushing_force=joints.strength[crushing] * section[crushing] / force_unit,
         force_unit=force_unit,
         length_unit=length_unit,
     )
-    return Assembly(problem, scene, shapes, joints, movable)
+    return Assembly(problem, scene, shapes, joints, movable, on_edges.bare)
 
 
 def _median_of_positive(values: np.ndarray) -> float:
@@ -120,14 +128,20 @@ def _equilibrium(
     return sp.csr_array((entry[kept], (row[kept], col[kept])), shape=shape)
 
 
-def _loads(scene: Scene, shapes: Geometry, movable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _loads(
+    scene: Scene, shapes: Geometry, movable: np.ndarray, on_edges: EdgeForces
+) -> tuple[np.ndarray, np.ndarray]:
     """Dead and live loads about the centroids, shape (3b,) each, in the scene's units."""
     blocks = [scene.blocks[index] for index in movable]
     centroid = shapes.centroid[movable]
     weight = np.array(
-        [block.weight_of(area) for block, area in zip(blocks, shapes.area[movable], strict=True)]
+        [
+            block.weight_of(area * scene.thickness)
+            for block, area in zip(blocks, shapes.area[movable], strict=True)
+        ]
     )
-    gravity = np.array(scene.gravity) / np.hypot(*scene.gravity)
+    size = float(np.hypot(*scene.gravity))
+    gravity = (scene.gravity[0] / size, scene.gravity[1] / size)
 
     def load(force: list[tuple[float, float]], at: list[tuple[float, float] | None]) -> np.ndarray:
         forces = np.array(force, dtype=float)
@@ -139,7 +153,14 @@ def _loads(scene: Scene, shapes: Geometry, movable: np.ndarray) -> tuple[np.ndar
         moment = arm[:, 0] * forces[:, 1] - arm[:, 1] * forces[:, 0]
         return np.column_stack([forces, moment]).ravel()
 
+    def of_weights(direction: tuple[float, float]) -> np.ndarray:
+        return load(
+            [(w * direction[0], w * direction[1]) for w in weight], [block.weight_at for block in blocks]
+        )
+
     dead = load([block.dead for block in blocks], [block.dead_at for block in blocks])
-    dead += load([(w * gravity[0], w * gravity[1]) for w in weight], [block.weight_at for block in blocks])
+    dead += of_weights(gravity)
     live = load([block.live for block in blocks], [block.live_at for block in blocks])
-    return dead, live
+    if scene.tilt:
+        live += of_weights(turned_towards(scene.tilt, gravity))
+    return dead + on_edges.dead[movable].ravel(), live + on_edges.live[movable].ravel()

@@ -1,14 +1,21 @@
-"""The ``[arch]`` generator: voussoirs of a circular arch between two fixed abutments."""
+"""The ``[arch]`` generator: voussoirs of a circular or pointed arch, between fixed abutments or on blocks."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from typing import Annotated, Literal
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Annotated
 
-from pydantic import Field, Strict, model_validator
+from pydantic import Field, Strict
 
-from masonry_opt.scene.blocks import Block, NonNegative, Number, Point, Positive, Record
+from masonry_opt.scene.blocks import MOST_BLOCKS, Block, NonNegative, Number, Point, Positive, Record
+from masonry_opt.scene.generator import Generator
+from masonry_opt.scene.voussoir import Voussoir, Weights, half_key, wedge
+
+#: Relative excess of the rise over half the span that is rounding: the arch is a semicircle.
+_ROUNDING = 1e-9
 
 
 class PointLoad(Record):
@@ -17,7 +24,7 @@ class PointLoad(Record):
     Parameters
     ----------
     voussoir:
-        Its number, counted from the first of the arch's angles, 1 the first.
+        Its number, counted from the first of the arch's angles, or from the left, 1 the first.
     force:
         ``[fx, fy]``, scaled by the load factor.
     """
@@ -26,124 +33,193 @@ class PointLoad(Record):
     force: Point
 
 
-class Arch(Record):
-    """Equal voussoirs with radial joints round the origin, each end on a fixed abutment.
+class Arch(Generator):
+    """Equal voussoirs with radial joints, each end on a fixed abutment.
+
+    The arch is given by ``radius`` and ``angles``, or by ``span`` and ``rise``. Of the latter it is a
+    segment of a circle (``rise`` below half the span), a semicircle (at half the span), or pointed (above):
+    two arcs with centres on the springing line, of radius (span²/4 + rise²)/span within, that meet in an
+    upright joint at the crown.
 
     Parameters
     ----------
     radius:
-        Of the centreline.
+        Of the centreline; the centre is the origin.
     angles:
         Where the arch begins and ends, in degrees, counter-clockwise from the x axis. ``[180, 0]`` is a
         semicircle whose voussoirs are counted from the left.
+    span, rise:
+        Of the intrados, above the line between its springing points, whose middle is the origin. Voussoirs
+        are counted from the left; those of a pointed arch are even in number.
     thickness:
         Radial, less than twice the radius.
     voussoirs:
         How many.
     unit_weight:
-        Weight per unit area.
+        Weight per unit area (where the scene has a ``thickness``: per unit volume).
     weights:
-        "sector": the weight of an annular sector, at that sector's centroid. "centreline": the same
-        weight, spread along the centreline, as in many closed forms. "straight": that of the polygon
+        "sector": the weight between two arcs, at its centroid. "centreline": the weight of an annular
+        sector, spread along the centreline, as in many closed forms. "straight": that of the polygon
         with straight edges. The polygon is what is drawn in any case.
-    live:
-        Live force on every voussoir as a multiple of its weight, where the weight acts.
     point_loads:
         Live forces on single voussoirs (:class:`PointLoad`), in place of ``live``.
+    abutments:
+        Whether a fixed abutment is built at either end. Without them the arch stands on other blocks.
+    name, at, live:
+        See :class:`~masonry_opt.scene.generator.Generator`.
 
     Raises
     ------
     CaseError
-        If the angles or the thickness make no arch, or a point load names no voussoir.
+        If the measures make no arch, or a point load names no voussoir.
     """
 
-    radius: Positive
-    angles: tuple[Number, Number]
+    radius: Positive | None = None
+    angles: tuple[Number, Number] | None = None
+    span: Positive | None = None
+    rise: Positive | None = None
     thickness: Positive
-    voussoirs: Annotated[int, Strict(), Field(ge=1, le=100_000)]
+    voussoirs: Annotated[int, Strict(), Field(ge=1, le=MOST_BLOCKS)]
     unit_weight: NonNegative
-    weights: Literal["sector", "centreline", "straight"]
-    live: Point = (0.0, 0.0)
+    weights: Weights = "sector"
     point_loads: list[PointLoad] = []
+    abutments: Annotated[bool, Strict()] = True
 
-    @model_validator(mode="after")
-    def _is_an_arch(self) -> Arch:
-        swept = abs(self.angles[1] - self.angles[0])
+    def _mistakes(self) -> Iterator[str]:
+        by_angles, by_rise = (self.radius, self.angles), (self.span, self.rise)
+        if (None in by_angles and None in by_rise) or (any(by_angles) and any(by_rise)):
+            yield "give 'radius' and 'angles', or 'span' and 'rise'"
+            return
+        swept = math.degrees(self._swept)
         if not 0 < swept < 360:
-            raise ValueError(f"'angles' sweep {swept:g}°: must be more than 0° and less than 360°")
-        if not swept < 180 * self.voussoirs:
-            raise ValueError(f"a voussoir of {swept / self.voussoirs:g}° is no wedge: raise 'voussoirs'")
-        if not self.thickness < 2 * self.radius:
-            raise ValueError(
-                f"'thickness' must be less than twice the radius {self.radius:g} (found {self.thickness:g})"
+            yield f"'angles' sweep {swept:g}°: must be more than 0° and less than 360°"
+        elif not swept < 180 * self.voussoirs:
+            yield f"a voussoir of {swept / self.voussoirs:g}° is no wedge: raise 'voussoirs'"
+        if self.pointed and self.voussoirs % 2:
+            yield (
+                "'rise' is more than half of 'span': a pointed arch has an even number of 'voussoirs' "
+                f"(found {self.voussoirs})"
+            )
+        if not self.thickness < 2 * self.centreline:
+            yield (
+                f"'thickness' must be less than twice the radius {self.centreline:g} "
+                f"(found {self.thickness:g})"
             )
         numbers = Counter(load.voussoir for load in self.point_loads)
         for number, loads in numbers.items():
             if number > self.voussoirs:
-                raise ValueError(
-                    f"'point_loads' has a load on voussoir {number}, of {self.voussoirs}: count from 1"
-                )
+                yield f"'point_loads' has a load on voussoir {number}, of {self.voussoirs}: count from 1"
             if loads > 1:
-                raise ValueError(f"'point_loads' has two loads on voussoir {number}: add them up")
+                yield f"'point_loads' has two loads on voussoir {number}: add them up"
         if numbers and any(self.live):
-            raise ValueError("give 'live' or 'point_loads', not both")
-        return self
+            yield "give 'live' or 'point_loads', not both"
+
+    @property
+    def size(self) -> int:
+        """How many voussoirs it has."""
+        return self.voussoirs
+
+    @property
+    def pointed(self) -> bool:
+        """Whether two arcs meet at the crown."""
+        return bool(self.span and self.rise and self.rise > self.span / 2 * (1 + _ROUNDING))
+
+    @property
+    def centreline(self) -> float:
+        """Radius of the centreline."""
+        if self.radius is not None:
+            return self.radius
+        return self._intrados + self.thickness / 2
+
+    @property
+    def springings(self) -> tuple[float, float]:
+        """Directions of the first and the last joint from their centres of curvature, in radians."""
+        if self.angles is not None:
+            return math.radians(self.angles[0]), math.radians(self.angles[1])
+        if self.pointed:
+            return math.pi, 0.0
+        assert self.span is not None
+        half = math.asin(min(self.span / 2 / self._intrados, 1.0))
+        return math.pi / 2 + half, math.pi / 2 - half
 
     @property
     def voussoir_angle(self) -> float:
-        """Angle of a voussoir in radians."""
-        return math.radians(abs(self.angles[1] - self.angles[0])) / self.voussoirs
+        """Angle of a voussoir in radians; of a pointed arch that at its intrados."""
+        return self._swept / self.voussoirs
 
-    def blocks(self) -> list[Block]:
+    @property
+    def _intrados(self) -> float:
+        """Radius of the intrados, of an arch by span and rise: of the circle through springings and crown, or
+        of arcs round points of the springing line."""
+        assert self.span is not None
+        assert self.rise is not None
+        across = self.span if self.pointed else 2 * self.rise
+        return ((self.span / 2) ** 2 + self.rise**2) / across
+
+    @property
+    def _swept(self) -> float:
+        """Angle from the first to the last joint, in radians; of a pointed arch that of both arcs."""
+        if self.pointed:
+            assert self.span is not None
+            return 2 * math.acos(1 - self.span / 2 / self._intrados)
+        if self.angles is not None:
+            return math.radians(abs(self.angles[1] - self.angles[0]))
+        return self.springings[0] - self.springings[1]
+
+    def blocks(self, thickness: float = 1.0) -> list[Block]:
         """The voussoirs ``v1``, ``v2``, ..., then ``abutment 1`` and ``abutment 2``."""
-        first, last = map(math.radians, self.angles)
-        joints = [first + (last - first) * k / self.voussoirs for k in range(self.voussoirs + 1)]
         forces = {load.voussoir: load.force for load in self.point_loads}
-        built = [
-            self._voussoir(number, joints[number - 1], joints[number], forces.get(number))
-            for number in range(1, self.voussoirs + 1)
-        ]
+        shapes = self._pointed() if self.pointed else self._circular()
+        built = []
+        for number, shape in enumerate(shapes, start=1):
+            weight, force = self.unit_weight * shape.area * thickness, forces.get(number)
+            live = force or self._pushed(weight)
+            built.append(
+                self._placed(
+                    f"v{number}",
+                    shape.corners,
+                    weight=weight,
+                    weight_at=shape.weight_at,
+                    live=live,
+                    live_at=None if not any(live) else shape.back if force else shape.weight_at,
+                )
+            )
+        if not self.abutments:
+            return built
+        first, last = self.springings
         onwards = math.copysign(1.0, last - first)
+        inner, outer, _, _ = shapes[0].corners
+        _, _, end_outer, end_inner = shapes[-1].corners
         return [
             *built,
-            self._abutment("abutment 1", first, -onwards),
-            self._abutment("abutment 2", last, onwards),
+            self._abutment("abutment 1", inner, outer, first, -onwards),
+            self._abutment("abutment 2", end_inner, end_outer, last, onwards),
         ]
 
-    def _voussoir(self, number: int, begin: float, end: float, force: Point | None) -> Block:
-        inner, outer = self._radii()
-        middle, angle = (begin + end) / 2, self.voussoir_angle
-        # Mean distance of an annulus's area from its centre, times what the angle leaves of it:
-        # 2/3 (outer³ - inner³) / (outer² - inner²), divided out, as thin rings lose digits in it.
-        mean = self.radius + self.thickness**2 / (12 * self.radius)
-        arc = 2 * math.sin(angle / 2) / angle
-        area, centroid = {
-            "sector": (angle * self.radius * self.thickness, mean * arc),
-            "centreline": (angle * self.radius * self.thickness, self.radius * arc),
-            "straight": (math.sin(angle) * self.radius * self.thickness, mean * math.cos(angle / 2)),
-        }[self.weights]
-        weight, weight_at = self.unit_weight * area, _polar(centroid, middle)
-        live = force or (self.live[0] * weight, self.live[1] * weight)
-        back = _polar(outer * math.cos(angle / 2), middle)
-        return Block(
-            name=f"v{number}",
-            vertices=[_polar(inner, begin), _polar(outer, begin), _polar(outer, end), _polar(inner, end)],
-            weight=weight,
-            weight_at=weight_at,
-            live=live,
-            live_at=None if not any(live) else back if force else weight_at,
-        )
+    def _circular(self) -> list[Voussoir]:
+        (first, last), count = self.springings, self.voussoirs
+        joints = [first + (last - first) * k / count for k in range(count + 1)]
+        shapes = [
+            wedge(self.centreline, self.thickness, begin, end, self.voussoir_angle, self.weights)
+            for begin, end in pairwise(joints)
+        ]
+        if self.rise is None:
+            return shapes
+        return [shape.seen_from(0.0, self.rise - self._intrados) for shape in shapes]
 
-    def _abutment(self, name: str, angle: float, turn: float) -> Block:
+    def _pointed(self) -> list[Voussoir]:
+        """The left arc, whose centre lies right of the middle, and its mirror image."""
+        assert self.span is not None
+        radius, thickness, angle = self.centreline, self.thickness, self.voussoir_angle
+        centre, half = self._intrados - self.span / 2, self.voussoirs // 2
+        joints = [math.pi - angle * k for k in range(half)]
+        left = [wedge(radius, thickness, begin, end, angle, self.weights) for begin, end in pairwise(joints)]
+        left.append(half_key(self._intrados, thickness, joints[-1], -centre, self.weights))
+        left = [shape.seen_from(centre, 0.0) for shape in left]
+        return [*left, *(shape.mirrored() for shape in reversed(left))]
+
+    def _abutment(self, name: str, inner: Point, outer: Point, angle: float, turn: float) -> Block:
         """A square on the far side of the springing; ``turn`` is 1 if that is counter-clockwise."""
-        inner, outer = (_polar(radius, angle) for radius in self._radii())
         away = (-turn * self.thickness * math.sin(angle), turn * self.thickness * math.cos(angle))
         beyond = [(x + away[0], y + away[1]) for x, y in (outer, inner)]
-        return Block(name=name, vertices=[inner, outer, *beyond], fixed=True)
-
-    def _radii(self) -> tuple[float, float]:
-        return self.radius - self.thickness / 2, self.radius + self.thickness / 2
-
-
-def _polar(radius: float, angle: float) -> tuple[float, float]:
-    return radius * math.cos(angle), radius * math.sin(angle)
+        return self._placed(name, [inner, outer, *beyond], fixed=True)

@@ -24,6 +24,7 @@ from pydantic import (
 )
 
 from masonry_opt.errors import CaseError
+from masonry_opt.scene.angles import InDegrees
 from masonry_opt.scene.mistakes import wrong_call
 
 if TYPE_CHECKING:
@@ -133,7 +134,7 @@ class Block(Record):
     weight:
         Dead weight, acting along the scene's gravity.
     unit_weight:
-        Weight per unit area, in place of ``weight``.
+        Weight per unit area, in place of ``weight``; per unit volume where the scene has a ``thickness``.
     weight_at:
         The point where the weight acts (default: the centroid).
     live, live_at:
@@ -184,10 +185,11 @@ class Block(Record):
                 raise ValueError(f"'{force}_at' needs a force '{force}'")
         return self
 
-    def weight_of(self, area: float) -> float:
-        """Weight of the block, given the area of its polygon; 0 for a support without one."""
+    def weight_of(self, size: float) -> float:
+        """Weight of the block, given what ``unit_weight`` is the weight of: the area of its polygon, or its
+        volume; 0 for a support without one."""
         if self.unit_weight is not None:
-            return self.unit_weight * area
+            return self.unit_weight * size
         return 0.0 if self.weight is None else self.weight
 
     @property
@@ -200,7 +202,7 @@ class Block(Record):
         return np.array([point for ring in self.rings for point in ring], dtype=float)
 
 
-class JointDefaults(Record):
+class JointDefaults(InDegrees, Record):
     """Properties of every joint found, unless an exception names it.
 
     Parameters
@@ -208,16 +210,19 @@ class JointDefaults(Record):
     friction:
         μ = tan φ; ``inf`` for joints that cannot slide.
     cohesion:
-        Force per unit length of joint.
+        Force per unit length of joint; per unit area where the scene has a ``thickness``.
     dilatancy:
         tan φ₀, the opening per unit slip; 0 is Coulomb's law, ``friction`` the associative one.
+    friction_angle, dilatancy_angle:
+        φ and φ₀ in degrees, in place of their tangents, which are what is kept.
     dilatancy_stress:
-        Mean normal stresses ``[full, none]`` (force per unit length of joint): up to the first the
-        dilatancy is whole, from the second there is none, in between it falls linearly (section
-        6.5). Default: the dilatancy does not depend on stress.
+        Mean normal stresses ``[full, none]`` (force per unit length, or area, as cohesion): up to the
+        first the dilatancy is whole, from the second there is none, in between it falls linearly
+        (section 6.5). Default: the dilatancy does not depend on stress.
     strength:
-        Compressive strength f_c, as force per unit length of joint: |m| ≤ n (L/2 − n / (2 f_c)). Default:
-        joints carry any pressure. (A corner on an edge has no length for it to act on, and carries any.)
+        Compressive strength f_c, as force per unit length, or area, as cohesion: |m| ≤ n (L/2 − n / (2 f_c)).
+        Default: joints carry any pressure. (A corner on an edge has no length for it to act on, and carries
+        any.)
 
     Raises
     ------
@@ -240,14 +245,14 @@ class JointDefaults(Record):
         return self
 
 
-class Joint(Record):
+class Joint(InDegrees, Record):
     """An exception: the properties of the joint between two named blocks.
 
     Parameters
     ----------
     between:
         Names of the two blocks; they must touch.
-    friction, cohesion, dilatancy, dilatancy_stress, strength:
+    friction, cohesion, dilatancy, dilatancy_stress, strength, friction_angle, dilatancy_angle:
         As in :class:`JointDefaults`; those not given keep the scene's defaults.
 
     Raises

@@ -4,19 +4,32 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 import tomli_w
-from pydantic import ConfigDict, ValidationError
+from pydantic import BeforeValidator, ConfigDict, ValidationError, model_validator
 
 from masonry_opt.errors import CaseError
 from masonry_opt.files import write_whole
 from masonry_opt.scene.arch import Arch
+from masonry_opt.scene.blocks import MOST_BLOCKS
+from masonry_opt.scene.column import Column
 from masonry_opt.scene.facade import Facade
+from masonry_opt.scene.generator import Generator
 from masonry_opt.scene.mistakes import wrong_file
 from masonry_opt.scene.scene import Scene, SceneKeys
 from masonry_opt.scene.tables import read_tables
 from masonry_opt.scene.wall import Wall
+
+_G = TypeVar("_G", bound=Generator)
+
+
+def _several(value: object) -> object:
+    return value if isinstance(value, list) else [value]
+
+
+#: One table of a generator, [arch], or several of them, [[arch]].
+OneOrMore = Annotated[list[_G], BeforeValidator(_several)]
 
 
 class CaseFile(SceneKeys):
@@ -25,9 +38,19 @@ class CaseFile(SceneKeys):
     # In a file a key has one name: [[block]], not also [[blocks]].
     model_config = ConfigDict(populate_by_name=False)
 
-    wall: Wall | None = None
-    facade: Facade | None = None
-    arch: Arch | None = None
+    wall: OneOrMore[Wall] = []
+    facade: OneOrMore[Facade] = []
+    arch: OneOrMore[Arch] = []
+    column: OneOrMore[Column] = []
+
+    @model_validator(mode="after")
+    def _can_be_built(self) -> CaseFile:
+        if (size := sum(generator.size for generator in self._generators())) > MOST_BLOCKS:
+            raise ValueError(f"its generators together build some {size} blocks; the most is {MOST_BLOCKS}")
+        return self
+
+    def _generators(self) -> list[Generator]:
+        return [*self.wall, *self.facade, *self.arch, *self.column]
 
     def scene(self) -> Scene:
         """The scene, its generators expanded after the blocks written out.
@@ -35,8 +58,7 @@ class CaseFile(SceneKeys):
         Raises pydantic.ValidationError if the blocks do not make a scene, and CaseError if a generator
         cannot build its own.
         """
-        generators = [generator for generator in (self.wall, self.facade, self.arch) if generator]
-        generated = [block for generator in generators for block in generator.blocks()]
+        generated = [block for generator in self._generators() for block in generator.blocks(self.thickness)]
         keys = {name: getattr(self, name) for name in SceneKeys.model_fields}
         return Scene.model_validate(keys | {"blocks": [*self.blocks, *generated]})
 
@@ -64,7 +86,7 @@ def load(path: str | Path) -> Scene:
 
 
 def load_with_arch(path: str | Path) -> tuple[Scene, Arch | None]:
-    """Read a case file's scene and, unexpanded, its ``[arch]`` (None if it has none).
+    """Read a case file's scene and, unexpanded, its one ``[arch]`` (None if it has none, or several).
 
     Raises CaseError as :func:`load` does.
     """
@@ -72,7 +94,7 @@ def load_with_arch(path: str | Path) -> tuple[Scene, Arch | None]:
     case = read_tables(path)
     try:
         file = CaseFile.model_validate(case)
-        return file.scene().read_from(path), file.arch
+        return file.scene().read_from(path), file.arch[0] if len(file.arch) == 1 else None
     except ValidationError as error:
         raise wrong_file(error, path, case, CaseFile) from None
     except CaseError as error:  # of a block that a generator built: pydantic's error lies behind it

@@ -322,12 +322,8 @@ class _Edges:
 
     @classmethod
     def of(cls, scene: Scene, geometry: Geometry, pairs: np.ndarray) -> _Edges:
-        """Edges of all outlines and holes, each with its block's interior to the left."""
-        parts, block = shapely.get_parts(geometry.polygons, return_index=True)
-        rings, part = shapely.get_rings(parts, return_index=True)
-        corners, ring = shapely.get_coordinates(rings, return_index=True)
-        inside = ring[:-1] == ring[1:]
-        edges = cls(corners[:-1][inside], corners[1:][inside], block[part[ring[:-1][inside]]])
+        """Those of all blocks, refused if they are too many to compare."""
+        edges = cls(*geometry.edges())
         corners_of = edges.of_each(len(geometry.polygons))
         if corners_of[pairs].sum() > _MOST_EDGES:
             raise _too_fine(scene, corners_of)

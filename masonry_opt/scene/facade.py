@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from typing import Annotated
 
-from pydantic import Field, Strict, model_validator
+from pydantic import Field, Strict
 
-from masonry_opt.scene.blocks import MOST_BLOCKS, Block, NonNegative, Point, Positive, Record, rectangle
+from masonry_opt.scene.blocks import MOST_BLOCKS, Block, NonNegative, Positive, rectangle
+from masonry_opt.scene.generator import WeighedGenerator
 
 Count = Annotated[int, Strict(), Field(ge=1, le=1000)]
 
 
-class Facade(Record):
+class Facade(WeighedGenerator):
     """Running bond with x × y equal openings, each under a lintel, on a fixed base whose top is y = 0.
 
     Courses alternate, whole blocks first; where a block of the shifted course would cross the edge of
@@ -35,17 +37,20 @@ class Facade(Record):
     weight:
         Weight of a full block; shorter blocks weigh in proportion.
     lintel_weight:
-        Weight of a lintel, which bears half a block on either side.
-    live:
-        Live force on every block as a multiple of its weight, ``[fx, fy]``, at the centroid.
+        Weight of a lintel, which bears half a block on either side; goes with ``weight``.
+    unit_weight:
+        Weight per unit area of blocks and lintels, in place of both weights; per unit volume where the
+        scene has a ``thickness``.
     omit_top_left:
-        Whether the leftmost block of the top course is left away.
+        Whether the leftmost block of the top course is left away, as in the paper's façades.
+    name, at, live:
+        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the foot's left end.
 
     Raises
     ------
     CaseError
-        If the lintel's course is not one of shifted blocks, in which it bears on whole ones, or the
-        façade is larger than 100,000 blocks.
+        If the lintel's course is not one of shifted blocks, in which it bears on whole ones, a weight is
+        missing or doubled, or the façade is larger than 100,000 blocks: all that is wrong at once.
     """
 
     openings: tuple[Count, Count]
@@ -54,23 +59,29 @@ class Facade(Record):
     opening: tuple[Count, Count]
     sill: Annotated[int, Strict(), Field(ge=0, le=1000)]
     spandrel: Count
-    weight: NonNegative
-    lintel_weight: NonNegative
-    live: Point = (0.0, 0.0)
-    omit_top_left: Annotated[bool, Strict()] = True
+    lintel_weight: NonNegative | None = None
+    omit_top_left: Annotated[bool, Strict()] = False
 
-    @model_validator(mode="after")
-    def _can_be_built(self) -> Facade:
+    def _mistakes(self) -> Iterator[str]:
+        yield from super()._mistakes()
+        if self.weight is not None and self.lintel_weight is None:
+            yield "'weight' needs a 'lintel_weight' (or give 'unit_weight' in place of both)"
+        if self.unit_weight is not None and self.lintel_weight is not None:
+            yield "'unit_weight' weighs the lintels too: take 'lintel_weight' away"
         if (self.sill + self.opening[1]) % 2 == 0:
-            raise ValueError("'sill' and the height of 'opening' must add up to an odd number of courses")
+            yield "'sill' and the height of 'opening' must add up to an odd number of courses"
         if self.storey % 2:
-            raise ValueError(
+            yield (
                 "'sill', the height of 'opening', one for the lintel and 'spandrel' must add up to an even "
                 "number of courses"
             )
-        if (size := self.width * self.storey * self.openings[1]) > MOST_BLOCKS:
-            raise ValueError(f"is {size} blocks large; the most is {MOST_BLOCKS}")
-        return self
+        if self.size > MOST_BLOCKS:
+            yield f"is {self.size} blocks large; the most is {MOST_BLOCKS}"
+
+    @property
+    def size(self) -> int:
+        """How many blocks it would have without openings."""
+        return self.width * self.storey * self.openings[1]
 
     @property
     def storey(self) -> int:
@@ -82,28 +93,27 @@ class Facade(Record):
         """Width in blocks."""
         return self.openings[0] * (self.opening[0] + 2 * self.jamb)
 
-    def blocks(self) -> list[Block]:
+    def blocks(self, thickness: float = 1.0) -> list[Block]:
         """The blocks, course by course from the left, named ``course-block``, the base last."""
         length, height = self.block
+        full = self._weight_of(length * height, thickness)
+        # The lintel bears half a block on either side of its opening.
+        lintel = full * (self.opening[0] + 1) if self.lintel_weight is None else self.lintel_weight
         built: list[Block] = []
         for row in range(self.openings[1] * self.storey):
-            pieces = self._course(row)
+            pieces = self._course(row, full, lintel)
             if self.omit_top_left and row == self.openings[1] * self.storey - 1:
                 pieces = pieces[1:]
             for number, (left, right, weight) in enumerate(pieces, start=1):
-                built.append(
-                    Block(
-                        name=f"{row + 1}-{number}",
-                        vertices=rectangle(left * length, right * length, row * height, (row + 1) * height),
-                        weight=weight,
-                        live=(self.live[0] * weight, self.live[1] * weight),
-                    )
-                )
+                corners = rectangle(left * length, right * length, row * height, (row + 1) * height)
+                name = f"{row + 1}-{number}"
+                built.append(self._placed(name, corners, weight=weight, live=self._pushed(weight)))
         corners = rectangle(-length, (self.width + 1) * length, -height, 0.0)
-        return [*built, Block(name="base", vertices=corners, fixed=True)]
+        return [*built, self._placed("base", corners, fixed=True)]
 
-    def _course(self, row: int) -> list[tuple[float, float, float]]:
-        """Left end, right end (in blocks) and weight of the pieces of a course."""
+    def _course(self, row: int, full: float, lintel: float) -> list[tuple[float, float, float]]:
+        """Left end, right end (in blocks) and weight of the pieces of a course, given that of a full block
+        and of a lintel."""
         level = row % self.storey - self.sill
         bond = [x + 0.5 * (row % 2) for x in range(self.width)]
         gaps: list[tuple[float, float]] = []
@@ -113,12 +123,12 @@ class Facade(Record):
             gaps = [(left - 0.5, left + self.opening[0] + 0.5) for left in self._openings()]
         ends = sorted({0.0, *bond, float(self.width), *(end for gap in gaps for end in gap)})
         pieces = [
-            (left, right, self.weight * (right - left))
+            (left, right, full * (right - left))
             for left, right in itertools.pairwise(ends)
             if not any(start <= left < end for start, end in gaps)
         ]
         if level == self.opening[1]:
-            pieces += [(left, right, self.lintel_weight) for left, right in gaps]
+            pieces += [(left, right, lintel) for left, right in gaps]
         return sorted(pieces)
 
     def _openings(self) -> list[float]:

@@ -38,6 +38,15 @@ class Geometry:
     area: np.ndarray
     centroid: np.ndarray
 
+    def edges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Edges of all outlines and holes, each with its block's interior to the left: their ends, shape
+        (edges, 2) each, and their blocks, shape (edges,), rising."""
+        parts, block = shapely.get_parts(self.polygons, return_index=True)
+        rings, part = shapely.get_rings(parts, return_index=True)
+        corners, ring = shapely.get_coordinates(rings, return_index=True)
+        inside = ring[:-1] == ring[1:]
+        return corners[:-1][inside], corners[1:][inside], block[part[ring[:-1][inside]]]
+
 
 def geometry(scene: Scene) -> Geometry:
     """Polygons, areas and centroids of the blocks.

@@ -30,6 +30,7 @@ _MESSAGES = {
     "string_pattern_mismatch": "must not hold control characters",
     "greater_than": "must be greater than {gt}",
     "greater_than_equal": "must be {ge} or more",
+    "less_than": "must be less than {lt}",
     "string_unicode": "must be text of whole characters",
     "missing": "needs two numbers, [x, y]",  # of an entry; a missing key has a sentence of its own
 }
@@ -52,8 +53,11 @@ _LONGEST = 500
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
 
-#: The two kinds of an entry of a wall's courses, which pydantic names beside its keys.
-_KINDS = ("name", "lengths")
+#: Kinds of values of which a key takes either, which pydantic names beside the keys.
+_KINDS = ("<name>", "<lengths>", "<number>", "<two>")
+
+#: Tables of a case file that are written once for each entry.
+_LISTED = ("block", "joint", "edge_load")
 
 
 def wrong_file(
@@ -77,12 +81,15 @@ def wrong_file(
         loc, where = list(item["loc"]), []
         table = str(loc[0]) if loc else ""
         record = _held(schema, table)
-        if table in ("block", "joint") and len(loc) > 1 and isinstance(loc[1], int):
-            where, loc = [_entry(table, loc[1], case.get(table))], loc[2:]
+        if record and len(loc) > 1 and isinstance(loc[1], int):
+            # A generator may be one table or several.
+            several = isinstance(case.get(table), list)
+            where = [_entry(table, loc[1], case.get(table)) if several else f"[{table}]"]
+            loc = loc[2:]
         elif len(loc) > 1 or record:
             where, loc = [f"[{_one_line(table)}]"], loc[1:]
         loc = [part for part in loc if part not in _KINDS]
-        if item["type"] == "list_type" and table in ("block", "joint") and not loc:
+        if item["type"] == "list_type" and table in _LISTED and not loc:
             return f"[{table}]: write [[{table}]], with double brackets, once for each {table}"
         return ": ".join([*where, _sentence(item, loc, record or schema, _MESSAGES)])
 
@@ -107,10 +114,10 @@ def wrong_call(error: ValidationError, record: type[BaseModel], values: Mapping[
         loc, where = list(item["loc"]), []
         name = str(field_names.get(loc[0], loc[0])) if loc else ""
         alias = record.model_fields[name].alias if name in record.model_fields else None
-        if alias and len(loc) > 1 and isinstance(loc[1], int):
+        if alias and _held(record, name) and len(loc) > 1 and isinstance(loc[1], int):
             where, loc = [_entry(alias, loc[1], values.get(loc[0]))], loc[2:]
         elif loc:
-            loc = [name, *(part for part in loc[1:] if name != "courses" or part not in _KINDS)]
+            loc = [name, *(part for part in loc[1:] if part not in _KINDS)]
         return ": ".join([*where, _sentence(item, loc, _held(record, name) or record, _PYTHON_MESSAGES)])
 
     return _told(error, f"{record.__name__} {_name(values)}".rstrip(), line, _MOST_IN_CALL)
@@ -188,6 +195,8 @@ def _dotted(loc: list[Any]) -> str:
 
 def _suggestion(key: str, record: type[BaseModel]) -> str:
     known = list(_fields(record))
+    if record.model_config.get("populate_by_name"):
+        known += [field.alias for field in record.model_fields.values() if field.alias]
     close = difflib.get_close_matches(key.rsplit(".", 1)[-1], known, n=1)
     return f"; did you mean '{close[0]}'?" if close else f"; known: {', '.join(known)}"
 

@@ -20,6 +20,8 @@ from masonry_opt.scene.blocks import (
     Reference,
     Text,
 )
+from masonry_opt.scene.edge_load import EdgeLoad
+from masonry_opt.scene.tilt import Side, why_no_tilt
 
 
 class SceneKeys(Record):
@@ -29,9 +31,12 @@ class SceneKeys(Record):
     source: Text = ""
     gravity: Point = (0.0, -1.0)
     tolerance: Positive | None = None
+    thickness: Positive = 1.0
+    tilt: Side | None = None
     joints: JointDefaults
     blocks: Annotated[list[Block], Field(alias="block")] = []
     exceptions: Annotated[list[Joint], Field(alias="joint")] = []
+    edge_loads: Annotated[list[EdgeLoad], Field(alias="edge_load")] = []
     reference: dict[Name, Reference] = {}
 
 
@@ -51,6 +56,16 @@ class Scene(SceneKeys):
     tolerance:
         Length below which gaps and overlaps between blocks are nothing; raise it for coordinates that
         were rounded (default: 1e-6 of the diagonal round the movable blocks).
+    thickness:
+        Out of the plane. What is per unit length in the plane is then per unit area, and what is per unit
+        area per unit volume: ``unit_weight``, cohesion, ``dilatancy_stress`` and edge loads are multiplied
+        by it. ``weight``, ``live`` and ``dead`` are forces as they are.
+    tilt:
+        "left" or "right": the ground is tilted until the scene falls to that side. The live load is every
+        block's weight, turned a quarter from gravity to that side, and the load factor the tangent of the
+        tilt. Goes with weights alone: no other loads, no cohesion.
+    edge_loads:
+        :class:`EdgeLoad` records: loads along edges.
     title, source:
         What the scene is and where it comes from.
     reference:
@@ -59,7 +74,8 @@ class Scene(SceneKeys):
     Raises
     ------
     CaseError
-        If names repeat, no block is fixed or none can move, or an exception names no block.
+        If names repeat, no block is fixed or none can move, an exception names no block, or a scene to be
+        tilted has what does not tilt.
     """
 
     _origin: str = PrivateAttr(default="scene")
@@ -76,7 +92,7 @@ class Scene(SceneKeys):
             if first != number:
                 raise ValueError(
                     f"blocks no. {first} and no. {number} are both named '{block.name}': rename one "
-                    "(a generator names its blocks itself: '1-1', ..., 'base')"
+                    "(a generator names its blocks itself: '1-1', ..., 'base'; give it a 'name' of its own)"
                 )
         if not any(block.fixed for block in self.blocks):
             raise ValueError("no block is fixed: mark the support with 'fixed = true'")
@@ -101,6 +117,10 @@ class Scene(SceneKeys):
                 raise ValueError(
                     f"joint between {list(exception.between)}: 'dilatancy' must not exceed 'friction'"
                 ) from error
+        if self.tilt:
+            why = why_no_tilt(self.blocks, [self.joints, *self.exceptions], self.edge_loads)
+            if why:
+                raise ValueError(f"'tilt' needs a scene of weights and friction alone: {why}")
         return self
 
     @property

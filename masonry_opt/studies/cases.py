@@ -43,12 +43,12 @@ def open_case(cases: Path, name: str) -> Scene:
 def open_arch(cases: Path, name: str) -> tuple[Scene, Arch]:
     """The scene of a case file, and the ``[arch]`` it was generated from.
 
-    Raises CaseError if the file is missing or wrong, or has no ``[arch]``.
+    Raises CaseError if the file is missing or wrong, or has not one ``[arch]``.
     """
     path = _existing(cases, name)
     scene, arch = load_with_arch(path)
     if arch is None:
-        raise CaseError(f"{path}: has no [arch] to vary")
+        raise CaseError(f"{path}: has no [arch], or more than one, to vary")
     return scene, arch
 
 

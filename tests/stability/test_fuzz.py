@@ -71,7 +71,58 @@ weight = 1
 lintel_weight = 1
 live = [0.1, 0]
 """
-SEEDS = [SMALL, WALL, FACADE]
+TILTED = """
+tilt = "left"
+thickness = 0.5
+[joints]
+friction_angle = 35
+[[column]]
+name = "pier"
+at = [-3, 0]
+width = [1.5, 1]
+batter = "left"
+height = 2
+drums = 2
+unit_weight = 20
+[[column]]
+at = [2, 0]
+width = 1
+height = 2
+drums = 2
+weight = 20
+[arch]
+at = [0, 2]
+span = 4
+rise = 3
+thickness = 0.8
+voussoirs = 6
+unit_weight = 20
+abutments = false
+"""
+LOADED = """
+thickness = 0.5
+[joints]
+friction_angle = 35
+dilatancy_angle = 1
+[[block]]
+name = "A"
+vertices = [[0, 0], [1, 0], [1, 2], [0, 2]]
+unit_weight = 20
+[[block]]
+name = "base"
+vertices = [[-4, -1], [9, -1], [9, 0], [-4, 0]]
+fixed = true
+[[edge_load]]
+from = [0, 0]
+to = [0, 1.5]
+pressure = [15, 0]
+kind = "live"
+[[edge_load]]
+from = [0, 2]
+to = [1, 2]
+force = [0, -3]
+"""
+SEEDS = [SMALL, WALL, FACADE, TILTED, LOADED]
 
 #: What is put in place of a value or a key: other types, edges of numbers, words a terminal or a file
 #: system would take for its own.

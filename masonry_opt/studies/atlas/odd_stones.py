@@ -52,10 +52,14 @@ def _stones(rng: Rng, box: shapely.Polygon) -> list[Points]:
     cells = shapely.get_parts(shapely.voronoi_polygons(shapely.MultiPoint(points), extend_to=box))
     stones = [cell for cell in shapely.intersection(cells, box) if cell.area > 1e-3]
     for _ in range(len(stones) // 3):
-        first = stones.pop(int(rng.integers(len(stones))))
-        shared = shapely.length(shapely.intersection(first, stones))
-        neighbour = int(np.argmax(shared))
-        stones[neighbour] = shapely.union(first, stones[neighbour], grid_size=1e-9)
+        first = int(rng.integers(len(stones)))
+        shared = shapely.length(shapely.intersection(stones[first], stones))
+        shared[first] = 0.0
+        second = int(np.argmax(shared))
+        united = shapely.union(stones[first], stones[second], grid_size=1e-9)
+        if united.geom_type == "Polygon" and not united.interiors:
+            stones = [stone for number, stone in enumerate(stones) if number not in (first, second)]
+            stones.append(united)
     return [_corners(stone) for stone in stones]
 
 

@@ -152,7 +152,7 @@ def least_friction(arch: Arch) -> float:
     Work of a sliding mechanism is proportional to the thickness, so its sign is the same at all; it is the
     one that acts in a thick arch (here as thick as its radius).
     """
-    return friction_to_stand(arch.model_copy(update={"thickness": arch.radius}))
+    return friction_to_stand(arch.model_copy(update={"thickness": arch.centreline}))
 
 
 def mode_of(result: Result) -> str:
@@ -172,7 +172,7 @@ def _curve_row(arch: Arch, mu: float, found: LeastThickness) -> dict[str, object
         "μ": mu,
         "mode": mode_of(found.collapse),
         "thickness (m)": or_nan(t),
-        "over radius": or_nan(t) / arch.radius,
+        "over radius": or_nan(t) / arch.centreline,
         "LPs": len(found.history),
         "stands": _signed(found.stands),
         "falls": _signed(found.falls or found.collapse),
@@ -203,7 +203,7 @@ def _convergence_row(arch: Arch, weights: str, voussoirs: int) -> dict[str, obje
     return {
         "weights": weights,
         "voussoirs": str(voussoirs),
-        "over radius": or_nan(hinged.thickness) / arch.radius,
+        "over radius": or_nan(hinged.thickness) / arch.centreline,
         "I to II (μ)": largest_obliquity(hinged.collapse),
         "II to III (μ)": least_friction(arch),
     }
@@ -229,7 +229,7 @@ def _published_values(
         published_value(scene, "mode_II_to_III", change.sliding, "μ from mode II to III"),
         PublishedValue(
             f"least thickness (m), {MANY} voussoirs, weights along the centreline",
-            0.107426 * arch.radius,
+            0.107426 * arch.centreline,
             limit.thickness,
             LIMITS,
             1e-4,

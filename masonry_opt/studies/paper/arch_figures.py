@@ -30,7 +30,7 @@ def draw_curve(arch: Arch, curve: pd.DataFrame, hinging: float, sliding: float) 
     axes = figure.add_subplot()
     known = curve.dropna(subset=["thickness (m)"])
     mu, thickness = known["μ"], known["thickness (m)"]
-    top, start = _TOP * arch.radius, float(curve["μ"].min())
+    top, start = _TOP * arch.centreline, float(curve["μ"].min())
     parts = {
         "II": ([*mu[mu <= hinging + 1e-3]], [*thickness[mu <= hinging + 1e-3]]),
         "I": ([*mu[mu >= hinging]], [*thickness[mu >= hinging]]),
@@ -59,7 +59,7 @@ def draw_curve(arch: Arch, curve: pd.DataFrame, hinging: float, sliding: float) 
     percent = axes.twinx()
     percent.set_ylim(0, 100 * _TOP)
     percent.set_ylabel("% of the centreline radius")
-    axes.set_title(f"Semicircular arch, {arch.voussoirs} voussoirs, centreline radius {arch.radius:g} m")
+    axes.set_title(f"Semicircular arch, {arch.voussoirs} voussoirs, centreline radius {arch.centreline:g} m")
     return figure
 
 

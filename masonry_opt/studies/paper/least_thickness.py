@@ -62,9 +62,9 @@ def opened(arch: Arch, thickness: float) -> Arch:
     negative, it falls unless pressed together from outside. (λ in voussoir weights.)
     """
     angle = arch.voussoir_angle
-    thrust = arch.unit_weight * angle * arch.radius * thickness
+    thrust = arch.unit_weight * angle * arch.centreline * thickness
     outward = 2 * math.sin(angle / 2) * thrust
-    first, last = map(math.radians, arch.angles)
+    first, last = arch.springings
     loads = []
     for number in range(1, arch.voussoirs + 1):
         middle = first + (last - first) * (number - 0.5) / arch.voussoirs
@@ -105,7 +105,7 @@ def least_thickness(
         progress(f"thickness {thickness:.9g}: margin {rows[-1]['margin']:+.3g}")
         return result
 
-    thinnest, thickest = THINNEST * arch.radius, THICKEST * arch.radius
+    thinnest, thickest = THINNEST * arch.centreline, THICKEST * arch.centreline
     at_most = at(thickest)
     if at_most.required() < 0:
         return LeastThickness(None, at_most, None, None, pd.DataFrame(rows))
@@ -116,7 +116,7 @@ def least_thickness(
         lambda t: known[t] if t in known else at(t).required(),
         thinnest,
         thickest,
-        xtol=ROOT_TOLERANCE * arch.radius,
+        xtol=ROOT_TOLERANCE * arch.centreline,
         rtol=ROOT_TOLERANCE,
     )
     collapse, stands, falls = at(root), at(root * (1 + PROOF)), at(root * (1 - PROOF))

@@ -123,8 +123,15 @@ def test_an_arch_without_thickness_has_no_area(thickness):
     assert math.hypot(*arch(thickness=thickness).blocks()[0].weight_at) == pytest.approx(
         10 * math.sin(math.pi / 18) / (math.pi / 18), rel=1e-14
     )
-    with pytest.raises(mo.CaseError, match="no area"):
-        mo.solve(mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=arch(thickness=thickness).blocks()))
+    for made in (arch(thickness=thickness), by_rise(6.0, thickness=thickness)):
+        with pytest.raises(mo.CaseError, match="no area"):
+            mo.solve(mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=made.blocks()))
+
+
+@pytest.mark.parametrize("changes", [{"thickness": 1e30}, {"rise": 1e30}, {"span": 1e-300}, {"rise": 1e-300}])
+def test_measures_without_proportion_end_in_a_message(changes):
+    with pytest.raises(mo.CaseError):
+        mo.solve(mo.Scene(joints={"friction": 0.5}, blocks=by_rise(**{"rise": 6.0} | changes).blocks()))
 
 
 def test_a_case_file_names_the_key(tmp_path):
@@ -156,3 +163,128 @@ def test_weight_acts_where_it_is_said():
         ],
     )
     assert mo.solve(scene, "static").load_factor == pytest.approx(0.4, rel=1e-7)
+
+
+# By span and rise
+
+
+def by_rise(rise, **changes):
+    given = {"span": 8.0, "rise": rise, "thickness": 1.0, "voussoirs": 8, "unit_weight": 3.0}
+    return mo.Arch(**given | changes)
+
+
+@pytest.mark.parametrize("rise", [1.0, 2.0, 3.5])
+def test_a_segment_by_span_and_rise_is_that_by_radius_and_angles(rise):
+    """Of the intrados r = (s² / 4 + h²) / 2 h; half the angle has the sine s / 2 r."""
+    within = (16 + rise**2) / (2 * rise)
+    half = math.degrees(math.asin(4 / within))
+    circular = mo.Arch(
+        radius=within + 0.5,
+        angles=(90 + half, 90 - half),
+        at=(0.0, rise - within),
+        **{key: getattr(by_rise(rise), key) for key in ("thickness", "voussoirs", "unit_weight")},
+    )
+    for one, other in zip(by_rise(rise).blocks(), circular.blocks(), strict=True):
+        assert one.name == other.name
+        np.testing.assert_allclose(one.vertices, other.vertices, atol=1e-12)
+        assert one.weight == pytest.approx(other.weight, rel=1e-12, abs=0) if one.weight else one.fixed
+
+
+def test_half_the_span_makes_a_semicircle():
+    blocks = by_rise(4.0).blocks()
+    assert blocks[0].vertices[0] == pytest.approx((-4.0, 0.0), abs=1e-12)
+    assert blocks[0].vertices[1] == pytest.approx((-5.0, 0.0), abs=1e-12)
+    assert blocks[3].vertices[3] == pytest.approx((0.0, 4.0), abs=1e-12)
+    assert blocks[3].vertices[2] == pytest.approx((0.0, 5.0), abs=1e-12)
+
+
+@pytest.mark.parametrize("rise", [5.0, 4 * math.sqrt(3), 12.0])
+def test_a_pointed_arch_springs_level_and_meets_upright(rise):
+    """4√3: the equilateral arch, whose arcs have the span for radius."""
+    arch = by_rise(rise)
+    joints = assemble(mo.Scene(joints={"friction": 0.5}, blocks=arch.blocks())).joints
+    assert len(joints.length) == 9
+    blocks = arch.blocks()
+    radius = (16 + rise**2) / 8
+    assert blocks[0].vertices[:2] == [pytest.approx((-4, 0), abs=1e-12), pytest.approx((-5, 0), abs=1e-12)]
+    outer = math.sqrt((radius + 1) ** 2 - (radius - 4) ** 2)
+    assert blocks[3].vertices[2:] == [pytest.approx((0, outer), abs=1e-9), pytest.approx((0, rise), abs=1e-9)]
+    for block in blocks[:8]:
+        inner_first, _, _, inner_second = block.vertices
+        for x, y in (inner_first, inner_second):
+            centre = radius - 4 if x <= 1e-9 else 4 - radius
+            assert math.hypot(x - centre, y) == pytest.approx(radius, rel=1e-12)
+    for one, other in zip(blocks[:4], reversed(blocks[4:8]), strict=True):
+        np.testing.assert_allclose(one.vertices, [(-x, y) for x, y in reversed(other.vertices)], atol=1e-12)
+        assert one.weight == other.weight
+        assert one.weight_at == pytest.approx((-other.weight_at[0], other.weight_at[1]), abs=1e-12)
+
+
+@pytest.mark.parametrize(("weights", "curved"), [("sector", True), ("straight", False)])
+@pytest.mark.parametrize("voussoirs", [2, 8])
+def test_a_pointed_arch_weighs_what_lies_between_its_lines(weights, curved, voussoirs):
+    """By slices: between two arcs, or of many chords, and moments about the springing line."""
+    rise, radius = 6.0, (16 + 36) / 8
+    arch = by_rise(rise, weights=weights, voussoirs=voussoirs)
+    built = arch.blocks()[:voussoirs]
+    if curved:
+        y = (np.arange(400_000) + 0.5) / 400_000 * 10.0
+        within = np.sqrt(np.maximum(radius**2 - y**2, 0)) - (radius - 4)
+        beyond = np.sqrt(np.maximum((radius + 1) ** 2 - y**2, 0)) - (radius - 4)
+        width = 2 * (np.maximum(beyond, 0) - np.maximum(within, 0))
+        area, moment = width.sum() * 10 / 400_000, (width * y).sum() * 10 / 400_000
+    else:
+        scene = mo.Scene(joints={"friction": 0.5}, blocks=arch.blocks())
+        shapes = assemble(scene).geometry
+        area = shapes.area[:voussoirs].sum()
+        moment = (shapes.area * (shapes.centroid[:, 1] + shapes.origin[1]))[:voussoirs].sum()
+    assert sum(block.weight for block in built) == pytest.approx(3 * area, rel=1e-6)
+    assert sum(block.weight * block.weight_at[1] for block in built) == pytest.approx(3 * moment, rel=1e-6)
+
+
+def test_a_pointed_arch_weighed_along_its_centreline():
+    arch = by_rise(6.0, weights="centreline", voussoirs=4)
+    middle = (16 + 36) / 8 + 0.5
+    swept = math.acos((middle - 4.5) / middle)
+    assert sum(block.weight for block in arch.blocks()[:4]) == pytest.approx(
+        2 * 3 * swept * middle, rel=1e-12
+    )
+
+
+def test_abutments_can_be_left_out():
+    built = by_rise(6.0, abutments=False).blocks()
+    assert built == by_rise(6.0).blocks()[:8]
+
+
+@pytest.mark.parametrize("rise", [4.0, 6.0])
+def test_an_arch_on_supports_of_one_s_own_is_the_one_between_abutments(rise):
+    """Springing joints lie on y = 0: blocks whose tops are there are abutments as good as its own."""
+    feet = [
+        mo.Block(name=name, vertices=[(x, -1), (x + 3, -1), (x + 3, 0), (x, 0)], fixed=True)
+        for name, x in (("left", -6.0), ("right", 3.0))
+    ]
+    loaded = {"live": (1.0, 0.0)}
+    factors = [
+        mo.solve(mo.Scene(joints={"friction": 0.7}, blocks=blocks), "static").load_factor
+        for blocks in (
+            by_rise(rise, **loaded).blocks(),
+            [*by_rise(rise, abutments=False, **loaded).blocks(), *feet],
+        )
+    ]
+    assert factors[0] > 0
+    assert factors[1] == pytest.approx(factors[0], rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("words", "changes"),
+    [
+        ("'radius' and 'angles', or 'span' and 'rise'", {"radius": 5.0, "angles": (180.0, 0.0)}),
+        ("'radius' and 'angles', or 'span' and 'rise'", {"radius": 5.0}),
+        ("'radius' and 'angles', or 'span' and 'rise'", {"span": None}),
+        ("even number of 'voussoirs'", {"voussoirs": 7, "rise": 5.0}),
+        ("raise 'voussoirs'", {"voussoirs": 1, "rise": 4.0}),
+    ],
+)
+def test_what_makes_no_arch_by_span_and_rise_is_refused(words, changes):
+    with pytest.raises(mo.CaseError, match=words):
+        by_rise(**{"rise": 3.0} | changes)

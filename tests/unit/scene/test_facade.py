@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 
 import pytest
+from scenes import CASES
 
 import masonry_opt as mo
 
@@ -18,6 +19,7 @@ TINY = {
     "weight": 3.0,
     "lintel_weight": 5.0,
     "live": (1.0, 0.0),
+    "omit_top_left": True,
 }
 
 
@@ -95,11 +97,45 @@ def test_what_cannot_be_built_is_refused(changed, words):
         facade(**changed)
 
 
+def test_all_that_is_wrong_is_told_at_once():
+    with pytest.raises(mo.CaseError) as error:
+        facade(sill=2, weight=None, lintel_weight=None, openings=(1000, 1000))
+    for words in ("'weight' or 'unit_weight'", "odd number", "even number", "blocks large"):
+        assert words in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("words", "changed"),
+    [
+        ("needs a 'lintel_weight'", {"lintel_weight": None}),
+        ("take 'lintel_weight' away", {"weight": None, "unit_weight": 2.0}),
+    ],
+)
+def test_lintels_weigh_once(words, changed):
+    with pytest.raises(mo.CaseError, match=words):
+        facade(**changed)
+
+
+def test_nothing_is_left_away_unless_asked():
+    without = {key: value for key, value in TINY.items() if key != "omit_top_left"}
+    assert len(courses(mo.Facade(**without))[-1]) == 6
+
+
+def test_the_papers_facades_leave_the_topmost_left_block_away():
+    """Counted by hand of 1 × 3 openings: six blocks wide, 24 courses a storey. Sill: 6 and 7 by turns, ten of
+    them. Opening, 11 courses: 2 whole on either side; where shifted a half, 1, and half a block. Lintel and
+    spandrel: a half, 1, the lintel, 1, a half; 6; 7."""
+    scene = mo.load(CASES / "gilbert" / "facade_1x3.toml")
+    storey = 5 * (6 + 7) + 6 * 4 + 5 * 6 + 5 + (6 + 7)
+    assert len(scene.blocks) == 3 * storey - 1 + 1  # without the one, with the base
+    assert min(x for block in scene.blocks if block.name.startswith("72-") for x, _ in block.vertices) == 1.5
+
+
 def test_a_case_file_with_a_facade_is_its_blocks(tmp_path):
     path = tmp_path / "case.toml"
     path.write_text(
         "[joints]\nfriction = 0.75\n[facade]\nopenings = [1, 1]\nblock = [2, 1]\njamb = 2\nopening = [1, 2]\n"
-        "sill = 1\nspandrel = 2\nweight = 3\nlintel_weight = 5\nlive = [1, 0]\n"
+        "sill = 1\nspandrel = 2\nweight = 3\nlintel_weight = 5\nlive = [1, 0]\nomit_top_left = true\n"
     )
     assert mo.load(path).blocks == facade().blocks()
     path.write_text(path.read_text().replace("sill = 1", "sill = 2"))

@@ -1,0 +1,111 @@
+"""What generators of blocks share: a name, a place, and how their blocks weigh."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from itertools import islice
+from typing import Any
+
+from pydantic import model_validator
+
+from masonry_opt.scene.blocks import Block, Name, NonNegative, Point, Record
+
+#: Mistakes of one generator that are told together.
+_MOST_MISTAKES = 5
+
+
+class Generator(Record):
+    """A table of a case file that stands for many blocks.
+
+    Parameters
+    ----------
+    name:
+        Its blocks are named after it, "left 3-2" in place of "3-2": for several generators in one scene.
+    at:
+        Where its origin lies, ``[x, y]``.
+    live:
+        Live force on every block as a multiple of its weight, ``[fx, fy]``, where the weight acts.
+
+    Raises
+    ------
+    CaseError
+        If the values make nothing that can be built; what is wrong is told at once.
+    """
+
+    name: Name | None = None
+    at: Point = (0.0, 0.0)
+    live: Point = (0.0, 0.0)
+
+    @model_validator(mode="after")
+    def _can_be_built(self) -> Generator:
+        if mistakes := list(islice(self._mistakes(), _MOST_MISTAKES)):
+            raise ValueError("; ".join(mistakes))
+        return self
+
+    def _mistakes(self) -> Iterator[str]:
+        """What is wrong with the values taken together, one sentence a rule."""
+        yield from ()
+
+    @property
+    def size(self) -> int:
+        """How many blocks it builds, or more: known before they are built."""
+        raise NotImplementedError
+
+    def blocks(self, thickness: float = 1.0) -> list[Block]:
+        """The blocks, each with its weight and live load as forces.
+
+        Parameters
+        ----------
+        thickness:
+            That of the scene they are for (see :class:`~masonry_opt.scene.scene.Scene`): what is given as
+            ``unit_weight`` is multiplied by it here.
+        """
+        raise NotImplementedError
+
+    def _placed(self, name: str, vertices: Iterable[Point], **keys: Any) -> Block:
+        """A block of that name and shape, seen from the generator's origin."""
+        if self.name is not None:
+            name = f"{self.name} {name}"
+        keys |= {key: self._moved(keys[key]) for key in ("weight_at", "live_at") if keys.get(key) is not None}
+        return Block(name=name, vertices=[self._moved(vertex) for vertex in vertices], **keys)
+
+    def _moved(self, point: Point) -> Point:
+        # Left alone where nothing moves: adding 0 turns -0 into 0, which makes it another scene.
+        return (point[0] + self.at[0], point[1] + self.at[1]) if any(self.at) else point
+
+    def _pushed(self, weight: float) -> Point:
+        """Live force on a block of that weight."""
+        return self.live[0] * weight, self.live[1] * weight
+
+
+class WeighedGenerator(Generator):
+    """A generator whose blocks weigh by their size.
+
+    Parameters
+    ----------
+    weight:
+        What it is the weight of, the generator says.
+    unit_weight:
+        Weight per unit area, in place of ``weight``; per unit volume where the scene has a ``thickness``.
+
+    Raises
+    ------
+    CaseError
+        If both or neither are given.
+    """
+
+    weight: NonNegative | None = None
+    unit_weight: NonNegative | None = None
+
+    def _mistakes(self) -> Iterator[str]:
+        if self.weight is not None and self.unit_weight is not None:
+            yield "give 'weight' or 'unit_weight', not both"
+        if self.weight is None and self.unit_weight is None:
+            yield "give 'weight' or 'unit_weight'"
+
+    def _weight_of(self, area: float, thickness: float) -> float:
+        """What ``weight`` says, or the unit weight of what is that large."""
+        if self.weight is not None:
+            return self.weight
+        assert self.unit_weight is not None
+        return self.unit_weight * area * thickness

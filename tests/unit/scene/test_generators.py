@@ -1,0 +1,205 @@
+"""What generators share: names, places, weights; several of them in one file; a scene's thickness."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import masonry_opt as mo
+from masonry_opt.problem.assembly import assemble
+
+WALL = {"block": (2.0, 1.0), "courses": [[1, 1], [0.5, 1, 0.5]], "live": (1.0, 0.0)}
+FACADE = {
+    "openings": (1, 1),
+    "block": (2.0, 1.0),
+    "jamb": 1,
+    "opening": (1, 1),
+    "sill": 2,
+    "spandrel": 2,
+    "live": (1.0, 0.0),
+}
+COLUMN = {"width": (2.0, 1.0), "height": 3.0, "drums": 3, "live": (1.0, 0.0)}
+ARCH = {"span": 4.0, "rise": 3.0, "thickness": 0.5, "voussoirs": 6, "unit_weight": 2.0, "live": (1.0, 0.0)}
+
+#: Every generator with weights by area.
+MADE = {
+    "wall": lambda **keys: mo.Wall(**WALL, unit_weight=2.0, **keys),
+    "facade": lambda **keys: mo.Facade(**FACADE, unit_weight=2.0, **keys),
+    "column": lambda **keys: mo.Column(**COLUMN, unit_weight=2.0, **keys),
+    "arch": lambda **keys: mo.Arch(**ARCH, **keys),
+    "arch with a point load": lambda **keys: mo.Arch(
+        **ARCH | {"live": (0.0, 0.0)}, point_loads=[mo.PointLoad(voussoir=2, force=(0, -1))], **keys
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", MADE)
+def test_a_name_and_a_place_change_nothing_else(kind):
+    plain, placed = MADE[kind]().blocks(), MADE[kind](name="left", at=(3.0, -2.0)).blocks()
+    assert [block.name for block in placed] == [f"left {block.name}" for block in plain]
+    for one, other in zip(plain, placed, strict=True):
+        np.testing.assert_allclose(np.array(other.vertices) - [3.0, -2.0], one.vertices, atol=1e-12)
+        for at in ("weight_at", "live_at"):
+            if getattr(one, at) is None:
+                assert getattr(other, at) is None
+            else:
+                np.testing.assert_allclose(
+                    np.array(getattr(other, at)) - [3, -2], getattr(one, at), atol=1e-12
+                )
+        assert (one.weight, one.live, one.fixed) == (other.weight, other.live, other.fixed)
+
+
+@pytest.mark.parametrize("kind", ["wall", "facade", "column"])
+def test_unit_weight_weighs_the_blocks_drawn(kind):
+    scene = mo.Scene(joints={"friction": 0.5}, blocks=MADE[kind]().blocks())
+    area = assemble(scene).geometry.area
+    for block, size in zip(scene.blocks, area, strict=True):
+        if not block.fixed:
+            assert block.weight == pytest.approx(2.0 * size, rel=1e-12)
+            assert block.live == pytest.approx((2.0 * size, 0.0), rel=1e-12)
+
+
+@pytest.mark.parametrize("kind", MADE)
+def test_thickness_multiplies_what_weighs_by_its_size(kind):
+    for one, other in zip(MADE[kind]().blocks(), MADE[kind]().blocks(thickness=0.3), strict=True):
+        if not one.fixed:
+            assert other.weight == pytest.approx(0.3 * one.weight, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({}, "give 'weight' or 'unit_weight'"),
+        ({"weight": 1.0, "unit_weight": 1.0}, "not both"),
+    ],
+)
+@pytest.mark.parametrize(
+    "record",
+    [lambda w: mo.Wall(**WALL, **w), lambda w: mo.Facade(**FACADE, **w), lambda w: mo.Column(**COLUMN, **w)],
+    ids=["wall", "facade", "column"],
+)
+def test_one_weight_is_given(record, given, words):
+    with pytest.raises(mo.CaseError, match=words):
+        record(given)
+
+
+THREE = """
+[joints]
+friction = 0.6
+[[column]]
+name = "left"
+width = 1
+height = 2
+drums = 2
+unit_weight = 1
+[[column]]
+name = "right"
+at = [5, 0]
+width = 1
+height = 2
+drums = 2
+unit_weight = 1
+[arch]
+at = [3, 2]
+span = 4
+rise = 2
+thickness = 0.5
+voussoirs = 7
+unit_weight = 1
+live = [1, 0]
+abutments = false
+"""
+
+
+def test_a_file_may_hold_several_generators(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(THREE)
+    scene = mo.load(path)
+    names = [block.name for block in scene.blocks]
+    assert names[:7] == [f"v{number}" for number in range(1, 8)]
+    assert names[7:] == [f"{side} {part}" for side in ("left", "right") for part in ("d1", "d2", "base")]
+    # The arch has 6 joints, stands on 2 columns, and each has a joint within and one on its base.
+    assert mo.solve(scene, "static").size.joints == 6 + 2 + 4
+
+
+def test_generators_that_share_names_are_told_to_take_one(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(THREE.replace('name = "left"\n', "").replace('name = "right"\n', ""))
+    with pytest.raises(mo.CaseError, match=r"both named 'd1'.*'name'"):
+        mo.load(path)
+
+
+def test_an_error_names_the_one_of_several(tmp_path):
+    path = tmp_path / "case.toml"
+    path.write_text(THREE.replace("at = [5, 0]", "att = [5, 0]"))
+    with pytest.raises(mo.CaseError, match=r"column no. 2 \('right'\): unknown key 'att'"):
+        mo.load(path)
+    path.write_text(THREE.replace("span = 4", "span = -4"))
+    with pytest.raises(mo.CaseError, match=r"\[arch\]: key 'span'"):
+        mo.load(path)
+
+
+def test_generators_together_are_bounded(tmp_path):
+    path = tmp_path / "case.toml"
+    wall = '[[wall]]\nname = "{}"\nblock = [1, 1]\nweight = 1\nrepeat = 50000\ncourses = [[1, 1]]\n'
+    path.write_text("[joints]\nfriction = 1\n" + "".join(wall.format(number) for number in range(3)))
+    with pytest.raises(mo.CaseError, match="some 300000 blocks"):
+        mo.load(path)
+
+
+STRESSES = {
+    "wall": "[wall]\nblock = [2, 1]\nunit_weight = {w}\ncourses = [[1, 1], [0.5, 1, 0.5]]\n",
+    "blocks": '[[block]]\nname = "A"\nvertices = [[0, 0], [2, 0], [2, 2], [0, 2]]\nunit_weight = {w}\n'
+    '[[block]]\nname = "f"\nvertices = [[-1, -1], [5, -1], [5, 0], [-1, 0]]\nfixed = true\n',
+    "arch": "[arch]\nspan = 4\nrise = 1\nthickness = 1\nvoussoirs = 5\nunit_weight = {w}\nlive = [1, 0]\n",
+}
+#: Forces that thickness leaves as they are, and stresses that it multiplies, on an edge of each.
+LOADED = {
+    "wall": ((0, 0), (0, 2)),
+    "blocks": ((0, 0), (0, 2)),
+    "arch": None,
+}
+
+
+@pytest.mark.parametrize("kind", STRESSES)
+def test_thickness_multiplies_stresses_once(kind, tmp_path):
+    """Thickness t with stresses is thickness 1 with everything that is a stress multiplied by t."""
+    t, assembled = 0.3, []
+    for thickness, by in ((t, 1.0), (1.0, t)):
+        text = f"thickness = {thickness}\n[joints]\nfriction = 0.6\ncohesion = {0.2 * by}\ndilatancy = 0.2\n"
+        text += f"dilatancy_stress = [{0.5 * by}, {2.0 * by}]\n" + STRESSES[kind].format(w=2.0 * by)
+        if LOADED[kind]:
+            for load in (f'kind = "live"\npressure = [{3 * by}, {1 * by}]', f"force = [{0.1 * by}, 0]"):
+                start, end = map(list, LOADED[kind])
+                text += f"[[edge_load]]\nfrom = {start}\nto = {end}\n{load}\n"
+        path = tmp_path / "case.toml"
+        path.write_text(text)
+        assembled.append(assemble(mo.load(path)).problem)
+    one, other = assembled
+    # The same forces: force_unit is measured in them.
+    assert one.force_unit == pytest.approx(other.force_unit, rel=1e-12)
+    for name in ("dead", "live", "cohesion", "dilatancy_force", "friction"):
+        np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=1e-12, atol=1e-14)
+    assert one.cohesion.any()
+    assert one.live.any()
+
+
+def test_thickness_leaves_forces_alone():
+    """A block of unit weight 2 and area 2, 0.3 thick, with cohesion 0.5 over 1 × 0.3, pushed by force 1."""
+    scene = mo.Scene(
+        thickness=0.3,
+        joints={"friction": 0.2, "cohesion": 0.5},
+        blocks=[
+            mo.Block(
+                name="A",
+                vertices=[(0, 0), (1, 0), (1, 2), (0, 2)],
+                unit_weight=2.0,
+                dead=(0, -1.0),
+                live=(1.0, 0.0),
+                live_at=(0.5, 0.0),
+            ),
+            mo.Block(name="f", vertices=[(-1, -1), (2, -1), (2, 0), (-1, 0)], fixed=True),
+        ],
+    )
+    expected = 0.2 * (2.0 * 2.0 * 0.3 + 1.0) + 0.5 * 0.3
+    assert mo.solve(scene, "static").load_factor == pytest.approx(expected, rel=1e-7)

@@ -1,0 +1,103 @@
+"""Ground that is tilted until what stands on it falls: a block rocks at atan(b / h), slides at atan(μ)."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+from scenes import small_wall
+
+import masonry_opt as mo
+
+
+def block(width, height, friction, side, **keys):
+    """A block of weight 7 on a floor that will be tilted."""
+    return mo.Scene(
+        joints={"friction": friction},
+        tilt=side,
+        blocks=[
+            mo.Block(name="A", vertices=[(0, 0), (width, 0), (width, height), (0, height)], weight=7, **keys),
+            mo.Block(name="floor", vertices=[(-5, -1), (6, -1), (6, 0), (-5, 0)], fixed=True),
+        ],
+    )
+
+
+@pytest.mark.parametrize("method", ["static", "mcp"])
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize(
+    ("width", "height", "friction", "degrees"),
+    [
+        (1, 3, 0.6, math.degrees(math.atan(1 / 3))),
+        (2, 2.5, 1.0, math.degrees(math.atan(0.8))),
+        (1, 1, 0.6, math.degrees(math.atan(0.6))),
+    ],
+)
+def test_a_block_rocks_or_slides_at_the_angle_known(width, height, friction, degrees, side, method):
+    result = mo.solve(block(width, height, friction, side), method)
+    assert result.tilt_angle == pytest.approx(degrees, rel=1e-7)
+    assert json.loads(result.to_json())["tilt_angle"] == result.tilt_angle
+    # It falls to that side.
+    assert math.copysign(1, result.blocks["vx"][0]) == (1 if side == "right" else -1)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_a_weight_off_the_middle_tilts_with_its_block(side):
+    """It acts 0.2 right of the middle and at height 0.5: to the right 0.3 / 0.5, to the left 0.7 / 0.5."""
+    scene = block(1, 2, 5.0, side, weight_at=(0.7, 0.5))
+    expected = 0.3 / 0.5 if side == "right" else 0.7 / 0.5
+    assert mo.solve(scene, "static").load_factor == pytest.approx(expected, rel=1e-7)
+
+
+def test_a_wall_tilts_as_under_its_weight_sideways():
+    given = small_wall(4, 3)
+    unloaded = [stone.model_copy(update={"live": (0.0, 0.0)}) for stone in given.blocks]
+    tilted = mo.Scene(joints=given.joints, blocks=unloaded, tilt="right")
+    assert mo.solve(tilted, "static").load_factor == pytest.approx(
+        mo.solve(given, "static").load_factor, rel=1e-9
+    )
+
+
+def test_a_scene_turned_by_just_less_than_its_tilt_stands():
+    """The tilt itself, by turning gravity: the block falls beyond it, with nothing but its weight."""
+    angle = math.atan(1 / 3)
+    for times, stands in ((0.999, True), (1.001, False)):
+        scene = block(1, 3, 0.6, None, live=(1.0, 0.0))
+        gravity = (math.sin(times * angle), -math.cos(times * angle))
+        assert mo.solve(scene.model_copy(update={"gravity": gravity}), "static").status.usable is stands
+
+
+def test_other_scenes_have_no_tilt_angle():
+    assert mo.solve(small_wall(2, 2), "static").tilt_angle is None
+
+
+@pytest.mark.parametrize(
+    ("words", "keys"),
+    [
+        ("'live'", {"live": (1.0, 0.0)}),
+        ("'dead'", {"dead": (0.0, -1.0)}),
+    ],
+)
+def test_other_forces_do_not_tilt(words, keys):
+    with pytest.raises(mo.CaseError, match=words):
+        block(1, 2, 0.5, "left", **keys)
+
+
+@pytest.mark.parametrize(
+    ("words", "keys"),
+    [
+        ("'cohesion'", {"joints": {"friction": 0.5, "cohesion": 1.0}}),
+        ("'cohesion'", {"exceptions": [{"between": ("A", "floor"), "cohesion": 1.0}]}),
+        (
+            "'dilatancy_stress'",
+            {"joints": {"friction": 0.5, "dilatancy": 0.1, "dilatancy_stress": (1.0, 2.0)}},
+        ),
+        ("'edge_load'", {"edge_loads": [{"start": (0, 2), "end": (1, 2), "pressure": 1}]}),
+        ("'tilt'", {"tilt": "up"}),
+    ],
+)
+def test_what_does_not_grow_with_the_weights_is_refused(words, keys):
+    scene = block(1, 2, 0.5, "right")
+    given = {"joints": scene.joints, "blocks": scene.blocks, "tilt": "right"} | keys
+    with pytest.raises(mo.CaseError, match=words):
+        mo.Scene(**given)
