@@ -87,6 +87,7 @@ def test_other_forces_do_not_tilt(words, keys):
     ("words", "keys"),
     [
         ("'cohesion'", {"joints": {"friction": 0.5, "cohesion": 1.0}}),
+        ("'strength'", {"joints": {"friction": 0.5, "strength": 9.0}}),
         ("'cohesion'", {"exceptions": [{"between": ("A", "floor"), "cohesion": 1.0}]}),
         (
             "'dilatancy_stress'",
