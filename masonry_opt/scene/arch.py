@@ -102,7 +102,8 @@ class Arch(Generator):
             )
         if not self.thickness < 2 * self.centreline:
             yield (
-                f"'thickness' must be less than twice the radius {self.centreline:g} (found {self.thickness:g})"
+                f"'thickness' must be less than twice the radius {self.centreline:g} "
+                f"(found {self.thickness:g})"
             )
         numbers = Counter(load.voussoir for load in self.point_loads)
         for number, loads in numbers.items():
