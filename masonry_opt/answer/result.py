@@ -81,6 +81,8 @@ class Result:
     size: of scene and linear program.
     assembly, solution: the matrices, and forces and velocities in their units.
     summary: what ``print`` shows.
+    warnings, warning_sentences: what looks unintended in the scene, in codes with their values, and in
+        words; empty if nothing does. They change nothing else.
     """
 
     case: str
@@ -111,6 +113,8 @@ class Result:
     assembly: Assembly = field(repr=False)
     solution: Solution = field(repr=False)
     summary: str = field(default="", repr=False)
+    warnings: tuple[Reason, ...] = ()
+    warning_sentences: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         return self.summary
@@ -123,9 +127,10 @@ class Result:
         return proven, self.load_factor if self.exact else self.associative
 
     def required(self) -> float:
-        """The load factor; NoLoadFactorError, with case, status and message, if there is none."""
+        """The load factor; NoLoadFactorError, with case, status, message and warnings, if there is none."""
         if self.load_factor is None:
-            raise NoLoadFactorError(f"{self.case}: {self.status}: {self.message}")
+            warnings = "".join(f"; warning: {sentence}" for sentence in self.warning_sentences)
+            raise NoLoadFactorError(f"{self.case}: {self.status}: {self.message}{warnings}")
         return self.load_factor
 
     def as_dict(self) -> dict[str, Any]:
@@ -139,6 +144,10 @@ class Result:
                 "status": str(self.status),
                 "message": self.message,
                 "reasons": [reason.as_dict() for reason in self.reasons],
+                "warnings": [
+                    {"sentence": sentence, **warning.as_dict()}
+                    for warning, sentence in zip(self.warnings, self.warning_sentences, strict=True)
+                ],
                 "kind": str(self.kind),
                 "load_factor": self.load_factor,
                 "blocks": self.size.blocks,
@@ -316,4 +325,6 @@ def _plain(value: Any) -> Any:
         return [_plain(item) for item in value]
     if isinstance(value, np.generic):
         value = value.item()
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    if isinstance(value, float):
+        return value + 0.0 if math.isfinite(value) else None  # no minus before a zero
+    return value

@@ -21,6 +21,7 @@ from matplotlib.patches import Patch
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.errors import OptionError, printable
+from masonry_opt.explain.sentences import numeral
 from masonry_opt.files import write_whole
 
 #: Okabe & Ito's colours, told apart by colour-blind readers and in grey.
@@ -155,7 +156,7 @@ def draw_mechanism(result: Result, axes: Axes, marked: Collection[int] = ()) -> 
 def _title(result: Result) -> str:
     name = printable(textwrap.fill(result.assembly.scene.title or Path(result.case).stem, 60))
     if result.load_factor is not None:
-        return f"{name}\nload factor λ = {result.load_factor:.5f} ({result.method})"
+        return f"{name}\nload factor λ = {numeral(result.load_factor, '.5f')} ({result.method})"
     drawn = "" if result.status is Status.UNSTABLE else "; drawn: the last motion tried, no collapse"
     return f"{name}\nno load factor ({result.status}){drawn if result.solution.d is not None else ''}"
 
