@@ -11,15 +11,23 @@ from scipy.sparse.csgraph import breadth_first_order
 
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.effort import Effort
-from masonry_opt.explain.diagnosis import DeadLoadUndecided, falling_mechanism, moving_blocks
+from masonry_opt.explain.diagnosis import (
+    DEAD_LOAD,
+    DeadLoadUndecided,
+    falling_mechanism,
+    moving_blocks,
+)
 from masonry_opt.explain.no_load_factor import joint_pairs, movers
+from masonry_opt.models.cvxpy_standing import CvxpyStanding
+from masonry_opt.models.cvxpy_terms import ShearParameters
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.problem.problem import Problem
-from masonry_opt.solvers.registry import Solver
+from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
+from masonry_opt.solvers.registry import Solver, in_cvxpy
 
 #: Joints up to which the least factor on friction is looked for, the factors tried, and how near to each
 #: other, relative, the least at which the scene stands and the greatest at which it falls need be.
-_FACTOR_UP_TO, _MOST_FACTORS, _NEAR = 2000, 12, 5e-4
+_FACTOR_UP_TO, _MOST_FACTORS, _NEAR = 2000, 12, 1e-3
 
 #: No factor is tried that makes any friction larger: the solver would lose its digits in these rows.
 _LARGEST_FRICTION = 100.0
@@ -85,6 +93,9 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
     if not largest or problem.joints > _FACTOR_UP_TO:
         return stands, falls
     most = _LARGEST_FRICTION / largest
+    limits = ShearParameters(ShearLimits.true(problem))
+    program = CvxpyStanding(problem, limits).program
+    engine = CvxpyEngine(program, in_cvxpy(solver), effort, DEAD_LOAD, repeats=True)
     for _ in range(_MOST_FACTORS):
         if stands is None and falls < most:
             factor = min(max(2.0, falls**2), most)
@@ -92,11 +103,15 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
             factor = sqrt(stands * falls)
         else:
             break
-        with_more = replace(problem, friction=factor * problem.friction)
-        try:
-            holds = falling_mechanism(with_more, solver, effort) is None
-        except DeadLoadUndecided:
-            break
+        more = factor * problem.friction
+        limits.set(ShearLimits(more, problem.cohesion))
+        solved = engine.solve()
+        holds = solved.optimal
+        if solved.failed:  # near the least factor, where states have no room: by what moves
+            try:
+                holds = falling_mechanism(replace(problem, friction=more), solver, effort) is None
+            except DeadLoadUndecided:
+                break
         stands, falls = (factor, falls) if holds else (stands, factor)
     return stands, falls
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import ceil, inf, radians, tan
+from math import ceil, floor, inf, log10, radians, tan
 from typing import Any
 
 from masonry_opt.answer.reasons import Code, Reason
@@ -47,15 +47,23 @@ def numeral(value: float, spec: str) -> str:
 def _friction_would_hold(v: dict[str, Any]) -> str:
     slides = f"{_pairs(v)} slide{'s' if len(v['pairs']) == 1 else ''}" if v["pairs"] else "joints slide"
     if v["factor"] is not None:
-        # Rounded up: a little less would not do.
-        much = f"with all friction at least {ceil(1000 * v['factor']) / 1000:g} times as high"
+        much = f"with all friction at least {_rounded_up(v['factor'])} times as high"
     elif v["above"] > 1:
         much = f"if they could not: {v['above']:.4g} times the present friction does not do"
     else:
         much = "with enough friction"
     if v["hangs"]:
-        return f"{slides}: only the friction of joints that bear nothing from below could hold it, {much}"
-    return f"{slides}: it would stand {much}"
+        return (
+            f"{slides}: only the friction of joints that bear nothing from below could hold what "
+            f"hangs, {much}"
+        )
+    return f"{slides}: the scene would stand {much}"
+
+
+def _rounded_up(value: float) -> str:
+    """Four digits of a number from one on, and no less than it: a little less would not do."""
+    unit = 10.0 ** (floor(log10(value)) - 3)
+    return f"{ceil(value / unit) * unit:.4g}"
 
 
 def _wedged(v: dict[str, Any]) -> str:
