@@ -32,7 +32,7 @@ _FACTOR_UP_TO, _MOST_FACTORS, _NEAR = 2000, 12, 1e-3
 #: No factor is tried that makes any friction larger: the solver would lose its digits in these rows.
 _LARGEST_FRICTION = 100.0
 
-#: Share of the fastest joint's slip below which a joint does not slide.
+#: Share of the largest slip or block velocity below which a joint does not slide.
 _LITTLE = 1e-2
 
 #: Cosine between a joint's normal and a block's dead load below which the joint does not bear the block.
