@@ -18,18 +18,16 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.explain.diagnosis import (
-    DeadLoadUndecided,
-    falling_mechanism,
-    friction_would_hold,
-)
+from masonry_opt.explain.diagnosis import DeadLoadUndecided, falling_mechanism
+from masonry_opt.explain.holding import what_would_hold
 from masonry_opt.explain.no_load_factor import (
     held_by_wedging,
     movers,
     name_locking_joints,
     settle_existence,
 )
-from masonry_opt.explain.sentences import message
+from masonry_opt.explain.sense import warnings_of
+from masonry_opt.explain.sentences import message, sentences
 from masonry_opt.explain.summary import summary_text
 from masonry_opt.methods.associative import KINEMATIC, STATIC, associative
 from masonry_opt.methods.registry import DEFAULT, METHODS
@@ -165,6 +163,8 @@ def solve(
         solver=named.name,
         message=message(solution.reasons),
     )
+    warnings = warnings_of(assembly, result.infeasibility)
+    result = replace(result, warnings=warnings, warning_sentences=sentences(warnings))
     return replace(result, summary=summary_text(result))
 
 
@@ -309,6 +309,7 @@ def _unless_it_stands(assembly: Assembly, solver: Solver, effort: Effort) -> Sol
     if falling is None:
         return None
     solution.d = falling
-    held = friction_would_hold(problem, solver)
-    solution.add(Code.FALLS, blocks=movers(assembly, falling), friction=held)
+    solution.add(Code.FALLS, blocks=movers(assembly, falling))
+    with effort.measure("dead_load"):
+        solution.reasons += what_would_hold(assembly, falling, solver, own)
     return solution

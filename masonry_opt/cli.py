@@ -31,6 +31,7 @@ from masonry_opt.errors import (
     OutputError,
     printable,
 )
+from masonry_opt.explain.sentences import numeral
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.report.mechanism_plot import plot_mechanism, refuse_picture
 from masonry_opt.report.terminal import print_text
@@ -116,7 +117,7 @@ def solve(
             check_interrupt()
             if math.isfinite(step.load_factor):
                 what = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(step).__name__).lower()
-                steps.append(f"{what} {len(steps) + 1}: λ = {step.load_factor:.6f}")
+                steps.append(f"{what} {len(steps) + 1}: λ = {numeral(step.load_factor, '.6f')}")
                 status.update(steps[-1])
 
         try:

@@ -10,8 +10,9 @@ import pandas as pd
 
 from masonry_opt.analysis import solve
 from masonry_opt.answer.acceptance import AGREEMENT, DUALITY, SMALLEST
+from masonry_opt.answer.reasons import Reason
 from masonry_opt.effort import Effort
-from masonry_opt.errors import NoLoadFactorError
+from masonry_opt.errors import NoLoadFactorError, printable
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.report.terminal import frame_text
@@ -32,9 +33,12 @@ class DualityReport:
     table: one row a formulation and language: ``load_factor``, ``difference`` (relative, from the
         median of all), and the residuals ``equilibrium``, ``yield``, ``kinematics`` (Bᵀd = D p with
         p ≥ 0, over the largest velocity), ``virtual_work`` and ``complementarity`` (both over Σ|f_L|).
+    warnings, warning_sentences: what looks unintended in the scene, as in a result.
     """
 
     table: pd.DataFrame
+    warnings: tuple[Reason, ...] = ()
+    warning_sentences: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -44,7 +48,8 @@ class DualityReport:
 
     def __str__(self) -> str:
         verdict = "static and kinematic, CVXPY and Pyomo agree" if self.passed else "they do NOT agree"
-        return f"{frame_text(self.table, 'Duality')}\n{verdict}"
+        lines = [verdict, *(f"warning: {sentence}" for sentence in self.warning_sentences)]
+        return f"{frame_text(self.table, 'Duality')}\n{printable(chr(10).join(lines))}"
 
 
 def check(scene: Scene | str | Path) -> DualityReport:
@@ -78,7 +83,7 @@ def check(scene: Scene | str | Path) -> DualityReport:
     table = pd.DataFrame(rows)
     middle = float(table["load_factor"].median())
     table.insert(3, "difference", (table["load_factor"] - middle).abs() / max(abs(middle), SMALLEST))
-    return DualityReport(table)
+    return DualityReport(table, result.warnings, result.warning_sentences)
 
 
 def _row(problem: Problem, state: State) -> dict[str, float]:

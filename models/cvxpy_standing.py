@@ -5,7 +5,7 @@ from __future__ import annotations
 import cvxpy as cp
 import numpy as np
 
-from masonry_opt.models.cvxpy_terms import Mechanism, Statics
+from masonry_opt.models.cvxpy_terms import Mechanism, ShearParameters, Statics
 from masonry_opt.problem.problem import Problem, ShearLimits
 
 
@@ -15,7 +15,7 @@ class CvxpyStanding:
     B q + f_D = 0,    z = C(slope) q + c ≥ 0
     """
 
-    def __init__(self, problem: Problem, limits: ShearLimits) -> None:
+    def __init__(self, problem: Problem, limits: ShearParameters | ShearLimits) -> None:
         self.statics = Statics(problem, limits, load_factor=cp.Constant(0.0))
         rows = [self.statics.equilibrium, self.statics.slacks >= 0]
         self.program = cp.Problem(cp.Minimize(0), rows)

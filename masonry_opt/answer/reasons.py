@@ -11,7 +11,12 @@ class Code(StrEnum):
     """What can be said of how an analysis ended; beside each, its values."""
 
     # No load factor, of any method.
-    FALLS = "falls"  # blocks, friction: whether more of it would hold them
+    FALLS = "falls"  # blocks
+    HANGS = "hangs"  # blocks: those that fall and that no joint bears from below
+    NO_FRICTION_HOLDS = "no friction holds"  # blocks: those that fall even where no joint can slide
+    # pairs: the joints that slide; factor: on all friction, at which the scene stands, None if unknown;
+    # above: the largest at which it is known to fall; hangs: whether any of the blocks does.
+    FRICTION_WOULD_HOLD = "friction would hold"
     DEAD_LOAD_UNDECIDED = "dead load undecided"  # word
     WEDGED = "wedged"  # load_factor, blocks
     SOLVER_STOPPED = "solver stopped"  # word
@@ -77,6 +82,15 @@ class Code(StrEnum):
     OUT_OF_TIME = "out of time"  # also time_limit
     OUT_OF_TIME_WITHIN_IMPOSED = "out of time within imposed"  # also time_limit
     NO_EXACT_STATE = "no exact state"  # time_limit
+
+    # Warnings: what looks unintended. Pairs: the joints named, none where the defaults are meant.
+    FRICTION_HIGH = "friction high"  # friction, pairs
+    DILATANCY_LOW = "dilatancy low"  # dilatancy, friction, pairs
+    IDLE_SUPPORTS = "idle supports"  # blocks
+    HELD_BY_CLAMPING = "held by clamping"  # pairs
+    FAR_AWAY = "far away"  # blocks, distance, size: of the rest
+    WEIGHTS_DIFFER = "weights differ"  # blocks, ratio: of the first one's weight per area to the median
+    FORCES_DIFFER = "forces differ"  # load: 'live' or 'dead', blocks, ratio: of the first one's to weight
 
 
 @dataclass(frozen=True)

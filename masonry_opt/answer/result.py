@@ -82,6 +82,8 @@ class Result:
     size: of scene and linear program.
     assembly, solution: the matrices, and forces and velocities in their units.
     summary: what ``print`` shows.
+    warnings, warning_sentences: what looks unintended in the scene, in codes with their values, and in
+        words; empty if nothing does. They change nothing else.
     """
 
     case: str
@@ -112,6 +114,8 @@ class Result:
     assembly: Assembly = field(repr=False)
     solution: Solution = field(repr=False)
     summary: str = field(default="", repr=False)
+    warnings: tuple[Reason, ...] = ()
+    warning_sentences: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         return self.summary
@@ -131,9 +135,10 @@ class Result:
         return math.degrees(math.atan(self.load_factor))
 
     def required(self) -> float:
-        """The load factor; NoLoadFactorError, with case, status and message, if there is none."""
+        """The load factor; NoLoadFactorError, with case, status, message and warnings, if there is none."""
         if self.load_factor is None:
-            raise NoLoadFactorError(f"{self.case}: {self.status}: {self.message}")
+            warnings = "".join(f"; warning: {sentence}" for sentence in self.warning_sentences)
+            raise NoLoadFactorError(f"{self.case}: {self.status}: {self.message}{warnings}")
         return self.load_factor
 
     def as_dict(self) -> dict[str, Any]:
@@ -147,6 +152,10 @@ class Result:
                 "status": str(self.status),
                 "message": self.message,
                 "reasons": [reason.as_dict() for reason in self.reasons],
+                "warnings": [
+                    {"sentence": sentence, **warning.as_dict()}
+                    for warning, sentence in zip(self.warnings, self.warning_sentences, strict=True)
+                ],
                 "kind": str(self.kind),
                 "load_factor": self.load_factor,
                 "tilt_angle": self.tilt_angle,
@@ -346,4 +355,6 @@ def _plain(value: Any) -> Any:
         return [_plain(item) for item in value]
     if isinstance(value, np.generic):
         value = value.item()
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+    if isinstance(value, float):
+        return value + 0.0 if math.isfinite(value) else None  # no minus before a zero
+    return value

@@ -56,23 +56,6 @@ def falling_mechanism(problem: Problem, solver: Solver, effort: Effort) -> np.nd
     return velocities if power > _NOTHING else None
 
 
-def friction_would_hold(problem: Problem, solver: Solver) -> bool:
-    """Whether a scene that falls under its dead load would stand if no joint could slide."""
-    nothing = np.array([])
-    stuck = replace(
-        problem,
-        sliding=nothing.astype(int),
-        friction=nothing,
-        cohesion=nothing,
-        dilatancy=nothing,
-        dilatancy_force=np.empty((0, 2)),
-    )
-    try:
-        return falling_mechanism(stuck, solver, Effort()) is None
-    except DeadLoadUndecided:
-        return False
-
-
 def no_optimum(problem: Problem, word: str, solver: Solver, effort: Effort) -> tuple[Status, Reason]:
     """Status and reason for an eq. (9) or (10) without an optimum, of a scene that stands.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import inf
+from math import ceil, floor, inf, log10, radians, tan
 from typing import Any
 
 from masonry_opt.answer.reasons import Code, Reason
@@ -30,19 +30,47 @@ _OF_JOINTS = {
 
 def message(reasons: Sequence[Reason]) -> str:
     """How an analysis ended, in words."""
-    return "; ".join(_SENTENCES[reason.code](reason.values) for reason in reasons)
+    return "; ".join(sentences(reasons))
 
 
-def _falls(v: dict[str, Any]) -> str:
-    friction = ", or raise the friction of its joints" if v["friction"] else ""
-    return f"the dead load alone moves {_blocks(v['blocks'])}: support what falls{friction}"
+def sentences(reasons: Sequence[Reason]) -> tuple[str, ...]:
+    """Each reason in words."""
+    return tuple(_SENTENCES[reason.code](reason.values) for reason in reasons)
+
+
+def numeral(value: float, spec: str) -> str:
+    """A number in a format, without a sign where all its digits are zero."""
+    text = format(value + 0.0, spec)
+    return text if any(digit in text.partition("e")[0] for digit in "123456789nf") else text.lstrip("+-")
+
+
+def _friction_would_hold(v: dict[str, Any]) -> str:
+    slides = f"{_pairs(v)} slide{'s' if len(v['pairs']) == 1 else ''}" if v["pairs"] else "joints slide"
+    if v["factor"] is not None:
+        much = f"with all friction at least {_rounded_up(v['factor'])} times as high"
+    elif v["above"] > 1:
+        much = f"if they could not: {v['above']:.4g} times the present friction does not do"
+    else:
+        much = "with enough friction"
+    if v["hangs"]:
+        return (
+            f"{slides}: only the friction of joints that bear nothing from below could hold what "
+            f"hangs, {much}"
+        )
+    return f"{slides}: the scene would stand {much}"
+
+
+def _rounded_up(value: float) -> str:
+    """Four digits of a number from one on, and no less than it: a little less would not do."""
+    unit = 10.0 ** (floor(log10(value)) - 3)
+    return f"{ceil(value / unit) * unit:.4g}"
 
 
 def _wedged(v: dict[str, Any]) -> str:
     support = f"; support what moves, {_blocks(v['blocks'])}" if v["blocks"] else ""
     return (
-        f"the load factor found is {v['load_factor']:.4g}, below zero: the dead load is carried by "
-        f"wedging alone, which the joints' flow rule does not sustain{support}"
+        f"the load factor found is {numeral(v['load_factor'], '.4g')}, below zero: the dead load is "
+        f"carried by wedging alone, which the joints' flow rule does not sustain{support}"
     )
 
 
@@ -60,8 +88,8 @@ def _not_certified(v: dict[str, Any]) -> str:
         for name, value in v["residuals"].items()
     )
     return (
-        f"the answer found, {v['load_factor']:.6g}, is not borne out by its certificate ({left}): "
-        "try another solver, and look for weights or lengths of very different size"
+        f"the answer found, {numeral(v['load_factor'], '.6g')}, is not borne out by its certificate "
+        f"({left}): try another solver, and look for weights or lengths of very different size"
     )
 
 
@@ -78,7 +106,7 @@ def _with(v: dict[str, Any]) -> list[str]:
 def _least_borne_out(v: dict[str, Any]) -> str:
     if v["load_factor"] is None:
         return "none of the load factors met is borne out by its own state"
-    return f"the lowest load factor met that its own state bears out is {v['load_factor']:.6g}"
+    return f"the lowest load factor met that its own state bears out is {numeral(v['load_factor'], '.6g')}"
 
 
 def _exact(v: dict[str, Any]) -> str:
@@ -95,13 +123,18 @@ def _not_refined(v: dict[str, Any]) -> str:
 
 
 def _bracket(v: dict[str, Any]) -> str:
-    return f"{v['bound'] + 0.0:.6g} ≤ λ ≤ {v['load_factor'] + 0.0:.6g}"
+    # Of λ ≥ 0: what is less is rounding.
+    return f"{max(v['bound'], 0.0) + 0.0:.6g} ≤ λ ≤ {max(v['load_factor'], 0.0) + 0.0:.6g}"
 
 
 def _imposed(v: dict[str, Any]) -> str:
     imposed = [] if v["rates"] is None else [f"slips and openings that sum to at most {v['rates']:g}"]
     imposed += ["normal forces up to ten times all loads"] if v["forces"] else []
     return f"{' and '.join(imposed)}, which had to be assumed"
+
+
+def _between(v: dict[str, Any]) -> str:
+    return f"{numeral(v['lowest'], '.6g')} and {numeral(v['highest'], '.6g')}"
 
 
 def _if_imposed(v: dict[str, Any]) -> str:
@@ -121,8 +154,30 @@ def _some(names: list[str]) -> str:
     return ", ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
 
 
+def _friction_high(v: dict[str, Any]) -> str:
+    angle = v["friction"]
+    meant = f": in degrees? tan {angle:g}° = {tan(radians(angle)):.3f}" if angle < 90 else ""
+    return f"friction {angle:g} of {_where(v)} is more than dry joints have{meant}"
+
+
+def _where(v: dict[str, Any]) -> str:
+    """The joints named, or all those that are not."""
+    return f"joint {_pairs(v)}" if v["pairs"] else "[joints]"
+
+
+def _s(v: dict[str, Any]) -> str:
+    return "s" if len(v["blocks"]) == 1 else ""
+
+
+def _es(v: dict[str, Any]) -> str:
+    return "es" if len(v["blocks"]) == 1 else ""
+
+
 _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
-    Code.FALLS: _falls,
+    Code.FALLS: lambda v: f"the dead load alone moves {_blocks(v['blocks'])}: support what falls",
+    Code.HANGS: lambda v: f"{_blocks(v['blocks'])} hang{_s(v)}: no joint bears from below",
+    Code.NO_FRICTION_HOLDS: lambda v: f"no friction can hold {_blocks(v['blocks'])}",
+    Code.FRICTION_WOULD_HOLD: _friction_would_hold,
     Code.DEAD_LOAD_UNDECIDED: lambda v: (
         f"whether the scene stands under its dead load could not be decided ('{v['word']}'): check "
         "for weights or lengths of very different size"
@@ -152,7 +207,8 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     ),
     Code.JOINTS: _joints,
     Code.AT_MOST: lambda v: (
-        f"if the scene collapses, then at no more than the associative load factor, {v['associative']:.6g}"
+        f"if the scene collapses, then at no more than the associative load factor, "
+        f"{numeral(v['associative'], '.6g')}"
     ),
     Code.NOT_CERTIFIED: _not_certified,
     Code.SUB_PROBLEMS: lambda v: f"in {v['count']} sub-problems",
@@ -166,7 +222,7 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     ),
     Code.STILL_CHANGES: lambda v: (
         f"λ still changes after {v['count']} sub-problems, of late between "
-        f"{v['lowest']:.6g} and {v['highest']:.6g}: raise 'max_iterations', or lower 'beta'"
+        f"{_between(v)}: raise 'max_iterations', or lower 'beta'"
     ),
     Code.GROWS: lambda v: (
         f"the load factor grows without end ({v['load_factor']:.3g} after {v['count']} "
@@ -176,8 +232,7 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     ),
     Code.REPEATS: lambda v: (
         f"the loop repeats itself every {v['period']} sub-problems, between load factors "
-        f"{v['lowest']:.6g} and {v['highest']:.6g}"
-        + (", and this state is exact" if v["exact"] else ": lower 'beta'")
+        f"{_between(v)}" + (", and this state is exact" if v["exact"] else ": lower 'beta'")
     ),
     Code.SUB_PROBLEM_FAILED: lambda v: (
         f"sub-problem {v['number']} ended with '{v['word']}': try another solver"
@@ -245,5 +300,27 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     ),
     Code.NO_EXACT_STATE: lambda v: (
         f"no exact state was found within {v['time_limit']:g} s: raise 'time_limit'"
+    ),
+    Code.FRICTION_HIGH: _friction_high,
+    Code.DILATANCY_LOW: lambda v: (
+        f"'dilatancy' {v['dilatancy']:g} of {_where(v)} is below minus its friction, {v['friction']:g}: "
+        "sliding would close the joint by more than friction resists; is its sign meant?"
+    ),
+    Code.IDLE_SUPPORTS: lambda v: f"{_blocks(v['blocks'])}, fixed, touch{_es(v)} no block that can move",
+    Code.HELD_BY_CLAMPING: lambda v: (
+        f"blocks are wedged between supports, and friction at {_pairs(v)} carries load though nothing "
+        "presses these joints together: set their friction to 0, or give the load that clamps them"
+    ),
+    Code.FAR_AWAY: lambda v: (
+        f"{_blocks(v['blocks'])} stand{_s(v)} {v['distance']:.3g} away from the rest, whose size is "
+        f"{v['size']:.3g}: are the coordinates in one unit?"
+    ),
+    Code.WEIGHTS_DIFFER: lambda v: (
+        f"the weight per area of {_blocks(v['blocks'])} is {v['ratio']:.3g} times the median of all blocks: "
+        "are weights and lengths in one unit each?"
+    ),
+    Code.FORCES_DIFFER: lambda v: (
+        f"the {v['load']} force on {_blocks(v['blocks'])} is {v['ratio']:.3g} times the weight there: are "
+        "forces and weights in one unit?"
     ),
 }

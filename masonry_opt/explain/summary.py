@@ -8,6 +8,7 @@ from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result
 from masonry_opt.errors import printable
+from masonry_opt.explain.sentences import numeral
 from masonry_opt.explain.stressed_joints import stressed_joints
 
 #: Percent of λ below which dilatancy adds nothing that can be told from rounding.
@@ -21,7 +22,7 @@ def summary_text(result: Result) -> str:
         "case": result.case,
         "method": f"{result.method} ({result.model}, {result.solver})",
         "status": f"{result.status}{': ' + result.message if result.message else ''}",
-        "load factor": "none" if result.load_factor is None else f"{round(result.load_factor, 7) + 0.0:.7f}",
+        "load factor": "none" if result.load_factor is None else numeral(result.load_factor, ".7f"),
         "tilt angle": _tilt(result),
         "coulomb state": _state(result),
         "associative": _associative(result),
@@ -36,7 +37,9 @@ def summary_text(result: Result) -> str:
         "reference": _reference(result),
         "not modelled": "\n                 ".join(result.size.left_out),
     }
-    return printable("\n".join(f"{name:<16} {value}" for name, value in lines.items() if value))
+    text = [f"{name:<16} {value}" for name, value in lines.items() if value]
+    text += [f"warning: {sentence}" for sentence in result.warning_sentences]
+    return printable("\n".join(text))
 
 
 def _tilt(result: Result) -> str:
@@ -60,7 +63,7 @@ def _associative(result: Result) -> str:
     """What dilatancy would add to a Coulomb answer."""
     if result.associative is None or result.kind is Kind.ASSOCIATIVE:
         return ""
-    value = f"{round(result.associative, 7) + 0.0:.7f}"
+    value = numeral(result.associative, ".7f")
     if not result.load_factor:
         return value
     adds = 100 * (result.associative / result.load_factor - 1)
@@ -72,8 +75,9 @@ def _range(result: Result) -> str:
     lower, upper = result.range
     if result.kind is Kind.ASSOCIATIVE or (lower is None and result.load_factor is not None):
         return ""
-    ends = [f"{lower:.7f} ≤" if lower is not None else "", "λ", f"≤ {upper:.7f}" if upper is not None else ""]
-    return " ".join(end for end in ends if end) if upper is not None else ""
+    if upper is None:
+        return ""
+    return f"{'' if lower is None else numeral(lower, '.7f') + ' ≤ '}λ ≤ {numeral(upper, '.7f')}"
 
 
 def _programs(result: Result) -> str:
@@ -111,5 +115,5 @@ def _reference(result: Result) -> str:
     reference = known[name]
     off = ""
     if result.load_factor is not None and reference.value:
-        off = f", here {100 * (result.load_factor / reference.value - 1):+.3f} %"
+        off = f", here {numeral(100 * (result.load_factor / reference.value - 1), '+.3f')} %"
     return f"{reference.value} ({reference.source}){off}"

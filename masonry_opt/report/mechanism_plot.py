@@ -22,6 +22,7 @@ from matplotlib.path import Path
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.errors import OptionError, printable
+from masonry_opt.explain.sentences import numeral
 from masonry_opt.files import write_whole
 
 #: Okabe & Ito's colours, told apart by colour-blind readers and in grey.
@@ -172,7 +173,7 @@ def _outline(
 def _title(result: Result) -> str:
     name = printable(textwrap.fill(result.assembly.scene.title or FilePath(result.case).stem, 60))
     if result.load_factor is not None:
-        return f"{name}\nload factor λ = {result.load_factor:.5f} ({result.method})"
+        return f"{name}\nload factor λ = {numeral(result.load_factor, '.5f')} ({result.method})"
     drawn = "" if result.status is Status.UNSTABLE else "; drawn: the last motion tried, no collapse"
     return f"{name}\nno load factor ({result.status}){drawn if result.solution.d is not None else ''}"
 

@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from masonry_opt.errors import OutputError
+from masonry_opt.explain.sentences import numeral
 
 #: Columns shown as small numbers.
 _RESIDUALS = (
@@ -69,11 +70,10 @@ def format_cell(column: str, value: object) -> str:
         return str(value)
     if math.isnan(value):
         return "–"
-    value += 0.0  # no minus before a zero
     if column in _RESIDUALS:
-        return f"{value:.1e}"
+        return numeral(value, ".1e")
     if "%" in column:
-        return f"{value:+.3f}"
+        return numeral(value, "+.3f")
     if "(s)" in column:
-        return f"{value:.2f}"
-    return f"{value:.6f}" if column in ("mpec", "refined") else f"{value:.5f}"
+        return numeral(value, ".2f")
+    return numeral(value, ".6f" if column in ("mpec", "refined") else ".5f")

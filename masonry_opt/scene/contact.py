@@ -20,7 +20,8 @@ _ANY_STRESS = (np.inf, np.inf)
 #: Edges that touch along a length are parallel up to this angle (radians).
 _PARALLEL = 1e-3
 
-#: Facing edges nearer than this, over the root of the smaller block's area, were perhaps meant to touch.
+#: Facing edges nearer than this, over the root of the smaller block's area, were perhaps meant to touch, and
+#: overlaps no deeper come of rounded coordinates.
 _NEAR_MISS = 1e-3
 
 #: Pairs of blocks near each other: this many, and so many more for each block. Side by side a block has
@@ -164,10 +165,15 @@ def _refuse_overlaps(scene: Scene, geometry: Geometry, pairs: np.ndarray) -> Non
     if len(deep):
         worst = deep[np.argmax(area[deep])]
         one, other = (repr(scene.blocks[index].name) for index in pairs[worst])
+        middle = shapely.get_coordinates(shapely.centroid(common[worst]))[0] + geometry.origin
+        x, y = (f"{0.0 if abs(value) <= geometry.tolerance else value:.6g}" for value in middle)
+        # Rounding leaves slivers; what is deeper is no matter of tolerance.
+        shallow = depth[worst] <= _NEAR_MISS * np.sqrt(geometry.area[pairs[worst]].min())
+        rounded = ", or raise 'tolerance' if their coordinates were rounded" if shallow else ""
         more = f" ({len(deep) - 1} more pairs overlap)" if len(deep) > 1 else ""
         raise CaseError(
-            f"{scene.origin}: blocks {one} and {other} overlap over an area of {area[worst]:.6g}: "
-            f"move them apart, or raise 'tolerance' if their coordinates were rounded{more}"
+            f"{scene.origin}: blocks {one} and {other} overlap over an area of {area[worst]:.6g} round "
+            f"({x}, {y}): move them apart{rounded}{more}"
         )
 
 

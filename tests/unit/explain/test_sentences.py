@@ -10,10 +10,11 @@ from scenes import overhanging, pressed_down, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code, reason
-from masonry_opt.explain.sentences import message
+from masonry_opt.explain.sentences import message, numeral
 
 #: A value of each name that a reason has, as ``solve`` gives it.
 VALUES = {
+    "above": 1.44,
     "associative": 0.6,
     "attempt": 2,
     "attempts": 3,
@@ -22,26 +23,33 @@ VALUES = {
     "by": 1e-6,
     "candidates": 12,
     "count": 7,
+    "dilatancy": -2.0,
+    "distance": 120.0,
     "epsilon": 3e-9,
     "exact": True,
+    "factor": 1.4434,
     "fall": 1e-3,
     "first": str(mo.Status.CYCLING),
     "forces": True,
-    "friction": True,
+    "friction": 0.5,
     "gap": 1e-4,
+    "hangs": False,
     "highest": 0.5,
     "in_vain": False,
     "interrupted": True,
     "joints": 9000,
     "kinematic_cuts": 1,
+    "load": "dead",
     "load_factor": 0.5,
     "lowest": 0.4,
     "number": 3,
     "pairs": [["A", "B"]],
     "period": 2,
     "rates": 100.0,
+    "ratio": 1000.0,
     "remedies": ["beta=0.3"],
     "residuals": {"flow": 0.1},
+    "size": 3.0,
     "static_cuts": 2,
     "status": str(mo.Status.LOCKED),
     "steps": 27,
@@ -64,8 +72,20 @@ def test_every_code_has_a_sentence(code):
 #: By code: a reason, and what it must read as.
 WORDS = {
     Code.FALLS: (
-        reason(Code.FALLS, blocks=["A", "B"], friction=False),
+        reason(Code.FALLS, blocks=["A", "B"]),
         "the dead load alone moves blocks 'A', 'B': support what falls",
+    ),
+    Code.FRICTION_WOULD_HOLD: (
+        reason(Code.FRICTION_WOULD_HOLD, pairs=[["A", "B"]], factor=1.44341, above=1.443, hangs=False),
+        "'A'–'B' slides: the scene would stand with all friction at least 1.444 times as high",
+    ),
+    Code.FRICTION_HIGH: (
+        reason(Code.FRICTION_HIGH, friction=35.0, pairs=[]),
+        "friction 35 of [joints] is more than dry joints have: in degrees? tan 35° = 0.700",
+    ),
+    Code.PROVEN: (
+        reason(Code.PROVEN, bound=-0.0, load_factor=-3e-17, rates=None, forces=False),
+        "proven least: 0 ≤ λ ≤ 0",
     ),
     Code.JOINTS: (
         reason(Code.JOINTS, status=str(mo.Status.UNLIMITED), pairs=[[f"{n}", "X"] for n in range(8)]),
@@ -112,6 +132,24 @@ def test_several_reasons_are_one_message():
     assert re.fullmatch(r"in \d+ Newton steps; exact, 2\.7e-04 below its start", exact)
     assert mo.solve(two_blocks(), "static").message == ""
     falls = mo.solve(overhanging(), "nonassociative", solver="highs").message
-    assert falls == "the dead load alone moves block 'A': support what falls"
+    assert falls == "the dead load alone moves block 'A': support what falls; no friction can hold block 'A'"
     carried = mo.solve(pressed_down()).message
     assert carried.endswith("; the joints that carry it: 'A'–'floor'")
+
+
+@pytest.mark.parametrize(
+    ("value", "spec", "text"),
+    [
+        (-0.0, ".6g", "0"),
+        (-4e-8, ".7f", "0.0000000"),
+        (-6e-8, ".7f", "-0.0000001"),
+        (-0.0, ".1e", "0.0e+00"),
+        (-4e-4, "+.3f", "0.000"),
+        (4e-4, "+.3f", "0.000"),
+        (0.01, "+.3f", "+0.010"),
+        (-1e-17, ".6g", "-1e-17"),
+        (-inf, ".6g", "-inf"),
+    ],
+)
+def test_no_sign_before_a_zero(value, spec, text):
+    assert numeral(value, spec) == text

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from scenes import block_on_floor
@@ -24,6 +26,7 @@ def parted(name, part):
 
 
 FLOOR = mo.Block(name="floor", vertices=[(-9, -1), (9, -1), (9, 0), (-9, 0)], fixed=True)
+FLOOR_BELOW = mo.Block(name="low", vertices=[(-9, -2), (9, -2), (9, -0.5), (-9, -0.5)], fixed=True)
 
 
 def scene(*blocks, **more):
@@ -116,6 +119,33 @@ def test_fixed_blocks_may_touch_and_overlap_and_get_no_joint():
 def test_impossible_geometry_is_refused_by_name(blocks, message):
     with pytest.raises(mo.CaseError, match=message):
         joints_of(scene(*blocks))
+
+
+@pytest.mark.parametrize(
+    ("left", "rounded"), [(0.9, False), (1 - 1.01e-3, False), (1 - 0.99e-3, True), (1 - 1e-5, True)]
+)
+@pytest.mark.parametrize("shift", [0.0, 2000.0])
+def test_an_overlap_is_told_by_place_and_area_and_blamed_on_rounding_only_if_shallow(left, rounded, shift):
+    """B over the right end of A, by 1 - left: its middle lies half of that left of x = 1, at half height.
+    Sliver or not is a matter of the mean width, which is the overlap but for its own square."""
+    blocks = [square("A", shift, 0), square("B", shift + left, 0)]
+    ground = [(shift - 5, -1), (shift + 5, -1), (shift + 5, 0), (shift - 5, 0)]
+    floor = mo.Block(name="floor", vertices=ground, fixed=True)
+    both = mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[*blocks, floor])
+    with pytest.raises(mo.CaseError, match="blocks 'A' and 'B' overlap") as error:
+        joints_of(both)
+    area, x, y = map(float, re.search(r"area of (\S+) round \((\S+), (\S+)\)", str(error.value)).groups())
+    assert area == pytest.approx(1 - left, rel=1e-4)
+    assert (x, y) == pytest.approx((shift + (1 + left) / 2, 0.5), rel=1e-5)
+    assert ("tolerance" in str(error.value)) is rounded
+
+
+def test_an_overlap_round_the_origin_has_no_signed_zero():
+    """Its middle is the origin, but for rounding."""
+    blocks = [square("A", -0.7, -0.5), square("B", -0.3, -0.5)]
+    with pytest.raises(mo.CaseError, match=r"area of 0\.6 round \(0, 0\)") as error:
+        joints_of(mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[*blocks, FLOOR_BELOW]))
+    assert "-0" not in str(error.value)
 
 
 def test_an_exception_between_blocks_that_do_not_touch_is_refused():

@@ -1,0 +1,145 @@
+"""What would hold a scene that falls under its dead load: friction, how much of it, or support alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import sqrt
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import breadth_first_order
+
+from masonry_opt.answer.reasons import Code, Reason, reason
+from masonry_opt.effort import Effort
+from masonry_opt.explain.diagnosis import (
+    DEAD_LOAD,
+    DeadLoadUndecided,
+    falling_mechanism,
+    moving_blocks,
+)
+from masonry_opt.explain.no_load_factor import joint_pairs, movers
+from masonry_opt.models.cvxpy_standing import CvxpyStanding
+from masonry_opt.models.cvxpy_terms import ShearParameters
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
+from masonry_opt.solvers.registry import Solver, in_cvxpy
+
+#: Joints up to which the least factor on friction is looked for, the factors tried, and how near to each
+#: other, relative, the least at which the scene stands and the greatest at which it falls need be.
+_FACTOR_UP_TO, _MOST_FACTORS, _NEAR = 2000, 12, 1e-3
+
+#: No factor is tried that makes any friction larger: the solver would lose its digits in these rows.
+_LARGEST_FRICTION = 100.0
+
+#: Share of the largest slip or block velocity below which a joint does not slide.
+_LITTLE = 1e-2
+
+#: Cosine between a joint's normal and a block's dead load below which the joint does not bear the block.
+_BEARS = 1e-6
+
+
+def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, effort: Effort) -> list[Reason]:
+    """Reasons that say what would hold a scene that falls under its dead load, or that no friction would.
+
+    A scene stands here if eq. (9) without live load has a state of equilibrium; that state may be one of
+    wedging alone, where blocks hang between others.
+
+    Parameters
+    ----------
+    falling: block velocities of the falling mechanism, shape (3b,).
+    solver: what decided that the scene falls.
+    effort: where the programs are counted.
+
+    Returns
+    -------
+    list of Reason
+        HANGS, if any of the blocks that fall do; then NO_FRICTION_HOLDS or FRICTION_WOULD_HOLD, if the
+        solver can tell.
+    """
+    problem = assembly.problem
+    hanging = _hanging(assembly, moving_blocks(falling))
+    found = [reason(Code.HANGS, blocks=assembly.names(assembly.movable[hanging]))] if len(hanging) else []
+    try:
+        falls_all_the_same = falling_mechanism(_that_cannot_slide(problem), solver, effort)
+    except DeadLoadUndecided:
+        return found
+    if falls_all_the_same is not None:
+        return [*found, reason(Code.NO_FRICTION_HOLDS, blocks=movers(assembly, falls_all_the_same))]
+    factor, above = _least_factor(problem, solver, effort)
+    pairs = joint_pairs(assembly, _sliding(problem, falling))
+    hangs = bool(len(hanging))
+    return [*found, reason(Code.FRICTION_WOULD_HOLD, pairs=pairs, factor=factor, above=above, hangs=hangs)]
+
+
+def _that_cannot_slide(problem: Problem) -> Problem:
+    """The same problem with unlimited friction at all joints."""
+    nothing = np.array([])
+    return replace(
+        problem,
+        sliding=nothing.astype(int),
+        friction=nothing,
+        cohesion=nothing,
+        dilatancy=nothing,
+        dilatancy_force=np.empty((0, 2)),
+    )
+
+
+def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[float | None, float]:
+    """The least factor on all friction at which the scene is seen to stand, None if none is, and the
+    greatest at which it is seen to fall: by squaring, then by bisection of their logarithms."""
+    stands, falls = None, 1.0
+    largest = float(problem.friction.max(initial=0.0))
+    if not largest or problem.joints > _FACTOR_UP_TO:
+        return stands, falls
+    most = _LARGEST_FRICTION / largest
+    limits = ShearParameters(ShearLimits.true(problem))
+    program = CvxpyStanding(problem, limits).program
+    engine = CvxpyEngine(program, in_cvxpy(solver), effort, DEAD_LOAD, repeats=True)
+    for _ in range(_MOST_FACTORS):
+        if stands is None and falls < most:
+            factor = min(max(2.0, falls**2), most)
+        elif stands is not None and stands > falls * (1 + _NEAR):
+            factor = sqrt(stands * falls)
+        else:
+            break
+        more = factor * problem.friction
+        limits.set(ShearLimits(more, problem.cohesion))
+        solved = engine.solve()
+        holds = solved.optimal
+        if solved.failed:  # near the least factor, where states have no room: by what moves
+            try:
+                holds = falling_mechanism(replace(problem, friction=more), solver, effort) is None
+            except DeadLoadUndecided:
+                break
+        stands, falls = (factor, falls) if holds else (stands, factor)
+    return stands, falls
+
+
+def _sliding(problem: Problem, d: np.ndarray) -> np.ndarray:
+    """Joints that slide in a mechanism (3b,), those that slide most first."""
+    slip = np.zeros(problem.joints)
+    slip[problem.sliding] = np.abs(problem.S @ (problem.B.T @ d))
+    order = np.argsort(-slip, kind="stable")
+    return order[slip[order] > _LITTLE * max(slip.max(), np.abs(d).max())]
+
+
+def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
+    """Those of some of the problem's blocks that hang: on no chain of joints whose normals push against the
+    dead loads of the blocks that they bear does a support bear them."""
+    scene, joints, movable = assembly.scene, assembly.joints, assembly.movable
+    count = len(scene.blocks)
+    down = np.zeros((count, 2))
+    down[movable] = assembly.problem.dead.reshape(-1, 3)[:, :2]
+    size = np.hypot(down[:, 0], down[:, 1])
+    gravity = np.array(scene.gravity) / np.hypot(*scene.gravity)
+    down = np.where(size[:, None] > 0, down / np.where(size > 0, size, 1.0)[:, None], gravity)
+    first_borne = (joints.normal * down[joints.first]).sum(axis=1) < -_BEARS
+    second_borne = (joints.normal * down[joints.second]).sum(axis=1) > _BEARS
+    # From what bears to what is borne, and from one node more to all supports.
+    supports = np.setdiff1d(np.arange(count), movable)
+    bears = np.concatenate([joints.second[first_borne], joints.first[second_borne], 0 * supports + count])
+    borne = np.concatenate([joints.first[first_borne], joints.second[second_borne], supports])
+    chains = sp.csr_array((np.ones(len(bears)), (bears, borne)), shape=(count + 1, count + 1))
+    reached = breadth_first_order(chains, count, return_predecessors=False)
+    return blocks[~np.isin(movable[blocks], reached)]

@@ -1,0 +1,171 @@
+"""Checks of sense: what a scene allows and nobody is likely to mean. They refuse nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+import shapely
+from scipy.sparse.csgraph import connected_components
+
+from masonry_opt.answer.infeasibility import InfeasibilityCertificate
+from masonry_opt.answer.reasons import Code, Reason, reason
+from masonry_opt.explain.no_load_factor import joint_pairs
+from masonry_opt.problem.assembly import Assembly
+
+#: No dry joint has more friction (tan 72°): more was perhaps meant as degrees.
+_HIGHEST_FRICTION = 3.0
+
+#: Distance of a group of blocks from all others, over the larger of their sizes, from which it is far away.
+_FAR = 10.0
+
+#: Weights per area, and forces over weights, that differ by more are perhaps in other units: N and kN, or
+#: lengths in mm and m, differ by a thousand or more, stone and timber by five.
+_OTHER_UNITS = 300.0
+
+#: A dead force so many times smaller than its block's weight acts on nothing. (A live force may be of any
+#: size below the weight: it is often a unit force.)
+_NO_FORCE = 3000.0
+
+#: Share of a block's weight up to which a difference of forces is rounding.
+_ROUNDING = 1e-9
+
+
+def warnings_of(assembly: Assembly, infeasibility: InfeasibilityCertificate | None) -> tuple[Reason, ...]:
+    """What looks unintended in a scene, each in a code with its values; empty if nothing does.
+
+    Parameters
+    ----------
+    infeasibility: what is proven where the scene has no load factor, for the joints it names as clamped.
+    """
+    found = [
+        *_friction(assembly),
+        *_dilatancy(assembly),
+        *_idle_supports(assembly),
+        *_clamping(assembly, infeasibility),
+        *_far_away(assembly),
+        *_weights(assembly),
+    ]
+    return tuple(found)
+
+
+def _friction(assembly: Assembly) -> list[Reason]:
+    scene = assembly.scene
+    named = [(list(joint.between), joint.friction) for joint in scene.exceptions]
+    high = [(pair, friction) for pair, friction in named if friction is not None and _too_high(friction)]
+    found = []
+    if _too_high(scene.joints.friction):
+        found.append(reason(Code.FRICTION_HIGH, friction=scene.joints.friction, pairs=[]))
+    if high:
+        found.append(reason(Code.FRICTION_HIGH, friction=high[0][1], pairs=[pair for pair, _ in high]))
+    return found
+
+
+def _too_high(friction: float) -> bool:
+    return _HIGHEST_FRICTION < friction < np.inf
+
+
+def _dilatancy(assembly: Assembly) -> list[Reason]:
+    """Joints that contract as they slide by more than their friction allows them to resist."""
+    defaults = assembly.scene.joints
+    found = []
+    if defaults.dilatancy < -defaults.friction:
+        values = {"dilatancy": defaults.dilatancy, "friction": defaults.friction}
+        found.append(reason(Code.DILATANCY_LOW, **values, pairs=[]))
+    low = []
+    for joint in assembly.scene.exceptions:
+        if joint.dilatancy is not None or joint.friction is not None:
+            own = joint.over(defaults)
+            if own.dilatancy < -own.friction:
+                low.append((list(joint.between), own))
+    if low:
+        values = {"dilatancy": low[0][1].dilatancy, "friction": low[0][1].friction}
+        found.append(reason(Code.DILATANCY_LOW, **values, pairs=[pair for pair, _ in low]))
+    return found
+
+
+def _idle_supports(assembly: Assembly) -> list[Reason]:
+    """Fixed blocks that share no joint with a block that can move."""
+    idle = np.ones(len(assembly.scene.blocks), dtype=bool)
+    idle[assembly.movable] = idle[assembly.joints.first] = idle[assembly.joints.second] = False
+    return [reason(Code.IDLE_SUPPORTS, blocks=assembly.names(np.flatnonzero(idle)))] if idle.any() else []
+
+
+def _clamping(assembly: Assembly, infeasibility: InfeasibilityCertificate | None) -> list[Reason]:
+    """Joints with supports whose friction carries load though nothing need press them together."""
+    clamped = np.array(infeasibility.clamped if infeasibility else (), dtype=int)
+    joints = assembly.joints
+    supports = ~np.isin([joints.first[clamped], joints.second[clamped]], assembly.movable).all(axis=0)
+    if not supports.any():
+        return []
+    return [reason(Code.HELD_BY_CLAMPING, pairs=joint_pairs(assembly, clamped[supports]))]
+
+
+def _far_away(assembly: Assembly) -> list[Reason]:
+    """Groups of blocks that touch none of the others and are far from the box round these."""
+    joints, count = assembly.joints, len(assembly.scene.blocks)
+    links = sp.coo_array((np.ones(len(joints.first)), (joints.first, joints.second)), shape=(count, count))
+    groups, group = connected_components(links, directed=False)
+    if groups == 1:
+        return []
+    bounds = shapely.bounds(assembly.geometry.polygons) * [1, 1, -1, -1]
+    lowest = np.full((groups, 4), np.inf)
+    np.minimum.at(lowest, group, bounds)
+    # Of the box round all other groups: the least bound, or the second least where the group has the least.
+    least, second = np.sort(lowest, axis=0)[:2]
+    others = np.where(lowest == least, second, least)
+    size, size_of_rest = (np.hypot(*(-box[:, 2:] - box[:, :2]).T) for box in (lowest, others))
+    gap = np.maximum(0.0, np.maximum(lowest[:, :2] + others[:, 2:], others[:, :2] + lowest[:, 2:]))
+    distance = np.hypot(*gap.T)
+    far = distance > _FAR * np.maximum(size, size_of_rest)
+    # Two groups are as far from each other: what most blocks belong to is the scene.
+    far[np.bincount(group).argmax()] = False
+    if not far.any():
+        return []
+    nearest = np.flatnonzero(far)[distance[far].argmin()]
+    return [
+        reason(
+            Code.FAR_AWAY,
+            blocks=assembly.names(np.flatnonzero(far[group])),
+            distance=float(distance[nearest]),
+            size=float(size_of_rest[nearest]),
+        )
+    ]
+
+
+def _weights(assembly: Assembly) -> list[Reason]:
+    """Weights per area, and forces over weights, that look like those of other units."""
+    problem, scene, movable = assembly.problem, assembly.scene, assembly.movable
+    area = assembly.geometry.area[movable]
+    weight = np.array([scene.blocks[index].weight_of(a) for index, a in zip(movable, area, strict=True)])
+    heavy = weight > 0
+    if not heavy.any():
+        return []
+    density = np.divide(weight, area)
+    usual = np.quantile(density[heavy], 0.5, method="lower")
+    ratio = np.where(heavy, density / usual, 1.0)
+    found = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, _OTHER_UNITS, _OTHER_UNITS)
+    # A light block may carry what is much to it and little to the others, such as a jack's plate.
+    weight_near = np.maximum(weight, np.median(weight[heavy]))
+    gravity = np.array(scene.gravity) / np.hypot(*scene.gravity)
+    live, dead = (load.reshape(-1, 3)[:, :2] * problem.force_unit for load in (problem.live, problem.dead))
+    dead = dead - weight[:, None] * gravity
+    for name, force, least in (("live", live, np.inf), ("dead", dead, _NO_FORCE)):
+        size = np.hypot(force[:, 0], force[:, 1])
+        acts = size > _ROUNDING * weight
+        ratio = np.divide(size, np.clip(size, weight, weight_near), out=np.ones_like(size), where=acts)
+        found += _differing(assembly, Code.FORCES_DIFFER, ratio, _OTHER_UNITS, least, load=name)
+    return found
+
+
+def _differing(
+    assembly: Assembly, code: Code, ratio: np.ndarray, above: float, below: float, **values: str
+) -> list[Reason]:
+    """A reason that names the blocks whose ratio, shape (b,), exceeds ``above`` or is less than 1 /
+    ``below``, the one that is most off first."""
+    off = np.abs(np.log(ratio))
+    order = np.argsort(-off, kind="stable")
+    differ = order[((ratio > above) | (ratio < 1 / below))[order]]
+    if len(differ) == 0:
+        return []
+    names = assembly.names(assembly.movable[differ])
+    return [reason(code, blocks=names, ratio=float(ratio[differ[0]]), **values)]

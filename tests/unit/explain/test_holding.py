@@ -1,0 +1,176 @@
+"""What would hold a scene that falls under its dead load, held against statics by hand."""
+
+from __future__ import annotations
+
+from math import cos, radians, sin, tan
+
+import numpy as np
+import pytest
+from scenes import block_on_floor, overhanging, values_of
+
+import masonry_opt as mo
+from masonry_opt.answer.reasons import Code
+from masonry_opt.explain import holding
+
+#: Between the least factor seen to hold and the greatest seen not to.
+NEAR = 1.1e-3
+
+
+def rectangle(name, left, bottom, right, top, **keys):
+    corners = [(left, bottom), (right, bottom), (right, top), (left, top)]
+    fixed = "weight" not in keys
+    return mo.Block(name=name, vertices=corners, fixed=fixed, **keys)
+
+
+def scene(friction, *blocks, **keys):
+    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=list(blocks), **keys)
+
+
+def on_slope(degrees: float, friction: float, cohesion: float = 0.0) -> mo.Scene:
+    """A flat block of weight 2 on a slope, its bed 4 long: gravity turned instead of the blocks."""
+    flat = scene(
+        friction,
+        rectangle("A", 0, 0, 4, 1, weight=2, live=(1, 0)),
+        rectangle("ramp", -9, -1, 9, 0),
+        gravity=(sin(radians(degrees)), -cos(radians(degrees))),
+    )
+    return flat.model_copy(update={"joints": mo.JointDefaults(friction=friction, cohesion=cohesion)})
+
+
+def against_wall(friction: float) -> mo.Scene:
+    """A block of weight 1, 1 wide and 2 high, that a dead force of 4 presses against a wall: its shear, 1,
+    turns it by 1/2, which the wall's normal force resists by 4 times 1."""
+    return scene(
+        friction,
+        rectangle("A", 0, 0, 1, 2, weight=1, dead=(4, 0), live=(0, 1)),
+        rectangle("wall", 1, 0, 2, 2),
+    )
+
+
+def under_ceiling(*others: mo.Block, friction: float = 0.5) -> mo.Scene:
+    block = rectangle("A", 0, 0, 1, 1, weight=1, live=(1, 0))
+    return scene(friction, block, rectangle("ceiling", -1, 1, 2, 2), *others)
+
+
+def turned(flat: mo.Scene, degrees: float) -> mo.Scene:
+    """The same scene in axes turned by an angle, gravity, loads and all."""
+    c, s = cos(radians(degrees)), sin(radians(degrees))
+
+    def turn(point):
+        return (c * point[0] - s * point[1], s * point[0] + c * point[1])
+
+    blocks = [
+        block.model_copy(
+            update={"vertices": [turn(point) for point in block.vertices], "live": turn(block.live)}
+        )
+        for block in flat.blocks
+    ]
+    return flat.model_copy(update={"blocks": blocks, "gravity": turn(flat.gravity)})
+
+
+@pytest.mark.parametrize(
+    ("falls", "factor", "pair"),
+    [
+        (on_slope(30, 0.4), tan(radians(30)) / 0.4, ["A", "ramp"]),
+        (on_slope(30, 0.05), tan(radians(30)) / 0.05, ["A", "ramp"]),
+        # 2 sin 30° is held by 4 c and friction.
+        (on_slope(30, 0.2, cohesion=0.1), (1 - 0.4) / (0.2 * 2 * cos(radians(30))), ["A", "ramp"]),
+        (against_wall(0.1), 1 / (4 * 0.1), ["A", "wall"]),
+    ],
+    ids=["slope", "smooth slope", "slope with cohesion", "pressed against a wall"],
+)
+def test_least_friction_that_holds(falls, factor, pair):
+    result = mo.solve(falls, "static")
+    assert result.status is mo.Status.UNSTABLE
+    assert [reason.code for reason in result.reasons] == [Code.FALLS, Code.FRICTION_WOULD_HOLD]
+    found = values_of(result, Code.FRICTION_WOULD_HOLD)
+    assert found["pairs"] == [pair]
+    assert not found["hangs"]
+    assert found["above"] <= factor * (1 + 1e-6)
+    assert found["factor"] >= factor * (1 - 1e-6)
+    # The fewer factors are left to try, the larger the first that holds.
+    assert found["factor"] / found["above"] < 1 + NEAR * (1 if factor < 4 else 10)
+    # And it does: the scene with so much friction has a state, with less it has none.
+    for times, stands in ((found["factor"], True), (found["above"], False)):
+        joints = falls.joints.model_copy(update={"friction": times * falls.joints.friction})
+        again = mo.solve(falls.model_copy(update={"joints": joints}), "static")
+        assert (again.status is not mo.Status.UNSTABLE) is stands
+
+
+def test_the_same_with_every_solver_of_the_dead_load():
+    for solver in ("clarabel", "highs", "highs-ipm"):
+        found = values_of(mo.solve(on_slope(30, 0.4), "static", solver=solver), Code.FRICTION_WOULD_HOLD)
+        assert found["factor"] == pytest.approx(tan(radians(30)) / 0.4, rel=NEAR)
+
+
+def test_no_friction_holds_what_overturns():
+    result = mo.solve(overhanging(), "static")
+    assert [reason.code for reason in result.reasons] == [Code.FALLS, Code.NO_FRICTION_HOLDS]
+    assert values_of(result, Code.NO_FRICTION_HOLDS) == {"blocks": ["A"]}
+
+
+@pytest.mark.parametrize("degrees", [0, 90, 200])
+def test_no_friction_holds_what_hangs(degrees):
+    """Whatever the axes: what counts is where the dead load acts."""
+    result = mo.solve(turned(under_ceiling(), degrees), "static")
+    assert [reason.code for reason in result.reasons] == [Code.FALLS, Code.HANGS, Code.NO_FRICTION_HOLDS]
+    assert values_of(result, Code.HANGS) == {"blocks": ["A"]}
+
+
+def test_what_lies_on_a_hanging_block_hangs_with_it():
+    """A column outside stands; of two blocks one on the other, the lower beside a smooth wall, both fall."""
+    lower = rectangle("lower", 0, 0, 2, 1, weight=1, live=(1, 0))
+    upper = rectangle("upper", 0, 1, 2, 2, weight=1)
+    wall, column = rectangle("wall", -1, 0, 0, 1), rectangle("column", 10, 0, 11, 1, weight=1)
+    floor = rectangle("floor", 9, -1, 12, 0)
+    result = mo.solve(scene(0.0, lower, upper, wall, column, floor), "static")
+    assert set(values_of(result, Code.HANGS)["blocks"]) == {"lower", "upper"}
+    assert set(values_of(result, Code.NO_FRICTION_HOLDS)["blocks"]) == {"lower", "upper"}
+
+
+def test_what_friction_could_jam_in_a_corner_hangs_all_the_same():
+    """Between wall and ceiling a unit block is held by two forces along its diagonal, at 45° to either face:
+    from μ = 1 on."""
+    result = mo.solve(under_ceiling(rectangle("wall", -1, 0, 0, 1)), "static")
+    assert values_of(result, Code.HANGS) == {"blocks": ["A"]}
+    found = values_of(result, Code.FRICTION_WOULD_HOLD)
+    assert found["hangs"]
+    # Just above it the forces are beyond any bound, and no solver sees them.
+    assert found["factor"] == pytest.approx(1 / 0.5, rel=3e-3)
+
+
+def test_where_joints_without_friction_slide_no_factor_helps():
+    falls = on_slope(30, 0.5)
+    beside = [rectangle("B", -8, 0, -4, 1, weight=1)]
+    smooth = [mo.Joint(between=("A", "ramp"), friction=0.0)]
+    both = falls.model_copy(update={"blocks": [*falls.blocks, *beside], "exceptions": smooth})
+    found = values_of(mo.solve(both, "static"), Code.FRICTION_WOULD_HOLD)
+    assert ["A", "ramp"] in found["pairs"]
+    assert found["factor"] is None
+    assert found["above"] == pytest.approx(100 / 0.5)
+    nothing = values_of(mo.solve(on_slope(30, 0.0), "static"), Code.FRICTION_WOULD_HOLD)
+    assert (nothing["factor"], nothing["above"]) == (None, 1.0)
+
+
+def test_of_large_scenes_no_factor_is_looked_for(monkeypatch):
+    monkeypatch.setattr(holding, "_FACTOR_UP_TO", 0)
+    found = values_of(mo.solve(on_slope(30, 0.4), "static"), Code.FRICTION_WOULD_HOLD)
+    assert found == {"pairs": [["A", "ramp"]], "factor": None, "above": 1.0, "hangs": False}
+
+
+def test_few_programs(monkeypatch):
+    """At most twelve factors, however far the least one is, and none where the scene stands."""
+    tried = []
+
+    class Counting(holding.ShearParameters):
+        def set(self, limits):
+            tried.append(float(np.max(limits.slope)))
+            super().set(limits)
+
+    monkeypatch.setattr(holding, "ShearParameters", Counting)
+    mo.solve(on_slope(30, 0.003), "static")
+    assert len(tried) - 1 == 12  # and the first, with which it falls
+    assert max(tried) <= 100
+    tried.clear()
+    assert mo.solve(block_on_floor(), "static").status.usable
+    assert tried == []

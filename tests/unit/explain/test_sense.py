@@ -1,0 +1,209 @@
+"""What looks unintended in a scene is told, and what does not is not."""
+
+from __future__ import annotations
+
+import json
+from math import inf
+
+import pytest
+from scenes import ALL_CASES, block_on_floor, run_command, small_wall, two_blocks
+
+import masonry_opt as mo
+from masonry_opt.answer.reasons import Code
+from masonry_opt.explain.sense import warnings_of
+from masonry_opt.problem.assembly import assemble
+
+#: Façades of ten to a hundred thousand joints.
+LARGE = {"facade_3x9", "facade_4x12", "facade_6x18", "facade_8x24", "facade_10x30"}
+
+
+def rectangle(name, left, bottom, right, top, **keys):
+    corners = [(left, bottom), (right, bottom), (right, top), (left, top)]
+    return mo.Block(name=name, vertices=corners, fixed="weight" not in keys, **keys)
+
+
+def warned(scene, code):
+    """The values of the warnings with that code."""
+    return [warning.values for warning in warnings_of(assemble(scene), None) if warning.code is code]
+
+
+def with_blocks(scene, *blocks):
+    return scene.model_copy(update={"blocks": [*scene.blocks, *blocks]})
+
+
+def row(*weights, **keys):
+    """Unit cubes of those weights in a row on a floor, with a gap between them, the first pushed along."""
+    cubes = [
+        rectangle(
+            f"{number}", 2 * number, 0, 2 * number + 1, 1, weight=weight, **keys.get(f"of_{number}", {})
+        )
+        for number, weight in enumerate(weights)
+    ]
+    floor = rectangle("floor", -1, -1, 2 * len(weights), 0)
+    return mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[*cubes, floor])
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.stem in LARGE else [])
+        for path in ALL_CASES
+    ],
+)
+def test_no_case_is_warned_of(path):
+    assert warnings_of(assemble(mo.load(path)), None) == ()
+
+
+@pytest.mark.parametrize(("friction", "told"), [(3.0, False), (3.001, True), (35.0, True), (inf, False)])
+def test_friction_in_degrees(friction, told):
+    expected = [{"friction": friction, "pairs": []}] if told else []
+    assert warned(block_on_floor(friction=friction), Code.FRICTION_HIGH) == expected
+    named = two_blocks().model_copy(
+        update={"exceptions": [mo.Joint(between=("B", "support"), friction=friction)]}
+    )
+    expected = [{"friction": friction, "pairs": [["B", "support"]]}] if told else []
+    assert warned(named, Code.FRICTION_HIGH) == expected
+
+
+@pytest.mark.parametrize(("dilatancy", "told"), [(0.5, False), (-0.5, False), (-0.51, True), (-5.0, True)])
+def test_contraction_that_friction_does_not_resist(dilatancy, told):
+    scene = small_wall(2, 2, friction=0.5, dilatancy=dilatancy)
+    expected = [{"dilatancy": dilatancy, "friction": 0.5, "pairs": []}] if told else []
+    assert warned(scene, Code.DILATANCY_LOW) == expected
+    # By a joint's own friction, below the dilatancy that it shares with all.
+    less = [mo.Joint(between=("A", "floor"), friction=0.1)]
+    joints = mo.JointDefaults(friction=0.5, dilatancy=-0.3)
+    scene = block_on_floor().model_copy(update={"joints": joints, "exceptions": less})
+    values = {"dilatancy": -0.3, "friction": 0.1, "pairs": [["A", "floor"]]}
+    assert warned(scene, Code.DILATANCY_LOW) == [values]
+
+
+def test_supports_that_touch_nothing():
+    """A fixed block that only another fixed one touches bears nothing either."""
+    scene = with_blocks(block_on_floor(), rectangle("idle", 2, 5, 3, 6), rectangle("below", -5, -2, 6, -1))
+    assert warned(scene, Code.IDLE_SUPPORTS) == [{"blocks": ["idle", "below"]}]
+    assert warned(block_on_floor(), Code.IDLE_SUPPORTS) == []
+
+
+#: Diagonal of the box round the block on a floor, 11 by 3.
+SIZE = 130**0.5
+
+
+@pytest.mark.parametrize(("times", "told"), [(9.9, False), (10.1, True)])
+def test_blocks_far_from_all_others(times, told):
+    """A support, and a block on a floor of its own: from the right end of the first floor, at x = 6."""
+    left = 6 + times * SIZE
+    alone = rectangle("far", left, 0, left + 1, 1)
+    group = [rectangle("B", left, 0, left + 1, 1, weight=1), rectangle("its floor", left, -1, left + 1, 0)]
+    for blocks in ([alone], group):
+        found = warned(with_blocks(block_on_floor(), *blocks), Code.FAR_AWAY)
+        assert [values["blocks"] for values in found] == ([[block.name for block in blocks]] if told else [])
+        if told:
+            assert found[0]["distance"] == pytest.approx(times * SIZE)
+            assert found[0]["size"] == pytest.approx(SIZE)
+
+
+def test_a_small_group_near_a_large_one_is_not_far():
+    """Two floors 9 apart, one of them tiny: far for the tiny one alone."""
+    tiny = [rectangle("B", 15, 0, 15.1, 0.1, weight=1), rectangle("its floor", 15, -0.1, 15.1, 0)]
+    assert warned(with_blocks(block_on_floor(), *tiny), Code.FAR_AWAY) == []
+
+
+@pytest.mark.parametrize(
+    ("weights", "names", "ratio"),
+    [
+        ((1, 1, 1, 299), [], None),
+        ((1, 1, 1, 301), ["3"], 301),
+        ((1, 1, 1, 1 / 301), ["3"], 1 / 301),
+        ((1, 500, 1, 1 / 1000), ["3", "1"], 1 / 1000),
+        ((1, 0, 0, 0), [], None),
+        ((0, 0), [], None),
+        ((1, 1000), ["1"], 1000),
+    ],
+)
+def test_weights_of_other_units(weights, names, ratio):
+    found = warned(row(*weights, of_0={"live": (1, 0)}), Code.WEIGHTS_DIFFER)
+    assert [values["blocks"] for values in found] == ([names] if names else [])
+    if names:
+        assert found[0]["ratio"] == pytest.approx(ratio)
+
+
+@pytest.mark.parametrize(
+    ("load", "force", "told"),
+    [
+        ("live", 590, False),
+        ("live", 610, True),
+        ("live", 1e-6, False),  # a unit force, of small units
+        ("dead", 590, False),
+        ("dead", 610, True),
+        ("dead", 2 / 2900, False),
+        ("dead", 2 / 3100, True),
+    ],
+)
+def test_forces_of_other_units(load, force, told):
+    """On a block of weight 2, as the others are."""
+    found = warned(row(2, 2, 2, of_0={load: (0.6 * force, 0.8 * force)}), Code.FORCES_DIFFER)
+    assert [values["load"] for values in found] == ([load] if told else [])
+    if told:
+        assert found[0]["blocks"] == ["0"]
+        assert found[0]["ratio"] == pytest.approx(force / 2)
+
+
+def test_a_light_plate_may_carry_what_the_others_can():
+    plate = row(0.001, 1, 1, of_0={"live": (100.0, 0.0)})
+    assert warned(plate, Code.FORCES_DIFFER) == []
+
+
+def clamped():
+    """A block that only friction between parallel fixed faces holds, and one that lies on a support."""
+    return mo.Scene(
+        joints=mo.JointDefaults(friction=0.5),
+        blocks=[
+            rectangle("left", -2, 0, 0, 1),
+            rectangle("plug", 0, 0, 1, 1, weight=1, live=(0, -1)),
+            rectangle("right", 1, 0, 3, 1),
+            rectangle("other", 2, 1, 3, 2, weight=1),
+        ],
+    )
+
+
+def test_joints_clamped_without_compression_are_told_where_that_is_known():
+    result = mo.solve(clamped())
+    (told,) = [warning for warning in result.warnings if warning.code is Code.HELD_BY_CLAMPING]
+    assert {frozenset(pair) for pair in told.values["pairs"]} == {
+        frozenset(("left", "plug")),
+        frozenset(("plug", "right")),
+    }
+    # Without a proof nothing is claimed; of a scene with a load factor none is made.
+    assert warnings_of(result.assembly, None) == ()
+    assert mo.solve(block_on_floor()).warnings == ()
+
+
+def test_warnings_are_shown_wherever_the_result_is(monkeypatch, capsys, tmp_path):
+    """The load factor and the exit code stay what they are."""
+    case = tmp_path / "case.toml"
+    mo.save(with_blocks(block_on_floor(friction=35.0), rectangle("idle", 2, 5, 3, 6)), case)
+    codes = [Code.FRICTION_HIGH, Code.IDLE_SUPPORTS]
+    result = mo.solve(case)
+    assert result.load_factor == pytest.approx(0.5, rel=1e-7)
+    assert [warning.code for warning in result.warnings] == codes
+    exit_code, out, _ = run_command(monkeypatch, capsys, "solve", case)
+    assert exit_code == 0
+    assert [line for line in out.splitlines() if line.startswith("warning: ")] == [
+        f"warning: {sentence}" for sentence in result.warning_sentences
+    ]
+    _, out, _ = run_command(monkeypatch, capsys, "solve", case, "--json")
+    told = json.loads(out)["warnings"]
+    assert [warning["code"] for warning in told] == [str(code) for code in codes]
+    assert [warning["sentence"] for warning in told] == list(result.warning_sentences)
+    assert told[0]["friction"] == 35.0
+    assert [warning.code for warning in mo.check(case).warnings] == codes
+    exit_code, out, _ = run_command(monkeypatch, capsys, "check", case)
+    assert exit_code == 0
+    assert out.count("warning: ") == 2
+
+
+def test_an_error_of_a_missing_load_factor_tells_them_too():
+    result = mo.solve(block_on_floor(friction=35.0, live=(0.0, -1.0)), "static")
+    with pytest.raises(mo.MasonryError, match=r"; warning: friction 35 "):
+        result.required()
