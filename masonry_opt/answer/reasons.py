@@ -17,6 +17,7 @@ class Code(StrEnum):
     # pairs: the joints that slide; factor: on all friction, at which the scene stands, None if unknown;
     # above: the largest at which it is known to fall; hangs: whether any of the blocks does.
     FRICTION_WOULD_HOLD = "friction would hold"
+    STRENGTH_WOULD_HOLD = "strength would hold"
     DEAD_LOAD_UNDECIDED = "dead load undecided"  # word
     WEDGED = "wedged"  # load_factor, blocks
     SOLVER_STOPPED = "solver stopped"  # word
@@ -90,6 +91,8 @@ class Code(StrEnum):
     HELD_BY_CLAMPING = "held by clamping"  # pairs
     FAR_AWAY = "far away"  # blocks, distance, size: of the rest
     WEIGHTS_DIFFER = "weights differ"  # blocks, ratio: of the first one's weight per area to the median
+    CORNERS_MEET = "corners meet"  # pairs: of blocks
+    BARE_EDGE_LOAD = "bare edge load"  # number: counted from 1, length
     FORCES_DIFFER = "forces differ"  # load: 'live' or 'dead', blocks, ratio: of the first one's to weight
 
 

@@ -258,13 +258,6 @@ def _left_out(assembly: Assembly, solution: Solution) -> tuple[str, ...]:
         by_chords = f"{len(CHORDS.slope)} chords, at most {MISSED:.2%} below the parabola"
         how = "the parabola itself" if solution.parabola else by_chords
         left_out.append(f"crushing but by {how}: {_count(chords, 'joint')}")
-    if joints.corners:
-        first, second = joints.corners[0]
-        left_out.append(
-            f"{_count(len(joints.corners), 'pair')} of blocks that meet corner on corner, where no joint "
-            f"holds them, such as {assembly.scene.blocks[first].name!r} and "
-            f"{assembly.scene.blocks[second].name!r}"
-        )
     if joints.fixed_pairs:
         left_out.append(f"{_count(joints.fixed_pairs, 'joint')} between two fixed blocks: neither moves")
     if joints.near_misses:

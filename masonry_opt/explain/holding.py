@@ -54,8 +54,8 @@ def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, eff
     Returns
     -------
     list of Reason
-        HANGS, if any of the blocks that fall do; then NO_FRICTION_HOLDS or FRICTION_WOULD_HOLD, if the
-        solver can tell.
+        HANGS, if any of the blocks that fall do; then NO_FRICTION_HOLDS, FRICTION_WOULD_HOLD or, where no
+        friction does, STRENGTH_WOULD_HOLD, if the solver can tell.
     """
     problem = assembly.problem
     hanging = _hanging(assembly, moving_blocks(falling))
@@ -64,6 +64,9 @@ def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, eff
         falls_all_the_same = falling_mechanism(_that_cannot_slide(problem), solver, effort)
     except DeadLoadUndecided:
         return found
+    crushes = len(problem.crushing) > 0
+    if falls_all_the_same is not None and crushes and _stands_uncrushed(problem, solver, effort):
+        return [*found, reason(Code.STRENGTH_WOULD_HOLD)]
     if falls_all_the_same is not None:
         return [*found, reason(Code.NO_FRICTION_HOLDS, blocks=movers(assembly, falls_all_the_same))]
     factor, above = _least_factor(problem, solver, effort)
@@ -83,6 +86,15 @@ def _that_cannot_slide(problem: Problem) -> Problem:
         dilatancy=nothing,
         dilatancy_force=np.empty((0, 2)),
     )
+
+
+def _stands_uncrushed(problem: Problem, solver: Solver, effort: Effort) -> bool:
+    """Whether a scene stands if its joints carry any pressure."""
+    strong = replace(problem, crushing=np.array([], dtype=int), crushing_force=np.array([]))
+    try:
+        return falling_mechanism(strong, solver, effort) is None
+    except DeadLoadUndecided:
+        return False
 
 
 def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[float | None, float]:

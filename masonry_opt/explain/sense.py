@@ -42,6 +42,8 @@ def warnings_of(assembly: Assembly, infeasibility: InfeasibilityCertificate | No
         *_dilatancy(assembly),
         *_idle_supports(assembly),
         *_clamping(assembly, infeasibility),
+        *_corners(assembly),
+        *_bare_edge_loads(assembly),
         *_far_away(assembly),
         *_weights(assembly),
     ]
@@ -100,6 +102,21 @@ def _clamping(assembly: Assembly, infeasibility: InfeasibilityCertificate | None
     return [reason(Code.HELD_BY_CLAMPING, pairs=joint_pairs(assembly, clamped[supports]))]
 
 
+def _corners(assembly: Assembly) -> list[Reason]:
+    """Blocks that meet corner on corner, where no joint of each holds it."""
+    pairs = [assembly.names(np.array(pair)) for pair in assembly.joints.corners]
+    return [reason(Code.CORNERS_MEET, pairs=pairs)] if pairs else []
+
+
+def _bare_edge_loads(assembly: Assembly) -> list[Reason]:
+    """Lines of load that reach beyond the edges they act on."""
+    return [
+        reason(Code.BARE_EDGE_LOAD, number=number, length=length)
+        for number, length in enumerate(assembly.bare_edge_loads, start=1)
+        if length > assembly.geometry.tolerance
+    ]
+
+
 def _far_away(assembly: Assembly) -> list[Reason]:
     """Groups of blocks that touch none of the others and are far from the box round these."""
     joints, count = assembly.joints, len(assembly.scene.blocks)
@@ -136,7 +153,9 @@ def _weights(assembly: Assembly) -> list[Reason]:
     """Weights per area, and forces over weights, that look like those of other units."""
     problem, scene, movable = assembly.problem, assembly.scene, assembly.movable
     area = assembly.geometry.area[movable]
-    weight = np.array([scene.blocks[index].weight_of(a) for index, a in zip(movable, area, strict=True)])
+    weight = np.array(
+        [scene.blocks[index].weight_of(a * scene.thickness) for index, a in zip(movable, area, strict=True)]
+    )
     heavy = weight > 0
     if not heavy.any():
         return []

@@ -178,6 +178,7 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.HANGS: lambda v: f"{_blocks(v['blocks'])} hang{_s(v)}: no joint bears from below",
     Code.NO_FRICTION_HOLDS: lambda v: f"no friction can hold {_blocks(v['blocks'])}",
     Code.FRICTION_WOULD_HOLD: _friction_would_hold,
+    Code.STRENGTH_WOULD_HOLD: lambda v: "joints crush: with more 'strength' the scene would stand",
     Code.DEAD_LOAD_UNDECIDED: lambda v: (
         f"whether the scene stands under its dead load could not be decided ('{v['word']}'): check "
         "for weights or lengths of very different size"
@@ -314,6 +315,13 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.FAR_AWAY: lambda v: (
         f"{_blocks(v['blocks'])} stand{_s(v)} {v['distance']:.3g} away from the rest, whose size is "
         f"{v['size']:.3g}: are the coordinates in one unit?"
+    ),
+    Code.CORNERS_MEET: lambda v: (
+        f"{_pairs(v)} meet corner on corner, where nothing holds them: a joint needs an edge of one of the two"
+    ),
+    Code.BARE_EDGE_LOAD: lambda v: (
+        f"edge_load no. {v['number']} meets no free edge of a movable block along {v['length']:.4g} of its "
+        "length, where it does nothing"
     ),
     Code.WEIGHTS_DIFFER: lambda v: (
         f"the weight per area of {_blocks(v['blocks'])} is {v['ratio']:.3g} times the median of all blocks: "

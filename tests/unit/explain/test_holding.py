@@ -10,6 +10,7 @@ from scenes import block_on_floor, overhanging, values_of
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.status import Status
 from masonry_opt.explain import holding
 
 #: Between the least factor seen to hold and the greatest seen not to.
@@ -174,3 +175,14 @@ def test_few_programs(monkeypatch):
     tried.clear()
     assert mo.solve(block_on_floor(), "static").status.usable
     assert tried == []
+
+
+@pytest.mark.parametrize("method", ["static", "mcp"])
+def test_a_pillar_that_crushes_under_its_weight_asks_for_strength(method):
+    """Weight 1 on a joint of length 1 that carries 0.9: no friction holds it, more strength does."""
+    scene = block_on_floor().model_copy(update={"joints": mo.JointDefaults(friction=0.6, strength=0.9)})
+    result = mo.solve(scene, method)
+    assert result.status is Status.UNSTABLE
+    assert [reason.code for reason in result.reasons] == [Code.FALLS, Code.STRENGTH_WOULD_HOLD]
+    enough = scene.model_copy(update={"joints": mo.JointDefaults(friction=0.6, strength=1.1)})
+    assert mo.solve(enough, method).load_factor > 0

@@ -10,6 +10,7 @@ from mappings import mirrored, turned
 from scenes import block_on_floor
 
 import masonry_opt as mo
+from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.status import Status
 from masonry_opt.problem.assembly import assemble
 
@@ -214,3 +215,14 @@ def test_edge_loads_survive_being_written(tmp_path, ending):
     mo.save(scene([WALL], loads), path)
     assert mo.load(path) == scene([WALL], loads)
     assert '"from"' in path.read_text() or "from =" in path.read_text()
+
+
+def test_what_a_line_reaches_beyond_its_edges_is_warned_of():
+    """A line of length 2 above a block of width 1."""
+    floor = mo.Block(name="floor", vertices=[(-5, -1), (6, -1), (6, 0), (-5, 0)], fixed=True)
+    block = mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 1), (0, 1)], weight=1, live=(1, 0))
+    load = mo.EdgeLoad(start=(0, 1), end=(2, 1), force=(0, -1))
+    scene = mo.Scene(joints={"friction": 0.5}, blocks=[block, floor], edge_loads=[load])
+    (warning,) = mo.solve(scene, "static").warnings
+    assert warning.code is Code.BARE_EDGE_LOAD
+    assert warning.values == {"number": 1, "length": pytest.approx(1.0)}

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import masonry_opt as mo
+from masonry_opt.answer.reasons import Code
 from masonry_opt.scene.contact import find_joints
 from masonry_opt.scene.geometry import geometry
 
@@ -95,16 +96,12 @@ def test_corner_on_corner_is_reported_unless_both_blocks_are_held_there():
     assert joints_of(*stack).corners == []
     steps = [unit("A", 0, 0), unit("D", 1, 1), unit("post", 2, 1, weight=None, fixed=True), FLOOR]
     assert joints_of(*steps).corners == [(0, 1)]
-    left_out = mo.solve(
-        scene(
-            *(
-                block.model_copy(update={"live": (1.0, 0.0)}) if block.name == "A" else block
-                for block in steps
-            )
-        ),
-        "static",
-    ).size.left_out
-    assert any("corner" in words for words in left_out)
+    pushed = [
+        block.model_copy(update={"live": (1.0, 0.0)}) if block.name == "A" else block for block in steps
+    ]
+    (warning,) = mo.solve(scene(*pushed), "static").warnings
+    assert warning.code is Code.CORNERS_MEET
+    assert warning.values["pairs"] == [["A", "D"]]
 
 
 def test_a_point_beside_a_shared_edge_is_no_joint_of_its_own():
