@@ -317,7 +317,7 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
         f"{v['size']:.3g}: are the coordinates in one unit?"
     ),
     Code.CORNERS_MEET: lambda v: (
-        f"{_pairs(v)} meet corner on corner, where nothing holds them: a joint needs an edge of one of the two"
+        f"{_pairs(v)} meet corner on corner, where nothing holds them: a joint needs an edge of either"
     ),
     Code.BARE_EDGE_LOAD: lambda v: (
         f"edge_load no. {v['number']} meets no free edge of a movable block along {v['length']:.4g} of its "

@@ -39,6 +39,7 @@ VALUES = {
     "interrupted": True,
     "joints": 9000,
     "kinematic_cuts": 1,
+    "length": 0.5,
     "load": "dead",
     "load_factor": 0.5,
     "lowest": 0.4,
