@@ -122,7 +122,34 @@ from = [0, 2]
 to = [1, 2]
 force = [0, -3]
 """
-SEEDS = [SMALL, WALL, FACADE, TILTED, LOADED]
+STONES = """
+[joints]
+friction = 0.6
+strength = 30
+[[block]]
+name = "notched"
+vertices = [[0, 0], [3, 0], [3, 2], [2, 2], [2, 1], [1, 1], [1, 2], [0, 2]]
+weight = 5.0
+live = [1.0, 0.0]
+[[block]]
+name = "parts"
+parts = [[[0, 2], [1, 2], [1, 3], [0, 3]], [[0, 3], [3, 3], [3, 4], [0, 4]]]
+holes = [[[1.5, 3.25], [2, 3.25], [2, 3.75], [1.5, 3.75]]]
+unit_weight = 1.0
+[[block]]
+name = "corner"
+vertices = [[2, 2], [3, 2], [2.5, 3]]
+weight = 0.5
+[[block]]
+name = "base"
+vertices = [[-4, -1], [9, -1], [9, 0], [-4, 0]]
+fixed = true
+[[joint]]
+between = ["corner", "parts"]
+friction = 0.3
+strength = 5
+"""
+SEEDS = [SMALL, WALL, FACADE, TILTED, LOADED, STONES]
 
 #: What is put in place of a value or a key: other types, edges of numbers, words a terminal or a file
 #: system would take for its own.
