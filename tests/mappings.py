@@ -43,7 +43,10 @@ def mapped(
     blocks = [moved(block) for block in scene.blocks]
     if order is not None:
         blocks = [blocks[index] for index in order]
-    joints = scene.joints.model_copy(update={"cohesion": scene.joints.cohesion * dead / length})
+    stresses = {"cohesion": scene.joints.cohesion * dead / length}
+    if scene.joints.strength is not None:
+        stresses["strength"] = scene.joints.strength * dead / length
+    joints = scene.joints.model_copy(update=stresses)
     return mo.Scene(joints=joints, gravity=force(scene.gravity), blocks=blocks, exceptions=scene.exceptions)
 
 
