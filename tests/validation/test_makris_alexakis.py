@@ -70,7 +70,7 @@ def ring(cuts: int, thickness: float) -> mo.Scene:
     back = [(x, height(outer, x)) for x in np.linspace(outer, inner, 9).tolist()]
     for side, name in ((1, "right"), (-1, "left")):
         stones.append(stone(f"{name} foot", [(side * x, y) for x, y in [(inner, 0.0), *back]]))
-        springing = [(side * x, y) for x, y in [(0.5, -0.5), (2.0, -0.5), (2.0, 0.0), (0.5, 0.0)]]
+        springing = [(side * x, y) for x, y in [(inner, -0.5), (2.0, -0.5), (2.0, 0.0), (inner, 0.0)]]
         stones.append(mo.Block(name=f"{name} springing", vertices=springing, fixed=True))
     return mo.Scene(joints=mo.JointDefaults(friction=math.inf), blocks=stones)
 
@@ -87,7 +87,7 @@ def test_many_cuts_stand_a_little_thicker_and_fall_a_little_thinner():
 
 
 def by_enumeration() -> float:
-    stones = [block.polygon() for block in mo.load(PATH).blocks if not block.fixed]
+    stones = [block.corners() for block in mo.load(PATH).blocks if not block.fixed]
     weight = np.array([shapely.Polygon(stone).area for stone in stones])
     at = np.array([shapely.Polygon(stone).centroid.coords[0] for stone in stones])
     # Cuts have their intrados first; stones are drawn from there, counter-clockwise (the left foot
@@ -109,7 +109,7 @@ def test_vertical_cuts_need_more_friction_than_stone_has():
     cut where the intrados ends carries all but the foot's weight by friction."""
     scene = mo.load(PATH)
     inner, outer = 0.94, 1.06
-    right = [shapely.Polygon(block.polygon()) for block in scene.blocks if not block.fixed][9:]
+    right = [shapely.Polygon(block.corners()) for block in scene.blocks if not block.fixed][9:]
     weight = sum(stone.area for stone in right)
     lever = sum(stone.area * (outer - stone.centroid.x) for stone in right)
     needed = (weight - right[-1].area) / (lever / inner)
