@@ -23,6 +23,8 @@ _HOMES = {
     "scene.arch": ("Arch", "PointLoad"),
     "scene.blocks": ("Block", "Joint", "JointDefaults", "Reference"),
     "scene.case_file": ("load", "save"),
+    "scene.drawings.compas": ("read_compas",),
+    "scene.drawings.dxf": ("read_dxf", "write_dxf"),
     "scene.facade": ("Facade",),
     "scene.scene": ("Scene",),
     "scene.wall": ("Wall",),
