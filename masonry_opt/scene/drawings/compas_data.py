@@ -15,6 +15,8 @@ from masonry_opt.scene.drawings.stones import block_name
 #: Keys that a COMPAS object's own content has; everything round it is wrapping ("data", older "value").
 _CONTENT = ("node", "graph", "elements", "assembly", "blocks", "model", "vertex", "vertices", "points")
 
+_NO_DATA = "is no COMPAS data: it must hold an assembly, a model, or a list of meshes or polygons"
+
 
 def solids(data: Any) -> list[Solid]:
     """The blocks that COMPAS data holds.
@@ -69,9 +71,7 @@ def _blocks(data: Any) -> Iterator[tuple[object, Any, bool, Any]]:
             one = item[0] if isinstance(item, list) and len(item) == 1 else item
             yield number, one, _attribute(one, "is_support"), None
     elif not isinstance(data, dict):
-        raise ValueError(
-            "is no COMPAS data: it must hold an assembly, a model, or a list of meshes or polygons"
-        )
+        raise ValueError(_NO_DATA)
     elif "model" in data:
         yield from _blocks(data["model"])
     elif isinstance(data.get("elements"), dict):
@@ -98,9 +98,7 @@ def _blocks(data: Any) -> Iterator[tuple[object, Any, bool, Any]]:
     elif isinstance(data.get("blocks"), list):
         yield from _blocks(data["blocks"])
     else:
-        raise ValueError(
-            "is no COMPAS data: it must hold an assembly, a model, or a list of meshes or polygons"
-        )
+        raise ValueError(_NO_DATA)
 
 
 def _sorted(table: dict[str, Any]) -> list[tuple[str, Any]]:

@@ -51,8 +51,8 @@ def read_dxf(
 
     Outlines are closed polylines, circles, and loops of lines, arcs and open polylines of one layer, in the
     model space, on layers that are shown. Each is a block; an outline inside another one is a hole of it, and
-    one inside a hole is a block again. A text inside a block names it, if it is the only one there and names no
-    other block; other blocks are named by layer and handle.
+    one inside a hole is a block again. A text inside a block names it, if it is the only one there and names
+    no other block; other blocks are named by layer and handle.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def read_dxf(
         Largest distance between an arc and the chords that take its place (default: 1e-4 of the drawing's
         diagonal). The chords' ends lie on the arc.
     to_metres:
-        Scale the drawing from its own unit ($INSUNITS) to metres. Other lengths given here are then in metres.
+        Scale the drawing from its own unit ($INSUNITS) to metres. Other lengths given are then in metres.
 
     Returns
     -------
@@ -208,12 +208,13 @@ def write_dxf(scene: Scene, path: str | Path) -> None:
         raise CaseError(f"what is drawn is a Scene (found {type(scene).__name__})")
     path = drawing_path(path, ".dxf")
     document = dxf_curves.ezdxf().new("R2010")
-    for layer in ("blocks", "fixed", "names"):
-        document.layers.add(layer)
+    document.units = 0  # the scene's, which has no name
+    for name in ("blocks", "fixed", "names"):
+        document.layers.add(name)
     space = document.modelspace()
     geometry(scene)  # refuses what has no area or crosses itself
     drawn = [(block, _drawn(block.rings, block.holes, block.name, scene)) for block in scene.blocks]
-    # A block that fills a hole is drawn after it: of two outlines that are the same the first is the outer one.
+    # A block that fills a hole comes after it: of two outlines that are the same the first is the outer one.
     for block, polygon in sorted(drawn, key=lambda entry: not entry[1].interiors):
         layer = {"layer": "fixed" if block.fixed else "blocks"}
         for ring in (polygon.exterior, *polygon.interiors):

@@ -34,8 +34,8 @@ _REFUSED = {
 
 #: Metres in one unit of the drawing, by its code $INSUNITS (DXF reference, HEADER section).
 _METRES = {
-    1: 0.0254, 2: 0.3048, 3: 1609.344, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.0, 8: 2.54e-8, 9: 2.54e-5, 10: 0.9144,
-    11: 1e-10, 12: 1e-9, 13: 1e-6, 14: 0.1, 15: 10.0, 16: 100.0, 21: 1200 / 3937,
+    1: 0.0254, 2: 0.3048, 3: 1609.344, 4: 0.001, 5: 0.01, 6: 1.0, 7: 1000.0, 8: 2.54e-8, 9: 2.54e-5,
+    10: 0.9144, 13: 1e-6, 14: 0.1, 15: 10.0, 16: 100.0, 21: 1200 / 3937,
 }  # fmt: skip
 
 
@@ -141,7 +141,7 @@ def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[li
 
 
 #: Points in the entity's own coordinates (x, y, z), bulges from each to the next, whether it is closed.
-_Raw = tuple[list[Sequence[float]], list[float], bool]
+_Raw = tuple[Sequence[Sequence[float]], list[float], bool]
 
 
 def _light_polyline(entity: Any) -> _Raw:
@@ -193,7 +193,7 @@ _OUTLINES: dict[str, Callable[[Any], _Raw]] = {
 
 
 def _in_plane(
-    entity: Any, points: list[Sequence[float]], bulges: list[float], closed: bool
+    entity: Any, points: Sequence[Sequence[float]], bulges: list[float], closed: bool
 ) -> tuple[np.ndarray, np.ndarray, bool]:
     """The same in the drawing's plane, seen from above; the mirror image of an arc turns the other way."""
     own = np.array(points, dtype=float).reshape(-1, 3)
@@ -227,4 +227,4 @@ def texts(entities: list[Any]) -> Iterator[tuple[str, float, float]]:
 
 
 def _named(entity: Any) -> str:
-    return f"{entity.dxftype()} {_handle(entity)} on layer '{layer_of(entity)}'"
+    return f"{entity.dxftype()} {entity.dxf.handle} on layer '{layer_of(entity)}'"

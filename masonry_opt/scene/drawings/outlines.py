@@ -57,7 +57,7 @@ def flattened(points: np.ndarray, bulges: np.ndarray, closed: bool, sagitta: flo
     Parameters
     ----------
     points: shape (points, 2).
-    bulges: of the segment that begins at each point, tan(θ/4) of its angle θ, positive to the left; (points,).
+    bulges: tan(θ/4) of the segment that begins at each point and turns by θ to the left, shape (points,).
     closed: whether a segment leads from the last point to the first.
     sagitta: largest distance between an arc and its chords.
 
@@ -126,7 +126,7 @@ def _loops(curves: list[tuple[int, Curve]], tolerance: float) -> list[tuple[int,
     links = sp.coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(ends), len(ends)))
     _, node = connected_components(links, directed=False)
     meeting = np.bincount(node)[node]
-    for end in np.flatnonzero(meeting != 2):
+    for end in np.flatnonzero(meeting != 2).tolist():
         curve, (x, y) = curves[end // 2][1], ends[end]
         if meeting[end] == 1:
             gap = np.sort(tree.query(ends[end], k=2)[0])[1] if len(ends) > 1 else math.inf
@@ -176,9 +176,9 @@ def shapes(outlines: Sequence[Curve], tolerance: float) -> list[Shape]:
     covered = rest <= tolerance * shapely.length(polygons[inner])
     inner, outer = inner[covered], outer[covered]
     depth = np.bincount(inner, minlength=len(polygons))
-    holes = defaultdict(list)
-    for index in np.flatnonzero(depth % 2):
-        parent = min(outer[inner == index], key=lambda other: (-depth[other], area[other]))
+    holes: defaultdict[int, list[shapely.Polygon]] = defaultdict(list)
+    for index in np.flatnonzero(depth % 2).tolist():
+        parent = min(outer[inner == index].tolist(), key=lambda other: (-depth[other], area[other]))
         if area[index] >= (1 - _SAME) * area[parent]:
             raise ValueError(
                 f"{outlines[index].where} is drawn twice, here and as {outlines[parent].where}: delete one"
@@ -186,7 +186,7 @@ def shapes(outlines: Sequence[Curve], tolerance: float) -> list[Shape]:
         holes[parent].append(polygons[index])
     return [
         Shape(_without(polygons[index], holes[index]), outlines[index])
-        for index in np.flatnonzero(depth % 2 == 0)
+        for index in np.flatnonzero(depth % 2 == 0).tolist()
     ]
 
 

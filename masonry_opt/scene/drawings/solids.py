@@ -68,8 +68,8 @@ def axes(direction: np.ndarray) -> np.ndarray:
 
 
 def directions(solids: Sequence[Solid]) -> list[np.ndarray]:
-    """Directions along which the solids may be prisms: y, x, level normals of faces of the first; of polygons,
-    z and the normal of the first."""
+    """Directions along which the solids may be prisms: y, x, and level normals of the first one's faces; of
+    polygons also z."""
     first = solids[0]
     found = [np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0])]
     if all(solid.flat for solid in solids):
