@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator
 from typing import Any
@@ -165,7 +164,7 @@ def _moved(points: np.ndarray, transformation: Any) -> np.ndarray:
     """The points where the transformation of their block puts them."""
     if transformation is None:
         return points
-    matrix = np.array(transformation["data"]["matrix"], dtype=float)
-    if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or not math.isclose(matrix[3, 3], 1.0):
+    matrix = np.array([[_number(value) for value in row] for row in transformation["data"]["matrix"]])
+    if matrix.shape != (4, 4) or not np.allclose(matrix[3], (0.0, 0.0, 0.0, 1.0)):
         raise _UnreadableError("has a transformation that is no 4 × 4 matrix")
     return points @ matrix[:3, :3].T + matrix[:3, 3]

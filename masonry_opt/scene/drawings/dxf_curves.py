@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import logging
 import math
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -17,8 +18,14 @@ from masonry_opt.scene.tables import read_bytes
 #: Bytes; a DXF file has some 500 for each block.
 _LARGEST_DXF = 50_000_000
 
-#: Entities that could be meant as blocks but have no outline to be read; others (texts, dimensions, hatches,
-#: points, pictures) are not blocks.
+#: Entities that are no blocks. All others that are not read are refused, so that none is lost unsaid.
+_IGNORED = {
+    "ATTDEF", "ARC_DIMENSION", "DIMENSION", "HATCH", "IMAGE", "LARGE_RADIAL_DIMENSION", "LEADER", "LIGHT",
+    "MTEXT", "MULTILEADER", "OLE2FRAME", "PDFUNDERLAY", "POINT", "RAY", "SUN", "TEXT", "TOLERANCE", "VIEWPORT",
+    "WIPEOUT", "XLINE",
+}  # fmt: skip
+
+#: What to do with entities that may be meant as blocks.
 _REFUSED = {
     "ELLIPSE": "an ellipse: draw it with arcs or straight lines",
     "SPLINE": "a spline: draw it with arcs or straight lines",
@@ -45,9 +52,12 @@ def ezdxf() -> Any:
     Raises OptionError if ezdxf, of the extra "drawings", is not installed.
     """
     try:
-        return importlib.import_module("ezdxf")
+        library = importlib.import_module("ezdxf")
     except ImportError:
         raise OptionError("DXF needs ezdxf; install it with: pip install 'masonry_opt[drawings]'") from None
+    # What it logs goes where the user's handlers take it, not to standard error.
+    logging.getLogger("ezdxf").addHandler(logging.NullHandler())
+    return library
 
 
 def read_document(path: Path) -> Any:
@@ -87,13 +97,18 @@ def visible(document: Any) -> list[Any]:
     return [
         entity
         for entity in document.modelspace()
-        if not entity.dxf.get("invisible", 0) and layer_of(entity).casefold() not in hidden
+        if not _attribute(entity, "invisible", 0) and layer_of(entity).casefold() not in hidden
     ]
 
 
 def layer_of(entity: Any) -> str:
     """Name of the layer of an entity."""
-    return str(entity.dxf.get("layer", "0"))
+    return str(_attribute(entity, "layer", "0"))
+
+
+def _attribute(entity: Any, name: str, default: object) -> Any:
+    """An attribute that entities of some kinds do not have."""
+    return entity.dxf.get(name, default) if entity.dxf.is_supported(name) else default
 
 
 def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[list[Curve], float]:
@@ -118,10 +133,9 @@ def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[li
     raw = []
     for entity in entities:
         kind = entity.dxftype()
-        if kind in _REFUSED:
-            raise ValueError(
-                f"{_named(entity)} is {_REFUSED[kind]}, or name the layers of blocks by 'layers'"
-            )
+        if kind not in _IGNORED and kind not in _OUTLINES:
+            remedy = _REFUSED.get(kind, "of a kind that is not read: draw its outline")
+            raise ValueError(f"{_named(entity)} is {remedy}, or name the layers of the blocks by 'layers'")
         if kind in _OUTLINES:
             points, bulges, closed = _in_plane(entity, *_OUTLINES[kind](entity))
             if len(points) == 0 or not (np.isfinite(points).all() and np.isfinite(bulges).all()):
@@ -216,7 +230,7 @@ def texts(entities: list[Any]) -> Iterator[tuple[str, float, float]]:
     for entity in entities:
         match entity.dxftype():
             case "TEXT":
-                _, at, _ = entity.get_placement()
+                at = entity.ocs().to_wcs(entity.get_placement()[1])
                 text = str(entity.dxf.text)
             case "MTEXT":
                 at, text = entity.dxf.insert, entity.plain_text()

@@ -126,7 +126,9 @@ def _end(solid: Solid, plane: np.ndarray, unit: np.ndarray, tolerance: float) ->
             ends[bool(upper)].append(shapely.Polygon(seen[face]))
         elif _spread(seen[face]) > tolerance:
             raise ValueError("has a face that is neither along it nor across: it is no prism")
-    one, other = (_united(polygons, tolerance) for polygons in ends.values() if polygons or not solid.flat)
+    if solid.flat:
+        return _united([*ends[False], *ends[True]], tolerance)
+    one, other = (_united(polygons, tolerance) for polygons in ends.values())
     if shapely.area(shapely.symmetric_difference(one, other)) > tolerance * one.length:
         raise ValueError("has two ends that differ: it is no prism")
     return one
