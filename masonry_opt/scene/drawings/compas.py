@@ -127,7 +127,7 @@ def _asked(solids: Sequence[Solid], direction: np.ndarray, tolerance: float | No
     try:
         view = seen_along(solids, direction, tolerance)
     except ValueError as error:
-        raise ValueError(f"seen along {_said(direction)}, {error}") from None
+        raise ValueError(f"'along' {_said(direction)}: {error}") from None
     begins, ends = int(view.reach[:, 0].argmax()), int(view.reach[:, 1].argmin())
     if not all(solid.flat for solid in solids) and view.reach[begins, 0] >= view.reach[ends, 1]:
         raise ValueError(

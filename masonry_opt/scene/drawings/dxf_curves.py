@@ -21,8 +21,8 @@ _LARGEST_DXF = 50_000_000
 #: Entities that are no blocks. All others that are not read are refused, so that none is lost unsaid.
 _IGNORED = {
     "ATTDEF", "ARC_DIMENSION", "DIMENSION", "HATCH", "IMAGE", "LARGE_RADIAL_DIMENSION", "LEADER", "LIGHT",
-    "MTEXT", "MULTILEADER", "OLE2FRAME", "PDFUNDERLAY", "POINT", "RAY", "SUN", "TEXT", "TOLERANCE", "VIEWPORT",
-    "WIPEOUT", "XLINE",
+    "MTEXT", "MULTILEADER", "OLE2FRAME", "PDFUNDERLAY", "POINT", "RAY", "SUN", "TEXT", "TOLERANCE",
+    "VIEWPORT", "WIPEOUT", "XLINE",
 }  # fmt: skip
 
 #: What to do with entities that may be meant as blocks.
