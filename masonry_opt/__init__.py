@@ -25,6 +25,8 @@ _HOMES = {
     "scene.case_file": ("load", "save"),
     "scene.column": ("Column",),
     "scene.edge_load": ("EdgeLoad",),
+    "scene.drawings.compas": ("read_compas",),
+    "scene.drawings.dxf": ("read_dxf", "write_dxf"),
     "scene.facade": ("Facade",),
     "scene.scene": ("Scene",),
     "scene.wall": ("Wall",),

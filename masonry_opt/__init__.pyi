@@ -20,6 +20,9 @@ from masonry_opt.scene.case_file import load as load
 from masonry_opt.scene.case_file import save as save
 from masonry_opt.scene.column import Column as Column
 from masonry_opt.scene.edge_load import EdgeLoad as EdgeLoad
+from masonry_opt.scene.drawings.compas import read_compas as read_compas
+from masonry_opt.scene.drawings.dxf import read_dxf as read_dxf
+from masonry_opt.scene.drawings.dxf import write_dxf as write_dxf
 from masonry_opt.scene.facade import Facade as Facade
 from masonry_opt.scene.scene import Scene as Scene
 from masonry_opt.scene.wall import Wall as Wall

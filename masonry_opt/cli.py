@@ -37,27 +37,28 @@ from masonry_opt.report.mechanism_plot import plot_mechanism, refuse_picture
 from masonry_opt.report.terminal import print_text
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE
 
-#: Commands of the studies, which are loaded when they are called: by name, where their typer app is.
-_STUDIES = {
+#: Commands that are loaded when they are called: by name, where their typer app is.
+_LOADED = {
+    "convert": "masonry_opt.convert",
     "compare": "masonry_opt.studies.compare.command",
     "reproduce": "masonry_opt.studies.paper.command",
 }
 
 
-class _WithStudies(TyperGroup):
-    """The package's own commands, and those of the studies."""
+class _Commands(TyperGroup):
+    """The commands of this file, and those that are loaded when they are called."""
 
     def list_commands(self, ctx: Any) -> list[str]:
-        return [*super().list_commands(ctx), *_STUDIES]
+        return [*super().list_commands(ctx), *_LOADED]
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
-        if cmd_name in _STUDIES:
-            return typer.main.get_command(import_module(_STUDIES[cmd_name]).app)
+        if cmd_name in _LOADED:
+            return typer.main.get_command(import_module(_LOADED[cmd_name]).app)
         return super().get_command(ctx, cmd_name)
 
 
 app = typer.Typer(
-    cls=_WithStudies,
+    cls=_Commands,
     add_completion=False,
     no_args_is_help=True,
     pretty_exceptions_enable=False,

@@ -35,20 +35,7 @@ def read_tables(path: Path) -> dict[str, Any]:
     CaseError
         If there is no such file, or it is no regular file, too large, no UTF-8 text, or not valid.
     """
-    text = _read_text(path)
-    if path.suffix.lower() not in _PARSERS:
-        raise CaseError(f"{path}: a case file's name ends in .toml or .json")
-    try:
-        case = _PARSERS[path.suffix.lower()](text)
-    except RecursionError:
-        raise CaseError(f"{path}: is nested too deeply to be a case file") from None
-    except ValueError as error:
-        # Beside what the parsers find: whole numbers of more digits than Python converts.
-        reason = str(error)
-        if "integer string conversion" in reason:
-            reason = "a whole number has thousands of digits"
-        reason = reason if len(reason) <= 300 else reason[:297] + "..."
-        raise CaseError(f"{path}: not valid {path.suffix[1:].upper()}: {reason}") from None
+    case = parse_file(path)
     if not isinstance(case, dict):
         raise CaseError(f"{path}: must be one JSON object with the keys of a case file")
     for key, value in case.items():
@@ -59,13 +46,38 @@ def read_tables(path: Path) -> dict[str, Any]:
     return case
 
 
-def _read_text(path: Path) -> str:
+def parse_file(path: Path) -> Any:
+    """What a ``.toml`` or ``.json`` file holds, of whatever kind.
+
+    Raises CaseError as :func:`read_tables` does.
+    """
+    text = _read_text(path)
+    if path.suffix.lower() not in _PARSERS:
+        raise CaseError(f"{path}: a case file's name ends in .toml or .json")
+    try:
+        return _PARSERS[path.suffix.lower()](text)
+    except RecursionError:
+        raise CaseError(f"{path}: is nested too deeply to be a case file") from None
+    except ValueError as error:
+        # Beside what the parsers find: whole numbers of more digits than Python converts.
+        reason = str(error)
+        if "integer string conversion" in reason:
+            reason = "a whole number has thousands of digits"
+        reason = reason if len(reason) <= 300 else reason[:297] + "..."
+        raise CaseError(f"{path}: not valid {path.suffix[1:].upper()}: {reason}") from None
+
+
+def read_bytes(path: Path, largest: int) -> bytes:
+    """What a regular file holds, up to one byte more than the largest that is taken.
+
+    Raises CaseError if there is no such file, or it is no regular file.
+    """
     data = b""
     try:
         mode = path.stat().st_mode
         if stat.S_ISREG(mode):  # reading a pipe or a device might never end
             with path.open("rb") as stream:
-                data = stream.read(LARGEST_FILE + 1)
+                data = stream.read(largest + 1)
     except FileNotFoundError:
         raise CaseError(f"{path}: no such file") from None
     except OSError as error:
@@ -76,6 +88,11 @@ def _read_text(path: Path) -> str:
         raise CaseError(f"{path}: is a folder, not a case file")
     if not stat.S_ISREG(mode):
         raise CaseError(f"{path}: is a pipe or device: write the case to a file")
+    return data
+
+
+def _read_text(path: Path) -> str:
+    data = read_bytes(path, LARGEST_FILE)
     if len(data) > LARGEST_FILE:
         raise CaseError(
             f"{path}: is larger than {LARGEST_FILE // 1_000_000} MB, more than a scene that can be solved "

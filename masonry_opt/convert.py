@@ -1,0 +1,141 @@
+"""The command `masonry-opt convert`: drawings to case files, case files to drawings."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from masonry_opt.errors import OptionError, OutputError
+from masonry_opt.report.terminal import print_text
+from masonry_opt.scene.case_file import load, save
+from masonry_opt.scene.contact import find_joints
+from masonry_opt.scene.drawings.compas import read_compas
+from masonry_opt.scene.drawings.dxf import FIXED, read_dxf, write_dxf
+from masonry_opt.scene.geometry import geometry
+from masonry_opt.scene.scene import Scene
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+#: Options that only one kind of drawing takes.
+_DXF_ALONE = ("live_layers", "layers", "fixed_layers", "sagitta", "to_metres")
+_COMPAS_ALONE = ("fixed", "along")
+
+
+@app.command()
+def convert(
+    drawing: Annotated[
+        Path, typer.Argument(metavar="IN", help="Drawing (.dxf), or COMPAS data (.json).", show_default=False)
+    ],
+    out: Annotated[
+        Path, typer.Argument(metavar="OUT", help="Case file (.toml or .json).", show_default=False)
+    ],
+    friction: Annotated[float | None, typer.Option(help="Of every joint, tan φ; needed.")] = None,
+    unit_weight: Annotated[
+        float | None, typer.Option(help="Weight per unit area (of solids: volume); needed.")
+    ] = None,
+    live: Annotated[
+        str, typer.Option(metavar="X,Y", help="Live load on every block, as a multiple of its weight.")
+    ] = "0,0",
+    live_layer: Annotated[
+        list[str] | None,
+        typer.Option(metavar="LAYER=X,Y", help="DXF: in place of it, of the blocks on a layer."),
+    ] = None,
+    layer: Annotated[
+        list[str] | None, typer.Option(metavar="LAYER", help="DXF: read this layer (default: all).")
+    ] = None,
+    fixed_layer: Annotated[
+        list[str] | None,
+        typer.Option(metavar="WORD", help=f"DXF: in layer names of supports (default: {', '.join(FIXED)})."),
+    ] = None,
+    fixed: Annotated[
+        list[str] | None, typer.Option(metavar="NAME", help="COMPAS: this block is a support too.")
+    ] = None,
+    along: Annotated[
+        str | None, typer.Option(metavar="x|y|z|X,Y,Z", help="COMPAS: direction of the prisms.")
+    ] = None,
+    tolerance: Annotated[
+        float | None, typer.Option(help="Length below which gaps are nothing.", show_default=False)
+    ] = None,
+    sagitta: Annotated[
+        float | None, typer.Option(help="DXF: rise of arcs over their chords.", show_default=False)
+    ] = None,
+    to_metres: Annotated[
+        bool, typer.Option("--to-metres", help="DXF: scale from the drawing's own unit.")
+    ] = False,
+) -> None:
+    """Make a case file of a drawing: blocks, supports, friction, weights, live loads.
+
+    Layers, names, arcs and COMPAS data: docs/drawings.md. From a case file to OUT.dxf it draws the blocks.
+    """
+    given: dict[str, Any] = {
+        "friction": friction,
+        "unit_weight": unit_weight,
+        "live": _numbers("--live", live) if live != "0,0" else None,
+        "live_layers": dict(_of_layer(text) for text in live_layer or []) or None,
+        "layers": layer or None,
+        "fixed_layers": fixed_layer or None,
+        "fixed": fixed or None,
+        "along": _numbers("--along", along) if along and "," in along else along,
+        "tolerance": tolerance,
+        "sagitta": sagitta,
+        "to_metres": to_metres or None,
+    }
+    options = {name: value for name, value in given.items() if value is not None}
+    if out.suffix.lower() == ".dxf":
+        _refuse(options, options, f"{out}: a drawing is written of a case file as it stands")
+        scene = load(drawing)
+        write_dxf(scene, out)
+        _tell(scene, out)
+        return
+    if out.suffix.lower() not in (".toml", ".json"):
+        raise OutputError(f"{out}: a case file's name ends in .toml or .json")
+    for name in ("friction", "unit_weight"):
+        if name not in options:
+            raise OptionError(f"a drawing says nothing of it: give {_option(name)}")
+    match drawing.suffix.lower():
+        case ".dxf":
+            _refuse(options, _COMPAS_ALONE, f"{drawing}: a DXF drawing")
+            scene = read_dxf(drawing, **options)
+        case ".json":
+            _refuse(options, _DXF_ALONE, f"{drawing}: COMPAS data")
+            scene = read_compas(drawing, **options)
+        case _:
+            raise OptionError(f"{drawing}: what is converted ends in .dxf, or .json for COMPAS data")
+    # What is written can be solved as far as its geometry goes.
+    joints = find_joints(scene, geometry(scene))
+    save(scene, out)
+    _tell(scene, out, f", {len(joints.length)} joints")
+
+
+def _tell(scene: Scene, out: Path, more: str = "") -> None:
+    holes = sum(len(block.holes) for block in scene.blocks)
+    supports = sum(block.fixed for block in scene.blocks)
+    print_text(f"{out}: {len(scene.blocks)} blocks ({supports} fixed), {holes} holes{more}")
+
+
+def _refuse(options: dict[str, Any], names: Any, what: str) -> None:
+    for name in names:
+        if name in options:
+            raise OptionError(f"{what} does not take {_option(name)}")
+
+
+def _option(name: str) -> str:
+    """The option of the command line that gives an argument."""
+    plural = ("live_layers", "layers", "fixed_layers")
+    return "--" + (name.removesuffix("s") if name in plural else name).replace("_", "-")
+
+
+def _of_layer(text: str) -> tuple[str, tuple[float, ...]]:
+    layer, equals, force = text.rpartition("=")
+    if not equals:
+        raise OptionError(f"--live-layer '{text}': write it as LAYER=X,Y, such as parapet=1,0")
+    return layer, _numbers("--live-layer", force)
+
+
+def _numbers(option: str, text: str) -> tuple[float, ...]:
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError:
+        raise OptionError(f"{option} '{text}': write numbers with commas between, such as 1,0") from None

@@ -1,0 +1,170 @@
+"""COMPAS JSON to a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from masonry_opt.errors import CaseError
+from masonry_opt.scene.blocks import Name, Number
+from masonry_opt.scene.drawings import compas_data
+from masonry_opt.scene.drawings.solids import Solid, View, directions, seen_along
+from masonry_opt.scene.drawings.stones import Drawing, Stone, drawing_path, scene_of
+from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.tables import parse_file
+
+#: Solids lie in one plane if their middles differ by no more than this, over the thickest of them.
+_ONE_PLANE = 1e-4
+
+_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+class CompasDrawing(Drawing):
+    """What COMPAS data leaves open: see :func:`read_compas`."""
+
+    fixed: list[Name] = []
+    along: tuple[Number, Number, Number] | None = None
+
+
+def read_compas(
+    path: str | Path,
+    *,
+    friction: float,
+    unit_weight: float,
+    live: tuple[float, float] = (0.0, 0.0),
+    fixed: Iterable[str] = (),
+    along: str | Sequence[float] | None = None,
+    tolerance: float | None = None,
+) -> Scene:
+    """Read a scene from COMPAS JSON: an assembly, a block model, or a list of meshes or polygons.
+
+    Solids must be prisms along one common level direction; they are projected along it on the plane across,
+    with z upwards. Polygons are taken as they are; those in the plane z = constant with y upwards.
+
+    Parameters
+    ----------
+    path:
+        A ``.json`` file written by COMPAS (compas_assembly, compas_cra, compas_dem; new or old).
+    friction:
+        Of every joint, μ = tan φ.
+    unit_weight:
+        Of solids, weight per unit volume: a block's ``weight`` is that times area times its own thickness; of
+        polygons, per unit area.
+    live:
+        Live force on every movable block as a multiple of its weight, ``[fx, fy]`` in the plane, at the
+        centroid.
+    fixed:
+        Names of blocks that are supports, beside those whose node or block says ``is_support``. Blocks are
+        named by their node; those of models and lists by their number, from 0.
+    along:
+        The direction of the prisms: "x", "y", "z" (for solids that were drawn lying down: y is then
+        upwards), or three numbers. Default: the only level one along which all blocks are prisms with their
+        middles in one plane. Where it is named the middles may differ, as long as one plane cuts all blocks;
+        that eccentricity across the plane is left aside.
+    tolerance:
+        Length below which faces are flat and gaps are nothing (default: 1e-5 of a block's size for faces, and
+        of gaps as in :class:`Scene`).
+
+    Raises
+    ------
+    CaseError
+        If the file cannot be read, a block is no prism, or the blocks make no scene; the message names the
+        file and the block.
+    """
+    path = drawing_path(path, ".json")
+    drawing = CompasDrawing(
+        friction=friction,
+        unit_weight=unit_weight,
+        live=live,
+        fixed=list(fixed),
+        along=_AXES.get(along, along) if isinstance(along, str) else None if along is None else tuple(along),
+        tolerance=tolerance,
+    )
+    data = parse_file(path)
+    try:
+        solids = compas_data.solids(data)
+        stones = _stones(solids, _seen(solids, drawing), drawing)
+    except ValueError as error:
+        raise CaseError(f"{path}: {error}") from None
+    return scene_of(stones, drawing, path)
+
+
+def _seen(solids: Sequence[Solid], drawing: CompasDrawing) -> View:
+    """The solids seen along the direction that is asked for, or along the only one there is."""
+    if drawing.along is not None:
+        if not any(drawing.along):
+            raise ValueError("'along' needs a direction, such as y")
+        return _asked(solids, np.array(drawing.along), drawing.tolerance)
+    views, whys = [], []
+    for direction in directions(solids):
+        name = _said(direction)
+        try:
+            view = seen_along(solids, direction, drawing.tolerance)
+        except ValueError as error:
+            whys.append(f"along {name} {error}")
+            continue
+        middle, thickness = view.reach.mean(axis=1), np.ptp(view.reach, axis=1)
+        off = np.abs(middle - np.median(middle)) > _ONE_PLANE * max(thickness.max(), 1e-300)
+        if not all(solid.flat for solid in solids) and off.any():
+            block = solids[int(np.flatnonzero(off)[0])].name
+            whys.append(f"along {name} block '{block}' has its middle in another plane than most")
+            continue
+        views.append((name, view))
+    if len(views) == 1:
+        return views[0][1]
+    if views:
+        known = " and along ".join(name for name, _ in views)
+        raise ValueError(f"all blocks are prisms along {known}: say by 'along' which")
+    raise ValueError(
+        f"the blocks are not prisms of one wall: {'; '.join(whys[:3])}. Name the direction by 'along' if it"
+        " is another, or their middles need not lie in one plane"
+    )
+
+
+def _asked(solids: Sequence[Solid], direction: np.ndarray, tolerance: float | None) -> View:
+    try:
+        view = seen_along(solids, direction, tolerance)
+    except ValueError as error:
+        raise ValueError(f"'along' {_said(direction)}: {error}") from None
+    begins, ends = int(view.reach[:, 0].argmax()), int(view.reach[:, 1].argmin())
+    if not all(solid.flat for solid in solids) and view.reach[begins, 0] >= view.reach[ends, 1]:
+        raise ValueError(
+            f"block '{solids[begins].name}' lies behind block '{solids[ends].name}', seen along"
+            f" {_said(direction)}: no plane cuts both"
+        )
+    return view
+
+
+def _said(direction: np.ndarray) -> str:
+    for name, axis in _AXES.items():
+        if np.allclose(np.cross(direction, axis), 0.0, atol=1e-9):
+            return name
+    return "[" + ", ".join(f"{part:.4g}" for part in direction) + "]"
+
+
+def _stones(solids: Sequence[Solid], view: View, drawing: CompasDrawing) -> list[Stone]:
+    names = [solid.name for solid in solids]
+    more = ", ..." if len(names) > 10 else ""
+    for name in drawing.fixed:
+        if name not in names:
+            raise ValueError(f"'fixed': no block '{name}' (blocks: {', '.join(names[:10])}{more})")
+    fixed = [solid.fixed or solid.name in drawing.fixed for solid in solids]
+    if not any(fixed):
+        raise ValueError(
+            "no block is a support (is_support): name them by 'fixed' (blocks: "
+            f"{', '.join(names[:10])}{more})"
+        )
+    return [
+        Stone(
+            name=solid.name,
+            outline=outline,
+            fixed=support,
+            live=drawing.live,
+            thickness=None if solid.flat else float(end - begin),
+        )
+        for solid, outline, support, (begin, end) in zip(
+            solids, view.outlines, fixed, view.reach, strict=True
+        )
+    ]

@@ -1,0 +1,170 @@
+"""Blocks in COMPAS data: assemblies, block models, and lists of meshes or polygons."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from masonry_opt.scene.drawings.solids import Solid
+from masonry_opt.scene.drawings.stones import block_name
+
+#: Keys that a COMPAS object's own content has; everything round it is wrapping ("data", older "value").
+_CONTENT = ("node", "graph", "elements", "assembly", "blocks", "model", "vertex", "vertices", "points")
+
+_NO_DATA = "is no COMPAS data: it must hold an assembly, a model, or a list of meshes or polygons"
+
+
+def solids(data: Any) -> list[Solid]:
+    """The blocks that COMPAS data holds.
+
+    Parameters
+    ----------
+    data:
+        Content of a file: an assembly (of compas_assembly or compas_cra, new or old), a block model of
+        compas_dem or a problem that holds one, or a list of meshes, polyhedra or polygons.
+
+    Raises
+    ------
+    ValueError
+        If there is none of these, or a block that cannot be read; the message names it.
+    """
+    found, seen = [], set()
+    for key, shape, fixed, matrix in _blocks(data):
+        name = block_name(str(key).strip("'\"")) or "block"
+        if name in seen:
+            raise ValueError(f"has two blocks '{name}': rename one")
+        seen.add(name)
+        try:
+            points, faces = _faces(shape)
+            found.append(Solid(name, _moved(points, matrix), faces, fixed))
+        except (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError) as error:
+            why = str(error) if isinstance(error, _UnreadableError) else "has no mesh, polyhedron or polygon"
+            raise ValueError(f"block '{name}' {why}: take it away, or give it as a mesh") from None
+    if not found:
+        raise ValueError("holds no blocks")
+    return found
+
+
+class _UnreadableError(ValueError):
+    """Why a shape cannot be read."""
+
+
+def _content(value: Any) -> Any:
+    """What is inside the wrapping of a COMPAS object."""
+    while isinstance(value, dict) and not any(key in value for key in _CONTENT):
+        inner = value.get("data", value.get("value"))
+        if inner is None:
+            break
+        value = inner
+    return value
+
+
+def _blocks(data: Any) -> Iterator[tuple[object, Any, bool, Any]]:
+    """Key, shape, whether it is a support, and transformation, of each block."""
+    data = _content(data)
+    if isinstance(data, list):
+        for number, item in enumerate(data):
+            one = item[0] if isinstance(item, list) and len(item) == 1 else item
+            yield number, one, _attribute(one, "is_support"), None
+    elif not isinstance(data, dict):
+        raise ValueError(_NO_DATA)
+    elif "model" in data:
+        yield from _blocks(data["model"])
+    elif isinstance(data.get("elements"), dict):
+        if data.get("transformation"):
+            raise ValueError("has a model that is transformed as a whole: apply the transformation first")
+        for number, element in enumerate(data["elements"].values()):
+            own = element.get("data") if isinstance(element, dict) else None
+            own = own if isinstance(own, dict) else {}
+            yield number, own.get("geometry"), own.get("is_support") is True, own.get("transformation")
+    elif "graph" in data:
+        yield from _blocks(data["graph"])
+    elif isinstance(data.get("node"), dict):
+        for key, node in _sorted(data["node"]):
+            node = node if isinstance(node, dict) else {}
+            yield key, node.get("block"), node.get("is_support") is True, None
+    elif isinstance(data.get("blocks"), dict):
+        assembly = data.get("assembly")
+        assembly = assembly if isinstance(assembly, dict) else {}
+        nodes = assembly.get("node", assembly.get("vertex"))
+        nodes = nodes if isinstance(nodes, dict) else {}
+        for key, block in _sorted(data["blocks"]):
+            node = nodes.get(key)
+            yield key, block, isinstance(node, dict) and node.get("is_support") is True, None
+    elif isinstance(data.get("blocks"), list):
+        yield from _blocks(data["blocks"])
+    else:
+        raise ValueError(_NO_DATA)
+
+
+def _sorted(table: dict[str, Any]) -> list[tuple[str, Any]]:
+    """By number, where all keys are numbers; else as they stand."""
+    if all(re.fullmatch(r"[0-9]{1,9}", key) for key in table):
+        return sorted(table.items(), key=lambda entry: int(entry[0]))
+    return list(table.items())
+
+
+def _attribute(value: Any, name: str) -> bool:
+    content = _content(value)
+    attributes = content.get("attributes") if isinstance(content, dict) else None
+    return isinstance(attributes, dict) and attributes.get(name) is True
+
+
+def _faces(shape: Any) -> tuple[np.ndarray, list[list[int]]]:
+    """Points and faces of a mesh or polyhedron; of a polygon one face."""
+    shape = _content(shape)
+    if isinstance(shape, list):
+        return _polygon(shape)
+    if isinstance(shape.get("vertex"), dict):
+        table = shape["vertex"]
+        index = {key.strip("'\""): number for number, key in enumerate(table)}
+        usual = shape.get("default_vertex_attributes", shape.get("dva")) or {}
+        points = [[corner.get(axis, usual.get(axis, 0.0)) for axis in "xyz"] for corner in table.values()]
+        faces = [[index[str(key).strip("'\"")] for key in face] for face in shape["face"].values() if face]
+    elif "vertices" in shape:
+        points, faces = shape["vertices"], [list(face) for face in shape["faces"]]
+    else:
+        return _polygon(shape["points"])
+    corners = _numbers(points)
+    if not faces or any(len(face) < 3 or not 0 <= min(face) <= max(face) < len(corners) for face in faces):
+        raise _UnreadableError("has no faces, or faces without corners")
+    if len(faces) == 1:
+        used = faces[0]
+        return corners[used], [list(range(len(used)))]
+    return corners, faces
+
+
+def _polygon(points: list[Any]) -> tuple[np.ndarray, list[list[int]]]:
+    corners = _numbers([_content(point) for point in points])
+    if len(corners) > 1 and (corners[0] == corners[-1]).all():
+        corners = corners[:-1]
+    if len(corners) < 3:
+        raise _UnreadableError("is a polygon of less than three corners")
+    return corners, [list(range(len(corners)))]
+
+
+def _numbers(points: list[Any]) -> np.ndarray:
+    """Points in space, shape (points, 3); those of a plane get z = 0."""
+    rows = [tuple(map(_number, point)) for point in points]
+    if any(len(row) not in (2, 3) for row in rows):
+        raise _UnreadableError("has a corner of neither two nor three coordinates")
+    return np.array([(*row, 0.0)[:3] for row in rows])
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) <= 1e30:
+        raise _UnreadableError("has a coordinate that is no number")
+    return float(value)
+
+
+def _moved(points: np.ndarray, transformation: Any) -> np.ndarray:
+    """The points where the transformation of their block puts them."""
+    if transformation is None:
+        return points
+    matrix = np.array([[_number(value) for value in row] for row in transformation["data"]["matrix"]])
+    if matrix.shape != (4, 4) or not np.allclose(matrix[3], (0.0, 0.0, 0.0, 1.0)):
+        raise _UnreadableError("has a transformation that is no 4 × 4 matrix")
+    return points @ matrix[:3, :3].T + matrix[:3, 3]

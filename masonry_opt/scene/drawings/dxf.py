@@ -1,0 +1,249 @@
+"""DXF to a scene, and back."""
+
+from __future__ import annotations
+
+import io
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+from pydantic import Field
+
+from masonry_opt.errors import CaseError, OutputError
+from masonry_opt.files import write_whole
+from masonry_opt.scene.blocks import Name, Point, Positive
+from masonry_opt.scene.drawings import dxf_curves
+from masonry_opt.scene.drawings.outlines import Shape, closed_outlines, shapes
+from masonry_opt.scene.drawings.stones import Drawing, Stone, block_name, drawing_path, scene_of
+from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
+from masonry_opt.scene.scene import Scene
+
+#: Layers of supports have one of these words in their names.
+FIXED = ("fixed", "support")
+
+
+class DxfDrawing(Drawing):
+    """What a DXF drawing leaves open, and what its layers mean: see :func:`read_dxf`."""
+
+    live_layers: dict[Name, Point] = {}
+    layers: list[Name] | None = Field(default=None, min_length=1)
+    fixed_layers: list[Name] = list(FIXED)
+    sagitta: Positive | None = None
+
+
+def read_dxf(
+    path: str | Path,
+    *,
+    friction: float,
+    unit_weight: float,
+    live: tuple[float, float] = (0.0, 0.0),
+    live_layers: Mapping[str, tuple[float, float]] | None = None,
+    layers: Iterable[str] | None = None,
+    fixed_layers: Iterable[str] = FIXED,
+    tolerance: float | None = None,
+    sagitta: float | None = None,
+    to_metres: bool = False,
+) -> Scene:
+    """Read a scene from the closed outlines of a DXF drawing.
+
+    Outlines are closed polylines, circles, and loops of lines, arcs and open polylines of one layer, in the
+    model space, on layers that are shown. Each is a block; an outline inside another one is a hole of it, and
+    one inside a hole is a block again. A text inside a block names it, if it is the only one there and names
+    no other block; other blocks are named by layer and handle.
+
+    Parameters
+    ----------
+    path:
+        A ``.dxf`` file, text or binary.
+    friction:
+        Of every joint, μ = tan φ.
+    unit_weight:
+        Weight per unit area (of the scene's units).
+    live:
+        Live force on every movable block as a multiple of its weight, ``[fx, fy]``, at the centroid.
+    live_layers:
+        In place of ``live``, that of the blocks on single layers, by name.
+    layers:
+        Read these layers alone, supports included (default: all).
+    fixed_layers:
+        Blocks are supports if the name of their layer contains one of these words, in capitals or not.
+    tolerance:
+        Length below which gaps are nothing: between ends of lines, and between blocks (default: 1e-6 of the
+        drawing's diagonal, and of the scene's as in :class:`Scene`).
+    sagitta:
+        Largest distance between an arc and the chords that take its place (default: 1e-4 of the drawing's
+        diagonal). The chords' ends lie on the arc.
+    to_metres:
+        Scale the drawing from its own unit ($INSUNITS) to metres. Other lengths given are then in metres.
+
+    Returns
+    -------
+    Scene
+        With blocks in the order of the drawing.
+
+    Raises
+    ------
+    CaseError
+        If the file cannot be read, an outline is no block, or the blocks make no scene; the message names the
+        file, the entity by its handle, and its layer.
+    OptionError
+        If ezdxf, of the extra "drawings", is not installed.
+    """
+    path = drawing_path(path, ".dxf")
+    drawing = DxfDrawing(
+        friction=friction,
+        unit_weight=unit_weight,
+        live=live,
+        live_layers=dict(live_layers or {}),
+        layers=None if layers is None else list(layers),
+        fixed_layers=list(fixed_layers),
+        tolerance=tolerance,
+        sagitta=sagitta,
+    )
+    document = dxf_curves.read_document(path)
+    try:
+        scale = dxf_curves.metres(document) if to_metres else 1.0
+        shown = dxf_curves.visible(document)
+        read = _on_layers(shown, drawing.layers)
+        curves, diagonal = dxf_curves.curves(read, scale, drawing.sagitta)
+        short = drawing.tolerance or RELATIVE_TOLERANCE * diagonal
+        found = shapes(closed_outlines(curves, short), short)
+        if not found:
+            raise ValueError(f"has no closed outline in its model space{_known(shown)}")
+        stones = _stones(found, _names(found, shown, scale), drawing)
+    except ValueError as error:
+        raise CaseError(f"{path}: {error}") from None
+    return scene_of(stones, drawing, path)
+
+
+def _on_layers(entities: list[Any], layers: Sequence[str] | None) -> list[Any]:
+    if layers is None:
+        return entities
+    asked = {layer.casefold(): layer for layer in layers}
+    found = [entity for entity in entities if dxf_curves.layer_of(entity).casefold() in asked]
+    for missing in asked.keys() - {dxf_curves.layer_of(entity).casefold() for entity in found}:
+        raise ValueError(f"'layers': nothing is drawn on a layer '{asked[missing]}'{_known(entities)}")
+    return found
+
+
+def _known(entities: list[Any]) -> str:
+    """The layers that something is drawn on, as a message ends with them."""
+    layers = sorted({dxf_curves.layer_of(entity) for entity in entities})
+    more = ", ..." if len(layers) > 10 else ""
+    return f" (layers drawn on: {', '.join(layers[:10])}{more})" if layers else " (it is empty)"
+
+
+def _names(found: Sequence[Shape], entities: list[Any], scale: float) -> list[str]:
+    """Names of the blocks, from the texts that stand in them, else from layer and handle."""
+    said: dict[int, list[str]] = {}
+    outer = np.array([shapely.Polygon(shape.polygon.exterior) for shape in found], dtype=object)
+    area = shapely.area(outer)
+    tree = shapely.STRtree(outer)
+    for text, x, y in dxf_curves.texts(entities):
+        at = shapely.Point(x * scale, y * scale)
+        around = tree.query(at, predicate="within")
+        if len(around):
+            block = int(around[np.argmin(area[around])])
+            if not any(shapely.Polygon(hole).contains(at) for hole in found[block].polygon.interiors):
+                said.setdefault(block, []).append(block_name(text))
+    once = Counter(texts[0] for texts in said.values() if len(texts) == 1)
+    names = []
+    for index, shape in enumerate(found):
+        texts = said.get(index, [])
+        named = len(texts) == 1 and texts[0] and once[texts[0]] == 1
+        names.append(texts[0] if named else block_name(f"{shape.curve.layer[:100]}-{shape.curve.handle}"))
+    return names
+
+
+def _stones(found: Sequence[Shape], names: Sequence[str], drawing: DxfDrawing) -> list[Stone]:
+    words = [word.casefold() for word in drawing.fixed_layers]
+    live = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
+    stones, loaded = [], set()
+    for shape, name in zip(found, names, strict=True):
+        layer = shape.curve.layer.casefold()
+        fixed = any(word in layer for word in words)
+        if not fixed:
+            loaded.add(layer)
+        stones.append(Stone(name, shape.polygon, fixed, live.get(layer, drawing.live)))
+    layers = ", ".join(sorted({shape.curve.layer for shape in found})[:10])
+    for layer in drawing.live_layers:
+        if layer.casefold() not in loaded:
+            raise ValueError(
+                f"'live_layers': no movable block is on layer '{layer}' (layers of blocks: {layers})"
+            )
+    if not any(stone.fixed for stone in stones):
+        raise ValueError(
+            f"no block is on a layer of supports, with {' or '.join(map(repr, words))} in its name (layers of"
+            f" blocks: {layers}): move the supports to one, or name theirs by 'fixed_layers'"
+        )
+    return stones
+
+
+def write_dxf(scene: Scene, path: str | Path) -> None:
+    """Write the blocks of a scene as a DXF drawing: closed polylines on the layers "blocks" and "fixed".
+
+    Each block is drawn in the scene's own lengths, with its holes, and with its name as a text inside it, on
+    the layer "names". :func:`read_dxf` gives the same blocks; weights, loads and joints are not drawn.
+
+    Parameters
+    ----------
+    scene:
+        Of any blocks; parts of one that touch are drawn as one outline.
+    path:
+        Ends in ``.dxf``.
+
+    Raises
+    ------
+    CaseError
+        If it is no scene, a block has no area or parts apart from each other.
+    OptionError
+        If ezdxf, of the extra "drawings", is not installed.
+    OutputError
+        If the file cannot be written; an old one then stands.
+    """
+    if not isinstance(scene, Scene):
+        raise CaseError(f"what is drawn is a Scene (found {type(scene).__name__})")
+    path = drawing_path(path, ".dxf")
+    document = dxf_curves.ezdxf().new("R2010")
+    document.units = 0  # the scene's, which has no name
+    for name in ("blocks", "fixed", "names"):
+        document.layers.add(name)
+    space = document.modelspace()
+    geometry(scene)  # refuses what has no area or crosses itself
+    drawn = [(block, _drawn(block.rings, block.holes, block.name, scene)) for block in scene.blocks]
+    # A block that fills a hole comes after it: of two outlines that are the same the first is the outer one.
+    for block, polygon in sorted(drawn, key=lambda entry: not entry[1].interiors):
+        layer = {"layer": "fixed" if block.fixed else "blocks"}
+        for ring in (polygon.exterior, *polygon.interiors):
+            space.add_lwpolyline(list(ring.coords[:-1]), close=True, dxfattribs=layer)
+        inside = shapely.point_on_surface(polygon)
+        text = space.add_text(block.name, height=0.1 * polygon.area**0.5, dxfattribs={"layer": "names"})
+        text.set_placement((inside.x, inside.y), align=_middle())
+    stream = io.StringIO()
+    document.write(stream)
+    try:
+        write_whole(path, stream.getvalue())
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
+    except ValueError as error:  # a path no file can have
+        raise OutputError(f"{path}: cannot be written: {error}") from None
+
+
+def _middle() -> Any:
+    from ezdxf.enums import TextEntityAlignment
+
+    return TextEntityAlignment.MIDDLE_CENTER
+
+
+def _drawn(rings: list[list[Point]], holes: list[list[Point]], name: str, scene: Scene) -> shapely.Polygon:
+    """A block as one polygon, with its own corners where it has one outline and no hole."""
+    if len(rings) == 1 and not holes:
+        return shapely.Polygon(rings[0])
+    whole = shapely.union_all([shapely.Polygon(ring) for ring in rings])
+    whole = whole.difference(shapely.union_all([shapely.Polygon(hole) for hole in holes]))
+    if not isinstance(whole, shapely.Polygon):
+        raise CaseError(f"{scene.origin}: block '{name}' has parts apart from each other: draw it by hand")
+    return whole

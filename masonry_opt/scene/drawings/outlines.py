@@ -1,0 +1,206 @@
+"""Closed outlines from the curves of a drawing, and which of them are blocks and which are holes."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+import shapely
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+#: Chords of one arc: no drawing of masonry needs more.
+_MOST_CHORDS = 2000
+
+#: Of two outlines, one inside the other, these are the same if their areas differ by no more than this part.
+_SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A chain of straight lines, arcs already flattened.
+
+    Attributes
+    ----------
+    points: shape (points, 2).
+    closed: whether the last point is joined to the first.
+    layer, handle, kind: where in the drawing it is, to be named in errors.
+    """
+
+    points: np.ndarray
+    closed: bool
+    layer: str
+    handle: str
+    kind: str
+
+    @property
+    def where(self) -> str:
+        """The curve as an error names it."""
+        return f"{self.kind} {self.handle} on layer '{self.layer}'"
+
+
+@dataclass(frozen=True)
+class Shape:
+    """An outline with its holes, and the curve that is its outline."""
+
+    polygon: shapely.Polygon
+    curve: Curve
+
+
+def flattened(points: np.ndarray, bulges: np.ndarray, closed: bool, sagitta: float) -> np.ndarray:
+    """A polyline's points with its arcs divided into equal chords.
+
+    Parameters
+    ----------
+    points: shape (points, 2).
+    bulges: tan(θ/4) of the segment that begins at each point and turns by θ to the left, shape (points,).
+    closed: whether a segment leads from the last point to the first.
+    sagitta: largest distance between an arc and its chords.
+
+    Returns
+    -------
+    np.ndarray
+        Points on the arcs themselves, shape (more points, 2): from either end of an arc the same.
+
+    Raises
+    ------
+    ValueError
+        If an arc needs too many chords.
+    """
+    parts = []
+    for index, (start, bulge) in enumerate(zip(points, bulges, strict=True)):
+        parts.append(start[np.newaxis])
+        if bulge == 0 or (index == len(points) - 1 and not closed):
+            continue
+        chord = points[(index + 1) % len(points)] - start
+        length = math.hypot(*chord)
+        if length == 0:
+            continue
+        angle = 4 * math.atan(bulge)
+        radius = length / (2 * abs(math.sin(angle / 2)))
+        of_one = 2 * math.acos(max(1 - sagitta / radius, -1.0))
+        if abs(angle) > _MOST_CHORDS * of_one:
+            raise ValueError(f"an arc of radius {radius:g} needs more than {_MOST_CHORDS} chords")
+        chords = math.ceil(abs(angle) / of_one - 1e-9)
+        # A positive bulge has its centre to the left of the chord, as long as it is less than half a circle.
+        to_left = np.array([-chord[1], chord[0]])
+        centre = start + chord / 2 + to_left * (1 - bulge**2) / (4 * bulge)
+        turn = np.arange(1, chords)[:, np.newaxis] * (angle / chords)
+        arm = start - centre
+        parts.append(centre + arm * np.cos(turn) + np.array([-arm[1], arm[0]]) * np.sin(turn))
+    return np.concatenate(parts)
+
+
+def closed_outlines(curves: Sequence[Curve], tolerance: float) -> list[Curve]:
+    """The closed curves, and the loops that the open ones of a layer make, in the order of the drawing.
+
+    Raises
+    ------
+    ValueError
+        If a curve is open and does not belong to a simple loop; the message names it.
+    """
+    outlines, open_ones = [], defaultdict(list)
+    for number, curve in enumerate(curves):
+        if curve.closed or math.dist(curve.points[0], curve.points[-1]) <= tolerance < _extent(curve):
+            outlines.append((number, curve))
+        else:
+            open_ones[curve.layer].append((number, curve))
+    for of_layer in open_ones.values():
+        outlines += _loops(of_layer, tolerance)
+    return [curve for _, curve in sorted(outlines, key=lambda entry: entry[0])]
+
+
+def _extent(curve: Curve) -> float:
+    return float(np.ptp(curve.points, axis=0).max())
+
+
+def _loops(curves: list[tuple[int, Curve]], tolerance: float) -> list[tuple[int, Curve]]:
+    """Loops of open curves, each with the number of its first."""
+    ends = np.array([curve.points[end] for _, curve in curves for end in (0, -1)])
+    tree = cKDTree(ends)
+    pairs = tree.query_pairs(tolerance, output_type="ndarray")
+    links = sp.coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(ends), len(ends)))
+    _, node = connected_components(links, directed=False)
+    meeting = np.bincount(node)[node]
+    for end in np.flatnonzero(meeting != 2).tolist():
+        curve, (x, y) = curves[end // 2][1], ends[end]
+        if meeting[end] == 1:
+            gap = np.sort(tree.query(ends[end], k=2)[0])[1] if len(ends) > 1 else math.inf
+            raise ValueError(
+                f"{curve.where} is open: no other end of this layer meets its end at ({x:g}, {y:g})"
+                f" (the nearest is {gap:.3g} away): close it, raise 'tolerance', or name the layers of the"
+                " blocks by 'layers'"
+            )
+        raise ValueError(
+            f"{curve.where} meets {meeting[end] - 1} other ends at ({x:g}, {y:g}), which does not say what is"
+            " a block: draw each block as a closed polyline"
+        )
+    partner = {}
+    for a, b in np.argsort(node, kind="stable").reshape(-1, 2).tolist():
+        partner[a], partner[b] = b, a
+    loops, left = [], set(range(len(curves)))
+    while left:
+        first = min(left)
+        parts, end = [], 2 * first  # the end at which a curve is entered
+        while end // 2 in left:
+            left.remove(end // 2)
+            points = curves[end // 2][1].points
+            parts.append(points[::-1] if end % 2 else points)
+            end = partner[end ^ 1]
+        number, curve = curves[first]
+        loops.append((number, Curve(np.concatenate(parts), True, curve.layer, curve.handle, curve.kind)))
+    return loops
+
+
+def shapes(outlines: Sequence[Curve], tolerance: float) -> list[Shape]:
+    """Blocks with their holes: an outline inside one other is a hole of it, one inside a hole a block, and
+    so on in turns. Of two outlines that are the same the first is the outer one.
+
+    Raises
+    ------
+    ValueError
+        If an outline has no area or crosses itself, or there are two of the same that lie in no other one;
+        the message names them.
+    """
+    polygons = np.array([_polygon(curve, tolerance) for curve in outlines], dtype=object)
+    area = shapely.area(polygons)
+    inner, outer = shapely.STRtree(polygons).query(shapely.point_on_surface(polygons), predicate="within")
+    same = np.abs(area[inner] - area[outer]) <= _SAME * area[outer]
+    inside = np.where(same, inner > outer, area[inner] < area[outer])
+    inner, outer = inner[inside], outer[inside]
+    rest = shapely.area(shapely.difference(polygons[inner], polygons[outer]))
+    covered = rest <= tolerance * shapely.length(polygons[inner])
+    inner, outer = inner[covered], outer[covered]
+    depth = np.bincount(inner, minlength=len(polygons))
+    holes: defaultdict[int, list[shapely.Polygon]] = defaultdict(list)
+    for index in np.flatnonzero(depth % 2).tolist():
+        parent = min(outer[inner == index].tolist(), key=lambda other: (-depth[other], area[other]))
+        if area[index] >= (1 - _SAME) * area[parent]:
+            raise ValueError(
+                f"{outlines[index].where} is drawn twice, here and as {outlines[parent].where}: delete one"
+            )
+        holes[parent].append(polygons[index])
+    return [
+        Shape(_without(polygons[index], holes[index]), outlines[index])
+        for index in np.flatnonzero(depth % 2 == 0).tolist()
+    ]
+
+
+def _without(polygon: shapely.Polygon, holes: list[shapely.Polygon]) -> shapely.Polygon:
+    return shapely.Polygon(polygon.exterior, [hole.exterior for hole in holes])
+
+
+def _polygon(curve: Curve, tolerance: float) -> shapely.Polygon:
+    points = curve.points
+    step = np.hypot(*(points - np.roll(points, 1, axis=0)).T)
+    points = points[step > tolerance]
+    if len(points) < 3 or shapely.Polygon(points).area <= tolerance**2:
+        raise ValueError(f"{curve.where} has no area: delete it")
+    polygon = shapely.Polygon(points)
+    if not polygon.is_valid:
+        raise ValueError(f"{curve.where} crosses itself: draw its corners in order round the block")
+    return shapely.orient_polygons(polygon)

@@ -1,0 +1,150 @@
+"""Prisms along one direction, seen along it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+#: Lengths below this fraction of a solid's size are nothing: its corners may be in single precision.
+_RELATIVE_TOLERANCE = 1e-5
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A block by its faces; a flat one is one face.
+
+    Attributes
+    ----------
+    name: of the block.
+    points: corners, shape (points, 3).
+    faces: indices of the corners of each face, in order round it.
+    fixed: whether it is a support.
+    """
+
+    name: str
+    points: np.ndarray
+    faces: list[list[int]]
+    fixed: bool
+
+    @property
+    def flat(self) -> bool:
+        """Whether it is a polygon without thickness."""
+        return len(self.faces) == 1
+
+
+@dataclass(frozen=True)
+class View:
+    """Solids seen along a direction.
+
+    Attributes
+    ----------
+    outlines: of each solid, in the plane across the direction.
+    reach: where each begins and ends along the direction, shape (solids, 2).
+    """
+
+    outlines: list[shapely.Polygon]
+    reach: np.ndarray
+
+
+def axes(direction: np.ndarray) -> np.ndarray:
+    """Axes of the plane across a direction, shape (2, 3): z upwards is its second, or along z itself y.
+
+    Raises ValueError if the direction is neither level nor z, so that weights do not act in the plane.
+    """
+    unit = direction / np.linalg.norm(direction)
+    if abs(abs(unit[2]) - 1) < 1e-9:
+        return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    if abs(unit[2]) > 1e-6:
+        raise ValueError("is neither level nor upright: weights would not act in the plane")
+    across = np.cross(unit, (0.0, 0.0, 1.0))
+    across /= np.linalg.norm(across)
+    # Seen from the side from which x (or else y) runs to the right.
+    if across[0] < -1e-9 or (abs(across[0]) <= 1e-9 and across[1] < 0):
+        across = -across
+    return np.array([across + 0.0, [0.0, 0.0, 1.0]])
+
+
+def directions(solids: Sequence[Solid]) -> list[np.ndarray]:
+    """Directions along which the solids may be prisms: y, x, and level normals of the first one's faces; of
+    polygons also z."""
+    first = solids[0]
+    found = [np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0])]
+    if all(solid.flat for solid in solids):
+        found.insert(0, np.array([0.0, 0.0, 1.0]))
+    for face in first.faces[:100]:
+        normal = _normal(first.points[face])
+        level = abs(normal[2]) < 1e-6
+        if level and not any(np.linalg.norm(np.cross(normal, other)) < 1e-6 for other in found):
+            found.append(normal)
+    return found
+
+
+def _normal(corners: np.ndarray) -> np.ndarray:
+    """Unit normal of a polygon in space (Newell's formula); zero if it has no area."""
+    normal = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
+    length = float(np.linalg.norm(normal))
+    return normal / length if length > 0 else np.array([0.0, 0.0, 1.0])
+
+
+def seen_along(solids: Sequence[Solid], direction: np.ndarray, tolerance: float | None) -> View:
+    """The solids as prisms along a direction.
+
+    Raises ValueError, naming the block, if one is no prism along it.
+    """
+    plane = axes(direction)
+    unit = direction / np.linalg.norm(direction)
+    outlines, reach = [], []
+    flat = all(solid.flat for solid in solids)
+    for solid in solids:
+        if solid.flat and not flat:
+            raise ValueError(f"block '{solid.name}' is a single face among solids: give it a thickness")
+        size = float(np.linalg.norm(np.ptp(solid.points, axis=0)))
+        try:
+            outlines.append(_end(solid, plane, unit, tolerance or _RELATIVE_TOLERANCE * size))
+        except ValueError as error:
+            raise ValueError(f"block '{solid.name}' {error}") from None
+        along = solid.points @ unit
+        reach.append((along.min(), along.max()))
+    return View(outlines, np.array(reach))
+
+
+def _end(solid: Solid, plane: np.ndarray, unit: np.ndarray, tolerance: float) -> shapely.Polygon:
+    """The outline of a prism's ends, which must be the same."""
+    along, seen = solid.points @ unit, solid.points @ plane.T
+    low, high = along.min(), along.max()
+    if solid.flat != (high - low <= tolerance):
+        raise ValueError("does not lie across it" if solid.flat else "has no thickness along it")
+    ends: dict[bool, list[shapely.Polygon]] = {False: [], True: []}
+    for face in solid.faces:
+        if np.ptp(along[face]) <= tolerance:
+            upper = abs(along[face[0]] - high) <= abs(along[face[0]] - low)
+            if abs(along[face[0]] - (high if upper else low)) > tolerance:
+                raise ValueError("has a step along it: it is no prism")
+            ends[bool(upper)].append(shapely.Polygon(seen[face]))
+        elif _spread(seen[face]) > tolerance:
+            raise ValueError("has a face that is neither along it nor across: it is no prism")
+    if solid.flat:
+        return _united([*ends[False], *ends[True]], tolerance)
+    one, other = (_united(polygons, tolerance) for polygons in ends.values())
+    if shapely.area(shapely.symmetric_difference(one, other)) > tolerance * one.length:
+        raise ValueError("has two ends that differ: it is no prism")
+    return one
+
+
+def _united(polygons: list[shapely.Polygon], tolerance: float) -> shapely.Polygon:
+    if not all(polygon.is_valid for polygon in polygons):
+        raise ValueError("has a face that crosses itself")
+    whole = shapely.union_all(polygons)
+    if not isinstance(whole, shapely.Polygon) or whole.area <= tolerance**2:
+        raise ValueError("has an end of several parts, or none: it is no prism")
+    return shapely.orient_polygons(whole)
+
+
+def _spread(points: np.ndarray) -> float:
+    """How far points of the plane lie from a line, at most."""
+    centred = points - points.mean(axis=0)
+    _, _, main = np.linalg.svd(centred, full_matrices=False)
+    return float(np.abs(centred @ np.array([-main[0, 1], main[0, 0]])).max())

@@ -1,0 +1,127 @@
+"""Drawings that went wrong: whatever is in them, a scene or a message comes out, never a traceback."""
+
+from __future__ import annotations
+
+import copy
+import json
+import random
+
+import ezdxf
+import pytest
+
+import masonry_opt as mo
+from masonry_opt.errors import MasonryError
+
+VALUES = [b"nan", b"inf", b"-1e400", b"1e308", b"", b"0", b"-1", b"9" * 30, b"\xff\xfe", b"abc", b"10", b"70"]
+VALUES += [b"LWPOLYLINE", b"SPLINE", b"INSERT", b"ENDSEC", b"EOF"]
+THINGS = [None, True, -1, 0, 1e308, float("nan"), "", "x", [], {}, [[]], [1, 2], {"data": {}}, 2**70, [["a"]]]
+
+
+@pytest.fixture(scope="module")
+def drawings(tmp_path_factory):
+    """The same stones in DXF, as text and as a binary file."""
+    document = ezdxf.new("R2010")
+    space = document.modelspace()
+    ground = [(-2, -1), (4, -1), (4, 0), (-2, 0)]
+    space.add_lwpolyline([(0, 0, 0), (2, 0, 0.2), (2, 1, 0), (0, 1, -0.1)], format="xyb", close=True)
+    space.add_polyline2d([(0, 1), (2, 1), (2, 2), (0, 2)], close=True)
+    space.add_lwpolyline(ground, close=True, dxfattribs={"layer": "fixed"})
+    space.add_line((0, 2), (1, 2))
+    space.add_arc((0.5, 2), 0.5, 0, 180)
+    space.add_circle((1.5, 2.5), 0.2)
+    space.add_text("A", height=0.1).set_placement((1, 0.5))
+    space.add_mtext("B").set_location((1, 1.5))
+    written = []
+    for kind in ("asc", "bin"):
+        path = tmp_path_factory.mktemp("drawings") / f"{kind}.dxf"
+        document.saveas(path, fmt=kind)
+        written.append(path.read_bytes())
+    return written
+
+
+def broken(data, rng):
+    """Cut, with other bytes, or with other lines, most of them among the entities."""
+    kind = rng.random()
+    if kind < 0.2:
+        return data[: rng.randrange(len(data))]
+    if kind < 0.4:
+        changed = bytearray(data)
+        for _ in range(rng.randint(1, 20)):
+            changed[rng.randrange(len(changed))] = rng.randrange(256)
+        return bytes(changed)
+    lines = data.split(b"\n")
+    entities = lines.index(b"ENTITIES") if b"ENTITIES" in lines else 0
+    for _ in range(rng.randint(1, 3)):
+        number = rng.randrange(entities if rng.random() < 0.8 else 0, len(lines))
+        if rng.random() < 0.7:
+            lines[number] = rng.choice(VALUES)
+        elif len(lines) > 1:
+            del lines[number]
+            entities = min(entities, len(lines) - 1)
+    return b"\n".join(lines)
+
+
+def told(read, path):
+    """Whether a message came out instead of a scene; it names the file."""
+    message = ""
+    try:
+        scene = read(path, friction=0.6, unit_weight=1.0, live=(1, 0))
+    except MasonryError as error:
+        message = str(error)
+    assert str(path) in message if message else isinstance(scene, mo.Scene)
+    return bool(message)
+
+
+def test_broken_dxf_ends_with_a_message(drawings, tmp_path):
+    rng = random.Random(7)
+    path = tmp_path / "broken.dxf"
+    path.write_bytes(drawings[0])
+    assert not told(mo.read_dxf, path)
+    messages = 0
+    for number in range(100):
+        path.write_bytes(broken(drawings[number % 4 == 0], rng))
+        messages += told(mo.read_dxf, path)
+    assert 50 < messages < 100
+
+
+def test_broken_compas_data_ends_with_a_message(tmp_path):
+    rng = random.Random(7)
+    corners = [(x, y, z) for y in (0, 1) for x, z in ((0, 0), (2, 0), (2, 1), (0, 1))]
+    faces = [[3, 2, 1, 0], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+
+    def node(height, **more):
+        vertex = {
+            str(n): {"x": x + height / 2, "y": y, "z": z + height} for n, (x, y, z) in enumerate(corners)
+        }
+        return {"block": {"data": {"vertex": vertex, "face": dict(enumerate(faces))}}, **more}
+
+    nodes = {"0": node(0, is_support=True), "1": node(1)}
+    whole = json.loads(json.dumps({"data": {"graph": {"data": {"node": nodes}}}}))
+    path = tmp_path / "broken.json"
+    path.write_text(json.dumps(whole))
+    assert not told(mo.read_compas, path)
+
+    def places(value, at=()):
+        yield at
+        entries = (
+            value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+        )
+        for key, inner in entries:
+            yield from places(inner, (*at, key))
+
+    everywhere = [at for at in places(whole) if at]
+    messages = 0
+    for _ in range(100):
+        data = copy.deepcopy(whole)
+        *to, last = rng.choice(everywhere)
+        inner = data
+        for key in to:
+            inner = inner[key]
+        if rng.random() < 0.8:
+            inner[last] = rng.choice(THINGS)
+        else:
+            del inner[last]
+        text = json.dumps(data)
+        path.write_text(text[: rng.randrange(len(text))] if rng.random() < 0.1 else text)
+        messages += told(mo.read_compas, path)
+    assert 50 < messages < 100

@@ -1,0 +1,331 @@
+"""COMPAS JSON to scenes: files written here in the structures that COMPAS writes."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import masonry_opt as mo
+from masonry_opt.scene.contact import find_joints
+from masonry_opt.scene.geometry import geometry
+
+BASE = [(-2, -1), (5, -1), (5, 0), (-2, 0)]
+LOW = [(0, 0), (2, 0), (2, 1), (0, 1)]
+HIGH = [(0, 1), (1.5, 1), (1.5, 4), (0, 4)]
+#: With notches: the stone stands on two feet.
+PORTAL = [(0, 0), (1, 0), (1, 2), (3, 2), (3, 0), (4, 0), (4, 3), (0, 3)]
+
+#: Coordinates of a point of a wall: along it, upwards, and across it.
+ACROSS_Y = "xzy"
+ACROSS_X = "yzx"
+
+
+def prism(outline, begin=0.0, end=0.5, order=ACROSS_Y, old=False):
+    """The content of a mesh: two ends, and a face for each edge of the outline."""
+    corners = [(*point, depth) for depth in (begin, end) for point in outline]
+    count = len(outline)
+    faces = [list(range(count))[::-1], list(range(count, 2 * count))]
+    faces += [[i, (i + 1) % count, (i + 1) % count + count, i + count] for i in range(count)]
+    vertex = {str(number): dict(zip(order, corner, strict=True)) for number, corner in enumerate(corners)}
+    keys = str if old else int
+    face = {str(number): [keys(corner) for corner in face] for number, face in enumerate(faces)}
+    return {"attributes": {"name": "Mesh"}, "vertex": vertex, "face": face, "facedata": {}, "edgedata": {}}
+
+
+def wrapped(kind, data):
+    return {"dtype": kind, "data": data, "guid": "8a1c"}
+
+
+def assembly(meshes, supports):
+    """As compas_assembly and compas_cra write it today."""
+    node = {
+        str(number): {"block": wrapped("compas_assembly.datastructures/Block", mesh)}
+        | ({"is_support": True} if number in supports else {})
+        for number, mesh in enumerate(meshes)
+    }
+    graph = {"attributes": {"name": "Graph"}, "default_node_attributes": {"is_support": False}, "node": node}
+    content = {"attributes": {"name": "Assembly"}, "graph": wrapped("compas.datastructures/Graph", graph)}
+    return wrapped("compas_assembly.datastructures/Assembly", content)
+
+
+def assembly_of_2021(meshes, supports):
+    node = {
+        str(number): {
+            "x": 0.0,
+            "is_support": number in supports,
+            "block": {
+                "dtype": "compas_assembly.datastructures/Block",
+                "value": {"data": mesh, "compas": "0.18"},
+            },
+        }
+        for number, mesh in enumerate(meshes)
+    }
+    return {"dtype": "compas_assembly.datastructures/Assembly", "value": {"data": {"node": node, "edge": {}}}}
+
+
+def assembly_of_2018(meshes, supports):
+    vertex = {str(number): {"x": 0.0, "is_support": number in supports} for number in range(len(meshes))}
+    blocks = {str(number): mesh for number, mesh in reversed(list(enumerate(meshes)))}
+    return {"assembly": {"attributes": {"name": "Assembly"}, "vertex": vertex}, "blocks": blocks}
+
+
+def model(meshes, supports):
+    """As compas_dem writes it."""
+    elements = {
+        f"guid-{number}": wrapped(
+            "compas_dem.elements/Block",
+            {
+                "transformation": None,
+                "geometry": wrapped("compas.datastructures/Mesh", mesh),
+                "is_support": number in supports,
+            },
+        )
+        for number, mesh in enumerate(meshes)
+    }
+    return wrapped("compas_dem.models/BlockModel", {"transformation": None, "elements": elements})
+
+
+def problem(meshes, supports):
+    return wrapped("compas_dem.problem/Problem", {"name": "Problem", "model": model(meshes, supports)})
+
+
+def assert_outline(block, outline):
+    """The same corners, in whatever order."""
+    found, expected = (
+        sorted(tuple(np.round(p, 6) + 0.0) for p in ring) for ring in (block.vertices, outline)
+    )
+    assert np.array(found) == pytest.approx(np.array(expected), abs=1e-6)
+
+
+WRITERS = [assembly, assembly_of_2021, assembly_of_2018, model, problem]
+
+
+@pytest.fixture
+def file(tmp_path):
+    def write(data):
+        path = tmp_path / "wall.json"
+        path.write_text(json.dumps(data))
+        return path
+
+    return write
+
+
+def read(path, **more):
+    return mo.read_compas(path, **({"friction": 0.5, "unit_weight": 10.0, "live": (1, 0)} | more))
+
+
+@pytest.mark.parametrize("order", [ACROSS_X, ACROSS_Y])
+@pytest.mark.parametrize("write", WRITERS)
+def test_prisms_are_seen_across_the_wall(file, write, order):
+    meshes = [prism(outline, order=order, old=write is assembly_of_2018) for outline in (BASE, LOW, HIGH)]
+    scene = read(file(write(meshes, {0})))
+    assert [block.name for block in scene.blocks] == ["0", "1", "2"]
+    assert [block.fixed for block in scene.blocks] == [True, False, False]
+    for block, outline in zip(scene.blocks, (BASE, LOW, HIGH), strict=True):
+        assert_outline(block, outline)
+    # Unit weight times area times thickness.
+    assert [block.weight for block in scene.blocks[1:]] == pytest.approx([10 * 2 * 0.5, 10 * 4.5 * 0.5])
+    # The high stone overturns: half its width over half its height; live is its weight.
+    assert mo.solve(scene, "static").required() == pytest.approx(0.5, rel=1e-6)
+    rough = read(file(write(meshes, {0})), friction=2.0, live=(-1, 0))
+    # Both together about the base's corner under x = 0: the arms of the weights over their heights.
+    arm, height = (10 * 1 + 22.5 * 0.75), (10 * 0.5 + 22.5 * 2.5)
+    assert mo.solve(rough, "static").required() == pytest.approx(min(0.75 / 1.5, arm / height), rel=1e-6)
+
+
+def test_each_block_keeps_its_own_thickness(file):
+    """With their middles in one plane, or where the direction is named."""
+    middle = [prism(BASE, -1, 1), prism(LOW, -0.25, 0.25), prism(HIGH, -0.5, 0.5)]
+    assert [block.weight for block in read(file(assembly(middle, {0}))).blocks[1:]] == pytest.approx([10, 45])
+    aside = [prism(BASE, -1, 1), prism(LOW, -0.25, 0.25), prism(HIGH, 0, 1)]
+    with pytest.raises(mo.CaseError, match=r"wall\.json: .*'2'"):
+        read(file(assembly(aside, {0})))
+    scene = read(file(assembly(aside, {0})), along="y")
+    assert [block.weight for block in scene.blocks[1:]] == pytest.approx([10, 45])
+    behind = [prism(BASE, -1, 1), prism(LOW, -0.25, 0.25), prism(HIGH, 0.25, 1)]
+    with pytest.raises(mo.CaseError, match=r"'2'.*'1'"):
+        read(file(assembly(behind, {0})), along="y")
+
+
+def test_a_wall_across_any_level_direction(file):
+    """Turned by the angle of 3, 4, 5 about the vertical: the same wall."""
+    straight = [prism(BASE), prism(LOW), prism(HIGH)]
+    turned = [
+        mesh
+        | {
+            "vertex": {
+                key: {"x": 0.8 * p["x"] - 0.6 * p["y"], "y": 0.6 * p["x"] + 0.8 * p["y"], "z": p["z"]}
+                for key, p in mesh["vertex"].items()
+            }
+        }
+        for mesh in straight
+    ]
+    scene = read(file(assembly(turned, {0})))
+    for block, outline in zip(scene.blocks, (BASE, LOW, HIGH), strict=True):
+        assert_outline(block, outline)
+    assert read(file(assembly(turned, {0})), along=(-6, 8, 0)).blocks[1].weight == pytest.approx(10)
+
+
+def test_single_precision_and_triangles(file):
+    """Coordinates of seven digits; ends in triangles; a portal has notches."""
+    mesh = prism([(x / 3, y / 3) for x, y in PORTAL], 0.1, 0.4)
+    mesh["vertex"] = {
+        key: {axis: float(f"{value:.7g}") for axis, value in point.items()}
+        for key, point in mesh["vertex"].items()
+    }
+    ends = [[0, 1, 2, 7], [2, 3, 6, 7], [3, 4, 5, 6]]
+    del mesh["face"]["0"], mesh["face"]["1"]
+    for number, (a, b, c, d) in enumerate(ends):
+        mesh["face"] |= {f"a{number}": [a, b, c], f"b{number}": [a, c, d]}
+        mesh["face"] |= {f"c{number}": [d + 8, c + 8, b + 8], f"d{number}": [d + 8, b + 8, a + 8]}
+    scene = read(file(assembly([prism(BASE, 0.1, 0.4), mesh], {0})))
+    assert scene.blocks[1].weight == pytest.approx(10 * 8 / 9 * 0.3, rel=1e-6)
+    assert len(find_joints(scene, geometry(scene)).length) == 2
+
+
+def test_holes_through_a_block(file):
+    """A frame of four ends at either side: [-2, 4] × [-1, 4] around the stones."""
+    outer, inner = [(-2, -1), (4, -1), (4, 4), (-2, 4)], [(-1, 0), (3, 0), (3, 3), (-1, 3)]
+    frame, hole = prism(outer), prism(inner)
+    for key, point in hole["vertex"].items():
+        frame["vertex"][f"1{key}"] = point
+    ring = [0, 1, 2, 3]
+    sides = {f"in{i}": [10 + i, 10 + (i + 1) % 4, 14 + (i + 1) % 4, 14 + i] for i in ring}
+    ends = {
+        f"{z}{i}": [i + z, (i + 1) % 4 + z, 10 + (i + 1) % 4 + z, 10 + i + z] for i in ring for z in (0, 4)
+    }
+    del frame["face"]["0"], frame["face"]["1"]
+    frame["face"] |= sides | ends
+    scene = (
+        read(file(assembly([frame, prism(LOW)], {1})), fixed=["0"])
+        if False
+        else read(file(assembly([frame, prism(LOW), prism([(-2, -2), (4, -2), (4, -1), (-2, -1)])], {2})))
+    )
+    assert scene.blocks[0].weight == pytest.approx(10 * (30 - 12) * 0.5)
+    assert len(scene.blocks[0].holes) == 1
+    assert len(find_joints(scene, geometry(scene)).length) == 2
+
+
+def test_transformations_of_elements(file):
+    data = model([prism(BASE), prism(LOW), prism(LOW)], {0})
+    element = data["data"]["elements"]["guid-2"]["data"]
+    # A quarter turn about y (x to -z, z to x), then to the place on the lower stone.
+    matrix = [[0, 0, 1, 0.5], [0, 1, 0, 0], [-1, 0, 0, 3], [0, 0, 0, 1]]
+    element["transformation"] = wrapped("compas.geometry/Transformation", {"matrix": matrix})
+    scene = read(file(data))
+    assert_outline(scene.blocks[2], [(0.5, 1), (1.5, 1), (1.5, 3), (0.5, 3)])
+    data["data"]["transformation"] = element["transformation"]
+    with pytest.raises(mo.CaseError, match=r"wall\.json: "):
+        read(file(data))
+
+
+def test_supports_by_name_and_by_a_mesh_of_a_list(file):
+    meshes = [wrapped("compas.datastructures/Mesh", prism(outline)) for outline in (BASE, LOW)]
+    assert [block.fixed for block in read(file(meshes), fixed=["0"]).blocks] == [True, False]
+    meshes[0]["data"]["attributes"]["is_support"] = True
+    assert [block.fixed for block in read(file([[mesh] for mesh in meshes])).blocks] == [True, False]
+    del meshes[0]["data"]["attributes"]["is_support"]
+    for fixed in ([], ["ground"]):
+        with pytest.raises(mo.CaseError, match=r"wall\.json: .*0, 1"):
+            read(file(meshes), fixed=fixed)
+
+
+@pytest.mark.parametrize("as_objects", [False, True])
+@pytest.mark.parametrize("upright", [False, True])
+def test_polygons_are_taken_as_they_are(file, as_objects, upright):
+    """In the plane of x and y, or upright in space; unit weights are by area."""
+    rings = [[(x, 0.3, y) if upright else (x, y) for x, y in [*ring, ring[0]]] for ring in (BASE, PORTAL)]
+    if as_objects:
+        rings = [wrapped("compas.geometry/Polygon", {"points": ring}) for ring in rings]
+    scene = read(file(rings), fixed=["0"])
+    (portal,) = scene.blocks[1:]
+    assert_outline(portal, PORTAL)
+    assert portal.unit_weight == 10
+    assert portal.live == (80, 0)
+    assert mo.solve(scene, "static").required() == pytest.approx(0.5, rel=1e-6)
+
+
+def test_polyhedra_are_blocks(file):
+    mesh = prism(LOW)
+    points = [[point[axis] for axis in "xyz"] for point in mesh["vertex"].values()]
+    solid = wrapped("compas.geometry/Polyhedron", {"vertices": points, "faces": list(mesh["face"].values())})
+    scene = read(file([wrapped("compas.datastructures/Mesh", prism(BASE)), solid]), fixed=["0"])
+    assert scene.blocks[1].weight == pytest.approx(10)
+
+
+def wedge():
+    """A prism whose farther end is shifted along x: its sides lean."""
+    mesh = prism(LOW)
+    for key in "4567":
+        mesh["vertex"][key]["x"] += 0.1
+    return mesh
+
+
+def stepped():
+    """Half of an end lies farther back."""
+    mesh = prism([(0, 0), (1, 0), (2, 0), (2, 1), (1, 1), (0, 1)])
+    mesh["vertex"] |= {"12": {"x": 1, "y": 0.25, "z": 0}, "13": {"x": 1, "y": 0.25, "z": 1}}
+    mesh["vertex"]["8"]["y"] = mesh["vertex"]["9"]["y"] = 0.25
+    mesh["face"]["1"] = [6, 7, 10, 11]
+    mesh["face"] |= {"s": [12, 8, 9, 13], "t": [7, 12, 13, 10]}
+    return mesh
+
+
+WRONG_BLOCKS = {
+    "a wedge": wedge(),
+    "a step": stepped(),
+    "an open end": {**prism(LOW), "face": {k: f for k, f in prism(LOW)["face"].items() if k != "1"}},
+    "one face": {**prism(LOW), "face": {"0": [0, 1, 2, 3]}},
+    "no faces": {**prism(LOW), "face": {}},
+    "a corner that is not there": {**prism(LOW), "face": {"0": [0, 1, 99]}},
+    "no number": {**prism(LOW), "vertex": {"0": {"x": "left"}}},
+    "nothing": None,
+    "a box": wrapped("compas.geometry/Box", {"xsize": 1, "ysize": 1, "zsize": 1}),
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG_BLOCKS.values(), ids=WRONG_BLOCKS)
+def test_what_is_no_prism_is_named(file, wrong):
+    for along in (None, "y"):
+        with pytest.raises(mo.CaseError, match=r"wall\.json: .*'1'"):
+            read(file(assembly([prism(BASE), wrong, prism(HIGH)], {0})), along=along)
+
+
+def test_a_stack_of_boxes_has_two_directions(file):
+    """Cubes are prisms along x and y alike: which is meant must be said."""
+    square = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    cubes = [prism(square, 0, 1), prism([(x, y + 1) for x, y in square], 0, 1)]
+    with pytest.raises(mo.CaseError, match=r"along y.*along x.*'along'"):
+        read(file(assembly(cubes, {0})))
+    for along in ("x", "y"):
+        assert read(file(assembly(cubes, {0})), along=along).blocks[1].weight == pytest.approx(10)
+
+
+def test_what_lies_down_is_seen_from_above_if_asked(file):
+    lying = [prism(outline, order="xyz") for outline in (BASE, LOW)]
+    assert_outline(read(file(assembly(lying, {0})), along="z").blocks[1], LOW)
+    with pytest.raises(mo.CaseError, match="'along'"):
+        read(file(assembly(lying, {0})), along=(1, 0, 1))
+    with pytest.raises(mo.CaseError, match="'along'"):
+        read(file(assembly(lying, {0})), along="sideways")
+
+
+@pytest.mark.parametrize(
+    "data",
+    [{}, [], 5, "text", None, {"joints": {"friction": 0.5}}, {"data": {"data": None}}, {"node": {}}, [1]],
+)
+def test_json_of_something_else(file, data):
+    with pytest.raises(mo.CaseError, match=r"wall\.json: "):
+        read(file(data))
+
+
+@pytest.mark.parametrize("content", [b"", b'{"dtype": "compas', b"\x00\xff\xfe", b"[" * 100_000])
+def test_files_that_are_no_json(tmp_path, content):
+    path = tmp_path / "broken.json"
+    path.write_bytes(content)
+    with pytest.raises(mo.CaseError, match=r"broken\.json: "):
+        read(path)
+    with pytest.raises(mo.CaseError):
+        read(tmp_path / "wall.obj")

@@ -1,0 +1,134 @@
+"""The command `convert`: what it writes, and how it ends."""
+
+from __future__ import annotations
+
+import json
+
+import ezdxf
+import pytest
+from scenes import WALLS, run_command
+
+import masonry_opt as mo
+
+NEEDED = ["--friction", "0.65", "--unit-weight", str(1 / 7)]
+
+
+@pytest.fixture
+def wall(tmp_path, monkeypatch, capsys):
+    path = tmp_path / "wall.dxf"
+    code, out, err = run_command(monkeypatch, capsys, "convert", WALLS[0], path)
+    assert (code, err) == (0, "")
+    assert "34 blocks (1 fixed)" in out
+    return path
+
+
+def test_a_drawing_becomes_a_case_file(wall, tmp_path, monkeypatch, capsys):
+    for out in (tmp_path / "wall.toml", tmp_path / "wall_out.json"):
+        code, told, err = run_command(monkeypatch, capsys, "convert", wall, out, *NEEDED, "--live", "1,0")
+        assert (code, err) == (0, "")
+        assert "83 joints" in told
+        assert mo.solve(out, "static").required() == pytest.approx(0.64286, abs=5e-6)
+
+
+def test_options_of_dxf(tmp_path, monkeypatch, capsys):
+    """One stone of 4 m × 1 m drawn in millimetres; the other layers are not read."""
+    document = ezdxf.new()
+    document.header["$INSUNITS"] = 4
+    space = document.modelspace()
+    stone = [(0, 0), (4000, 0), (4000, 1000), (0, 1000)]
+    ground = [(-1000, -1000), (9000, -1000), (9000, 0), (-1000, 0)]
+    for layer, ring in (("top", stone), ("rock", ground)):
+        space.add_lwpolyline(ring, close=True, dxfattribs={"layer": layer})
+    space.add_line((0, 0), (1, 1), dxfattribs={"layer": "axes"})
+    document.saveas(tmp_path / "stone.dxf")
+    options = ["--friction", "0.5", "--unit-weight", "20", "--live-layer", "top=-0.5,0"]
+    more = [
+        "--layer",
+        "top",
+        "--layer",
+        "rock",
+        "--fixed-layer",
+        "rock",
+        "--to-metres",
+        "--tolerance",
+        "1e-5",
+        "--sagitta",
+        "0.01",
+        "--friction",
+        "0.5",
+        "--unit-weight",
+        "20",
+    ]
+    out = tmp_path / "stone.toml"
+    code, _, err = run_command(monkeypatch, capsys, "convert", tmp_path / "stone.dxf", out, *options, *more)
+    assert (code, err) == (0, "")
+    scene = mo.load(out)
+    assert scene.tolerance == 1e-5
+    assert scene.blocks[0].live == pytest.approx((-40.0, 0.0))
+    assert mo.solve(scene, "static").required() == pytest.approx(1.0, rel=1e-6)
+
+
+def test_options_of_compas(tmp_path, monkeypatch, capsys):
+    rings = [[(-1, -1), (5, -1), (5, 0), (-1, 0)], [(0, 0), (4, 0), (4, 1), (0, 1)]]
+    path, out = tmp_path / "stone.json", tmp_path / "stone.toml"
+    path.write_text(json.dumps(rings))
+    options = [
+        "--fixed",
+        "0",
+        "--along",
+        "0,0,1",
+        "--live",
+        "1,0",
+        "--friction",
+        "0.5",
+        "--unit-weight",
+        "20",
+    ]
+    code, _, err = run_command(monkeypatch, capsys, "convert", path, out, *options)
+    assert (code, err) == (0, "")
+    assert mo.solve(out, "static").required() == pytest.approx(0.5, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        ([], "--friction"),
+        (["--friction", "0.5"], "--unit-weight"),
+        ([*NEEDED, "--live", "1;0"], "--live"),
+        ([*NEEDED, "--live-layer", "blocks"], "--live-layer"),
+        ([*NEEDED, "--along", "x"], "--along"),
+        ([*NEEDED, "--fixed", "1-1"], "--fixed"),
+        ([*NEEDED, "--layer", "gone"], "'gone'"),
+        ([*NEEDED, "--fixed-layer", "rock"], "'rock'"),
+        ([*NEEDED, "--friction", "-1"], "'friction'"),
+    ],
+)
+def test_wrong_options_are_named_and_nothing_is_written(wall, tmp_path, monkeypatch, capsys, options, named):
+    out = tmp_path / "wall.toml"
+    code, told, err = run_command(monkeypatch, capsys, "convert", wall, out, *options)
+    assert (code, told) == (2, "")
+    assert err.startswith("error: ")
+    assert named in err
+    assert not out.exists()
+
+
+def test_a_drawing_with_a_gap_is_refused(tmp_path, monkeypatch, capsys):
+    """What is written can be solved: here the stone touches nothing."""
+    path, out = tmp_path / "stone.json", tmp_path / "stone.toml"
+    path.write_text(json.dumps([[(-1, -1), (5, -1), (5, 0)], [(0, 0.1), (4, 0.1), (4, 1)]]))
+    code, _, err = run_command(monkeypatch, capsys, "convert", path, out, *NEEDED, "--fixed", "0")
+    assert code == 2
+    assert "'1'" in err
+    assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    "names", [("wall.obj", "wall.toml"), ("wall.dxf", "wall.png"), ("wall.toml", "wall.dxf")]
+)
+def test_names_of_files_that_are_not_converted(tmp_path, monkeypatch, capsys, names):
+    code, _, err = run_command(
+        monkeypatch, capsys, "convert", *(tmp_path / name for name in names), *NEEDED, "--live", "1,0"
+    )
+    assert code == 2
+    assert err.startswith("error: ")
+    assert not list(tmp_path.iterdir())

@@ -1,0 +1,458 @@
+"""DXF drawings to scenes, and back."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import sys
+
+import ezdxf
+import numpy as np
+import pytest
+from scenes import WALLS
+
+import masonry_opt as mo
+from masonry_opt.scene.contact import find_joints
+from masonry_opt.scene.geometry import geometry
+
+FLOOR = [(-9, -1), (9, -1), (9, 0), (-9, 0)]
+STONE = [(0, 0), (4, 0), (4, 1), (0, 1)]
+
+
+@pytest.fixture
+def sheet(tmp_path):
+    """Draws what it is given in the model space of a new drawing, with a floor, and gives its path."""
+
+    def draw(make, floor=True, version="R2010", **header):
+        document = ezdxf.new(version)
+        for name, value in header.items():
+            document.header[f"${name}"] = value
+        space = document.modelspace()
+        if floor:
+            space.add_lwpolyline(FLOOR, close=True, dxfattribs={"layer": "Supports"})
+        make(space)
+        path = tmp_path / "sheet.dxf"
+        document.saveas(path)
+        return path
+
+    return draw
+
+
+def polylines(*rings, layer="stone"):
+    def make(space):
+        for ring in rings:
+            space.add_lwpolyline(ring, close=True, dxfattribs={"layer": layer})
+
+    return make
+
+
+def read(path, **more):
+    return mo.read_dxf(path, **({"friction": 0.5, "unit_weight": 2.0, "live": (1, 0)} | more))
+
+
+def movable(scene):
+    return [block for block in scene.blocks if not block.fixed]
+
+
+def area_of(scene, number=0):
+    return geometry(scene).area[scene.blocks.index(movable(scene)[number])]
+
+
+def joints_of(scene):
+    return find_joints(scene, geometry(scene))
+
+
+def test_outlines_are_blocks_and_layers_say_what_is_fixed(sheet):
+    scene = read(sheet(polylines(STONE)))
+    assert [block.fixed for block in scene.blocks] == [True, False]
+    (stone,) = movable(scene)
+    assert sorted(stone.vertices) == sorted(STONE)
+    assert stone.unit_weight == 2.0
+    assert stone.live == (8.0, 0.0)  # area 4, unit weight 2
+    # 4 wide, 1 high: it slides, at λ = μ, before it overturns.
+    assert mo.solve(scene, "static").required() == pytest.approx(0.5, rel=1e-6)
+
+
+@pytest.mark.parametrize("version", ["R2000", "R2010", "R2018"])
+def test_clockwise_and_doubled_corners_make_no_difference(sheet, version):
+    scene = read(sheet(polylines([*STONE[::-1], STONE[-1]]), version=version))
+    assert area_of(scene) == pytest.approx(4.0)
+    assert len(movable(scene)[0].vertices) == 4
+
+
+def chords(sagitta, radius, angle):
+    """Equal chords of an arc that rise by no more than the sagitta: r (1 - cos(half a chord's angle))."""
+    number = 1
+    while radius * (1 - math.cos(angle / (2 * number))) > sagitta:
+        number += 1
+    return number
+
+
+@pytest.mark.parametrize(("bulge", "sign"), [(1.0, 1), (-1.0, -1)])
+def test_arcs_are_flattened_with_the_sagitta(sheet, bulge, sign):
+    """A stone with half a disc on its top, or cut out of it."""
+
+    def make(space):
+        corners = [(0, 0, 0), (4, 0, 0), (4, 2, 0), (3, 2, bulge), (1, 2, 0), (0, 2, 0)]
+        space.add_lwpolyline(corners, format="xyb", close=True)
+
+    scene = read(sheet(make), sagitta=0.01)
+    number = chords(0.01, 1.0, math.pi)
+    assert number == 12
+    half_disc = number / 2 * math.sin(math.pi / number)  # triangles between the centre and the chords
+    assert area_of(scene) == pytest.approx(8 + sign * half_disc, rel=1e-12)
+    on_arc = [point for point in movable(scene)[0].vertices if 1.0001 < point[0] < 2.9999]
+    assert [math.dist(point, (2, 2)) for point in on_arc] == pytest.approx([1.0] * 11, rel=1e-12)
+
+
+def test_loops_of_lines_and_arcs_are_outlines(sheet):
+    """The same half disc, by an arc; a whole circle; a loop of three open polylines."""
+
+    def make(space):
+        corners = [(1, 2), (0, 2), (0, 0), (4, 0), (4, 2), (3, 2)]
+        for a, b in itertools.pairwise(corners[:4]):
+            space.add_line(b, a)
+        space.add_lwpolyline(corners[3:])
+        space.add_arc((2, 2), 1, 0, 180)
+        space.add_circle((7, 3), 1)
+        space.add_line((5, 0), (8, 0), dxfattribs={"layer": "other"})
+        space.add_arc((6.5, 0), 1.5, 0, 180, dxfattribs={"layer": "other"})
+
+    scene = read(sheet(make), sagitta=0.01)
+    half_disc = 6 * math.sin(math.pi / 12)
+    assert area_of(scene, 0) == pytest.approx(8 + half_disc, rel=1e-12)
+    assert area_of(scene, 1) == pytest.approx(2 * half_disc, rel=1e-12)
+    number = chords(0.01, 1.5, math.pi)
+    assert area_of(scene, 2) == pytest.approx(1.5**2 * number / 2 * math.sin(math.pi / number), rel=1e-12)
+
+
+@pytest.mark.parametrize("degrees", [200.0, 300.0, 360.0])
+def test_long_arcs_keep_their_side(sheet, degrees):
+    """A circle's segment: r²/2 (θ - sin θ), from below by the chords' sagitta."""
+
+    def make(space):
+        ends = [(math.cos(math.radians(a)), 3 + math.sin(math.radians(a))) for a in (0, degrees)]
+        space.add_arc((0, 3), 1, 0, degrees)
+        if degrees < 360:
+            space.add_line(*ends)
+
+    angle = math.radians(degrees)
+    whole = (angle - math.sin(angle)) / 2
+    assert whole - 1e-4 * angle < area_of(read(sheet(make), sagitta=1e-4)) < whole
+
+
+def test_mirrored_entities_are_seen_from_above(sheet):
+    """Their own x axis runs to the left, and their arcs turn the other way."""
+
+    def make(space):
+        corners = [(0, 0, 0), (4, 0, 0), (4, 2, 0), (3, 2, 1.0), (1, 2, 0), (0, 2, 0)]
+        mirrored = [(-x, y, -bulge) for x, y, bulge in corners]
+        space.add_lwpolyline(mirrored, format="xyb", close=True, dxfattribs={"extrusion": (0, 0, -1)})
+        space.add_lwpolyline([(7, 0), (5, 0)], dxfattribs={"layer": "other"})
+        # From (7, 0) counter-clockwise over the top to (5, 0), in a plane seen from below.
+        arc = {"layer": "other", "extrusion": (0, 0, -1)}
+        space.add_arc((-6, 0), 1, 0, 180, dxfattribs=arc)
+
+    scene = read(sheet(make), sagitta=0.01)
+    half_disc = 6 * math.sin(math.pi / 12)
+    assert area_of(scene, 0) == pytest.approx(8 + half_disc, rel=1e-12)
+    assert area_of(scene, 1) == pytest.approx(half_disc, rel=1e-12)
+    assert max(y for _, y in movable(scene)[1].vertices) == pytest.approx(1.0)
+
+
+def test_a_curved_joint_is_the_same_from_both_sides(sheet):
+    """Stones drawn one clockwise, the other not, share the chords of the arc between them."""
+
+    def make(space):
+        space.add_lwpolyline([(0, 0, 0), (2, 0, 0.3), (2, 2, 0), (0, 2, 0)], format="xyb", close=True)
+        space.add_lwpolyline([(5, 0, 0), (2, 0, 0.3), (2, 2, 0), (5, 2, 0)], format="xyb", close=True)
+
+    scene = read(sheet(make), sagitta=1e-3)
+    angle = 4 * math.atan(0.3)
+    number = chords(1e-3, 1 / math.sin(angle / 2), angle)  # of a chord of 2
+    joints = joints_of(scene)
+    between = (joints.first != 0) & (joints.second != 0) & (joints.length > 0)
+    assert between.sum() == number > 5
+
+
+def test_gaps_within_the_tolerance_are_closed(sheet):
+    def make(space):
+        space.add_lwpolyline([*STONE, (0, 0.001)])  # not closed
+        ring = [(0.5, 1.001), (3, 1.001), (3, 2), (0.5, 2)]
+        for a, b in zip(ring, [*ring[1:], ring[0]], strict=True):
+            space.add_line((a[0] + 0.001, a[1]), b, dxfattribs={"layer": "upper"})
+
+    path = sheet(make)
+    scene = read(path, tolerance=0.002)
+    assert scene.tolerance == 0.002
+    assert len(movable(scene)) == 2
+    assert len(joints_of(scene).length) == 2
+    with pytest.raises(mo.CaseError, match=r"sheet\.dxf: LWPOLYLINE \w+ on layer '0'.*0\.001 "):
+        read(path)
+
+
+def test_holes_and_what_stands_in_them(sheet):
+    """An outline inside another is a hole, one inside that a block, and so on; one drawn twice is filled."""
+    rings = [
+        [(0, 0), (10, 0), (10, 10), (0, 10)],
+        [(1, 1), (9, 1), (9, 9), (1, 9)],
+        [(2, 1), (4, 1), (4, 3), (2, 3)],
+        [(2.5, 1.5), (3.5, 1.5), (3.5, 2.5), (2.5, 2.5)],
+        [(20, 0), (30, 0), (30, 9), (20, 9)],
+        [(21, 1), (22, 1), (22, 2), (21, 2)],
+        [(22, 2), (21, 2), (21, 1), (22, 1)],
+    ]
+    ground = [(-9, -1), (40, -1), (40, 0), (-9, 0)]
+
+    def make(space):
+        polylines(*rings)(space)
+        polylines(ground, layer="fixed")(space)
+
+    scene = read(sheet(make, floor=False))
+    areas = [area_of(scene, number) for number in range(4)]
+    assert areas == pytest.approx([100 - 64, 4 - 1, 90 - 1, 1])
+    assert movable(scene)[0].live == pytest.approx((72.0, 0.0))
+    # The frame and the other stone on the ground, the stone in its hole, the filling on four sides.
+    assert len(joints_of(scene).length) == 2 + 1 + 4
+
+
+def test_notches_stay(sheet):
+    scene = read(sheet(polylines([(0, 0), (1, 0), (1, 2), (3, 2), (3, 0), (4, 0), (4, 3), (0, 3)])))
+    assert area_of(scene) == pytest.approx(8.0)
+    assert len(joints_of(scene).length) == 2
+
+
+def test_texts_name_blocks(sheet):
+    """A text that stands in one block, alone; else layer and handle are its name."""
+
+    def make(space):
+        polylines(STONE, [(0, 1), (4, 1), (4, 2), (0, 2)], [(0, 2), (4, 2), (4, 3), (0, 3)])(space)
+        space.add_text("key  stone", height=0.1).set_placement((1, 0.5))
+        space.add_mtext("granite", dxfattribs={"layer": "notes"}).set_location((1, 1.5))
+        space.add_text("granite", height=0.1).set_placement((1, 2.5))
+        space.add_text("outside", height=0.1).set_placement((20, 20))
+
+    names = [block.name for block in movable(read(sheet(make)))]
+    assert names[0] == "key stone"
+    assert all(name.startswith("stone-") for name in names[1:])
+    assert len(set(names)) == 3
+
+
+def test_loads_of_layers(sheet):
+    """The lower stone is pulled: friction under both carries it, λ W = μ 2 W."""
+
+    def make(space):
+        polylines(STONE, layer="lower")(space)
+        polylines([(0, 1), (4, 1), (4, 2), (0, 2)], layer="upper")(space)
+
+    path = sheet(make)
+    scene = read(path, live=(0, 0), live_layers={"LOWER": (1, 0)})
+    assert mo.solve(scene, "static").required() == pytest.approx(1.0, rel=1e-6)
+    with pytest.raises(mo.CaseError, match=r"sheet\.dxf: .*'Supports'"):
+        read(path, live_layers={"Supports": (1, 0)})
+
+
+def test_layers_that_are_read(sheet):
+    """What lies on others, or on layers that are not shown, is not looked at."""
+
+    def make(space):
+        polylines(STONE)(space)
+        space.add_spline([(0, 0), (1, 1), (2, 0)], dxfattribs={"layer": "frame"})
+        space.add_line((0, 0), (1, 1), dxfattribs={"layer": "off"})
+        layers = space.doc.layers
+        layers.add("off").off()
+        layers.add("frozen").freeze()
+        space.add_line((0, 0), (1, 1), dxfattribs={"layer": "Frozen"})
+
+    path = sheet(make)
+    assert len(read(path, layers=["STONE", "supports"]).blocks) == 2
+    with pytest.raises(mo.CaseError, match=r"SPLINE \w+ on layer 'frame'"):
+        read(path)
+    with pytest.raises(mo.CaseError, match="'gone'"):
+        read(path, layers=["gone", "stone"])
+    assert [
+        block.fixed for block in read(path, layers=["STONE", "supports"], fixed_layers=["ston"]).blocks
+    ] == [
+        False,
+        True,
+    ]
+
+
+def test_units_are_scaled_only_if_asked_for(sheet):
+    def make(space):
+        polylines(STONE)(space)
+        space.add_text("A", height=0.1).set_placement((1, 0.5))
+
+    path = sheet(make, INSUNITS=4)
+    assert max(read(path).blocks[1].vertices) == (4.0, 1.0)
+    in_metres = read(path, to_metres=True).blocks[1]
+    assert max(in_metres.vertices) == pytest.approx((0.004, 0.001))
+    assert in_metres.name == "A"
+    with pytest.raises(mo.CaseError, match="INSUNITS"):
+        read(sheet(make, INSUNITS=0), to_metres=True)
+
+
+WRONG = {
+    "crosses itself": polylines([(0, 0), (4, 0), (0, 1), (4, 1)]),
+    "no area": polylines([(0, 0), (4, 0), (2, 0)]),
+    "twice": polylines(STONE, STONE),
+    "open": lambda space: space.add_lwpolyline(STONE, dxfattribs={"layer": "stone"}),
+    "a lone line": lambda space: space.add_line((0, 0), (1, 0), dxfattribs={"layer": "stone"}),
+    "a point": lambda space: space.add_line((1, 1), (1, 1), dxfattribs={"layer": "stone"}),
+    "a net": lambda space: [
+        space.add_line(a, b, dxfattribs={"layer": "stone"})
+        for a, b in [((0, 0), (1, 0)), ((1, 0), (1, 1)), ((1, 1), (0, 0)), ((1, 0), (2, 0)), ((2, 0), (1, 1))]
+    ],
+    "a reference": lambda space: space.add_blockref("stones", (0, 0), dxfattribs={"layer": "stone"}),
+    "an ellipse": lambda space: space.add_ellipse((0, 2), (1, 0), 0.5, dxfattribs={"layer": "stone"}),
+    "upright": lambda space: space.add_lwpolyline(
+        STONE, close=True, dxfattribs={"layer": "stone", "extrusion": (0, 1, 0)}
+    ),
+    "in space": lambda space: space.add_polyline3d(
+        [(0, 0, 0), (1, 0, 0), (1, 0, 1)], close=True, dxfattribs={"layer": "stone"}
+    ),
+    "a mesh": lambda space: space.add_polymesh((3, 3), dxfattribs={"layer": "stone"}),
+}
+
+
+@pytest.mark.parametrize("make", WRONG.values(), ids=WRONG)
+def test_what_is_no_block_is_named_by_layer_and_handle(sheet, make):
+    with pytest.raises(mo.CaseError, match=r"sheet\.dxf: [A-Z]+ [0-9A-F]+ on layer 'stone'"):
+        read(sheet(make))
+
+
+def test_drawings_without_blocks_or_supports(sheet):
+    with pytest.raises(mo.CaseError, match=r"sheet\.dxf: "):
+        read(sheet(lambda space: space.add_text("A"), floor=False))
+    with pytest.raises(mo.CaseError, match=r"sheet\.dxf: .*stone"):
+        read(sheet(polylines(STONE), floor=False))
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"friction": -1},
+        {"unit_weight": "heavy"},
+        {"live": (1,)},
+        {"tolerance": 0},
+        {"sagitta": -1},
+        {"layers": []},
+    ],
+)
+def test_wrong_values_are_named(sheet, wrong):
+    with pytest.raises(mo.CaseError, match=f"'{next(iter(wrong))}'"):
+        read(sheet(polylines(STONE)), **wrong)
+
+
+def test_a_sagitta_too_small_is_refused(sheet):
+    with pytest.raises(mo.CaseError, match=r"CIRCLE \w+ on layer '0'.*sagitta"):
+        read(sheet(lambda space: space.add_circle((0, 1), 1)), sagitta=1e-12)
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"\x00\xff" * 500, b"0\nSECTION\n2\nENTITIES\n", b"AutoCAD Binary DXF\r\n"]
+)
+def test_files_that_are_no_dxf(tmp_path, content):
+    path = tmp_path / "broken.dxf"
+    path.write_bytes(content)
+    with pytest.raises(mo.CaseError, match=r"broken\.dxf: "):
+        read(path)
+
+
+def test_paths_that_are_no_dxf(tmp_path):
+    (tmp_path / "folder.dxf").mkdir()
+    for path in (tmp_path / "folder.dxf", tmp_path / "missing.dxf", tmp_path / "wall.dwg", 5):
+        with pytest.raises(mo.CaseError):
+            read(path)
+
+
+def test_without_ezdxf_the_extra_is_named(sheet, monkeypatch):
+    path = sheet(polylines(STONE))
+    monkeypatch.setitem(sys.modules, "ezdxf", None)
+    with pytest.raises(mo.OptionError, match=r"masonry_opt\[drawings\]"):
+        read(path)
+
+
+def round_trip(scene, path, **more):
+    mo.write_dxf(scene, path)
+    return read(path, **more)
+
+
+def test_wall_1_comes_back(tmp_path):
+    """A full block weighs 1 and has 4 × 1.75."""
+    wall = mo.load(WALLS[0])
+    back = round_trip(wall, tmp_path / "wall.dxf", friction=0.65, unit_weight=1 / 7)
+    assert [(block.name, block.vertices) for block in back.blocks] == [
+        (block.name, block.vertices) for block in wall.blocks
+    ]
+    assert mo.solve(back, "static").required() == pytest.approx(0.64286, abs=5e-6)
+    assert mo.solve(back).required() == pytest.approx(0.638982, abs=1e-6)
+
+
+def test_an_arch_comes_back(tmp_path):
+    """Voussoirs with straight edges, which the arch of Casapulla & Lauro has as drawn."""
+    keys = {"radius": 10, "angles": (180, 0), "thickness": 1.1, "voussoirs": 27, "unit_weight": 1}
+    arch = mo.Arch(**keys, weights="straight", live=(1, 0))
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=arch.blocks())
+    back = round_trip(scene, tmp_path / "arch.dxf", unit_weight=1)
+    again = round_trip(back, tmp_path / "arch.dxf", unit_weight=1)
+    assert again == back
+    assert len(joints_of(back).length) == 28
+    assert mo.solve(back).required() == pytest.approx(mo.solve(scene).required(), rel=1e-9)
+
+
+def test_stones_of_any_shape_come_back(tmp_path):
+    """A notch; a hole that another block fills, drawn first; two parts that touch; names of other letters."""
+    scene = mo.Scene(
+        joints=mo.JointDefaults(friction=0.5),
+        blocks=[
+            mo.Block(name="100 %%d", vertices=[(1, 1), (2, 1), (2, 2), (1, 2)], unit_weight=2),
+            mo.Block(
+                name="Füllung ½",
+                vertices=[(0, 0), (4, 0), (4, 3), (0, 3)],
+                holes=[[(1, 1), (2, 1), (2, 2), (1, 2)]],
+                unit_weight=2,
+            ),
+            mo.Block(
+                name="L",
+                parts=[[(4, 0), (6, 0), (6, 1), (4, 1)], [(4, 1), (5, 1), (5, 3), (4, 3)]],
+                unit_weight=2,
+            ),
+            mo.Block(name="floor", vertices=FLOOR, fixed=True),
+        ],
+    )
+    back = round_trip(scene, tmp_path / "stones.dxf")
+    before, after = geometry(scene), geometry(back)
+    area = dict(zip([block.name for block in back.blocks], after.area, strict=True))
+    assert area == pytest.approx({"100 %%d": 1, "Füllung ½": 11, "L": 4, "floor": 18})
+    assert before.area.sum() == pytest.approx(after.area.sum())
+    assert [block.name for block in back.blocks if block.fixed] == ["floor"]
+    assert len(joints_of(back).length) == len(joints_of(scene).length)
+
+
+def test_what_cannot_be_drawn_is_refused(tmp_path):
+    apart = mo.Block(name="apart", parts=[STONE, [(5, 0), (6, 0), (6, 1)]], weight=1)
+    floor = mo.Block(name="floor", vertices=FLOOR, fixed=True)
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[apart, floor])
+    with pytest.raises(mo.CaseError, match="'apart'"):
+        mo.write_dxf(scene, tmp_path / "apart.dxf")
+    with pytest.raises(mo.CaseError):
+        mo.write_dxf("wall", tmp_path / "wall.dxf")
+    wall = mo.load(WALLS[0])
+    with pytest.raises(mo.CaseError):
+        mo.write_dxf(wall, tmp_path / "wall.dwg")
+    with pytest.raises(mo.MasonryError, match=r"gone"):
+        mo.write_dxf(wall, tmp_path / "gone" / "wall.dxf")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_drawing_far_away_keeps_its_shape(sheet):
+    """Drawings in coordinates of a survey: digits are lost, no more than they hold."""
+    far = np.array([4.5e5, 5.4e6])
+    rings = [[tuple(np.array(point) + far) for point in ring] for ring in (STONE, FLOOR)]
+
+    def make(space):
+        polylines(rings[0])(space)
+        polylines(rings[1], layer="fixed")(space)
+
+    assert mo.solve(read(sheet(make, floor=False)), "static").required() == pytest.approx(0.5, rel=1e-6)
