@@ -159,7 +159,7 @@ def export(
 
     Beside a .nl file stand the names of its rows and columns (.row, .col). Prints the files written.
     """
-    print_text("\n".join(map(str, export_program(case, file, method))))
+    print_text("\n".join(printable(str(path)) for path in export_program(case, file, method)))
 
 
 def _name_and_value(text: str) -> tuple[str, Any]:

@@ -194,7 +194,7 @@ def _header(method: str, assembly: Assembly) -> list[str]:
     name = " ".join(f"{Path(scene.origin).name} {scene.title}".split())
     lines = [
         f"masonry_opt: program of method {method} for {name}",
-        f"{problem.blocks} blocks that can move, {problem.joints} joints",
+        f"movable blocks: {problem.blocks}, joints: {problem.joints}",
         f"units: forces {problem.force_unit!r}, lengths {problem.length_unit!r} of the case's; the load "
         "factor is the same in both",
     ]

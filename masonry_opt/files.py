@@ -32,6 +32,12 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
 
 def refuse_unwritable(path: Path) -> None:
     """Raise OptionError if a file could not be written there: to be asked before long work."""
+    try:
+        path.lstat()
+    except (FileNotFoundError, NotADirectoryError):
+        pass
+    except (OSError, ValueError) as error:  # a path no file can have
+        raise OptionError(f"{path}: cannot be written: {error}") from None
     if not path.parent.is_dir():
         raise OptionError(f"{path}: cannot be written: there is no folder {path.parent}")
     if path.is_dir() or not os.access(path.parent, os.W_OK):

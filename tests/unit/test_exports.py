@@ -306,6 +306,7 @@ def test_units_and_titles_stand_in_the_header_whatever_the_title(tmp_path):
         (path,) = mo.export(titled, tmp_path / f"program{end}", "static")
         head = path.read_text().split("Source")[0]
         # The median block weighs 1500; feet are 200 wide, blocks 500.
+        assert "movable blocks: 2, joints: 3" in head
         assert "units: forces 1500.0, lengths 100.0" in head
         assert "Br?cke" in head
         found = abs(solved_by_highs(path).getInfo().objective_function_value) / times(head)
@@ -333,10 +334,15 @@ def test_methods_without_one_program_are_refused(tmp_path, method):
         mo.export(two_blocks(), tmp_path / "two.nl", method)
 
 
-@pytest.mark.parametrize("path", ["two.txt", "two", "missing/two.lp", ".", "folder.lp", 3])
+@pytest.mark.parametrize(
+    "path",
+    ["two.txt", "two", "missing/two.lp", "file/two.lp", ".", "folder.lp", "\0.lp", f"{300 * 'x'}.lp", 3],
+    ids=repr,
+)
 def test_paths_that_cannot_be_written_are_refused(tmp_path, monkeypatch, path):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "folder.lp").mkdir()
+    (tmp_path / "file").write_text("")
     with pytest.raises(mo.OptionError):
         mo.export(two_blocks(), path, "static")
 
