@@ -20,6 +20,7 @@ _HOMES = {
     "duality": ("DualityReport", "check"),
     "errors": ("CaseError", "MasonryError", "OptionError"),
     "explain.stressed_joints": ("stressed_joints",),
+    "exports": ("export",),
     "scene.arch": ("Arch", "PointLoad"),
     "scene.blocks": ("Block", "Joint", "JointDefaults", "Reference"),
     "scene.case_file": ("load", "save"),

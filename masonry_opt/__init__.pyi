@@ -10,6 +10,7 @@ from masonry_opt.errors import CaseError as CaseError
 from masonry_opt.errors import MasonryError as MasonryError
 from masonry_opt.errors import OptionError as OptionError
 from masonry_opt.explain.stressed_joints import stressed_joints as stressed_joints
+from masonry_opt.exports import export as export
 from masonry_opt.scene.arch import Arch as Arch
 from masonry_opt.scene.arch import PointLoad as PointLoad
 from masonry_opt.scene.blocks import Block as Block
@@ -19,10 +20,10 @@ from masonry_opt.scene.blocks import Reference as Reference
 from masonry_opt.scene.case_file import load as load
 from masonry_opt.scene.case_file import save as save
 from masonry_opt.scene.column import Column as Column
-from masonry_opt.scene.edge_load import EdgeLoad as EdgeLoad
 from masonry_opt.scene.drawings.compas import read_compas as read_compas
 from masonry_opt.scene.drawings.dxf import read_dxf as read_dxf
 from masonry_opt.scene.drawings.dxf import write_dxf as write_dxf
+from masonry_opt.scene.edge_load import EdgeLoad as EdgeLoad
 from masonry_opt.scene.facade import Facade as Facade
 from masonry_opt.scene.scene import Scene as Scene
 from masonry_opt.scene.wall import Wall as Wall

@@ -124,22 +124,7 @@ def solve(
         scene = as_scene(scene)
         assembly = assemble(scene)
     problem = assembly.problem
-    if not problem.live_norm:
-        raise CaseError(
-            f"{scene.origin}: no block carries a live load: give one 'live = [fx, fy]' "
-            "(a [wall]: 'live', as a multiple of its weight), an [[edge_load]] of kind \"live\", or "
-            "'tilt = \"right\"' to tilt the ground"
-        )
-    if chosen.constant_dilatancy and problem.dilatancy_depends_on_stress:
-        raise OptionError(
-            f"method '{method}' does not know dilatancy that falls with stress: use 'nonassociative', or "
-            "leave 'dilatancy_stress' out"
-        )
-    if len(problem.crushing) and not chosen.crushing:
-        raise OptionError(
-            f"method '{method}' does not know joints of limited strength: use another, or leave 'strength' "
-            "out"
-        )
+    refuse_unsuited(chosen, assembly)
     # Of methods that bring their own solver nobody named one: what is quick decides whether the scene stands.
     of_dead_load = find_solver("cvxpy", None) if solver is None and chosen.own_tolerances else named
     solution = _unless_it_stands(assembly, of_dead_load, effort)
@@ -166,6 +151,27 @@ def solve(
     warnings = warnings_of(assembly, result.infeasibility)
     result = replace(result, warnings=warnings, warning_sentences=sentences(warnings))
     return replace(result, summary=summary_text(result))
+
+
+def refuse_unsuited(method: Method, assembly: Assembly) -> None:
+    """Raise CaseError if nothing carries a live load, OptionError if the method does not know such joints."""
+    problem = assembly.problem
+    if not problem.live_norm:
+        raise CaseError(
+            f"{assembly.scene.origin}: no block carries a live load: give one 'live = [fx, fy]' "
+            "(a [wall]: 'live', as a multiple of its weight), an [[edge_load]] of kind \"live\", or "
+            "'tilt = \"right\"' to tilt the ground"
+        )
+    if method.constant_dilatancy and problem.dilatancy_depends_on_stress:
+        raise OptionError(
+            f"method '{method.name}' does not know dilatancy that falls with stress: use 'nonassociative', "
+            "or leave 'dilatancy_stress' out"
+        )
+    if len(problem.crushing) and not method.crushing:
+        raise OptionError(
+            f"method '{method.name}' does not know joints of limited strength: use another, or leave "
+            "'strength' out"
+        )
 
 
 def _set_beside(problem: Problem, solution: Solution, effort: Effort) -> None:

@@ -32,6 +32,7 @@ from masonry_opt.errors import (
     printable,
 )
 from masonry_opt.explain.sentences import numeral
+from masonry_opt.exports import export as export_program
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.report.mechanism_plot import plot_mechanism, refuse_picture
 from masonry_opt.report.terminal import print_text
@@ -146,6 +147,21 @@ def check(case: Case) -> None:
     print_text(str(report))
     if not report.passed:
         raise typer.Exit(1)
+
+
+@app.command()
+def export(
+    case: Case,
+    file: Annotated[Path, typer.Argument(help="File to write (.lp, .mps, .nl, .gms).", show_default=False)],
+    method: Annotated[
+        str, typer.Option(help="static, kinematic or global (any file), mpec (.nl, .gms), mcp (.nl).")
+    ] = "static",
+) -> None:
+    """Write the program that a method declares for CASE to FILE, for other solvers.
+
+    Beside a .nl file stand the names of its rows and columns (.row, .col). Prints the files written.
+    """
+    print_text("\n".join(printable(str(path)) for path in export_program(case, file, method)))
 
 
 def _name_and_value(text: str) -> tuple[str, Any]:

@@ -7,6 +7,8 @@ import os
 import tempfile
 from pathlib import Path
 
+from masonry_opt.errors import OptionError
+
 
 def write_whole(path: str | Path, content: str | bytes) -> None:
     """Write a file so that a reader sees the old content or the new, never a part.
@@ -26,6 +28,21 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
         with contextlib.suppress(OSError):  # the folder may be gone: the first error is the cause
             os.unlink(temporary)
         raise
+
+
+def refuse_unwritable(path: Path) -> None:
+    """Raise OptionError if a file could not be written there: to be asked before long work."""
+    try:
+        path.lstat()
+    except (FileNotFoundError, NotADirectoryError):
+        pass
+    except (OSError, ValueError) as error:  # a path no file can have
+        raise OptionError(f"{path}: cannot be written: {error}") from None
+    if not path.parent.is_dir():
+        raise OptionError(f"{path}: cannot be written: there is no folder {path.parent}")
+    if path.is_dir() or not os.access(path.parent, os.W_OK):
+        why = "is a folder" if path.is_dir() else f"folder {path.parent} does not let files be written"
+        raise OptionError(f"{path}: cannot be written: {why}")
 
 
 def _umask() -> int:

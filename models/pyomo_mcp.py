@@ -88,6 +88,12 @@ def with_slack_variables(model: PyomoMcp, transformation: str) -> Any:
     return pyo.Reference(conditions[:].v)
 
 
+def with_pairs(model: PyomoMcp) -> None:
+    """Write complementarity, in place, as Pyomo's writer of NL files takes it (other writers drop it): for
+    each face a free variable z = C(μ) q + c, and a row z ≥ 0 that is complementary to the bound p ≥ 0."""
+    pyo.TransformationFactory("mpec.nl").apply_to(model.program)
+
+
 def _left(equations: Any) -> np.ndarray:
     """What the variables' values leave of equations."""
     return np.array([pyo.value(row.body) - pyo.value(row.upper) for row in equations.values()])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import os
 import textwrap
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -23,7 +22,7 @@ from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.explain.sentences import numeral
-from masonry_opt.files import write_whole
+from masonry_opt.files import refuse_unwritable, write_whole
 
 #: Okabe & Ito's colours, told apart by colour-blind readers and in grey.
 _SLIDES, _HINGES, _MARKED, _CRUSHES = "#0072B2", "#D55E00", "#CC79A7", "#009E73"
@@ -117,11 +116,7 @@ def refuse_picture(path: str | FilePath) -> None:
     path = FilePath(path)
     if path.suffix.lower().removeprefix(".") not in FORMATS:
         raise OptionError(f"{path}: a picture's name ends in {', '.join('.' + f for f in FORMATS)}")
-    if not path.parent.is_dir():
-        raise OptionError(f"{path}: cannot be written: there is no folder {path.parent}")
-    if path.is_dir() or not os.access(path.parent, os.W_OK):
-        why = "is a folder" if path.is_dir() else f"folder {path.parent} does not let files be written"
-        raise OptionError(f"{path}: cannot be written: {why}")
+    refuse_unwritable(path)
 
 
 def draw_mechanism(result: Result, axes: Axes, marked: Collection[int] = ()) -> None:

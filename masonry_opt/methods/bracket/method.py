@@ -74,7 +74,7 @@ def global_search(task: Task) -> Solution:
     if not (bounds := [load_factor for load_factor in known if load_factor is not None]):
         return upper
     best = min(bounds)
-    highest = best + _ABOVE * max(abs(best), 1e-3)
+    highest = a_little_above(best)
     solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, slope=problem.dilatancy)
     solution.flow_rule_matters, solution.associative = start.flow_rule_matters, upper.load_factor
     if exact:
@@ -93,6 +93,11 @@ def global_search(task: Task) -> Solution:
             solution = solution if lower.failing(problem) else lower
     _conclude(problem, solution, of, searched, options)
     return solution
+
+
+def a_little_above(best: float) -> float:
+    """Λ of the programs, from the best λ known."""
+    return best + _ABOVE * max(abs(best), 1e-3)
 
 
 def _raise(task: Task, solution: Solution, best: float, highest: float, of: Limits, began: float) -> None:

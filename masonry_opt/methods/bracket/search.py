@@ -24,7 +24,7 @@ def lower_state(
     the solver's word; None where it has none to give."""
     problem, effort = task.problem, task.effort
     with effort.measure("build"):
-        model = PyomoGlobal(problem, _most_slack(problem, of), of.rates / edge_lengths(problem), highest)
+        model = with_binaries(problem, highest, of)
     answer = _searched(model, seconds, task)
     found = None
     if answer.solution_status in (SolutionStatus.optimal, SolutionStatus.feasible):
@@ -35,6 +35,11 @@ def lower_state(
     if answer.objective_bound is None or not np.isfinite(answer.objective_bound):
         return found, None
     return found, float(answer.objective_bound) / problem.live_norm
+
+
+def with_binaries(problem: Problem, highest: float, of: Limits) -> PyomoGlobal:
+    """The program over all states with 0 ≤ λ ≤ ``highest`` within the limits."""
+    return PyomoGlobal(problem, _most_slack(problem, of), of.rates / edge_lengths(problem), highest)
 
 
 def _most_slack(problem: Problem, of: Limits) -> np.ndarray:

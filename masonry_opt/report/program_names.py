@@ -1,0 +1,133 @@
+"""Names of the rows and columns of a declared program: by kind, and by the joint or block they are of."""
+
+from __future__ import annotations
+
+import string
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import pyomo.environ as pyo
+
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.chords import CHORDS
+from masonry_opt.problem.problem import Problem
+
+#: Parts of a complementary pair, as Pyomo's transformations name them: the slack, the row that defines it,
+#: its product with the rate, and the row paired with the rate.
+_PAIR = {"v": "z", "bv": "z", "ve": "slack", "bc": "slack", "ccon": "product", "c": "pair"}
+
+#: What LP files of every solver take in names, but for what names here are made of.
+_LEGAL = set(string.ascii_letters + string.digits + "_.")
+
+#: LP and MPS files have names of at most 255 characters, kinds among them.
+_LONGEST = 200
+
+
+@dataclass(frozen=True)
+class Labels:
+    """How joints and blocks are written in names, as ``kind`` + ``opens`` + label + ``closes``.
+
+    Attributes
+    ----------
+    joints: a different one for each joint, in the order of ``Result.joints``.
+    blocks: a different one for each movable block, in the order of ``Result.blocks``.
+    """
+
+    joints: list[str]
+    blocks: list[str]
+    opens: str
+    closes: str
+
+    def of_joints(self, kind: str) -> list[str]:
+        """Names of one kind, one a joint."""
+        return [f"{kind}{self.opens}{label}{self.closes}" for label in self.joints]
+
+    def of_blocks(self, *kinds: str) -> list[str]:
+        """Names of several kinds, block by block."""
+        return [f"{kind}{self.opens}{label}{self.closes}" for label in self.blocks for kind in kinds]
+
+
+def readable(assembly: Assembly) -> Labels:
+    """``n[A|ground]``: names of blocks as the scene has them."""
+    return _by_blocks(assembly, [block.name for block in assembly.scene.blocks], "[", "]")
+
+
+def legal(assembly: Assembly) -> Labels:
+    """``n{A|ground}``, with ``_`` for what LP files do not take, and not too long for them."""
+    names = [
+        "".join(letter if letter in _LEGAL else "_" for letter in block.name)
+        for block in assembly.scene.blocks
+    ]
+    return _by_blocks(assembly, names, "{", "}")
+
+
+def numbered(assembly: Assembly) -> Labels:
+    """``n_0``: numbers of the rows of ``Result.joints`` and ``Result.blocks``."""
+    problem = assembly.problem
+    return Labels(list(map(str, range(problem.joints))), list(map(str, range(problem.blocks))), "_", "")
+
+
+def _by_blocks(assembly: Assembly, names: list[str], opens: str, closes: str) -> Labels:
+    joints = assembly.joints
+    pairs = [
+        f"{names[first]}|{names[second]}" for first, second in zip(joints.first, joints.second, strict=True)
+    ]
+    return Labels(unique(pairs), unique(names[block] for block in assembly.movable), opens, closes)
+
+
+def unique(labels: Iterable[str]) -> list[str]:
+    """The labels, cut where too long, with ``~2``, ``~3``, ... after those that come again: of several joints
+    of two blocks, of blocks whose names differ in what is not legal."""
+    cut = [label[:_LONGEST] for label in labels]
+    taken, seen, different = set(cut), set(), []
+    for label in cut:
+        name, times = label, 1
+        while name in seen or (times > 1 and name in taken):
+            times += 1
+            name = f"{label}~{times}"
+        seen.add(name)
+        different.append(name)
+    return different
+
+
+def names_in(program: pyo.ConcreteModel, problem: Problem, labels: Labels) -> dict[int, str]:
+    """A name for every variable, constraint and objective of a declared program, by its identity.
+
+    No two are the same, in capitals or not, and none is of a row and of a column.
+    """
+    joint, block = labels.of_joints, labels.of_blocks
+    of_components = {
+        "load_factor": ["load_factor"],
+        "q": [*joint("n"), *joint("s"), *joint("m")],
+        "d": block("vx", "vy", "omega"),
+        "equilibrium": block("fx", "fy", "moment"),
+        "compatibility": [*joint("opening"), *joint("slip"), *joint("rotation")],
+        "live_work": ["live_work"],
+        "raising": ["raising"],
+        "objective": ["objective"],
+    }
+    of_faces = {"p": "p", "y": "y", "within_yield": "yield", "at_rest": "at_rest", "at_yield": "at_yield"}
+    of_components |= {name: list(_faces(problem, labels, kind)) for name, kind in of_faces.items()}
+    names = {}
+    for component in program.component_objects((pyo.Var, pyo.Constraint, pyo.Objective), descend_into=False):
+        for data, name in zip(component.values(), of_components[component.local_name], strict=True):
+            names[id(data)] = name
+    pairs: Any = program.component("complementarity")
+    for part, kind in _PAIR.items() if pairs is not None else ():
+        for pair, name in zip(pairs.values(), _faces(problem, labels, kind), strict=True):
+            if (data := pair.component(part)) is not None:
+                names[id(data)] = name
+    return names
+
+
+def _faces(problem: Problem, labels: Labels, kind: str) -> Iterator[str]:
+    """Names of one kind, one a face."""
+    motions = []
+    for motion, count in (("slide", len(problem.sliding)), ("rock", problem.joints)):
+        motions += [f"{motion}_plus"] * count + [f"{motion}_minus"] * count
+    chords = range(2, len(CHORDS.slope) + 1)  # the first is that of rocking
+    for sense in ("plus", "minus"):
+        motions += [f"crush_{sense}_{chord}" for _ in problem.crushing for chord in chords]
+    for motion, number in zip(motions, problem.face_joint.tolist(), strict=True):
+        yield f"{kind}_{motion}{labels.opens}{labels.joints[number]}{labels.closes}"

@@ -1,0 +1,79 @@
+"""A reader of the text of AMPL's NL files, as far as linear rows and complementary pairs go.
+
+After D. M. Gay, Writing .nl Files (2005): ten lines of counts, then segments, each begun by a letter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class NlFile:
+    """A linear program, or complementarity problem, with its names.
+
+    Attributes
+    ----------
+    rows, columns: names; of rows without the objective.
+    matrix: shape (rows, columns).
+    equal: right-hand sides of the rows that are equations, by row.
+    pairs: the column, numbered from 0, that each complementary row is paired with, and the sum of 1 (if that
+        has a lower bound) and 2 (an upper one), by row.
+    lower, upper: bounds of columns.
+    counts: the numbers of each line of the header.
+    """
+
+    rows: list[str]
+    columns: list[str]
+    matrix: np.ndarray
+    equal: dict[int, float]
+    pairs: dict[int, tuple[int, int]]
+    lower: np.ndarray
+    upper: np.ndarray
+    counts: list[list[int]]
+
+
+def read_nl(path: Path) -> NlFile:
+    """Read a ``.nl`` and the names beside it."""
+    lines = [line.split("#")[0].split() for line in path.read_text().splitlines()]
+    assert lines[0][0] == "g3"  # a text file
+    counts = [[int(word) for word in line] for line in lines[1:10]]
+    columns, rows = counts[0][:2]
+    matrix, equal, pairs = np.zeros((rows, columns)), {}, {}
+    bounds = np.tile([[-np.inf], [np.inf]], columns)
+    rest = iter(lines[10:])
+    for head, *words in rest:
+        kind, number = head[0], int(head[1:] or 0)
+        match kind:
+            case "C" | "O":
+                assert next(rest) == ["n0"]  # no row has a nonlinear part
+            case "r":
+                for row in range(rows):
+                    code, *numbers = next(rest)
+                    if code == "5":
+                        pairs[row] = (int(numbers[1]) - 1, int(numbers[0]))
+                    elif code == "4":
+                        equal[row] = float(numbers[0])
+            case "b":
+                for column in range(columns):
+                    code, *numbers = next(rest)
+                    assert code in "0123"
+                    if code in "02":
+                        bounds[0, column] = float(numbers[0])
+                    if code in "01":
+                        bounds[1, column] = float(numbers[-1])
+            case "J":
+                for _ in range(int(words[0])):
+                    column, entry = next(rest)
+                    matrix[number, int(column)] = float(entry)
+            case "G" | "k" | "x":
+                for _ in range(int(words[0]) if words else number):
+                    next(rest)
+            case _:
+                raise AssertionError(f"segment {head}")
+    names = [path.with_suffix(end).read_text(encoding="utf-8").splitlines() for end in (".row", ".col")]
+    assert (len(names[0]), len(names[1])) == (rows + counts[0][2], columns)
+    return NlFile(names[0][:rows], names[1], matrix, equal, pairs, *bounds, counts)

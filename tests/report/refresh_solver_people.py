@@ -1,0 +1,32 @@
+"""Write the table of best known values in ``docs/solver_people.md`` anew
+(``python tests/report/refresh_solver_people.py`` in the clone)."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import masonry_opt as mo
+from masonry_opt.problem.assembly import assemble
+
+BETWEEN = re.compile(r"(<!-- best known -->\n)(.*?)(<!-- /best known -->)", re.DOTALL)
+
+
+def table(cases: Path) -> str:
+    """The registry's entries of case files (it has others, of scenes that ``compare`` makes)."""
+    lines = ["| case | blocks | joints | faces | λ | found by |", "|---|---|---|---|---|---|"]
+    for name, entry in tomllib.loads((cases / "best_known.toml").read_text("utf-8")).items():
+        if (cases / name).is_file():
+            problem = assemble(mo.load(cases / name)).problem
+            size = f"{problem.blocks} | {problem.joints} | {problem.faces}"
+            case, value = name.removesuffix(".toml"), entry["load_factor"]
+            lines.append(f"| `{case}` | {size} | {value:.9g} | {entry['method']} |")
+    return "".join(f"{line}\n" for line in lines)
+
+
+if __name__ == "__main__":
+    page = Path("docs", "solver_people.md")
+    written = table(Path("cases"))
+    text = BETWEEN.sub(lambda found: found[1] + written + found[3], page.read_text("utf-8"))
+    page.write_text(text, "utf-8")
