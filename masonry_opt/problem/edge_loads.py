@@ -12,9 +12,7 @@ from masonry_opt.scene.contact import Joints
 from masonry_opt.scene.edge_load import EdgeLoad
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.scene import Scene
-
-#: An edge lies along a line if it is parallel to it up to this angle (radians), as edges that touch are.
-_PARALLEL = 1e-3
+from masonry_opt.scene.touching import PARALLEL
 
 
 @dataclass(frozen=True)
@@ -51,7 +49,7 @@ class _Segments:
         y0, y1 = (self.tail - start) @ across, (self.tip - start) @ across
         low, high = np.maximum(np.minimum(x0, x1), 0.0), np.minimum(np.maximum(x0, x1), length)
         slope = np.divide(y1 - y0, x1 - x0, out=np.full_like(y0, np.inf), where=x1 != x0)
-        found = np.flatnonzero((high - low > tolerance) & (np.abs(slope) <= _PARALLEL))
+        found = np.flatnonzero((high - low > tolerance) & (np.abs(slope) <= PARALLEL))
         # How far away the ends of what they share are.
         ends = np.column_stack([low, high])[found]
         away = np.abs(y0[found, None] + slope[found, None] * (ends - x0[found, None])).max(axis=1, initial=0)

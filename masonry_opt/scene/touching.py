@@ -1,0 +1,216 @@
+"""Where the outlines of blocks touch: lengths of edge that two share, and corners on edges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy.spatial import cKDTree
+
+from masonry_opt.errors import CaseError
+from masonry_opt.scene.geometry import Geometry
+from masonry_opt.scene.scene import Scene
+
+#: Facing edges nearer than this, over the root of the smaller block's area, were perhaps meant to touch, and
+#: overlaps no deeper come of rounded coordinates.
+NEAR_MISS = 1e-3
+
+#: Edges that touch along a length are parallel up to this angle (radians).
+PARALLEL = 1e-3
+
+#: Pairs of edges compared (of blocks that are near each other, in each other's box).
+_MOST_EDGES = 20_000_000
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Where blocks touch: which pair, from where to where, and the normal into its first block."""
+
+    pair: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    normal: np.ndarray
+
+    def where(self, kept: np.ndarray) -> Contacts:
+        return Contacts(self.pair[kept], self.start[kept], self.end[kept], self.normal[kept])
+
+    def with_points(self, points: Contacts) -> Contacts:
+        """Both, by pairs, along edges first."""
+        order = np.argsort(np.concatenate([self.pair, points.pair]), kind="stable")
+        stacked = (
+            np.concatenate([getattr(self, name), getattr(points, name)])[order]
+            for name in ("pair", "start", "end", "normal")
+        )
+        return Contacts(*stacked)
+
+
+def shared_edges(
+    scene: Scene, edges: Edges, geometry: Geometry, pairs: np.ndarray
+) -> tuple[Contacts, np.ndarray]:
+    """The lengths of edge that pairs share, and which pairs face each other across a small gap only."""
+    reach = np.maximum(
+        geometry.tolerance, NEAR_MISS * np.sqrt(geometry.area[pairs].min(axis=1, initial=np.inf))
+    )
+    near_edges = edges.combinations(pairs, reach, shapely.bounds(geometry.polygons))
+    if near_edges is None:
+        raise _too_fine(scene, edges.of_each(len(geometry.polygons)))
+    pair, i, j = near_edges
+
+    edge = edges.tip[i] - edges.tail[i]
+    length = np.hypot(edge[:, 0], edge[:, 1])
+    along = edge / length[:, None]
+    normal = np.column_stack([-along[:, 1], along[:, 0]])
+    other = edges.tip[j] - edges.tail[j]
+    facing = (other * along).sum(axis=1) < 0
+    sine = np.abs((other * normal).sum(axis=1)) / np.hypot(other[:, 0], other[:, 1])
+    # Positions of the other edge's ends along and across this edge.
+    from_tail, from_tip = edges.tail[j] - edges.tail[i], edges.tip[j] - edges.tail[i]
+    x0, x1 = (from_tip * along).sum(axis=1), (from_tail * along).sum(axis=1)
+    y0, y1 = (from_tip * normal).sum(axis=1), (from_tail * normal).sum(axis=1)
+    low, high = np.maximum(x0, 0.0), np.minimum(x1, length)
+    slope = np.divide(y1 - y0, x1 - x0, out=np.zeros_like(y0), where=x1 > x0)
+    gap = np.maximum(np.abs(y0 + slope * (low - x0)), np.abs(y0 + slope * (high - x0)))
+    opposite = facing & (sine <= PARALLEL) & (high - low > geometry.tolerance)
+    shared = opposite & (gap <= geometry.tolerance)
+    near = np.setdiff1d(pair[opposite & (gap <= reach[pair])], pair[shared])
+
+    # Convex blocks meet along one line; of edges broken within the tolerance keep the longest.
+    shared_at = np.flatnonzero(shared)
+    longest_first = np.lexsort((-(high - low)[shared_at], pair[shared_at]))
+    shared_at = shared_at[longest_first]
+    longest = np.append(True, pair[shared_at][1:] != pair[shared_at][:-1])[: len(shared_at)]
+    notched = ~geometry.convex[pairs].all(axis=1)
+    chosen = shared_at[longest | notched[pair[shared_at]]]
+    base = edges.tail[i[chosen]]
+    start = base + low[chosen, None] * along[chosen]
+    end = base + high[chosen, None] * along[chosen]
+    # Counter-clockwise round the first block its interior lies to the left.
+    inwards = (end - start) / np.hypot(*(end - start).T)[:, None]
+    normal = np.column_stack([-inwards[:, 1], inwards[:, 0]])
+    return Contacts(pair[chosen], start, end, normal), near
+
+
+def corners_on_edges(
+    edges: Edges, geometry: Geometry, pairs: np.ndarray, along: Contacts, joined: np.ndarray
+) -> tuple[Contacts, np.ndarray]:
+    """Corners on edges, away from what their pair shares along edges, and which pairs meet corner on corner
+    where not both blocks have such a length that ends there.
+
+    Parameters
+    ----------
+    along: the lengths of edge that pairs share.
+    joined: pairs that can have joints.
+    """
+    tolerance = geometry.tolerance
+    # Two convex blocks that share a length of edge meet nowhere else.
+    alone = np.ones(len(pairs), dtype=bool)
+    alone[along.pair] = ~geometry.convex[pairs[along.pair]].all(axis=1)
+    asked = joined[alone[joined]]
+    reach = np.full(len(asked), tolerance)
+    near_edges = edges.combinations(pairs[asked], reach, shapely.bounds(geometry.polygons))
+    assert near_edges is not None  # they are fewer than those of the shared edges
+    number, i, j = near_edges
+    found, on_corners = [], []
+    for corner_of, edge_of, sign in ((i, j, -1.0), (j, i, 1.0)):
+        point, tail = edges.tail[corner_of], edges.tail[edge_of]
+        edge = edges.tip[edge_of] - tail
+        length = np.hypot(edge[:, 0], edge[:, 1])
+        direction = edge / length[:, None]
+        normal = np.column_stack([-direction[:, 1], direction[:, 0]])
+        at, across = ((point - tail) * direction).sum(axis=1), ((point - tail) * normal).sum(axis=1)
+        within = (np.abs(across) <= tolerance) & (at > tolerance) & (at < length - tolerance)
+        # The normal of an edge points into its own block.
+        contact = Contacts(asked[number[within]], point[within], point[within], sign * normal[within])
+        found.append(contact.where(_apart(contact.pair, contact.start, along, tolerance)))
+        meets = np.hypot(*(point - tail).T) <= tolerance
+        on_corners.append((asked[number[meets]], point[meets]))
+    pair, point = (np.concatenate(parts) for parts in zip(*on_corners, strict=True))
+    apart = _apart(pair, point, along, tolerance)
+    pair, point = pair[apart], point[apart]
+    held = [_ends_at(pairs[pair, side], point, pairs, along, tolerance) for side in (0, 1)]
+    points = found[0].with_points(found[1])
+    loose = np.setdiff1d(pair[~(held[0] & held[1])], points.pair)
+    return points, loose
+
+
+def _apart(pair: np.ndarray, point: np.ndarray, along: Contacts, tolerance: float) -> np.ndarray:
+    """Whether points lie off every length of edge that their pair shares."""
+    apart = np.ones(len(pair), dtype=bool)
+    for number in np.flatnonzero(np.isin(pair, along.pair)):
+        own = along.pair == pair[number]
+        lines = shapely.linestrings(np.stack([along.start[own], along.end[own]], axis=1))
+        apart[number] = (shapely.distance(lines, shapely.Point(point[number])) > 2 * tolerance).all()
+    return apart
+
+
+def _ends_at(
+    blocks: np.ndarray, points: np.ndarray, pairs: np.ndarray, along: Contacts, tolerance: float
+) -> np.ndarray:
+    """Whether each of these blocks shares a length of edge with any other that ends at its point."""
+    ends = np.concatenate([along.start, along.end])
+    of_ends = np.concatenate([pairs[along.pair]] * 2)
+    if not len(points) or not len(ends):
+        return np.zeros(len(points), dtype=bool)
+    near = cKDTree(ends).query_ball_point(points, 2 * tolerance)
+    return np.array([(of_ends[at] == block).any() for block, at in zip(blocks, near, strict=True)])
+
+
+def _too_fine(scene: Scene, corners: np.ndarray) -> CaseError:
+    finest = int(corners.argmax())
+    return CaseError(
+        f"{scene.origin}: outlines are too fine to find joints (block {scene.blocks[finest].name!r} has "
+        f"{corners[finest]} corners): raise 'tolerance', or give fewer corners"
+    )
+
+
+@dataclass(frozen=True)
+class Edges:
+    """Edges of all blocks in turn: their ends, shape (edges, 2), and their blocks, shape (edges,)."""
+
+    tail: np.ndarray
+    tip: np.ndarray
+    owner: np.ndarray
+
+    @classmethod
+    def of(cls, scene: Scene, geometry: Geometry, pairs: np.ndarray) -> Edges:
+        """Those of all blocks, refused if they are too many to compare."""
+        edges = cls(*geometry.edges())
+        corners_of = edges.of_each(len(geometry.polygons))
+        if corners_of[pairs].sum() > _MOST_EDGES:
+            raise _too_fine(scene, corners_of)
+        return edges
+
+    def of_each(self, blocks: int) -> np.ndarray:
+        """Number of edges of each block, shape (blocks,)."""
+        return np.bincount(self.owner, minlength=blocks)
+
+    def combinations(
+        self, pairs: np.ndarray, reach: np.ndarray, bounds: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
+        """Pair, edge of its first and edge of its second block, of all that could touch: an edge
+        that stays out of the other block's box cannot. None if they are too many."""
+        pair1, i = self._beside(pairs[:, 0], bounds[pairs[:, 1]], reach)
+        pair2, j = self._beside(pairs[:, 1], bounds[pairs[:, 0]], reach)
+        count2 = np.bincount(pair2, minlength=len(pairs))
+        first2 = np.cumsum(count2) - count2
+        repeat = count2[pair1]
+        if repeat.sum() > _MOST_EDGES:
+            return None
+        position = np.arange(repeat.sum()) - np.repeat(np.cumsum(repeat) - repeat, repeat)
+        pair = np.repeat(pair1, repeat)
+        return pair, np.repeat(i, repeat), j[first2[pair] + position]
+
+    def _beside(
+        self, blocks: np.ndarray, boxes: np.ndarray, reach: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Pair and edge, for the edges of each pair's block that come near a box, pair by pair."""
+        count = np.bincount(self.owner, minlength=blocks.max(initial=-1) + 1)
+        first = np.cumsum(count) - count
+        pair = np.repeat(np.arange(len(blocks)), count[blocks])
+        offset = np.arange(len(pair)) - np.repeat(np.cumsum(count[blocks]) - count[blocks], count[blocks])
+        edge = first[blocks[pair]] + offset
+        low = np.minimum(self.tail[edge], self.tip[edge]) - reach[pair, None]
+        high = np.maximum(self.tail[edge], self.tip[edge]) + reach[pair, None]
+        near = (low <= boxes[pair, 2:]).all(axis=1) & (high >= boxes[pair, :2]).all(axis=1)
+        return pair[near], edge[near]
