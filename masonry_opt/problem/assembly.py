@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from masonry_opt.errors import CaseError
 from masonry_opt.problem.edge_loads import EdgeForces, edge_forces
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.contact import Joints, find_joints
@@ -49,7 +50,7 @@ def assemble(scene: Scene) -> Assembly:
     ------
     CaseError
         If a block, joint or edge load of the scene is wrong (see ``geometry``, ``find_joints`` and
-        ``edge_forces``).
+        ``edge_forces``), or loads differ by more than double precision carries.
     """
     shapes = geometry(scene)
     joints = find_joints(scene, shapes)
@@ -69,6 +70,13 @@ def assemble(scene: Scene) -> Assembly:
     force_unit = force_unit or 1.0
     # Moments are forces times lengths.
     scale = np.tile([force_unit, force_unit, force_unit * length_unit], len(movable))
+    with np.errstate(over="ignore", invalid="ignore"):
+        dead, live = dead / scale, live / scale
+    if not (np.isfinite(dead).all() and np.isfinite(live).all()):
+        raise CaseError(
+            f"{scene.origin}: loads differ by more than double precision carries: the median block's is "
+            f"{force_unit:.3g}; give weights and loads in one unit"
+        )
     sliding = np.flatnonzero(np.isfinite(joints.friction))
     crushing = np.flatnonzero(np.isfinite(joints.strength) & ~in_a_point)
     # What stresses act on. A corner has none: there dilatancy does not depend on stress.
@@ -77,8 +85,8 @@ def assemble(scene: Scene) -> Assembly:
     stress = np.where(in_a_point[:, None], np.inf, joints.dilatancy_stress)
     problem = Problem(
         B=_equilibrium(joints, shapes, movable, len(scene.blocks), length_unit),
-        dead=dead / scale,
-        live=live / scale,
+        dead=dead,
+        live=live,
         half_length=np.where(in_a_point, 1.0, joints.length / 2 / length_unit),
         sliding=sliding,
         friction=joints.friction[sliding],

@@ -74,3 +74,10 @@ def test_units_cancel():
     np.testing.assert_allclose(one.B.toarray(), other.B.toarray(), atol=1e-12)
     np.testing.assert_allclose(one.half_length, other.half_length)
     np.testing.assert_allclose(one.dead, other.dead)
+
+
+def test_loads_that_no_number_can_compare_are_refused():
+    """A median weight of 1e-300 and a live load of 1e20: their ratio is beyond double precision."""
+    scene = block_on_floor(weight=1e-300, live=(1e20, 0.0))
+    with pytest.raises(mo.CaseError, match="double precision"):
+        assemble(scene)
