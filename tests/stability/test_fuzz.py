@@ -309,8 +309,16 @@ def test_many_mutated_case_files_end_in_a_message(tmp_path):
     fuzz(1000, 3000, tmp_path)
 
 
+#: Façades of thousands of blocks have the keys of the smallest, and take seconds a mutation.
+LARGE = {"facade_3x9", "facade_4x12", "facade_6x18", "facade_8x24", "facade_10x30"}
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("path", ALL_CASES, ids=lambda path: f"{path.parent.name}/{path.stem}")
+@pytest.mark.parametrize(
+    "path",
+    [path for path in ALL_CASES if path.stem not in LARGE],
+    ids=lambda path: f"{path.parent.name}/{path.stem}",
+)
 def test_mutated_published_cases_end_in_a_message(path, tmp_path):
     for seed in range(30):
         rng = random.Random(f"{path.name} {seed}")
