@@ -80,6 +80,6 @@ class CvxpyParabolaKinematic:
 
 def _straight(problem: Problem) -> np.ndarray:
     """Faces but those of rocking and crushing of joints of limited strength, shape (faces,)."""
-    bends = np.isin(problem.face_joint, problem.crushing)
-    bends[: 2 * len(problem.sliding)] = False
-    return ~bends
+    straight = np.ones(problem.faces, dtype=bool)
+    straight[problem.bent] = False
+    return straight

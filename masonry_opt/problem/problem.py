@@ -191,8 +191,7 @@ class Problem:
         if by_parabola:
             n, _, m = q.reshape(3, -1)[:, self.crushing]
             most = self.half_length[self.crushing] * parabola(n, self.crushing_force)
-            for sense, moment in enumerate((m, -m)):
-                z[self._bent[sense]] = np.repeat(most - moment, len(CHORDS.slope))
+            z[self.bent] = np.stack([most - m, most + m])[..., None]
         return z
 
     def energy(self, q: np.ndarray, p: np.ndarray, by_parabola: bool = False) -> float:
@@ -207,34 +206,20 @@ class Problem:
             return float(np.abs(z * p).sum())
         joints, half = self.crushing, self.half_length[self.crushing]
         n, _, m = q.reshape(3, -1)[:, joints]
-        bent = np.stack([p[faces].reshape(len(joints), -1) for faces in self._bent])
+        bent = p[self.bent]
         opening, rotation = (bent.sum(axis=0) * CHORDS.slope).sum(axis=1), (bent[1] - bent[0]).sum(axis=1)
         given = crushing_energy(opening, rotation) * half * self.crushing_force
         taken = -n * half * opening - m * rotation
-        z[self._bent.ravel()] = 0.0
+        z[self.bent] = 0.0
         return float(np.abs(z * p).sum() + np.abs(given - taken).sum())
 
     @cached_property
-    def _bent(self) -> np.ndarray:
-        """Rocking faces and chords of the joints that can crush, joint by joint, (+) and (−), shape (2, l ·
-        chords)."""
-        further = len(CHORDS.slope) - 1
-        rocking, chords = 2 * len(self.sliding), 2 * (len(self.sliding) + self.joints)
-        return np.stack(
-            [
-                np.column_stack(
-                    [
-                        rocking + sense * self.joints + self.crushing,
-                        (
-                            chords
-                            + further * (sense * len(self.crushing) + np.arange(len(self.crushing))[:, None])
-                            + np.arange(further)
-                        ),
-                    ]
-                ).ravel()
-                for sense in (0, 1)
-            ]
-        )
+    def bent(self) -> np.ndarray:
+        """Rocking faces and chords of the joints that can crush, (+) and (−), shape (2, l, chords)."""
+        bends = np.flatnonzero(np.isin(self.face_joint, self.crushing))
+        rocking, chords = np.split(bends[bends >= 2 * len(self.sliding)], [2 * len(self.crushing)])
+        of_joints = (2, len(self.crushing), -1)
+        return np.concatenate([rocking.reshape(of_joints), chords.reshape(of_joints)], axis=2)
 
     def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
         """Rates p ≥ 0 with which the joints could follow Bᵀd under a flow rule, shape (faces,).

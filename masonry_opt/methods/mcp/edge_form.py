@@ -117,12 +117,19 @@ class EdgeForm:
         motion[2, self.problem.sliding] = slip[1] - slip[0]
         return motion
 
+    def chords(self, x: np.ndarray) -> np.ndarray:
+        """G x, shape (chords,): what forces add to the slacks of the chords of crushing."""
+        # Most scenes have no chords, and products with an empty matrix are a fifth of their passes' time.
+        return self.G @ x[:2].ravel() if self.G.shape[0] else np.zeros(0)
+
     def room(self, x: np.ndarray) -> np.ndarray:
         """Slacks of the chords of crushing, shape (chords,)."""
-        return self._whole_moment + self.G @ x[:2].ravel()
+        return self._whole_moment + self.chords(x)
 
     def crushes(self, rates: np.ndarray) -> np.ndarray:
         """Motion of edges that rates of the chords cause, shape (2, c)."""
+        if not len(rates):
+            return np.zeros((2, self.problem.joints))
         moved: np.ndarray = (self.G.T @ rates).reshape(2, -1)
         return moved
 

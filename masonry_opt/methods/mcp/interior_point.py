@@ -355,7 +355,7 @@ def _direction(system: NewtonSystem, at: Iterate, schedule: _Schedule, by: Produ
     motion[:2] += by.edges / at.x[:2] + form.crushes((by.crushing + at.crushed * left.crushing) / at.room)
     sliding = by.sliding + at.slip * left.yielding
     solution, error = system.solve(Parts(-left.statics, sliding, motion, -left.work))
-    room = form.G @ solution.joints[:2].ravel() - left.crushing
+    room = form.chords(solution.joints) - left.crushing
     step = Iterate(
         solution.load,
         solution.joints,
@@ -398,7 +398,7 @@ def _onto_kinematics(elimination: Elimination, at: Iterate, schedule: _Schedule)
             -at.opening * solution.joints[:2] / at.x[:2],
             solution.sliding,
             np.zeros_like(at.room),
-            -at.crushed * (form.G @ solution.joints[:2].ravel()) / at.room,
+            -at.crushed * form.chords(solution.joints) / at.room,
         )
         moves = moved(moves, (0.0, 1.0), step)
     return moves

@@ -165,8 +165,10 @@ class NewtonSystem:
         self.full = self.full and problem.joints <= _FULL_ONCE_UP_TO
         self._sliding = problem.sliding
         self._rocking = self.at.opening / self.at.x[:2]
-        crushing = self.at.crushed / self.at.room
-        self._crushing = (self._form.G.T @ sp.diags_array(crushing) @ self._form.G).tocsr()
+        self._crushing: sp.csr_array | None = None
+        if len(problem.crushing):
+            crushing = sp.diags_array(self.at.crushed / self.at.room)
+            self._crushing = (self._form.G.T @ crushing @ self._form.G).tocsr()
         self._scale = 1 / np.maximum(self.at.z, self.at.slip)
         self._most = _CUT * self.at.energy / max(float(self.at.d @ self.at.d), 1.0)
         self._edges, self._across = self._of_edges()
@@ -201,7 +203,8 @@ class NewtonSystem:
         problem, at = self._form.problem, self.at
         joints = self._form.moves(of.blocks) - self._form.follow(of.sliding, self.slope)
         joints[:2] += self._rocking * of.joints[:2]
-        joints[:2] += (self._crushing @ of.joints[:2].ravel()).reshape(2, -1)
+        if self._crushing is not None:
+            joints[:2] += (self._crushing @ of.joints[:2].ravel()).reshape(2, -1)
         return Parts(
             self._form.A @ of.joints.ravel() + of.load * problem.live,
             at.z * of.sliding + at.slip * self._form.slacks(of.joints, self.friction),
@@ -228,7 +231,8 @@ class NewtonSystem:
     def _of_edges(self) -> tuple[np.ndarray, np.ndarray]:
         """Stiffness of each edge, shape (2, c), and what the two of a joint that can crush share, (c,)."""
         edges, across = np.minimum(1 / self._rocking, self._most), np.zeros(self._rocking.shape[1])
-        if len(joints := self._form.problem.crushing):
+        if self._crushing is not None:
+            joints = self._form.problem.crushing
             # The inverse of 1/edges + what crushing adds, two by two.
             added = self._crushing.diagonal().reshape(2, -1)[:, joints]
             own = 1 / edges[:, joints]
@@ -293,8 +297,10 @@ class NewtonSystem:
             return sp.hstack([normal, normal, shear], format="csr")
 
         rocking = np.append(self._rocking.ravel(), np.zeros(problem.joints))
-        no_shear = sp.csr_array((problem.joints, problem.joints))
-        compliance = sp.diags_array(rocking) + sp.block_diag([self._crushing, no_shear])
+        compliance = sp.diags_array(rocking)
+        if self._crushing is not None:
+            no_shear = sp.csr_array((problem.joints, problem.joints))
+            compliance = compliance + sp.block_diag([self._crushing, no_shear])
         live = sp.csr_array(problem.live[:, None])
         matrix = sp.block_array(
             [
