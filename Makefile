@@ -28,7 +28,7 @@ lint: .venv/installed
 .venv/installed: pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Python 3.11 or newer is needed: make PYTHON=python3.12")'
 	$(PYTHON) -m venv --clear .venv
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[drawings,mpec,solvers,studies,test,check]'
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable '.[check,dask,docs,drawings,mpec,parquet,solvers,studies,test]'
 	touch $@
 
 clean:
