@@ -5,7 +5,6 @@ from __future__ import annotations
 import io
 import textwrap
 from collections.abc import Collection
-from dataclasses import dataclass
 from pathlib import Path as FilePath
 
 import matplotlib as mpl
@@ -23,6 +22,7 @@ from masonry_opt.answer.status import Status
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.explain.sentences import numeral
 from masonry_opt.files import refuse_unwritable, write_whole
+from masonry_opt.report.motion import Velocities, fastest, joint_motion
 
 #: Okabe & Ito's colours, told apart by colour-blind readers and in grey.
 _SLIDES, _HINGES, _MARKED, _CRUSHES = "#0072B2", "#D55E00", "#CC79A7", "#009E73"
@@ -31,51 +31,10 @@ _BLOCK, _FIXED, _OUTLINE = "#F2E2C4", "#9A9A9A", "#BBBBBB"
 #: The fastest corner moves by this share of the scene's size.
 _DISPLACEMENT = 0.06
 
-#: Rates below this share of the fastest corner's velocity are nothing.
-_STILL = 2e-3
-
 #: Inches: widest and tallest axes, room above for the title, below for axis label and legend.
 _WIDTH, _TALLEST, _ABOVE, _BELOW = 6.0, 6.5, 0.7, 0.95
 
 FORMATS = ("png", "svg", "pdf")
-
-
-@dataclass(frozen=True)
-class JointMotion:
-    """How the joints move in a mechanism.
-
-    Attributes
-    ----------
-    slides: joints that slip while they touch, shape (c,).
-    hinges: joints that open about one edge, shape (c,).
-    hinge: that edge, or corner, where ``hinges``, shape (c, 2).
-    crushes: joints whose edges come nearer, shape (c,).
-    """
-
-    slides: np.ndarray
-    hinges: np.ndarray
-    hinge: np.ndarray
-    crushes: np.ndarray
-
-
-def joint_motion(result: Result) -> JointMotion:
-    """Which joints slide, hinge and crush, from a result that has a mechanism."""
-    frame, joints = result.joints, result.assembly.joints
-    # A corner on an edge turns about itself: by how much is measured on a joint of usual length.
-    half = np.where(joints.length > 0, joints.length / 2, result.assembly.problem.length_unit)
-    in_a_point = joints.length == 0
-    opening, turning = frame["opening"].to_numpy(), frame["rotation"].to_numpy() * half
-    still = _STILL * _fastest(result)
-    # Opening at the joint's start and end: the first block's edge runs from start to end.
-    nearer = opening - np.where(in_a_point, 0.0, np.abs(turning))
-    touches = nearer <= still
-    hinge = np.where((turning > 0)[:, None], joints.start, joints.end)
-    return JointMotion(
-        slides=touches & (np.abs(frame["slip"].to_numpy()) > still),
-        hinges=touches & (np.abs(turning) > still),
-        hinge=hinge,
-        crushes=nearer < -still,
-    )
 
 
 def plot_mechanism(result: Result, path: str | FilePath) -> None:
@@ -130,7 +89,7 @@ def draw_mechanism(result: Result, axes: Axes, marked: Collection[int] = ()) -> 
     low, high = _extent(result)
     size = float((high - low).max())
 
-    motion = _Velocities(result)
+    motion = Velocities(result)
 
     def drawn(blocks: np.ndarray, scale: float = 0.0) -> list[Path]:
         return [_outline(shapes.polygons[i], i, motion, scale, origin) for i in blocks]
@@ -140,7 +99,7 @@ def draw_mechanism(result: Result, axes: Axes, marked: Collection[int] = ()) -> 
     if moves:
         rest = drawn(assembly.movable)
         axes.add_collection(PathCollection(rest, facecolor="none", edgecolor=_OUTLINE, linewidth=0.5))
-        scale = _DISPLACEMENT * size / _fastest(result)
+        scale = _DISPLACEMENT * size / fastest(result)
     blocks = drawn(assembly.movable, scale)
     width = 0.8 if len(blocks) < 300 else 0.3
     axes.add_collection(PathCollection(blocks, facecolor=_BLOCK, edgecolor="black", linewidth=width))
@@ -157,7 +116,7 @@ def draw_mechanism(result: Result, axes: Axes, marked: Collection[int] = ()) -> 
 
 
 def _outline(
-    shape: shapely.Geometry, block: int, motion: _Velocities, scale: float, origin: np.ndarray
+    shape: shapely.Geometry, block: int, motion: Velocities, scale: float, origin: np.ndarray
 ) -> Path:
     """The outlines of a moved block, its holes among them, as one path."""
     rings = [shapely.get_coordinates(ring) for ring in shapely.get_rings(shapely.get_parts(shape))]
@@ -175,7 +134,7 @@ def _title(result: Result) -> str:
 
 def _mark_joints(result: Result, axes: Axes, scale: float, marked: Collection[int]) -> None:
     joints, origin = result.assembly.joints, result.assembly.geometry.origin
-    joint_moves, motion = joint_motion(result), _Velocities(result)
+    joint_moves, motion = joint_motion(result), Velocities(result)
 
     def displaced(joint: int, point: np.ndarray) -> np.ndarray:
         """Where a point of a joint is drawn: midway between its two blocks."""
@@ -213,32 +172,6 @@ def legend_handles(result: Result, marked: str = "") -> list[Line2D | Patch]:
         if motion.hinges.any():
             handles.append(Line2D([], [], color=_HINGES, linestyle="none", marker="o", label="hinging joint"))
     return handles
-
-
-class _Velocities:
-    """Velocities of points of the scene's blocks, fixed ones included."""
-
-    def __init__(self, result: Result) -> None:
-        assembly = result.assembly
-        self.centroid = assembly.geometry.centroid
-        self.motion = np.zeros((len(self.centroid), 3))
-        self.motion[assembly.movable] = result.blocks[["vx", "vy", "omega"]]
-
-    def at(self, block: int, points: np.ndarray) -> np.ndarray:
-        """Velocity of points, relative to the geometry's origin, of a block; shape (points, 2)."""
-        vx, vy, omega = self.motion[block]
-        arm = points - self.centroid[block]
-        return np.array([vx, vy]) + omega * np.column_stack([-arm[:, 1], arm[:, 0]])
-
-
-def _fastest(result: Result) -> float:
-    """Speed of the fastest corner."""
-    polygons, motion = result.assembly.geometry.polygons, _Velocities(result)
-    speeds = [
-        np.hypot(*motion.at(block, shapely.get_coordinates(polygons[block])).T).max()
-        for block in result.assembly.movable
-    ]
-    return float(max(speeds)) or 1.0
 
 
 def _extent(result: Result) -> tuple[np.ndarray, np.ndarray]:
