@@ -94,8 +94,9 @@ def answers(frame: pd.DataFrame) -> pd.DataFrame:
 
     Of the runs of a method, by solver and tolerance, the one with the best verdict; of certified ones the one
     nearest to the certified bounds (associative λ) or with the lowest λ (Coulomb), to SAME; of these the
-    quickest. Further columns: ``runs`` of the method on the scene, ``certified`` ones among them, and
-    ``gap``: the error, negative where λ is below the best exact state known; 0 up to GAP_FLOOR.
+    quickest. Further columns: ``runs`` of the method on the scene, ``alike``: those among them with the
+    same verdict, and ``gap``: the error, negative where λ is below the best exact state known; 0 up to
+    GAP_FLOOR.
     """
     lines = []
     for _, group in frame.groupby(["scene", "method"], sort=False):
@@ -112,9 +113,10 @@ def answers(frame: pd.DataFrame) -> pd.DataFrame:
             }
         )
         line = group.loc[order.sort_values([*order], kind="stable").index[0]]
+        alike = int((group["verdict"] == line["verdict"]).sum())
         gap = 0.0 if line["error"] <= GAP_FLOOR else -line["error"] if line["below"] else line["error"]
-        lines.append(line.to_dict() | {"runs": len(group), "certified": int(certified.sum()), "gap": gap})
-    return pd.DataFrame(lines, columns=[*frame, "runs", "certified", "gap"])
+        lines.append(line.to_dict() | {"runs": len(group), "alike": alike, "gap": gap})
+    return pd.DataFrame(lines, columns=[*frame, "runs", "alike", "gap"])
 
 
 def pareto(frame: pd.DataFrame, cost: str = "time", error: str = "error") -> pd.DataFrame:

@@ -18,13 +18,14 @@ from masonry_opt.studies.compare.known_answers import ASSOCIATIVE, COULOMB
 from masonry_opt.studies.compare.text import number, reason_text
 from masonry_opt.studies.compare.thumbnail import Thumbnail, thumbnail
 
-#: What stands in place of a load factor, by verdict.
-_NO_VALUE = {NAMED: "no load factor", FAILED: "failed", WRONG: "wrong"}
+#: What stands in place of a load factor, and its look, by verdict.
+_NO_VALUE = {NAMED: ("no load factor", "named"), FAILED: ("failed", "failed"), WRONG: ("wrong", "wrong")}
 
 
 @dataclass(frozen=True)
 class Cell:
-    """A value, what is written small below it, and how it is to look: "", "plain" or a verdict's word."""
+    """A value, what is written small below it, and how it is to look: "" (a load factor), "plain", "named",
+    "failed" or "wrong"."""
 
     value: str
     notes: tuple[str, ...] = ()
@@ -95,12 +96,13 @@ def _answer(row: Mapping[Any, Any] | None) -> Cell:
     if row is None:
         return Cell("not run", look="plain")
     notes = [f"{number(row['time'], 2)} s"]
-    if row["certified"] < row["runs"] and row["runs"] > 1:
-        notes.append(f"{row['certified']} of {row['runs']} runs certified")
-    if row["verdict"] != CERTIFIED:
-        given = "" if pd.isna(row["load_factor"]) else f"λ {_lambda(row['load_factor'])}: "
-        return Cell(_NO_VALUE[row["verdict"]], (given + reason_text(row, brief=True), *notes), row["verdict"])
-    return Cell(_lambda(row["load_factor"]), (*_gap(row), *notes))
+    if row["alike"] < row["runs"]:
+        notes.append(f"{row['alike']} of {row['runs']} runs {row['verdict']}")
+    if row["verdict"] == CERTIFIED:
+        return Cell(_lambda(row["load_factor"]), (*_gap(row), *notes))
+    said, look = _NO_VALUE[row["verdict"]]
+    given = "" if pd.isna(row["load_factor"]) else f"λ {_lambda(row['load_factor'])}: "
+    return Cell(said, (given + reason_text(row, brief=True), *notes), look)
 
 
 def _gap(row: Mapping[Any, Any]) -> list[str]:
