@@ -67,7 +67,7 @@ def overflow(browser):
 
 @pytest.mark.parametrize("width", WIDTHS)
 def test_the_comparison(browser, comparison_page, width):
-    """No sideways scrolling, of the page or within the first table; λ on the first screen; thumbnails drawn."""
+    """No sideways scrolling, not even of the first table; λ on the first screen; thumbnails drawn."""
     chromium = browser(width)
     chromium.get(comparison_page.as_uri())
     assert overflow(chromium) <= 0
