@@ -62,7 +62,9 @@ def reproduced_page(tmp_path_factory):
 
 def overflow(browser):
     """By how many pixels the page is wider than the window."""
-    return browser.execute_script("return document.documentElement.scrollWidth - innerWidth")
+    return browser.execute_script(
+        "const page = document.documentElement; return page.scrollWidth - page.clientWidth"
+    )
 
 
 @pytest.mark.parametrize("width", WIDTHS)
