@@ -45,8 +45,12 @@ class Assembly:
         return [self.scene.blocks[index].name for index in blocks]
 
 
-def assemble(scene: Scene) -> Assembly:
+def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     """Find the joints of a scene and assemble eqs (1) to (6).
+
+    Parameters
+    ----------
+    floating: whether blocks may touch nothing, or reach no support: to show them.
 
     Raises
     ------
@@ -55,7 +59,7 @@ def assemble(scene: Scene) -> Assembly:
         ``edge_forces``), or loads differ by more than double precision carries.
     """
     shapes = geometry(scene)
-    joints = find_joints(scene, shapes)
+    joints = find_joints(scene, shapes, floating=floating)
     fixed = np.array([block.fixed for block in scene.blocks])
     movable = np.flatnonzero(~fixed)
     on_edges = edge_forces(scene, shapes, joints)
