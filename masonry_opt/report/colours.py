@@ -14,8 +14,8 @@ MARKED = "#CC79A7"
 #: Blocks, supports and their hatching, outlines at rest.
 BLOCK, FIXED, HATCH, AT_REST = "#F2E2C4", "#D9D9D9", "#8A8A8A", "#BBBBBB"
 
-#: Forces: what joints carry, what λ scales, weights and what else does not change.
-THRUST, LIVE, DEAD = "#0072B2", "#000000", "#6B6B6B"
+#: Forces: what joints carry, what λ scales, weights, and dead loads beside them.
+THRUST, LIVE, DEAD, FURTHER_DEAD = "#0072B2", "#000000", "#6B6B6B", "#56B4E9"
 
 #: Joints that carry nothing.
 IDLE = "#A8A8A8"

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.edge_loads import LoadedPiece
 from masonry_opt.problem.loads import Forces, loads
-from masonry_opt.report.colours import DEAD, LIVE
+from masonry_opt.report.colours import DEAD, FURTHER_DEAD, LIVE
 from masonry_opt.report.pictures.blocks import MARGIN, Handle, Place, extent, size_of
 
 #: Up to so many blocks each weight has its arrow; of more, one shows where all act to.
@@ -35,13 +35,14 @@ def draw_loads(axes: Axes, assembly: Assembly, place: Place) -> list[Handle]:
         else:
             _draw_gravity(axes, assembly)
             handles.append(_handle(DEAD, "direction of all weights"))
-    for kind, forces, colour, label in (
-        ("dead", given.dead, DEAD, "further dead load"),
-        ("live", given.live, LIVE, "live load, times λ"),
+    # The live load last and thinner: it may lie on a dead load that it takes away from.
+    for kind, forces, colour, width, label in (
+        ("dead", given.dead, FURTHER_DEAD, 0.04, "further dead load"),
+        ("live", given.live, LIVE, 0.02, "live load, times λ"),
     ):
         pieces = [piece for piece in assembly.loaded_pieces if _kind(assembly, piece) == kind]
         if forces.force.any():
-            _draw_forces(axes, assembly, place, forces, colour, 0.02)
+            _draw_forces(axes, assembly, place, forces, colour, width)
         if pieces:
             _draw_pieces(axes, assembly, place, pieces, colour)
         if forces.force.any() or pieces:
@@ -86,10 +87,8 @@ def _draw_pieces(
         arrow *= 0.8 * MARGIN * size_of(assembly) / most
         tip = place(piece.block, (1 - share) * piece.ends[0] + share * piece.ends[1])
         # Into the edge, or out of it where it is pulled.
-        pulled = shapely.intersects(
-            assembly.geometry.polygons[piece.block],
-            shapely.Point(*(piece.ends.mean(axis=0) - arrow.sum(axis=0) * 1e-3)),
-        )
+        behind = piece.ends.mean(axis=0) - 1e-3 * arrow.sum(axis=0)
+        pulled = shapely.intersects(assembly.geometry.polygons[piece.block], shapely.Point(*behind))
         tail = tip if pulled else tip - arrow
         far = tip + arrow if pulled else tail
         axes.plot(*far.T, color=colour, linewidth=0.8, zorder=5)

@@ -13,6 +13,7 @@ from matplotlib.collections import PathCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.path import Path
+from matplotlib.patheffects import withStroke
 
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
@@ -155,6 +156,7 @@ def draw_names(axes: Axes, assembly: Assembly, place: Place) -> None:
             zorder=7,
             clip_on=True,
             parse_math=False,
+            path_effects=[withStroke(linewidth=1.2, foreground="white")],
         )
 
 
