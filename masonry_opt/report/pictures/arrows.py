@@ -16,12 +16,15 @@ from masonry_opt.report.pictures.blocks import MARGIN, Handle, Place, extent, si
 #: Up to so many blocks each weight has its arrow; of more, one shows where all act to.
 _FEW = 30
 
+#: Of more parallel live loads one shows where all act to.
+_MANY = 200
+
 #: Up to so many forces of a kind the longest arrow takes the margin round the scene; of more, this share of a
 #: usual block.
 _LONE, _OF_BLOCK = 8, 0.6
 
-#: Arrows along an edge load's line.
-_ALONG = 8
+#: Arrows along an edge load's line, and the least space between them over their length.
+_ALONG, _SPACE = 8, 0.3
 
 
 def draw_loads(axes: Axes, assembly: Assembly, place: Place) -> list[Handle]:
@@ -33,7 +36,7 @@ def draw_loads(axes: Axes, assembly: Assembly, place: Place) -> list[Handle]:
             _draw_forces(axes, assembly, place, given.weight, DEAD, 0.012)
             handles.append(_handle(DEAD, "weight"))
         else:
-            _draw_gravity(axes, assembly)
+            _draw_direction(axes, assembly, given.weight, DEAD)
             handles.append(_handle(DEAD, "direction of all weights"))
     # The live load last and thinner: it may lie on a dead load that it takes away from.
     for kind, forces, colour, width, label in (
@@ -41,13 +44,26 @@ def draw_loads(axes: Axes, assembly: Assembly, place: Place) -> list[Handle]:
         ("live", given.live, LIVE, 0.02, "live load, times λ"),
     ):
         pieces = [piece for piece in assembly.loaded_pieces if _kind(assembly, piece) == kind]
-        if forces.force.any():
+        if kind == "live" and _many_parallel(forces):
+            _draw_direction(axes, assembly, forces, colour)
+            handles.append(_handle(colour, "direction of live loads, times λ"))
+        elif forces.force.any():
             _draw_forces(axes, assembly, place, forces, colour, width)
+            handles.append(_handle(colour, label))
         if pieces:
             _draw_pieces(axes, assembly, place, pieces, colour)
-        if forces.force.any() or pieces:
-            handles.append(_handle(colour, label))
+            if not forces.force.any():
+                handles.append(_handle(colour, label))
     return handles
+
+
+def _many_parallel(forces: Forces) -> bool:
+    """Whether they are too many to be told apart, and all of one direction."""
+    acts = forces.force[forces.force.any(axis=1)]
+    if len(acts) <= _MANY:
+        return False
+    direction = acts / np.hypot(*acts.T)[:, None]
+    return bool((np.abs(direction - direction[0]) < 1e-9).all())
 
 
 def _kind(assembly: Assembly, piece: LoadedPiece) -> str:
@@ -77,14 +93,16 @@ def _draw_pieces(
     axes: Axes, assembly: Assembly, place: Place, pieces: list[LoadedPiece], colour: str
 ) -> None:
     """A row of arrows on each piece, and a line along their ends."""
+    longest = 0.8 * MARGIN * size_of(assembly)
     most = max(np.hypot(*piece.intensity.T).max() for piece in pieces)
     for piece in pieces:
         load = assembly.scene.edge_loads[piece.load]
         line = np.hypot(*(np.array(load.end) - load.start))
-        count = max(2, round(_ALONG * float(np.hypot(*np.diff(piece.ends, axis=0)[0]) / line)) + 1)
+        length = np.hypot(*(piece.ends[1] - piece.ends[0]))
+        count = max(1, min(round(_ALONG * length / line), int(length / (_SPACE * longest)))) + 1
         share = np.linspace(0, 1, count)[:, None]
         arrow = (1 - share) * piece.intensity[0] + share * piece.intensity[1]
-        arrow *= 0.8 * MARGIN * size_of(assembly) / most
+        arrow *= longest / most
         tip = place(piece.block, (1 - share) * piece.ends[0] + share * piece.ends[1])
         # Into the edge, or out of it where it is pulled.
         behind = piece.ends.mean(axis=0) - 1e-3 * arrow.sum(axis=0)
@@ -95,16 +113,22 @@ def _draw_pieces(
         _quiver(axes, tail, arrow, colour, 0.012)
 
 
-def _draw_gravity(axes: Axes, assembly: Assembly) -> None:
-    """One arrow in the upper right corner, in the margin."""
+def _draw_direction(axes: Axes, assembly: Assembly, forces: Forces, colour: str) -> None:
+    """One arrow in the upper right corner, above where blocks are displaced to."""
     _, high = extent(assembly)
     margin = MARGIN * size_of(assembly)
-    gravity = np.array(assembly.scene.gravity) / np.hypot(*assembly.scene.gravity)
-    arrow = 0.8 * margin * gravity
-    _quiver(axes, high[None] + margin / 2 - arrow / 2, arrow[None], DEAD, 0.03)
+    total = forces.force.sum(axis=0)
+    arrow = 0.8 * margin * total / np.hypot(*total)
+    _quiver(axes, high[None] + [[0, 1.7 * margin]], arrow[None], colour, 0.03)
 
 
 def _quiver(axes: Axes, tail: np.ndarray, arrow: np.ndarray, colour: str, width: float) -> None:
+    # What acts from outside may reach beyond the margin.
+    points = np.concatenate([tail, tail + arrow])
+    (left, bottom), (right, top) = points.min(axis=0), points.max(axis=0)
+    (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+    axes.set_xlim(min(x0, left), max(x1, right))
+    axes.set_ylim(min(y0, bottom), max(y1, top))
     axes.quiver(
         *tail.T,
         *arrow.T,

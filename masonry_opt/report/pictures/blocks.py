@@ -105,7 +105,8 @@ def draw_blocks(axes: Axes, assembly: Assembly, place: Place) -> list[Handle]:
     supports = [_outline(assembly, block, standing) for block in fixed]
     axes.add_collection(PathCollection(supports, facecolor=FIXED, edgecolor=HATCH, hatch="////", linewidth=0))
     blocks = [_outline(assembly, block, place) for block in assembly.movable]
-    width = 0.8 if len(blocks) < 300 else 0.3
+    # Of many small blocks the outlines must not hide the rest.
+    width = float(np.clip(15 / np.sqrt(len(blocks) or 1), 0.1, 0.8))
     axes.add_collection(PathCollection(blocks, facecolor=BLOCK, edgecolor="black", linewidth=width))
     return block_handles()
 

@@ -25,8 +25,8 @@ _WIDTH, _TALLEST, _BESIDE, _ABOVE = 6.0, 6.5, 0.5, 0.7
 #: Inches below the axes: of what is written along them, of a colour bar, of a line of legend or note.
 _ALONG, _BAR, _LINE = 0.55, 0.6, 0.22
 
-#: Characters in a line of a note.
-_NOTE = 95
+#: Characters in a line of a note, and in a legend of one line.
+_NOTE, _ROW = 95, 60
 
 #: What pictures are drawn with. Names inside SVG files do not change from run to run.
 _STYLE: dict[str, Any] = {"font.size": 10, "svg.hashsalt": "masonry_opt", "hatch.linewidth": 0.6}
@@ -93,7 +93,8 @@ def fit(figure: Figure, axes: Axes, below: float = _ALONG) -> None:
 
 def finish(figure: Figure, axes: Axes, legend: Legend) -> None:
     """Put the legend below the axes, and size the figure for it."""
-    columns = 4 if len(legend.handles) <= 4 else 3
+    letters = sum(len(str(handle.get_label())) for handle in legend.handles)
+    columns = 4 if len(legend.handles) <= 4 and letters <= _ROW else 3
     rows = -(-len(legend.handles) // columns)
     notes = [line for note in legend.notes for line in textwrap.wrap(printable(note), _NOTE)]
     at_legend = _ALONG + (_BAR if legend.colours is not None else 0.0)

@@ -30,8 +30,8 @@ from masonry_opt.report.thrust import Thrust, thrust
 #: Blocks in a row, each between two others, from which their points of thrust make a line.
 _CHAIN = 3
 
-#: The longest resultant over the root of a usual block's area, and at most over the scene's size.
-_OF_BLOCK, _OF_SCENE = 1.2, 0.12
+#: The longest resultant over the scene's size.
+_LONGEST = 0.12
 
 
 def draw_kind(result: Result, axes: Axes, names: bool) -> Legend:
@@ -71,13 +71,13 @@ def _draw_thrust(axes: Axes, assembly: Assembly, carried: Thrust) -> list[Handle
         half = _scale(assembly, carried) * carried.force[shown] / 2
         point = carried.point[shown]
         segments = np.stack([point - half, point + half], axis=1)
-        many = len(segments) > 300
-        axes.add_collection(
-            LineCollection(list(segments), color=THRUST, linewidth=1.0 if many else 1.6, zorder=4)
-        )
-        axes.scatter(*point.T, s=2 if many else 8, color=THRUST, linewidth=0, zorder=4)
+        width = float(np.clip(25 / np.sqrt(len(segments)), 0.6, 1.6))
+        axes.add_collection(LineCollection(list(segments), color=THRUST, linewidth=width, zorder=4))
+        if len(segments) < 1000:
+            axes.scatter(*point.T, s=(1.8 * width) ** 2, color=THRUST, linewidth=0, zorder=4)
         _draw_scale(axes, assembly, carried)
-        label = "resultants on supports" if len(lines) else "resultant of a joint"
+        who = "on a support" if len(lines) and on_support[shown].all() else "of a joint"
+        label = f"resultant {who}, in the case's unit of force"
         handles.append(Line2D([], [], color=THRUST, linewidth=1.6, label=label))
     return handles
 
@@ -110,9 +110,7 @@ def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
 
 def _scale(assembly: Assembly, carried: Thrust) -> float:
     """Length in the picture of a unit of force."""
-    block = float(np.sqrt(np.median(assembly.geometry.area[assembly.movable])))
-    longest = min(_OF_BLOCK * block, _OF_SCENE * size_of(assembly))
-    return longest / float(np.hypot(*carried.force.T).max())
+    return _LONGEST * size_of(assembly) / float(np.hypot(*carried.force.T).max())
 
 
 def _draw_scale(axes: Axes, assembly: Assembly, carried: Thrust) -> None:
@@ -128,7 +126,7 @@ def _draw_scale(axes: Axes, assembly: Assembly, carried: Thrust) -> None:
     ends = np.array([[left, y], [left + force * unit, y]])
     axes.plot(*ends.T, color=THRUST, linewidth=1.6, marker="|", markersize=6, zorder=8)
     axes.annotate(
-        f"= {force:g} in the unit of force of the case",
+        f"= {force:g}",
         ends[1],
         xytext=(6, 0),
         textcoords="offset points",
