@@ -89,11 +89,9 @@ def near_misses(assembly: Assembly) -> list[np.ndarray]:
         reach = 1.01 * max(shapes.tolerance, NEAR_MISS * float(np.sqrt(shapes.area[list(pair)].min())))
         facing = shapely.intersection(shapely.boundary(one), shapely.buffer(other, reach))
         lines = shapely.get_parts(shapely.line_merge(facing))
-        found += [
-            shapely.get_coordinates(line) + shapes.origin
-            for line in lines
-            if shapely.length(line) > 2 * reach
-        ]
+        # Without stubs round corners.
+        lines = shapely.simplify(lines[shapely.length(lines) > 2 * reach], 2 * reach)
+        found += [shapely.get_coordinates(line) + shapes.origin for line in lines]
     return found
 
 
