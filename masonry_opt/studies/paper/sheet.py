@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from masonry_opt.answer.result import Result
-from masonry_opt.report.mechanism_plot import draw_mechanism, legend_handles
+from masonry_opt.report.pictures.mechanism import draw_mechanism, legend_handles
 
 #: Inches: width of a sheet, space between panels, room for a row's titles, and for the legend.
 _WIDTH, _SPACE, _TITLE, _LEGEND = 8.0, 0.15, 0.35, 0.4
@@ -49,5 +49,5 @@ def mechanism_sheet(panels: Sequence[tuple[str, Result]], columns: int) -> Figur
             axes.set_position((left / _WIDTH, floor / whole, scale * wide / _WIDTH, scale * tall / whole))
             left += scale * wide + _SPACE
     handles = {str(handle.get_label()): handle for _, result in panels for handle in legend_handles(result)}
-    figure.legend(handles=[*handles.values()], loc="lower center", ncols=4, frameon=False)
+    figure.legend(handles=[*handles.values()], loc="lower center", ncols=5, frameon=False)
     return figure
