@@ -16,7 +16,7 @@ from masonry_opt.answer.status import Status
 from masonry_opt.methods.mcp.method import McpOptions, mcp
 from masonry_opt.methods.refined.programs import ExactState, OutOfTime, Refiner
 from masonry_opt.methods.refined.search import Candidate, few, lower_of, search
-from masonry_opt.methods.task import Method, Options, Task, of_same_scene
+from masonry_opt.methods.task import Options, Task, of_same_scene
 from masonry_opt.solvers.registry import find_solver
 
 
@@ -159,8 +159,3 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Refiner) ->
     if task.options is not None and task.options.search is not None:
         solution.add(Code.SEARCHED, candidates=lowest.candidates, interrupted=lowest.interrupted)
     return solution
-
-
-REFINED = Method(
-    "refined", refined, RefinedOptions, {"pyomo": ("highs",)}, own_tolerances=True, constant_dilatancy=True
-)
