@@ -167,16 +167,17 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
 def _judge(
     assembly: Assembly, solution: Solution, effort: Effort, solver: Solver, is_associative: bool
 ) -> None:
-    """Refuse a load factor below zero, give a Coulomb answer the associative one, and say why there is none."""
-    from masonry_opt.explain.no_load_factor import held_by_wedging, name_locking_joints, settle_existence
-
-    if solution.load_factor is not None and solution.load_factor < -_NEGATIVE:
-        held_by_wedging(assembly, solution)
+    """Give a Coulomb answer the associative one; refuse a load factor below zero; say why there is none."""
     if not is_associative:
         _set_beside(assembly.problem, solution, effort)
-    if solution.load_factor is None:
-        settle_existence(assembly, solution, effort, is_associative)
-        name_locking_joints(assembly, solution, solver)
+    if solution.load_factor is not None and solution.load_factor >= -_NEGATIVE:
+        return
+    from masonry_opt.explain.no_load_factor import held_by_wedging, name_locking_joints, settle_existence
+
+    if solution.load_factor is not None:
+        held_by_wedging(assembly, solution)
+    settle_existence(assembly, solution, effort, is_associative)
+    name_locking_joints(assembly, solution, solver)
 
 
 def _set_beside(problem: Problem, solution: Solution, effort: Effort) -> None:
@@ -309,8 +310,6 @@ def _names(of: Callable[[Method], bool]) -> str:
 def _unless_it_stands(assembly: Assembly, solver: Solver, effort: Effort) -> Solution | None:
     """Why there is no load factor of a scene that does not stand under its dead load."""
     from masonry_opt.explain.diagnosis import DeadLoadUndecided, falling_mechanism
-    from masonry_opt.explain.holding import what_would_hold
-    from masonry_opt.explain.no_load_factor import movers
 
     problem, own = assembly.problem, Effort()
     solution = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE)
@@ -325,6 +324,9 @@ def _unless_it_stands(assembly: Assembly, solver: Solver, effort: Effort) -> Sol
             effort.credit(own)
     if falling is None:
         return None
+    from masonry_opt.explain.holding import what_would_hold
+    from masonry_opt.explain.no_load_factor import movers
+
     solution.d = falling
     solution.add(Code.FALLS, blocks=movers(assembly, falling))
     with effort.measure("dead_load"):
