@@ -27,7 +27,7 @@ from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.problem.problem import Problem
-from masonry_opt.report.summary import summary_text
+from masonry_opt.report.summary import details_text, summary_text
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, SolverEntry, find_entry, find_solver
@@ -140,7 +140,7 @@ def solve(
     )
     warnings = warnings_of(assembly, result.infeasibility)
     result = replace(result, warnings=warnings, warning_sentences=sentences(warnings))
-    return replace(result, summary=summary_text(result))
+    return replace(result, summary=summary_text(result), details=details_text(result))
 
 
 def refuse_unsuited(method: Method, assembly: Assembly) -> None:

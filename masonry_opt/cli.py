@@ -32,10 +32,8 @@ from masonry_opt.errors import (
     printable,
 )
 from masonry_opt.explain.sentences import numeral
-from masonry_opt.exports import export as export_program
 from masonry_opt.methods.registry import DEFAULT, METHODS
-from masonry_opt.report.mechanism_plot import plot_mechanism, refuse_picture
-from masonry_opt.report.terminal import print_text
+from masonry_opt.report.terminal import print_result, print_text
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE
 
 #: Commands that are loaded when they are called: by name, where their typer app is.
@@ -98,6 +96,15 @@ def solve(
         ),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    verbose: Annotated[
+        bool,
+        typer.Option(
+            "--verbose", "-v", help="Also print how it was found: residuals, programs, solvers, seconds."
+        ),
+    ] = False,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", "-q", help="Print the load factor alone; without one, an error.")
+    ] = False,
     plot: Annotated[Path | None, typer.Option(help="Draw the mechanism (.png, .svg, .pdf).")] = None,
     option: Annotated[
         list[str] | None,
@@ -108,11 +115,13 @@ def solve(
 
     Exit code 0: there is one; 1: there is none, the status says why; 2: wrong case file or option.
     """
-    if plot is not None:
-        refuse_picture(plot)
+    if json + verbose + quiet > 1:
+        raise OptionError("--json, --verbose and --quiet say each what is printed: give one of them")
+    save_picture = None if plot is None else _picture(plot)
     options = dict(_name_and_value(text) for text in option or [])
     errors = Console(stderr=True)
     steps: list[str] = []
+    errors.quiet = quiet
     with errors.status(f"solving {escape(printable(str(case)))}") as status, _interrupts() as check_interrupt:
 
         def progress(step: Any) -> None:
@@ -130,9 +139,16 @@ def solve(
         except KeyboardInterrupt:
             last = f"the last was {steps[-1]}, not the answer" if steps else "before the first λ"
             raise InterruptedByUserError(f"interrupted: {last}; nothing was written") from None
-    print_text(result.to_json() if json else str(result))
-    if plot is not None:
-        _plot(result, plot)
+    if json:
+        print_text(result.to_json())
+    elif not quiet:
+        print_result(result.details if verbose else result.summary)
+    elif result.status.usable:
+        print_text(numeral(result.required(), ".10g"))
+    if save_picture is not None:
+        save_picture(result)
+    if quiet:
+        result.required()
     if not result.status.usable:
         raise typer.Exit(1)
 
@@ -161,6 +177,8 @@ def export(
 
     Beside a .nl file stand the names of its rows and columns (.row, .col). Prints the files written.
     """
+    from masonry_opt.exports import export as export_program
+
     print_text("\n".join(printable(str(path)) for path in export_program(case, file, method)))
 
 
@@ -176,11 +194,19 @@ def _name_and_value(text: str) -> tuple[str, Any]:
     return name, value
 
 
-def _plot(result: Result, path: Path) -> None:
-    try:
-        plot_mechanism(result, path)
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
+def _picture(path: Path) -> Callable[[Result], None]:
+    """What draws a result to a file. Raises OptionError now, not after the solve, if that cannot be."""
+    from masonry_opt.report.mechanism_plot import plot_mechanism, refuse_picture
+
+    refuse_picture(path)
+
+    def save(result: Result) -> None:
+        try:
+            plot_mechanism(result, path)
+        except OSError as error:
+            raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
+
+    return save
 
 
 @contextlib.contextmanager
