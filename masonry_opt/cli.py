@@ -160,7 +160,7 @@ def check(case: Case) -> None:
     Exit code 0: they agree; 1: they do not, or there is no load factor; 2: wrong case file.
     """
     report = check_duality(case)
-    print_text(str(report))
+    print_result(str(report))
     if not report.passed:
         raise typer.Exit(1)
 
