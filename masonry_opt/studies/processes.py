@@ -77,9 +77,9 @@ def in_processes(function: Callable[..., Any], parts: Sequence[tuple[Any, ...]])
                 number, arguments = waiting.popleft()
                 process, receiver = start(_send, (function, arguments))
                 running[receiver] = number, process
-            for receiver in wait(list(running)):
-                yield _received(receiver, *running[receiver])
-                del running[receiver]
+            for ready in wait(list(running)):
+                yield _received(ready, *running[ready])
+                del running[ready]
     finally:
         for _, process in running.values():
             process.kill()
