@@ -23,8 +23,8 @@ from masonry_opt.errors import MasonryError
 #: Set before the server starts: libraries read them when they are imported.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
-#: What the server imports: these two bring every method, and with them the modelling languages.
-_PRELOADED = ["masonry_opt.methods.bracket.method", "masonry_opt.methods.mpec"]
+#: What the server imports: ``solve``, and with its methods the modelling languages, which it imports late.
+_PRELOADED = ["masonry_opt.analysis", "masonry_opt.methods.bracket.method", "masonry_opt.methods.mpec"]
 
 _CONTEXT = multiprocessing.get_context("forkserver")
 
@@ -75,7 +75,7 @@ def in_processes(function: Callable[..., Any], parts: Sequence[tuple[Any, ...]])
         while waiting or running:
             while waiting and len(running) < cores:
                 number, arguments = waiting.popleft()
-                process, receiver = start(_send, (function, arguments))
+                process, receiver = start(_send, (function, arguments), [function.__module__])
                 running[receiver] = number, process
             for ready in wait(list(running)):
                 yield _received(ready, *running[ready])
