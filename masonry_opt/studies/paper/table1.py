@@ -65,8 +65,8 @@ def table1(cases: Path, progress: ProgressLine = lambda _: None, walls: Sequence
     report = Report(
         captions={
             "table1": "Table 1: load factors. CVXPY with Clarabel, Pyomo with HiGHS: associative; "
-            "loop diff %, mcp diff %: against the paper's loop, and the published MCP; refined: by a search that "
-            "ends at the lowest state known",
+            "loop diff %, mcp diff %: against the paper's loop, and the published MCP; refined: by a "
+            "search that ends at the lowest state known",
             "table1_residuals": "Table 1: certificate and cost. equilibrium: over the total weight; "
             "yield: in median block weights; flow: over the largest velocity; complementarity: in units "
             "of λ. Published times are of other machines",
