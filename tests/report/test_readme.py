@@ -33,6 +33,14 @@ def test_python_example_prints_what_stands_below_it():
     assert out.getvalue() == printed
 
 
+def test_what_the_command_says_is_what_it_says(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    said = README.split("plain words what moves and at what load:\n\n")[1].split("\n\n")[0]
+    assert str(mo.solve("cases/gilbert/two_blocks.toml")) == "\n".join(
+        line.removeprefix("    ") for line in said.splitlines()
+    )
+
+
 def test_case_file_example_is_one(tmp_path):
     (case,) = blocks("toml")
     path = tmp_path / "case.toml"
