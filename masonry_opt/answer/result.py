@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import asdict, dataclass, field
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -119,6 +120,11 @@ class Result:
 
     def __str__(self) -> str:
         return self.summary
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: load factor, status, picture, certificate."""
+        # Drawing comes after results: it is loaded by name where a picture is asked for.
+        return import_module("masonry_opt.report.page.notebook").notebook_html(self)
 
     @property
     def range(self) -> tuple[float | None, float | None]:

@@ -14,6 +14,9 @@ from masonry_opt.explain.stressed_joints import stressed_joints
 #: Percent of λ below which dilatancy adds nothing that can be told from rounding.
 _NOTHING = 1e-4
 
+#: What an associative answer is.
+_ASSOCIATIVE = "joints open as they slide; those that do not (Coulomb) carry as much or less"
+
 
 def summary_text(result: Result) -> str:
     """A result in a few lines."""
@@ -40,6 +43,21 @@ def summary_text(result: Result) -> str:
     text = [f"{name:<16} {value}" for name, value in lines.items() if value]
     text += [f"warning: {sentence}" for sentence in result.warning_sentences]
     return printable("\n".join(text))
+
+
+def facts(result: Result) -> dict[str, str]:
+    """What is known of a result beside its load factor and status: by a label each, in words."""
+    of_joints_that_open = result.load_factor is not None and result.kind is Kind.ASSOCIATIVE
+    known = {
+        "found" if result.status.usable else "why": result.message,
+        "tilt angle": _tilt(result),
+        "coulomb state": _state(result),
+        "associative": _ASSOCIATIVE if of_joints_that_open else _associative(result),
+        "range": _range(result),
+        "dilatancy": _dilatancy(result),
+        "reference": _reference(result),
+    }
+    return {label: printable(words) for label, words in known.items() if words}
 
 
 def _tilt(result: Result) -> str:
