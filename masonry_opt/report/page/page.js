@@ -68,7 +68,7 @@ function pickNear(event) {
 }
 
 picked.setAttribute("class", "picked");
-picture.append(picked);
+picture.insertBefore(picked, picture.querySelector(".layer")); // marks stay on top
 picture.addEventListener("pointermove", pickNear);
 picture.addEventListener("pointerdown", pickNear);
 slider.addEventListener("input", () => move(+slider.value));

@@ -75,12 +75,7 @@ def page(result: Result) -> str:
         title=escape(title),
         style=folder.joinpath("page.css").read_text(encoding="utf-8"),
         answer=answer(result),
-        picture=svg(
-            view,
-            f"picture of {title}",
-            layers,
-            f'class="picture" style="--ratio: {view.width / view.height:.4f}"',
-        ),
+        picture=svg(view, f"picture of {title}", layers, f'class="picture" style="--ratio: {ratio:.4f}"'),
         caption=caption(result),
         controls=_choices(result) + _slider(result) + keys(result) + _panel(result),
         details=certificate(result) + described(result) + _foot(result),
@@ -127,7 +122,9 @@ def _panel(result: Result) -> str:
         '<p class="blocks-of">on <b class="first-name" id="first">the first block</b> from '
         '<b id="second">the second</b></p>\n'
         f"<table><tbody>\n{rows}</tbody></table></div>\n"
-        '<p class="note">In the units of the case; rates are those of the mechanism.</p>\n</section>\n'
+        '<p class="note"><i>n</i> and <i>s</i> act on the first block, <i>s</i> along the joint, a quarter '
+        "turn clockwise of <i>n</i>; rates are of its motion against the second. Units are those of the "
+        "case.</p>\n</section>\n"
     )
 
 
