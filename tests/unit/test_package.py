@@ -141,6 +141,20 @@ def test_every_package_of_the_tree_is_in_the_wheel():
         assert (ROOT / setuptools["package-dir"].get(name, name.replace(".", "/"))).is_dir()
 
 
+def test_every_file_that_is_no_module_is_in_the_wheel():
+    setuptools = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
+    told = setuptools["package-data"]
+    listed = {
+        path
+        for package, patterns in told.items()
+        if package != "masonry_opt.cases"
+        for pattern in patterns
+        for path in ROOT.joinpath(*package.split(".")).glob(pattern)
+    }
+    there = {path for path in PACKAGE.rglob("*") if path.is_file() and path.suffix not in (".py", ".pyc")}
+    assert there == listed
+
+
 @pytest.mark.parametrize("name", ["masonry_opt.command", "masonry_opt.cli"])
 def test_commands_can_be_imported_without_running(name):
     assert callable(importlib.import_module(name).main)

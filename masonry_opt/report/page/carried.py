@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from masonry_opt.answer.result import Result
@@ -13,7 +15,7 @@ from masonry_opt.report.thrust import thrust
 #: Colours of utilisation from 0 to 1, in steps of equal width: matplotlib's "viridis_r", as in pictures.
 UTILISATION = ("#FDE725", "#A0DA39", "#4AC16D", "#1FA187", "#277F8E", "#365C8D", "#46327E", "#440154")
 
-#: Length of the longest resultant, as a share of the picture.
+#: Length of the longest resultant drawn, as a share of the picture.
 _LONGEST = 0.08
 
 
@@ -22,24 +24,45 @@ def has_forces(result: Result) -> bool:
     return bool(result.joints["n"].notna().all())
 
 
-def draw_thrust(result: Result, pen: Pen) -> str:
-    """Resultants through their points of action, and the line of thrust through blocks between two joints."""
-    carried, origin = thrust(result), result.assembly.geometry.origin
-    size = np.hypot(*carried.force.T)
+@dataclass(frozen=True)
+class Resultants:
+    """What of the joints' forces is drawn.
+
+    Attributes
+    ----------
+    pressed: joints that carry anything, by their numbers.
+    line: pairs of them that the line of thrust joins, through blocks between two joints, shape (pairs, 2).
+    shown: those whose resultants are drawn: along a line of thrust only the ones on supports, which say how
+        large they are.
+    longest: the largest resultant drawn; 0 where there is none.
+    """
+
+    pressed: np.ndarray
+    line: np.ndarray
+    shown: np.ndarray
+    longest: float
+
+
+def resultants(result: Result) -> Resultants:
+    """Choose what is drawn of a result that has forces."""
+    carried, joints, movable = thrust(result), result.assembly.joints, result.assembly.movable
     pressed = np.flatnonzero(np.isfinite(carried.point).all(axis=1))
-    if not len(pressed):
-        return ""
-    points, joints = carried.point - origin, result.assembly.joints
-    half = carried.force * (_LONGEST * SIDE / pen.view.scale / size[pressed].max() / 2)
-    pairs = np.array(_between_two(result, pressed), dtype=int).reshape(-1, 2)
-    line = pen.lines(points[pairs[:, 0]], points[pairs[:, 1]])
-    # Along a line of thrust those on supports say how large they are.
-    on_support = ~np.isin([joints.first, joints.second], result.assembly.movable).all(axis=0)
-    shown = pressed[on_support[pressed] | ~np.isin(pressed, pairs)]
-    resultants = pen.lines(points[shown] - half[shown], points[shown] + half[shown])
-    width = mark_size(result)
-    # Where there are many joints they could not be told apart.
-    dots = pen.lines(points[pressed], points[pressed]) if len(points) < 2000 else []
+    line = np.array(_between_two(result, pressed), dtype=int).reshape(-1, 2)
+    on_support = ~(np.isin(joints.first, movable) & np.isin(joints.second, movable))
+    shown = pressed[on_support[pressed] | ~np.isin(pressed, line)]
+    longest = np.hypot(*carried.force[shown].T).max(initial=0.0)
+    return Resultants(pressed, line, shown, float(longest))
+
+
+def draw_thrust(result: Result, pen: Pen) -> str:
+    """Resultants through their points of action, and the line of thrust."""
+    carried, chosen, width = thrust(result), resultants(result), mark_size(result)
+    points = carried.point - result.assembly.geometry.origin
+    half = carried.force * (_LONGEST * SIDE / pen.view.scale / (chosen.longest or 1.0) / 2)
+    first, second = points[chosen.line].transpose(1, 0, 2)
+    shown, pressed = points[chosen.shown], points[chosen.pressed]
+    # Where there are many joints dots could not be told apart.
+    dots = pen.lines(pressed, pressed) if len(points) < 2000 else []
 
     def layer(name: str, lines: list[str], thickness: float) -> str:
         paths = [pen.path("".join(lines))] if lines else []
@@ -47,7 +70,11 @@ def draw_thrust(result: Result, pen: Pen) -> str:
 
     return group(
         "layer thrust",
-        [layer("line", line, 2.5), layer("resultants", resultants, 2.5), layer("dots", dots, 6)],
+        [
+            layer("line", pen.lines(first, second), 2.5),
+            layer("resultants", pen.lines(shown - half[chosen.shown], shown + half[chosen.shown]), 2.5),
+            layer("dots", dots, 6),
+        ],
         fill="none",
         stroke=THRUST,
         stroke_linecap="round",

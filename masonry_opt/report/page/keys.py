@@ -10,7 +10,7 @@ from masonry_opt.problem.loads import loads
 from masonry_opt.report.colours import BLOCK, DEAD, FIXED, HATCH, IDLE, LIVE, THRUST
 from masonry_opt.report.motion import joint_motion
 from masonry_opt.report.page.arrows import MOST_ARROWS
-from masonry_opt.report.page.carried import UTILISATION
+from masonry_opt.report.page.carried import UTILISATION, has_forces, resultants
 from masonry_opt.report.page.drawing import KINDS
 from masonry_opt.report.page.view import has_mechanism
 
@@ -51,10 +51,15 @@ def keys(result: Result) -> str:
         for number, colour in enumerate(UTILISATION)
     )
     scale = f'<span class="scale" style="background: linear-gradient(90deg, {steps})"></span>'
+    carried = "what a joint carries, where it acts"
+    if has_forces(result):
+        chosen = resultants(result)
+        carried += "; through voussoirs the line of thrust" if len(chosen.line) else ""
+        carried += f". The longest resultant is {chosen.longest:.4g}, in the case's unit of force"
     lists = {
         "mechanism": marks(result),
         "thrust": [
-            _mark(line + dot, "what a joint carries, where it acts; of voussoirs, the line of thrust"),
+            _mark(line + dot, carried),
             *_blocks_and_loads(result),
         ],
         "utilisation": [

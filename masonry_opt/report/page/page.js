@@ -11,37 +11,39 @@ const motions = blocks.map((path) => motionOf(path.parentElement));
 const joints = data.joints;
 const picked = document.createElementNS(picture.namespaceURI, "g");
 let share = 0; // of the mechanism that is shown
+let shown = []; // the two blocks of the joint that is picked
 
 // The point (x, y) moves by share times (vx - omega y, vy + omega x).
 const matrix = ([vx, vy, omega]) =>
   `matrix(1 ${share * omega} ${-share * omega} 1 ${share * vx} ${share * vy})`;
 
 // A joint lies midway between its two blocks.
-const motionOfJoint = (joint) =>
-  motions[joints.first[joint]].map((value, part) => (value + motions[joints.second[joint]][part]) / 2);
+const motionsOfJoints = joints.first.map((first, joint) =>
+  motions[first].map((value, part) => (value + motions[joints.second[joint]][part]) / 2));
 
 function move(value) {
   share = value;
   for (const [element, motion] of moving) element.setAttribute("transform", matrix(motion));
-  if (picked.hasChildNodes()) picked.setAttribute("transform", matrix(motionOfJoint(+number.value)));
+  if (picked.hasChildNodes()) picked.setAttribute("transform", matrix(motionsOfJoints[number.value]));
 }
 
 // Forces act on the scene at rest.
 function show(what) {
   main.dataset.show = what;
   slider.disabled = what !== "mechanism" || !moving.length;
-  slider.parentElement.setAttribute("aria-disabled", slider.disabled);
+  slider.parentElement.classList.toggle("off", slider.disabled);
   move(slider.disabled ? 0 : +slider.value);
 }
 
 function pick(joint) {
   const first = joints.first[joint], second = joints.second[joint];
-  for (const path of picture.querySelectorAll(".first, .second")) path.classList.remove("first", "second");
-  blocks[first].classList.add("first");
-  blocks[second].classList.add("second");
+  for (const path of shown) path.removeAttribute("class");
+  shown = [blocks[first], blocks[second]];
+  blocks[first].setAttribute("class", "first");
+  blocks[second].setAttribute("class", "second");
   const line = `M${joints.x[joint]} ${joints.y[joint]}l${joints.dx[joint]} ${joints.dy[joint]}`;
   picked.innerHTML = `<path class="under" d="${line}"/><path class="over" d="${line}"/>`;
-  picked.setAttribute("transform", matrix(motionOfJoint(joint)));
+  picked.setAttribute("transform", matrix(motionsOfJoints[joint]));
   number.value = joint;
   document.getElementById("first").textContent = data.blocks[first];
   document.getElementById("second").textContent = data.blocks[second];
@@ -57,14 +59,14 @@ function pickNear(event) {
   const pointer = new DOMPoint(event.clientX, event.clientY).matrixTransform(place.inverse());
   let nearest = -1, least = (24 / place.a) ** 2;
   for (let joint = 0; joint < joints.first.length; joint++) {
-    const [vx, vy, omega] = motionOfJoint(joint);
+    const [vx, vy, omega] = motionsOfJoints[joint];
     const x = joints.x[joint], y = joints.y[joint], dx = joints.dx[joint], dy = joints.dy[joint];
     const toX = pointer.x - x - share * (vx - omega * y), toY = pointer.y - y - share * (vy + omega * x);
     const along = Math.min(1, Math.max(0, (toX * dx + toY * dy) / (dx * dx + dy * dy || 1)));
     const distance = (toX - along * dx) ** 2 + (toY - along * dy) ** 2;
     if (distance < least) [nearest, least] = [joint, distance];
   }
-  if (nearest >= 0) pick(nearest);
+  if (nearest >= 0 && String(nearest) !== number.value) pick(nearest);
 }
 
 picked.setAttribute("class", "picked");

@@ -23,8 +23,8 @@ from masonry_opt.report.page.words import answer, certificate, described, text, 
 
 #: What the panel says of a joint: column of ``Result.joints``, words.
 _COLUMNS = (
-    ("n", "<i>n</i>, normal force (compression +)"),
-    ("s", "<i>s</i>, shear force"),
+    ("n", "<i>n</i>, normal (compression +)"),
+    ("s", "<i>s</i>, shear"),
     ("m", "<i>m</i>, moment about the middle"),
     ("slip", "slip, as a rate"),
     ("opening", "opening, as a rate"),
