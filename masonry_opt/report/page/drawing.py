@@ -156,20 +156,26 @@ KINDS = {
 }
 
 
+def joints_by_kind(result: Result) -> dict[str, np.ndarray]:
+    """Which joints have the mark of each kind that occurs; what slides and crushes is marked as crushing."""
+    moves = joint_motion(result)
+    marked = {kind: getattr(moves, kind) for kind in KINDS}
+    marked["slides"] = moves.slides & ~moves.crushes
+    return {kind: np.flatnonzero(which) for kind, which in marked.items() if which.any()}
+
+
 def draw_mechanism(result: Result, pen: Pen) -> str:
     """Marks on the joints that move, which lie midway between their blocks."""
-    joints, moves = result.assembly.joints, joint_motion(result)
+    joints, hinge = result.assembly.joints, joint_motion(result).hinge
     motions = joint_motions(result, pen.view)
     size = mark_size(result)
-    lines, dots = pen.lines(joints.start, joints.end), pen.lines(moves.hinge, moves.hinge)
+    lines, dots = pen.lines(joints.start, joints.end), pen.lines(hinge, hinge)
     drawn = []
-    for kind, (colour, width, dashes, _) in KINDS.items():
+    for kind, numbers in joints_by_kind(result).items():
+        colour, width, dashes, _ = KINDS[kind]
         # A hinge is a dot, with a white rim.
         dot = kind == "hinges"
-        elements = [
-            pen.path((dots if dot else lines)[joint], motions[joint])
-            for joint in np.flatnonzero(getattr(moves, kind))
-        ]
+        elements = [pen.path((dots if dot else lines)[joint], motions[joint]) for joint in numbers]
         stroke = {"fill": "none", "stroke_linecap": "butt" if kind == "crushes" else "round"}
         if dot:
             drawn.append(group("rims", elements, stroke="#fff", stroke_width=width * size + 2, **stroke))

@@ -8,10 +8,9 @@ from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.problem.loads import loads
 from masonry_opt.report.colours import BLOCK, DEAD, FIXED, HATCH, IDLE, LIVE, THRUST
-from masonry_opt.report.motion import joint_motion
 from masonry_opt.report.page.arrows import MOST_ARROWS
 from masonry_opt.report.page.carried import UTILISATION, has_forces, resultants
-from masonry_opt.report.page.drawing import KINDS
+from masonry_opt.report.page.drawing import KINDS, joints_by_kind
 from masonry_opt.report.page.view import has_mechanism
 
 
@@ -32,13 +31,12 @@ def marks(result: Result) -> list[str]:
     """Marks of the mechanism, blocks and loads, with their meaning."""
     drawn = []
     if has_mechanism(result):
-        moves = joint_motion(result)
-        for kind, (colour, width, dashes, words) in KINDS.items():
-            if getattr(moves, kind).any():
-                cap = "butt" if kind == "crushes" else "round"
-                d = "M14 6h0" if kind == "hinges" else "M3 6h22"
-                style = f'stroke-width="{width}" stroke-linecap="{cap}" stroke-dasharray="{dashes}"'
-                drawn.append(_mark(f'<path stroke="{colour}" {style} d="{d}"/>', words))
+        for kind in joints_by_kind(result):
+            colour, width, dashes, words = KINDS[kind]
+            cap = "butt" if kind == "crushes" else "round"
+            d = "M14 6h0" if kind == "hinges" else "M3 6h22"
+            style = f'stroke-width="{width}" stroke-linecap="{cap}" stroke-dasharray="{dashes}"'
+            drawn.append(_mark(f'<path stroke="{colour}" {style} d="{d}"/>', words))
     return drawn + _blocks_and_loads(result)
 
 

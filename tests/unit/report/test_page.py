@@ -10,10 +10,12 @@ from html import unescape
 import numpy as np
 import pytest
 import shapely
-from scenes import CASES, WALLS, block_on_floor, on_a_corner, overhanging, pressed_down
+from scenes import CASES, WALLS, block_on_floor, on_a_corner, overhanging, pressed_down, small_wall
 
 import masonry_opt as mo
+from masonry_opt.report.motion import joint_motion
 from masonry_opt.report.page.carried import UTILISATION, resultants
+from masonry_opt.report.page.drawing import joints_by_kind
 from masonry_opt.report.page.page import page, write_page
 from masonry_opt.report.page.view import FULL, SIDE, START, view_of
 from masonry_opt.report.thrust import thrust
@@ -154,6 +156,16 @@ def test_marks_of_joints_are_only_of_what_occurs():
     assert '<g class="hinges"' not in slides
     assert '<g class="hinges"' in hinges
     assert '<g class="slides"' not in hinges
+
+
+def test_a_joint_that_slides_and_crushes_is_marked_once():
+    result = mo.solve(small_wall(strength=3.0), "static")
+    moves, marked = joint_motion(result), joints_by_kind(result)
+    both = np.flatnonzero(moves.slides & moves.crushes)
+    assert len(both)
+    assert np.isin(both, marked["crushes"]).all()
+    assert not np.isin(both, marked.get("slides", [])).any()
+    assert '<g class="crushes"' in page(result)
 
 
 NASTY = '<script>alert("$x")</script>&\'</svg>${title}'
