@@ -22,6 +22,7 @@ from rich.markup import escape
 from typer.core import TyperGroup
 
 from masonry_opt.analysis import solve as solve_scene
+from masonry_opt.answer.result import Result
 from masonry_opt.duality import check as check_duality
 from masonry_opt.errors import (
     InterruptedByUserError,
@@ -125,7 +126,7 @@ def solve(
         raise OptionError("--json, --verbose and --quiet say each what is printed: give one of them")
     if plot is None and (names or plot_kind is not None):
         raise OptionError("--plot-kind and --names say how to draw: give --plot FILE too")
-    save_picture = None if plot is None else _picture(plot, plot_kind, names)
+    save_picture = None if plot is None else _picture(plot, plot_kind or "mechanism", names)
     options = dict(_name_and_value(text) for text in option or [])
     errors = Console(stderr=True)
     steps: list[str] = []
@@ -225,7 +226,7 @@ def _name_and_value(text: str) -> tuple[str, Any]:
     return name, value
 
 
-def _picture(path: Path, kind: str | None, names: bool) -> Callable[[Result], None]:
+def _picture(path: Path, kind: str, names: bool) -> Callable[[Result], None]:
     """What draws a result to a file. Raises OptionError now, not after the solve, if that cannot be."""
     from masonry_opt.report.saved import refuse_saving, save
 

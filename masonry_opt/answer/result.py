@@ -126,6 +126,13 @@ class Result:
     def __str__(self) -> str:
         return self.summary
 
+    def _repr_html_(self) -> str:
+        """What a notebook shows: load factor, status, picture, certificate."""
+        # Pages come after results, as pictures do.
+        from masonry_opt.report.page.notebook import notebook_html
+
+        return notebook_html(self)
+
     @property
     def range(self) -> tuple[float | None, float | None]:
         """Least and greatest that the least load factor under the joints' own flow rule can be, if there is
@@ -168,7 +175,13 @@ class Result:
         return picture(self, kind, names)
 
     def save(self, path: str | Path, kind: str = "mechanism", names: bool = False) -> None:
-        """Write a picture of the result, whole or not at all: .png, .svg or .pdf; ``kind`` as in ``plot``.
+        """Write the result whole or not at all: a picture (.png, .svg, .pdf), or one interactive page (.html)
+        that needs no network.
+
+        Parameters
+        ----------
+        kind: as in ``plot``; of a page, what it shows first.
+        names: as in ``plot``; a page tells them of each joint.
 
         Raises
         ------
@@ -177,11 +190,9 @@ class Result:
         OSError
             If the file cannot be written.
         """
-        from masonry_opt.report.pictures.figure import refuse_picture
-        from masonry_opt.report.pictures.result_picture import picture
+        from masonry_opt.report.saved import save
 
-        refuse_picture(path)
-        picture(self, kind, names).save(path)
+        save(self, path, kind, names)
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, strings, lists and dictionaries (NaN as None)."""

@@ -53,19 +53,25 @@ def _labelled(lines: dict[str, str]) -> list[str]:
     return [f"{name:<{_LABEL}} {value.replace(chr(10), between)}" for name, value in lines.items() if value]
 
 
-def _plain(result: Result) -> list[str]:
-    size, gaps = result.size, result.assembly.joints.near_misses
-    facts = {
+def facts(result: Result) -> dict[str, str]:
+    """What is known of a result beside its load factor and status, in plain words, by a label each."""
+    gaps = result.assembly.joints.near_misses
+    known = {
         "why": _why(result),
         "falls" if result.status is Status.UNSTABLE else "moves": _mechanism(result),
         "how sure": _certainty(result),
         "dilatancy": _dilatancy(result),
         "not credible": _stressed(result),
         "reference": _reference(result),
-        "gaps": size.left_out[-1] if gaps else "",  # where there are any they are said last
+        "gaps": result.size.left_out[-1] if gaps else "",  # where there are any they are said last
     }
+    return {label: words for label, words in known.items() if words}
+
+
+def _plain(result: Result) -> list[str]:
+    size = result.size
     count = f"{size.blocks} block{_s(size.blocks)}, {size.joints} joint{_s(size.joints)}"
-    return [f"{result.case}: {count}", _headline(result), *_labelled(facts)]
+    return [f"{result.case}: {count}", _headline(result), *_labelled(facts(result))]
 
 
 def _warnings(result: Result) -> list[str]:

@@ -5,11 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.answer.result import Result
+from masonry_opt.problem.assembly import Assembly
 
 #: Normal forces below this share of the scene's largest are nothing, as for ``utilisation``.
 _NOTHING = 1e-6
+
+#: Blocks in a row, each between two others, from which their points of thrust make a line.
+_CHAIN = 3
 
 
 @dataclass(frozen=True)
@@ -38,3 +44,29 @@ def thrust(result: Result) -> Thrust:
     pressed = n > _NOTHING * np.abs(n).max(initial=0.0)
     off = np.divide(m, n, out=np.full_like(n, np.nan), where=pressed)
     return Thrust(force, frame[["x", "y"]].to_numpy() + off[:, None] * along)
+
+
+def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
+    """Pairs of joints that a line of thrust joins, shape (pairs, 2): those of blocks that have two joints,
+    both pressed, in rows of at least three.
+
+    Parameters
+    ----------
+    acts: whether each joint is pressed together, shape (c,).
+    """
+    joints, count = assembly.joints, len(assembly.scene.blocks)
+    sides = np.concatenate([joints.first, joints.second])
+    number = np.tile(np.arange(len(joints.first)), 2)
+    between = np.bincount(sides, minlength=count) == 2
+    between &= np.bincount(sides[acts[number]], minlength=count) == 2
+    movable = np.zeros(count, dtype=bool)
+    movable[assembly.movable] = True
+    between &= movable
+    linked = between[joints.first] & between[joints.second]
+    links = sp.coo_array(
+        (np.ones(linked.sum()), (joints.first[linked], joints.second[linked])), shape=(count, count)
+    )
+    _, row = connected_components(links, directed=False)
+    in_chain = between & (np.bincount(row)[row] >= _CHAIN)
+    order = np.argsort(sides, kind="stable")
+    return number[order][in_chain[sides[order]]].reshape(-1, 2)

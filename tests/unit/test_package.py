@@ -115,7 +115,7 @@ import json, sys
 import masonry_opt as mo
 from masonry_opt.models import cvxpy_terms
 load_factor = mo.solve("two_blocks.toml", "nonassociative").load_factor
-drawing = [name for name in sys.modules if name.startswith(("masonry_opt.report", "matplotlib"))]
+drawing = [name for name in sys.modules if name.startswith(("masonry_opt.report.page", "masonry_opt.report.pictures", "matplotlib"))]
 import masonry_opt.cli
 of_studies = [name for name in sys.modules if name.startswith(("masonry_opt.studies", "plotly"))]
 print(json.dumps([load_factor, mo.__file__, cvxpy_terms.__file__, drawing, of_studies]))
@@ -186,6 +186,20 @@ def test_every_package_of_the_tree_is_in_the_wheel():
     assert found | {"masonry_opt.models"} <= set(setuptools["packages"])
     for name in setuptools["packages"]:
         assert (ROOT / setuptools["package-dir"].get(name, name.replace(".", "/"))).is_dir()
+
+
+def test_every_file_that_is_no_module_is_in_the_wheel():
+    setuptools = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
+    told = setuptools["package-data"]
+    listed = {
+        path
+        for package, patterns in told.items()
+        if package != "masonry_opt.cases"
+        for pattern in patterns
+        for path in ROOT.joinpath(*package.split(".")).glob(pattern)
+    }
+    there = {path for path in PACKAGE.rglob("*") if path.is_file() and path.suffix not in (".py", ".pyc")}
+    assert there == listed
 
 
 @pytest.mark.parametrize("name", ["masonry_opt.command", "masonry_opt.cli"])

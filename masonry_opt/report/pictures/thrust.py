@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy.sparse as sp
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
-from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.answer.result import Result
 from masonry_opt.problem.assembly import Assembly
@@ -25,10 +23,7 @@ from masonry_opt.report.pictures.blocks import (
     title_result,
 )
 from masonry_opt.report.pictures.figure import Legend
-from masonry_opt.report.thrust import Thrust, thrust
-
-#: Blocks in a row, each between two others, from which their points of thrust make a line.
-_CHAIN = 3
+from masonry_opt.report.thrust import Thrust, chains, thrust
 
 #: The longest resultant over the scene's size.
 _LONGEST = 0.12
@@ -82,32 +77,6 @@ def _draw_thrust(axes: Axes, assembly: Assembly, carried: Thrust) -> list[Handle
         label = f"resultant {who}, in the case's unit of force"
         handles.append(Line2D([], [], color=THRUST, linewidth=1.6, label=label))
     return handles
-
-
-def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
-    """Pairs of joints that a line of thrust joins, shape (pairs, 2): those of blocks that have two joints,
-    both pressed, in rows of at least three.
-
-    Parameters
-    ----------
-    acts: whether each joint is pressed together, shape (c,).
-    """
-    joints, count = assembly.joints, len(assembly.scene.blocks)
-    sides = np.concatenate([joints.first, joints.second])
-    number = np.tile(np.arange(len(joints.first)), 2)
-    between = np.bincount(sides, minlength=count) == 2
-    between &= np.bincount(sides[acts[number]], minlength=count) == 2
-    movable = np.zeros(count, dtype=bool)
-    movable[assembly.movable] = True
-    between &= movable
-    linked = between[joints.first] & between[joints.second]
-    links = sp.coo_array(
-        (np.ones(linked.sum()), (joints.first[linked], joints.second[linked])), shape=(count, count)
-    )
-    _, row = connected_components(links, directed=False)
-    in_chain = between & (np.bincount(row)[row] >= _CHAIN)
-    order = np.argsort(sides, kind="stable")
-    return number[order][in_chain[sides[order]]].reshape(-1, 2)
 
 
 def _scale(assembly: Assembly, carried: Thrust) -> float:

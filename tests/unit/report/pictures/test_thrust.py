@@ -10,7 +10,7 @@ from scenes import CASES, WALLS, block_on_floor, overhanging
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.report.colours import THRUST
-from masonry_opt.report.pictures.thrust import chains
+from masonry_opt.report.thrust import chains
 
 
 def test_a_resultant_is_drawn_through_its_point_of_action_to_scale():

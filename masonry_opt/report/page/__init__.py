@@ -1,0 +1,1 @@
+"""A result as one interactive page, and as what a notebook shows."""

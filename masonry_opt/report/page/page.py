@@ -1,0 +1,175 @@
+"""One page of a result: a single file of HTML that needs no network."""
+
+from __future__ import annotations
+
+import json
+from html import escape
+from importlib.metadata import version
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+
+import numpy as np
+
+from masonry_opt.answer.result import Result
+from masonry_opt.errors import OptionError, printable
+from masonry_opt.files import refuse_unwritable, write_whole
+from masonry_opt.report.page.arrows import draw_loads
+from masonry_opt.report.page.carried import draw_thrust, draw_utilisation, has_forces
+from masonry_opt.report.page.drawing import Pen, draw_blocks, draw_mechanism, svg
+from masonry_opt.report.page.keys import caption, keys
+from masonry_opt.report.page.view import START, View, has_mechanism, view_of
+from masonry_opt.report.page.words import answer, certificate, described, text, title_of
+
+#: What the panel says of a joint: column of ``Result.joints``, words.
+_COLUMNS = (
+    ("n", "<i>n</i>, normal (compression +)"),
+    ("s", "<i>s</i>, shear"),
+    ("m", "<i>m</i>, moment about the middle"),
+    ("slip", "slip, as a rate"),
+    ("opening", "opening, as a rate"),
+    ("utilisation", "utilisation, force over its limit"),
+)
+
+#: Numbers below this share of the largest of their kind are nothing, as for ``utilisation``.
+_NOTHING = 1e-6
+
+
+def refuse_page(path: str | Path) -> None:
+    """Raise OptionError if a page could not be written there: to be asked before long work."""
+    path = Path(path)
+    if path.suffix.lower() != ".html":
+        raise OptionError(f"{path}: a page's name ends in .html")
+    refuse_unwritable(path)
+
+
+def write_page(result: Result, path: str | Path, kind: str = "mechanism") -> None:
+    """Write a result as one interactive page, whole, to ``path`` (.html).
+
+    The page shows the load factor, how sure it is, its certificate, warnings, and the scene: a slider moves
+    the mechanism, and of every joint it tells forces and motion. It holds all it needs. What joints show
+    first is their motion, or by ``kind`` "thrust" or "utilisation".
+
+    Raises
+    ------
+    OptionError
+        If the file's name has another ending, or it cannot be written there.
+    OSError
+        If writing fails.
+    """
+    refuse_page(path)
+    write_whole(path, page(result, kind))
+
+
+def page(result: Result, kind: str = "mechanism") -> str:
+    """The page of :func:`write_page` as text."""
+    view = view_of(result)
+    pen = Pen(view)
+    layers = [draw_blocks(result, pen), draw_loads(result, pen)]
+    if has_forces(result):
+        layers += [draw_utilisation(result, pen), draw_thrust(result, pen)]
+    if has_mechanism(result):
+        layers.append(draw_mechanism(result, pen))
+    folder = files("masonry_opt.report.page")
+    title, ratio = title_of(result), view.width / view.height
+    return Template(folder.joinpath("page.html").read_text(encoding="utf-8")).substitute(
+        title=escape(title),
+        style=folder.joinpath("page.css").read_text(encoding="utf-8"),
+        answer=answer(result),
+        picture=svg(view, f"picture of {title}", layers, f'class="picture" style="--ratio: {ratio:.4f}"'),
+        caption=caption(result),
+        controls=_choices(result, kind) + _slider(result) + keys(result) + _panel(result),
+        details=certificate(result) + described(result) + _foot(result),
+        data=_data(result, view),
+        script=folder.joinpath("page.js").read_text(encoding="utf-8"),
+    )
+
+
+def _choices(result: Result, first: str) -> str:
+    """What joints show, of what there is."""
+    there = {"mechanism": True, "thrust": has_forces(result), "utilisation": has_forces(result)}
+    if not there[first]:
+        first = "mechanism"
+    choices = "".join(
+        f'<label><input type="radio" name="show" value="{kind}"'
+        f"{' checked' if kind == first else ''}{'' if known else ' disabled'}> {kind}</label>\n"
+        for kind, known in there.items()
+    )
+    return (
+        '<fieldset class="controls"><legend>Joints show</legend>\n'
+        f'<div class="choices">{choices}</div></fieldset>\n'
+    )
+
+
+def _slider(result: Result) -> str:
+    disabled = "" if has_mechanism(result) else " disabled"
+    return (
+        '<label class="slider controls">Mechanism moved, from 0 to 1'
+        f'<input type="range" id="moved" min="0" max="1" step="0.01" value="{START}"{disabled}></label>\n'
+    )
+
+
+def _panel(result: Result) -> str:
+    """Where a joint's forces are told."""
+    rows = "".join(
+        f'<tr><th scope="row">{words}</th><td class="number" data-of="{name}"></td></tr>\n'
+        for name, words in _COLUMNS
+    )
+    last = result.size.joints - 1
+    return (
+        '<section class="joint" aria-label="Joint">\n'
+        f'<label for="joint"><b>Joint</b></label> <input type="number" id="joint" min="0" max="{last}" '
+        'step="1"> <span class="note">point at one, or type its row in <code>result.joints</code> '
+        f"(0 to {last})</span>\n"
+        '<div aria-live="polite" aria-atomic="true">\n'
+        '<p class="blocks-of">on <b class="first-name" id="first">the first block</b> from '
+        '<b id="second">the second</b></p>\n'
+        f"<table><tbody>\n{rows}</tbody></table></div>\n"
+        '<p class="note"><i>n</i> and <i>s</i> act on the first block, <i>s</i> along the joint, a quarter '
+        "turn clockwise of <i>n</i>; rates are of its motion against the second. Units are those of the "
+        "case.</p>\n</section>\n"
+    )
+
+
+def _foot(result: Result) -> str:
+    origin = result.assembly.scene.origin
+    known = [
+        *([origin] if origin != "scene" else []),
+        f"method {result.method} ({result.model}, {result.solver})",
+        f"masonry_opt {version('masonry_opt')}",
+    ]
+    return f'<p class="note">{text(" · ".join(known))}</p>\n'
+
+
+def _data(result: Result, view: View) -> str:
+    """Names of blocks, and joints by columns, as JSON that may stand in HTML."""
+    assembly, frame = result.assembly, result.joints
+    joints = assembly.joints
+    start, end = view.at(joints.start), view.at(joints.end)
+    columns: dict[str, list[float | None]] = {
+        "first": joints.first.tolist(),
+        "second": joints.second.tolist(),
+        "x": start[:, 0].tolist(),
+        "y": start[:, 1].tolist(),
+        "dx": (end - start)[:, 0].tolist(),
+        "dy": (end - start)[:, 1].tolist(),
+    }
+    for name, _ in _COLUMNS:
+        columns[name] = _rounded(frame[name].to_numpy())
+    data = {"blocks": [printable(block.name) for block in assembly.scene.blocks], "joints": columns}
+    text = json.dumps(data, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _rounded(values: np.ndarray) -> list[float | None]:
+    """Five digits of each number, None in place of NaN, what is next to nothing as 0."""
+    nothing = _NOTHING * np.nan_to_num(np.abs(values)).max(initial=0.0)
+    return [
+        None if np.isnan(value) else 0 if abs(value) <= nothing else _short(float(f"{value:.5g}"))
+        for value in values
+    ]
+
+
+def _short(value: float) -> float:
+    """Whole numbers without a point."""
+    return int(value) if value == int(value) and abs(value) < 1e5 else value

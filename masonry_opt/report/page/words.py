@@ -1,0 +1,71 @@
+"""What a page and a notebook say of a result, as HTML."""
+
+from __future__ import annotations
+
+from html import escape
+from pathlib import Path
+
+from masonry_opt.answer.acceptance import LIMITS
+from masonry_opt.answer.result import Result
+from masonry_opt.errors import printable
+from masonry_opt.explain.sentences import numeral
+from masonry_opt.report.summary import facts
+
+#: What each residual of the certificate is.
+_RESIDUALS = {
+    "equilibrium": "forces out of balance, over the dead load",
+    "yield": "force beyond friction, compression or rocking, in block weights",
+    "flow": "motion beside the flow rule, over the largest velocity",
+    "complementarity": "energy of what moves without being at yield, in units of λ",
+}
+
+
+def text(words: str) -> str:
+    """Words that may stand in HTML, whatever they hold."""
+    return escape(printable(words))
+
+
+def title_of(result: Result) -> str:
+    """The scene's title, or the name of its file, in one line."""
+    title = " ".join(result.assembly.scene.title.split()) or Path(result.case).stem
+    return printable(title)
+
+
+def headline(result: Result) -> str:
+    """The load factor, or that there is none."""
+    if result.load_factor is None:
+        return '<span class="none">no load factor</span>'
+    return f"<small>load factor</small> λ = {numeral(result.load_factor, '.5g')}"
+
+
+def answer(result: Result) -> str:
+    """Load factor, status, what else is known, and warnings."""
+    known = {"status": str(result.status)} | facts(result)
+    rows = "".join(f"<dt>{text(label)}</dt><dd>{text(words)}</dd>\n" for label, words in known.items())
+    warnings = "".join(f"<li>Warning: {text(words)}</li>\n" for words in result.warning_sentences)
+    told = f'<ul class="warnings">\n{warnings}</ul>\n' if warnings else ""
+    return f'<p class="load-factor">{headline(result)}</p>\n<dl>\n{rows}</dl>\n{told}'
+
+
+def certificate(result: Result) -> str:
+    """Residuals as a table; of what has no load factor, what is proven of it."""
+    if result.certificate is None:
+        proven = result.infeasibility
+        return f"<h2>Existence</h2>\n<p>{text(str(proven.existence))}</p>\n" if proven else ""
+    limits = LIMITS[result.kind].as_dict()
+    rows = "".join(
+        f'<tr><th scope="row">{name} <small>{_RESIDUALS[name]}</small></th>'
+        f'<td class="number">{numeral(value, ".1e")}</td><td class="number">{limits[name]:g}</td></tr>\n'
+        for name, value in result.certificate.as_dict().items()
+    )
+    return (
+        '<h2>Certificate</h2>\n<table class="certificate"><thead><tr><th scope="col">residual</th>'
+        '<th scope="col" class="number">found</th><th scope="col" class="number">at most</th></tr></thead>\n'
+        f"<tbody>\n{rows}</tbody></table>\n"
+    )
+
+
+def described(result: Result) -> str:
+    """What was not modelled."""
+    left_out = "".join(f"<li>{text(words)}</li>" for words in result.size.left_out)
+    return f"<h2>Not modelled</h2>\n<ul>{left_out}</ul>\n" if left_out else ""

@@ -1,0 +1,35 @@
+"""A result written to a file: a picture, or an interactive page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from masonry_opt.answer.result import Result
+from masonry_opt.errors import OptionError
+from masonry_opt.report.page.page import refuse_page, write_page
+from masonry_opt.report.pictures.figure import FORMATS, refuse_picture
+from masonry_opt.report.pictures.result_picture import picture, refuse_kind
+
+
+def refuse_saving(path: str | Path, kind: str, names: bool) -> None:
+    """Raise OptionError if a result could not be written so: to be asked before long work."""
+    refuse_kind(kind)
+    ending = Path(path).suffix.lower().removeprefix(".")
+    if ending == "html":
+        if names:
+            raise OptionError(f"{path}: a page tells the blocks of each joint: leave names to pictures")
+        refuse_page(path)
+    elif ending in FORMATS:
+        refuse_picture(path)
+    else:
+        known = ", ".join(f".{name}" for name in (*FORMATS, "html"))
+        raise OptionError(f"{path}: the name of a picture or page ends in {known}")
+
+
+def save(result: Result, path: str | Path, kind: str = "mechanism", names: bool = False) -> None:
+    """Write a result; see :meth:`Result.save`."""
+    refuse_saving(path, kind, names)
+    if Path(path).suffix.lower() == ".html":
+        write_page(result, path, kind)
+    else:
+        picture(result, kind, names).save(path)
