@@ -152,7 +152,7 @@ def draw_names(axes: Axes, assembly: Assembly, place: Place) -> None:
         fits = min(0.9 * wide / (_LETTER * len(block.name)), 0.45 * high, _NAME)
         letters = max(fits, least)
         # Just above the middle, from where arrows of loads start.
-        axes.annotate(
+        name = axes.annotate(
             printable(block.name),
             at,
             xytext=(0, 1),
@@ -163,8 +163,10 @@ def draw_names(axes: Axes, assembly: Assembly, place: Place) -> None:
             zorder=7,
             clip_on=True,
             parse_math=False,
-            path_effects=[withStroke(linewidth=0.15 * letters, foreground="white")],
+            in_layout=False,  # inside the axes; to find what room thousands take is slow
         )
+        if len(scene.blocks) <= _MANY:
+            name.set_path_effects([withStroke(linewidth=0.15 * letters, foreground="white")])
 
 
 def _outline(assembly: Assembly, block: int, place: Place) -> Path:
