@@ -115,7 +115,8 @@ import json, sys
 import masonry_opt as mo
 from masonry_opt.models import cvxpy_terms
 load_factor = mo.solve("two_blocks.toml", "nonassociative").load_factor
-drawing = [name for name in sys.modules if name.startswith(("masonry_opt.report.page", "masonry_opt.report.pictures", "matplotlib"))]
+of_drawing = ("masonry_opt.report.page", "masonry_opt.report.pictures", "matplotlib")
+drawing = [name for name in sys.modules if name.startswith(of_drawing)]
 import masonry_opt.cli
 of_studies = [name for name in sys.modules if name.startswith(("masonry_opt.studies", "plotly"))]
 print(json.dumps([load_factor, mo.__file__, cvxpy_terms.__file__, drawing, of_studies]))
