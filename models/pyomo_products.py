@@ -26,7 +26,7 @@ class PyomoProducts:
     and kinematics in rates v = (u₂, u₃, p₀, p₁) (opening of the edges beyond what sliding explains, slip)
     share nothing but complementarity:
 
-        E y + λ f_L + f_D = 0,   y, z₁ = 2 (c + μ n) − z₀, n̂ − n, λ, Λ − λ ≥ 0;
+        E y + λ f_L + f_D = 0,   y, z₁ = 2 (c + μ n) − z₀, n̂ − n, λ − λ₀, Λ − λ ≥ 0;
         Aᵀd = (u₂ + ψ (p₀ + p₁), u₃ + ψ (p₀ + p₁), p₁ − p₀),   f_L·d = Σ|f_L|,   v ≥ 0;
         x₂ u₂ = x₃ u₃ = z₀ p₀ = z₁ p₁ = 0.
 
@@ -36,16 +36,16 @@ class PyomoProducts:
 
         min λ    s.t.    E W·ₖ + λvₖ f_L + vₖ f_D = 0,    E V·ₑ + λdₑ f_L + dₑ f_D = 0,    Aᵀ Vᵢ = G Wᵢ,
                          f_L·Vᵢ = Σ|f_L| yᵢ,   Aᵀ(λd) = G (λv),   f_L·(λd) = Σ|f_L| λ,
-                         W, z₁ v, (n̂ − n) v, (Λ − λ) v ≥ 0,
+                         W, z₁ v, (n̂ − n) v, (λ − λ₀) v, (Λ − λ) v ≥ 0,
                          (yᵢ, z₁, n̂ − n) (Aᵀd)ₖ ≥ 0 (edges that only open),
                          and both sides without a factor.
 
     Every row that the products kept suffice for is declared, so the least λ never exceeds that of a Coulomb
-    state with λ ≤ Λ and n ≤ n̂, whichever products are kept; more of them can only raise it.
+    state with λ₀ ≤ λ ≤ Λ and n ≤ n̂, whichever products are kept; more of them can only raise it.
 
     Parameters
     ----------
-    highest: Λ.
+    within: λ₀ ≥ 0 and Λ.
     largest: n̂ of each joint, ``inf`` where there is none, shape (c,).
     rates: joints (i, j) whose y v are kept, shape (c, c).
     velocities: joints and blocks (i, e) whose y d are kept, shape (c, b).
@@ -59,7 +59,7 @@ class PyomoProducts:
     def __init__(
         self,
         problem: Problem,
-        highest: float,
+        within: tuple[float, float],
         largest: np.ndarray,
         rates: np.ndarray,
         velocities: np.ndarray,
@@ -82,8 +82,8 @@ class PyomoProducts:
             "force_velocity",
             [(i, e) for a, b in moves for i, e in every(factors.forces_of(a), factors.velocities_of(b))],
         )
-        model.load_factor[factors.load_factor, unit].setub(highest)
-        self._rows(highest, largest)
+        model.load_factor[factors.load_factor, unit].bounds = within
+        self._rows(within, largest)
         model.objective = pyo.Objective(expr=model.load_factor[factors.load_factor, unit])
 
     def _declare(self, name: str, pairs: list[tuple[int, int]]) -> None:
@@ -97,7 +97,7 @@ class PyomoProducts:
         setattr(self.program, name, variable)
         self.product.update(variable)
 
-    def _rows(self, highest: float, largest: np.ndarray) -> None:
+    def _rows(self, within: tuple[float, float], largest: np.ndarray) -> None:
         model, factors, one, unit = self.program, self.factors, self._one, self._unit
         force, motion = {one: 1.0}, {unit: 1.0}
         all_forces = [{i: 1.0} for i in factors.forces]
@@ -124,9 +124,12 @@ class PyomoProducts:
         )
         self._family("kinematics", [force, {factors.load_factor: 1.0}, *all_forces], motions)
         model.complementary = self._constraint(nothing, least=None)
-        below = {one: highest, factors.load_factor: -1.0}
+        lowest, highest = within
+        load_factors = [{one: highest, factors.load_factor: -1.0}]
+        if lowest > 0:  # from 0 on these rows are the bounds of λ v
+            load_factors.append({factors.load_factor: 1.0, one: -lowest})
         self._family("within", [*slack, *room], [motion], least=0.0)
-        self._family("slack_rate", [*slack, *room, below], all_rates, least=0.0)
+        self._family("slack_rate", [*slack, *room, *load_factors], all_rates, least=0.0)
         # Where the products with the rates themselves are kept these rows are their bounds.
         opening = list(factors.openings())
         kept = factors.at_rest.union(self.product)

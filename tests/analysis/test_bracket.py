@@ -14,9 +14,11 @@ from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bracket import method
-from masonry_opt.methods.bracket.limits import limits
+from masonry_opt.methods.bracket.limits import limits, limits_from
 from masonry_opt.methods.bracket.relaxation import RADII, Distances, Relaxation, relaxed
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.solvers.highs_session import HighsSession
+from masonry_opt.solvers.lp import Verdict
 from masonry_opt.studies.atlas.random_scenes import random_scene
 
 WEDGES = CASES / "livesley" / "wedges.toml"
@@ -47,6 +49,7 @@ def test_small_scenes_are_proved_without_any_assumption(path):
         pytest.param(2, 5, 0.611296, marks=pytest.mark.slow),
         pytest.param(2, 6, 0.545055, marks=pytest.mark.slow),
         pytest.param(3, 4, 0.65, marks=pytest.mark.slow),
+        pytest.param(3, 5, 0.65, marks=pytest.mark.slow),
     ],
 )
 def test_brackets_of_running_bonds_close_below_the_rates_assumed(length, courses, least):
@@ -102,13 +105,20 @@ def test_an_answer_that_exceeds_the_assumed_rates_is_not_bounded():
     assert result.bound == 0.0
 
 
-def test_every_program_is_told_and_bounds_by_itself():
+def test_every_program_is_told_and_begins_where_the_last_ended(monkeypatch):
+    """Forces with a joint's own blocks leave a gap: above it forces have less room, and they prove more."""
+    monkeypatch.setattr(method, "RADII", ((0, 0), (0, 1)))
     steps = []
-    result = mo.solve(small_wall(4, 2), "global", progress=steps.append)
+    result = mo.solve(small_wall(4, 1), "global", progress=steps.append)
     assert len(result.history) == sum(isinstance(step, Relaxation) for step in steps) > 0
     assert (result.history["bound"] <= result.load_factor).all()
     assert result.history["bound"].max() == pytest.approx(result.bound)
     assert result.history["products"].is_monotonic_increasing
+    assert (result.history["rates_within"] == 0).all()
+    assert result.history["velocities_within"].tolist()[:2] == [0, 0]
+    bounds = result.history["bound"].to_numpy()
+    np.testing.assert_array_equal(result.history["lowest"], [0.0, *np.maximum.accumulate(bounds)[:-1]])
+    assert (np.diff(bounds) > 0).all()
 
 
 WRITTEN = SAME | {
@@ -173,6 +183,39 @@ def test_limits_hold_for_every_method_and_fall_with_the_load():
     tighter = limits(problem, 0.5 * result.load_factor, 100.0, Effort())
     assert (tighter.normal <= of.normal + 1e-9).all()
     assert tighter.normal.sum() < of.normal.sum()
+
+
+def test_forces_have_less_room_above_a_bound_and_every_known_state_keeps_its_own():
+    scene = small_wall(3, 2)
+    states = [mo.solve(scene, name) for name in ("static", "nonassociative", "mcp")]
+    problem, highest = states[0].assembly.problem, states[0].load_factor
+    of = limits(problem, highest, 100.0, Effort())
+    lowest = 0.99 * min(state.load_factor for state in states)
+    above = limits_from(of, problem, lowest, highest, Effort())
+    assert above.normal.sum() < 0.9 * of.normal.sum()
+    assert (above.forces <= of.forces).all()
+    for state in states:
+        n = problem.normal_forces(state.solution.q)
+        assert (n <= above.normal + 1e-4 * above.normal.max()).all()
+
+
+@pytest.mark.parametrize("share", [0.5, 0.9])
+def test_where_lower_states_are_left_out_the_same_products_prove_more(share):
+    problem, least = assemble(small_wall(4, 1)).problem, 0.479263
+    highest, effort = least * 1.0001, Effort()
+    of = limits(problem, highest, 100.0, effort)
+    near, moves = Distances(problem).within((0, 0))
+    first, _ = relaxed(problem, highest, of, near, moves, 10.0, effort)
+    above = limits_from(of, problem, share * least, highest, effort)
+    second, _ = relaxed(problem, highest, above, near, moves, 10.0, effort)
+    assert first + 0.05 * least < second <= least
+
+
+def test_limits_that_would_be_assumed_do_not_replace_those_proven(monkeypatch):
+    problem = assemble(small_wall(3, 2)).problem
+    of = limits(problem, 0.5, 100.0, Effort())
+    monkeypatch.setattr(HighsSession, "solve", lambda *_: Verdict.FAILED)
+    assert limits_from(of, problem, 0.4, 0.5, Effort()) == replace(of, lowest=0.4)
 
 
 def test_rates_are_derived_where_kinematics_bound_them():

@@ -1,8 +1,8 @@
-"""Largest forces and rates of all states with 0 ≤ λ ≤ Λ, proven from the multipliers of linear programs."""
+"""Largest forces and rates of all states with λ in an interval, proven from multipliers."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,10 +22,11 @@ _TIMES_LOADS = 10.0
 
 @dataclass(frozen=True)
 class Limits:
-    """What forces and rates are at most.
+    """What forces and rates are at most in all states with lowest ≤ λ ≤ Λ.
 
     Attributes
     ----------
+    lowest: λ from which they hold.
     normal: normal force of each joint, shape (c,).
     forces: magnitudes of x₂, x₃ and z₀ (or s) of each joint, flat, shape (3c,).
     rates: sum of all slips and edge openings.
@@ -33,6 +34,7 @@ class Limits:
         they lead to holds below them only.
     """
 
+    lowest: float
     normal: np.ndarray
     forces: np.ndarray
     rates: float
@@ -53,31 +55,53 @@ def limits(problem: Problem, highest: float, assumed_rates: float, effort: Effor
     That loses nothing where dilatancy is not negative: at yield in both senses a joint carries nothing and
     may open instead (without friction and cohesion it must not dilate).
     """
-    loads = float(np.abs(problem.dead).sum() + highest * problem.live_norm)
-    targets, found, derived = _largest_forces(problem, highest, _TIMES_LOADS * loads, effort)
-    c = problem.joints
-    normal = found[:c]
-    shear = np.zeros(c)
-    shear[problem.sliding] = 2 * ShearLimits.true(problem).at(normal[problem.sliding])
-    np.maximum.at(shear, targets[c:] - c, found[c:])
+    normal, forces, derived = _force_limits(problem, (0.0, highest), effort)
     rates = _most_rates(problem, highest, effort)
     slips_either_way = (problem.dilatancy > 0) & (problem.friction == 0) & (problem.cohesion == 0)
     rates_derived = bool(np.isfinite(rates) and (problem.dilatancy >= 0).all() and not slips_either_way.any())
     return Limits(
+        lowest=0.0,
         normal=normal,
-        forces=np.stack([normal, normal, shear], axis=1).ravel(),
+        forces=forces,
         rates=rates if rates_derived else assumed_rates,
         forces_derived=derived,
         rates_derived=rates_derived,
     )
 
 
+def limits_from(of: Limits, problem: Problem, lowest: float, highest: float, effort: Effort) -> Limits:
+    """The same with forces of the states with ``lowest`` ≤ λ ≤ ``highest`` alone. They have less room: the
+    nearer λ is to what statics can carry, the less self-stress goes with it."""
+    normal, forces, derived = _force_limits(problem, (lowest, highest), effort)
+    if not derived:
+        # What would be assumed must not take the place of what is proven of more states.
+        return replace(of, lowest=lowest)
+    return replace(
+        of, lowest=lowest, normal=np.minimum(normal, of.normal), forces=np.minimum(forces, of.forces)
+    )
+
+
+def _force_limits(
+    problem: Problem, within: tuple[float, float], effort: Effort
+) -> tuple[np.ndarray, np.ndarray, bool]:
+    """Largest normal forces, the magnitudes of all edge forces, and whether none of them is assumed."""
+    highest = within[1]
+    loads = float(np.abs(problem.dead).sum() + highest * problem.live_norm)
+    targets, found, derived = _largest_forces(problem, within, _TIMES_LOADS * loads, effort)
+    c = problem.joints
+    normal = found[:c]
+    shear = np.zeros(c)
+    shear[problem.sliding] = 2 * ShearLimits.true(problem).at(normal[problem.sliding])
+    np.maximum.at(shear, targets[c:] - c, found[c:])
+    return normal, np.stack([normal, normal, shear], axis=1).ravel(), derived
+
+
 def _largest_forces(
-    problem: Problem, highest: float, assumed: float, effort: Effort
+    problem: Problem, within: tuple[float, float], assumed: float, effort: Effort
 ) -> tuple[np.ndarray, np.ndarray, bool]:
     """Columns of q that limit all others (n of every joint, s where a joint cannot slide), the largest
     magnitude of each, ``assumed`` where the solver finds none, and whether it found all."""
-    program = PyomoForces(problem, within=(0.0, highest)).program
+    program = PyomoForces(problem, within=within).program
     session = HighsSession(program, effort, _PURPOSE, costs=[(program.q, program.force_cost)])
     c = problem.joints
     of_shear = c + np.setdiff1d(np.arange(c), problem.sliding)
@@ -94,7 +118,7 @@ def _largest_forces(
                 values[number] = np.inf
                 break
             least, lacks = session.least()
-            elsewhere = float(np.delete(lacks, columns).sum()) * max(highest, 1.0)
+            elsewhere = float(np.delete(lacks, columns).sum()) * max(within[1], 1.0)
             values[number] = max(values[number], -least + elsewhere)
             short[number] = max(short[number], float(lacks[columns].sum()) * share)
     found = np.isfinite(values)

@@ -13,7 +13,7 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.associative import associative
-from masonry_opt.methods.bracket.limits import Limits, limits
+from masonry_opt.methods.bracket.limits import Limits, limits, limits_from
 from masonry_opt.methods.bracket.relaxation import (
     LEAST_TIME,
     RADII,
@@ -33,6 +33,10 @@ _CLOSED = 1e-5
 
 #: The programs take this share more than the best λ known, so that they have an interior.
 _ABOVE = 1e-4
+
+#: A program that closes more than this share of the gap is followed by another of the same products, with the
+#: limits of forces that it leaves; else by one of more products, which takes three to ten times as long.
+_WORTH_REPEATING = 0.5
 
 #: No program keeps more products than this (memory).
 _MOST_PRODUCTS = 400_000
@@ -101,23 +105,34 @@ def a_little_above(best: float) -> float:
 
 
 def _raise(task: Task, solution: Solution, best: float, highest: float, of: Limits, began: float) -> None:
-    """Raise the bound by programs of more and more products, until it is closed or time is up."""
+    """Raise the bound by programs of more and more products, until it is closed or time is up.
+
+    Below what one program proves there is no state: the next looks only above, where forces have less room,
+    and the same products prove more. They are kept while that pays."""
     distances, before = Distances(task.problem), 0
     for radii in RADII:
-        left = began + task.options.time_limit - time.perf_counter()
         near, moves = distances.within(radii)
         products = 12 * int(near.sum()) + 9 * int(moves.sum())
-        if products == before or products > _MOST_PRODUCTS or (before and left < LEAST_TIME):
+        if products == before or products > _MOST_PRODUCTS:
             continue
-        before = products
-        bound, size = relaxed(task.problem, highest, of, near, moves, left, task.effort)
-        step = Relaxation(bound, best, *radii, products, time.perf_counter() - began)
-        solution.history.append(step)
-        task.progress(step)
-        solution.size = size
-        solution.bound = max(solution.bound or 0.0, min(bound, best))
-        if _closed(solution.bound, best):
-            return
+        gains = True
+        while gains:
+            left = began + task.options.time_limit - time.perf_counter()
+            if before and left < LEAST_TIME:
+                return
+            before = products
+            bound, size = relaxed(task.problem, highest, of, near, moves, left, task.effort)
+            step = Relaxation(bound, of.lowest, best, *radii, products, time.perf_counter() - began)
+            solution.history.append(step)
+            task.progress(step)
+            solution.size = size
+            last = solution.bound or 0.0
+            solution.bound = max(last, min(bound, best))
+            if _closed(solution.bound, best):
+                return
+            gains = solution.bound - last > _WORTH_REPEATING * (best - last)
+            if solution.bound > last:
+                of = limits_from(of, task.problem, solution.bound, highest, task.effort)
 
 
 def _closed(bound: float, load_factor: float | None) -> bool:

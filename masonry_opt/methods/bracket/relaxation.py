@@ -47,6 +47,7 @@ class Relaxation:
     Attributes
     ----------
     bound: lower bound of λ that its multipliers prove, below the rates assumed.
+    lowest: what the programs before it prove, from which on it looks at states.
     load_factor: λ of the best state known.
     rates_within, velocities_within: how far apart, in blocks, joints are whose products of forces and rates
         are kept, and joints and blocks whose products of forces and velocities are.
@@ -55,6 +56,7 @@ class Relaxation:
     """
 
     bound: float
+    lowest: float
     load_factor: float
     rates_within: int
     velocities_within: int
@@ -86,7 +88,7 @@ def relaxed(
     seconds: float,
     effort: Effort,
 ) -> tuple[float, LpSize]:
-    """A lower bound of all λ ≤ ``highest`` within the limits, and the size of its program.
+    """A lower bound of all λ from ``of.lowest`` to ``highest`` within the limits, and its program's size.
 
     Parameters
     ----------
@@ -94,7 +96,7 @@ def relaxed(
     seconds: for the solver; the bound is what its multipliers prove, however far it came.
     """
     with effort.measure("build"):
-        model = PyomoProducts(problem, highest, of.normal, near, moves)
+        model = PyomoProducts(problem, (of.lowest, highest), of.normal, near, moves)
     with effort.measure("compile"):
         lp = LinearProgram.of(model.program)
     multipliers = _multipliers(lp, _reach(model, lp, highest, of), highest, seconds, effort)
@@ -179,8 +181,8 @@ def _stop_at_restart() -> Callable[..., None]:
 def _proven(
     model: PyomoProducts, lp: LinearProgram, multipliers: np.ndarray, highest: float, of: Limits
 ) -> float:
-    """What the multipliers prove of λ ≥ 0: what reduced costs lack is paid with the largest that each product
-    can be, by the limits of forces and of the sum of all rates."""
+    """What the multipliers prove of λ ≥ ``of.lowest``: what reduced costs lack is paid with the largest that
+    each product can be, by the limits of forces and of the sum of all rates."""
     problem, factors = model.problem, model.factors
     value, short = lp.least(multipliers)
     column, of_statics, k = _columns(model, lp, highest, of)
@@ -189,7 +191,7 @@ def _proven(
     by_rates = np.abs(velocities_by_rates(problem)).T @ velocities
     # in_edges turns rates into openings, so what is paid for each unit of opening is divided twice.
     by_edges = factors.in_edges(by_rates / edge_lengths(problem) ** 2)
-    return max(0.0, value - of_motion[-1] - of.rates * float((rates + by_edges).max()))
+    return max(of.lowest, value - of_motion[-1] - of.rates * float((rates + by_edges).max()))
 
 
 def edge_lengths(problem: Problem) -> np.ndarray:

@@ -9,7 +9,7 @@ from scenes import CASES, UNCRUSHED, small_wall
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.effort import Effort
-from masonry_opt.methods.bracket.limits import limits
+from masonry_opt.methods.bracket.limits import limits, limits_from
 from masonry_opt.methods.bracket.relaxation import Distances
 from masonry_opt.models.pyomo_arrays import values
 from masonry_opt.models.pyomo_products import PyomoProducts
@@ -35,8 +35,8 @@ def exact_state(scene):
     return problem, State(found.load_factor, found.q, found.d, problem.rates(found.d, problem.dilatancy))
 
 
-def declared(problem, highest, largest, radii):
-    model = PyomoProducts(problem, highest, largest, *Distances(problem).within(radii))
+def declared(problem, highest, largest, radii, lowest=0.0):
+    model = PyomoProducts(problem, (lowest, highest), largest, *Distances(problem).within(radii))
     return model, LinearProgram.of(model.program)
 
 
@@ -51,10 +51,11 @@ def point(model, lp):
 @pytest.mark.parametrize("name", SCENES)
 def test_a_coulomb_state_meets_every_row(name):
     problem, state = exact_state(SCENES[name])
-    highest = state.load_factor * 1.001
-    largest = limits(problem, highest, 100.0, Effort()).normal
-    for radii in ((0, 1), (1, 2)):
-        model, lp = declared(problem, highest, largest, radii)
+    lowest, highest = 0.9 * max(state.load_factor, 0.0), state.load_factor * 1.001
+    of = limits(problem, highest, 100.0, Effort())
+    above = limits_from(of, problem, lowest, highest, Effort())
+    for radii, within in (((0, 1), of), ((1, 2), of), ((0, 1), above)):
+        model, lp = declared(problem, highest, within.normal, radii, within.lowest)
         model.put(state)
         x = point(model, lp)
         scale = max(1.0, np.abs(x).max())
