@@ -60,7 +60,7 @@ def assemble(scene: Scene) -> Assembly:
     dead, live = _loads(scene, shapes, movable, on_edges)
 
     # With this unit rocking reads |m| ≤ n at a usual joint: moments weigh as much as forces in the
-    # centre that an interior-point solver finds. It matters: see "Limits" in the README. Medians, so
+    # centre that an interior-point solver finds. It matters: see docs/limits.md. Medians, so
     # that a few odd blocks do not move it.
     in_a_point = joints.length == 0
     lengths = joints.length[~in_a_point]
