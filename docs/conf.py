@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from importlib.metadata import version as installed_version
 from pathlib import Path
@@ -13,6 +14,10 @@ sys.path[:0] = [str(HERE / "_ext"), str(HERE.parent)]
 project = "masonry_opt"
 author = copyright = "The masonry_opt authors"
 release = version = installed_version("masonry_opt")
+
+# What examples use tells much that is nothing to who builds the guide.
+for library in ("ezdxf", "pyomo", "traitlets"):
+    logging.getLogger(library).setLevel(logging.WARNING)
 
 extensions = [
     "myst_nb",

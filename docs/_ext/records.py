@@ -49,16 +49,18 @@ def _signature(of: type[BaseModel]) -> str:
 
 
 def _typed(of: type[BaseModel], names: list[str]) -> str:
-    """Types and defaults of fields treated together, each once."""
+    """Types and defaults of fields treated together."""
     hints = typing.get_type_hints(of)
-    told = []
+    told = {}
     for name in names:
         if name in of.model_fields:
-            shown = stringify_annotation(hints[name], "smart").replace("~", "")
+            shown = stringify_annotation(hints[name], "smart").replace("~", "").replace(" | ", " or ")
             shown = re.sub(r"\b(?:masonry_opt|typing|collections)(?:\.\w+)*\.(\w+)", r"\1", shown)
             default = _default(of, name)
-            told.append(shown if default in (None, "None") else f"{shown}, default {default}")
-    return "; ".join(dict.fromkeys(told))
+            told[name] = shown if default in (None, "None") else f"{shown}, default {default}"
+    if len(set(told.values())) == 1:
+        return next(iter(told.values()))
+    return "; ".join(f"{name}: {kind}" for name, kind in told.items())
 
 
 def _entries(lines: list[str]) -> Iterator[tuple[list[str], list[str]]]:
