@@ -118,11 +118,14 @@ def _without_substitutions(line: str) -> str:
 
 
 def _call(app: Sphinx, what: str, name: str, of: Any, options: Any, given: str, back: str) -> Any:
-    """How a class is called: a record by its fields; a result is never made by hand."""
+    """How something is called: a record by its fields, a result not at all, as it is never made by hand;
+    defaults that cannot be written so that they can be read."""
     if what == "class" and _is_model(of):
         return _signature(of), None
     if what == "class" and dataclasses.is_dataclass(of):
         return "", None
+    if given:
+        return re.sub(r"PosixPath\((.+?)\)", r"\1", given).replace("<function <lambda>>", "..."), back
     return None
 
 

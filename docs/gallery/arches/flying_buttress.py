@@ -19,9 +19,15 @@ def pier(flyer: bool) -> mo.Scene:
     blocks = mo.Column(name="pier", width=WIDTH, height=HEIGHT, drums=16, unit_weight=UNIT_WEIGHT).blocks()
     if flyer:
         arch = mo.Arch(
-            name="flyer", at=(0, 4), radius=3, angles=(180, 90), thickness=0.4, voussoirs=10,
-            unit_weight=UNIT_WEIGHT, abutments=False,
-        )  # fmt: skip
+            name="flyer",
+            at=(0, 4),
+            radius=3,
+            angles=(180, 90),
+            thickness=0.4,
+            voussoirs=10,
+            unit_weight=UNIT_WEIGHT,
+            abutments=False,
+        )
         buttress = mo.Column(
             name="buttress", at=(-4, 0), width=1.6, height=4, drums=8, unit_weight=UNIT_WEIGHT
         )

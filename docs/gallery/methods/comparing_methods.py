@@ -13,9 +13,13 @@ from mechanism_picture import mechanism_of
 import masonry_opt as mo
 
 bond = mo.Wall(
-    block=(4, 1.75), weight=1, live=(1, 0), courses=["halves", "whole"], repeat=3,
+    block=(4, 1.75),
+    weight=1,
+    live=(1, 0),
+    courses=["halves", "whole"],
+    repeat=3,
     course={"halves": [0.5, 1, 1, 1, 1, 0.5], "whole": [1, 1, 1, 1, 1]},
-)  # fmt: skip
+)
 scene = mo.Scene(
     title="wall 1 of Ferris & Tin-Loi", joints=mo.JointDefaults(friction=0.65), blocks=bond.blocks()
 )

@@ -20,9 +20,13 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import ShearLimits
 
 bond = mo.Wall(
-    block=(4, 1.75), weight=1, live=(1, 0), courses=["halves", "whole"], repeat=3,
+    block=(4, 1.75),
+    weight=1,
+    live=(1, 0),
+    courses=["halves", "whole"],
+    repeat=3,
     course={"halves": [0.5, 1, 1, 1, 1, 0.5], "whole": [1, 1, 1, 1, 1]},
-)  # fmt: skip
+)
 scene = mo.Scene(joints=mo.JointDefaults(friction=0.65), blocks=bond.blocks())
 
 # %%

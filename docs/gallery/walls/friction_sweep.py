@@ -15,9 +15,13 @@ import masonry_opt as mo
 def wall(friction: float) -> mo.Scene:
     """Six courses of running bond, two stones wide, live load = weight."""
     bond = mo.Wall(
-        block=(4, 1.75), weight=1, live=(1, 0), courses=["halves", "whole"], repeat=3,
+        block=(4, 1.75),
+        weight=1,
+        live=(1, 0),
+        courses=["halves", "whole"],
+        repeat=3,
         course={"halves": [0.5, 1, 0.5], "whole": [1, 1]},
-    )  # fmt: skip
+    )
     return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=bond.blocks())
 
 
