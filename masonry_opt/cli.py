@@ -22,7 +22,6 @@ from rich.markup import escape
 from typer.core import TyperGroup
 
 from masonry_opt.analysis import solve as solve_scene
-from masonry_opt.answer.result import Result
 from masonry_opt.duality import check as check_duality
 from masonry_opt.errors import (
     InterruptedByUserError,
@@ -34,8 +33,12 @@ from masonry_opt.errors import (
 from masonry_opt.explain.sentences import numeral
 from masonry_opt.exports import export as export_program
 from masonry_opt.methods.registry import DEFAULT, METHODS
-from masonry_opt.report.mechanism_plot import plot_mechanism, refuse_picture
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.report.pictures.figure import refuse_picture
+from masonry_opt.report.pictures.result_picture import KINDS, refuse_kind
+from masonry_opt.report.pictures.scene_picture import counts, doubts, scene_picture
 from masonry_opt.report.terminal import print_text
+from masonry_opt.scene.case_file import load
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE
 
 #: Commands that are loaded when they are called: by name, where their typer app is.
@@ -98,7 +101,13 @@ def solve(
         ),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
-    plot: Annotated[Path | None, typer.Option(help="Draw the mechanism (.png, .svg, .pdf).")] = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw the result (.png, .svg, .pdf).")
+    ] = None,
+    plot_kind: Annotated[
+        str, typer.Option(metavar="KIND", help=f"What --plot draws: {', '.join(KINDS)}.")
+    ] = KINDS[0],
+    names: Annotated[bool, typer.Option("--names", help="With --plot: write the blocks' names.")] = False,
     option: Annotated[
         list[str] | None,
         typer.Option("--option", "-o", help="The method's own, as NAME=VALUE; may be repeated."),
@@ -108,8 +117,11 @@ def solve(
 
     Exit code 0: there is one; 1: there is none, the status says why; 2: wrong case file or option.
     """
+    refuse_kind(plot_kind)
     if plot is not None:
         refuse_picture(plot)
+    elif names or plot_kind != KINDS[0]:
+        raise OptionError("--plot-kind and --names say how to draw: give --plot FILE too")
     options = dict(_name_and_value(text) for text in option or [])
     errors = Console(stderr=True)
     steps: list[str] = []
@@ -132,7 +144,8 @@ def solve(
             raise InterruptedByUserError(f"interrupted: {last}; nothing was written") from None
     print_text(result.to_json() if json else str(result))
     if plot is not None:
-        _plot(result, plot)
+        with _writing(plot):
+            result.save(plot, plot_kind, names)
     if not result.status.usable:
         raise typer.Exit(1)
 
@@ -147,6 +160,24 @@ def check(case: Case) -> None:
     print_text(str(report))
     if not report.passed:
         raise typer.Exit(1)
+
+
+@app.command()
+def draw(
+    case: Case,
+    file: Annotated[Path, typer.Argument(help="File to write (.png, .svg, .pdf).", show_default=False)],
+    names: Annotated[bool, typer.Option("--names", help="Write the blocks' names.")] = False,
+) -> None:
+    """Draw CASE to FILE before solving it: blocks, supports, joints found, small gaps, loads.
+
+    Prints how many there are, and what looks unintended.
+    """
+    refuse_picture(file)
+    assembly = assemble(load(case), floating=True)
+    with _writing(file):
+        scene_picture(assembly, names).save(file)
+    warnings = [f"warning: {sentence}" for sentence in doubts(assembly)]
+    print_text(printable("\n".join([f"{file}: {counts(assembly)}", *warnings])))
 
 
 @app.command()
@@ -176,9 +207,11 @@ def _name_and_value(text: str) -> tuple[str, Any]:
     return name, value
 
 
-def _plot(result: Result, path: Path) -> None:
+@contextlib.contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    """Within it what cannot be written to a file is told with the file's name."""
     try:
-        plot_mechanism(result, path)
+        yield
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -21,6 +22,9 @@ from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.chords import CHORDS, MISSED, parabola
 from masonry_opt.problem.problem import Problem, ShearLimits
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -140,6 +144,42 @@ class Result:
             warnings = "".join(f"; warning: {sentence}" for sentence in self.warning_sentences)
             raise NoLoadFactorError(f"{self.case}: {self.status}: {self.message}{warnings}")
         return self.load_factor
+
+    def plot(self, kind: str = "mechanism", names: bool = False) -> Figure:
+        """Draw the result, as a matplotlib figure without pyplot's state; a notebook shows it.
+
+        Parameters
+        ----------
+        kind: "mechanism" (blocks displaced, with their loads; joints by how they move), "thrust" (the
+            resultant of each joint where it acts; through arches and columns the line of thrust) or
+            "utilisation" (of each joint the force over its limit, in colours).
+        names: whether to write each block's name into it.
+
+        Raises
+        ------
+        OptionError
+            If there is no such kind.
+        """
+        # Drawing comes after results, and takes matplotlib: both are loaded where a picture is asked for.
+        from masonry_opt.report.pictures.result_picture import picture
+
+        return picture(self, kind, names)
+
+    def save(self, path: str | Path, kind: str = "mechanism", names: bool = False) -> None:
+        """Write a picture of the result, whole or not at all: .png, .svg or .pdf; ``kind`` as in ``plot``.
+
+        Raises
+        ------
+        OptionError
+            If the file's name has another ending, its folder takes none, or there is no such kind.
+        OSError
+            If the file cannot be written.
+        """
+        from masonry_opt.report.pictures.figure import refuse_picture
+        from masonry_opt.report.pictures.result_picture import picture
+
+        refuse_picture(path)
+        picture(self, kind, names).save(path)
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, strings, lists and dictionaries (NaN as None)."""

@@ -8,12 +8,12 @@ import numpy as np
 import scipy.sparse as sp
 
 from masonry_opt.errors import CaseError
-from masonry_opt.problem.edge_loads import EdgeForces, edge_forces
+from masonry_opt.problem.edge_loads import LoadedPiece, edge_forces
+from masonry_opt.problem.loads import loads
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.contact import Joints, find_joints
 from masonry_opt.scene.geometry import Geometry, geometry
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.tilt import turned_towards
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,7 @@ class Assembly:
     movable: indices into the scene's blocks of the problem's blocks, shape (b,).
     bare_edge_loads: of each edge load of the scene, the length of its line along which it meets no free edge
         of a movable block.
+    loaded_pieces: the pieces of edge on which edge loads act.
     """
 
     problem: Problem
@@ -37,14 +38,19 @@ class Assembly:
     joints: Joints
     movable: np.ndarray
     bare_edge_loads: tuple[float, ...] = ()
+    loaded_pieces: tuple[LoadedPiece, ...] = ()
 
     def names(self, blocks: np.ndarray) -> list[str]:
         """Names of blocks by their indices in the scene."""
         return [self.scene.blocks[index].name for index in blocks]
 
 
-def assemble(scene: Scene) -> Assembly:
+def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     """Find the joints of a scene and assemble eqs (1) to (6).
+
+    Parameters
+    ----------
+    floating: whether blocks may touch nothing, or reach no support: to show them.
 
     Raises
     ------
@@ -53,11 +59,13 @@ def assemble(scene: Scene) -> Assembly:
         ``edge_forces``), or loads differ by more than double precision carries.
     """
     shapes = geometry(scene)
-    joints = find_joints(scene, shapes)
+    joints = find_joints(scene, shapes, floating=floating)
     fixed = np.array([block.fixed for block in scene.blocks])
     movable = np.flatnonzero(~fixed)
     on_edges = edge_forces(scene, shapes, joints)
-    dead, live = _loads(scene, shapes, movable, on_edges)
+    given, centroid = loads(scene, shapes, movable), shapes.centroid[movable]
+    dead = given.dead.about(centroid) + given.weight.about(centroid) + on_edges.dead[movable].ravel()
+    live = given.live.about(centroid) + on_edges.live[movable].ravel()
 
     # With this unit rocking reads |m| ≤ n at a usual joint: moments weigh as much as forces in the
     # centre that an interior-point solver finds. It matters: see docs/limits.md. Medians, so
@@ -98,7 +106,7 @@ def assemble(scene: Scene) -> Assembly:
         force_unit=force_unit,
         length_unit=length_unit,
     )
-    return Assembly(problem, scene, shapes, joints, movable, on_edges.bare)
+    return Assembly(problem, scene, shapes, joints, movable, on_edges.bare, on_edges.pieces)
 
 
 def _median_of_positive(values: np.ndarray) -> float:
@@ -134,41 +142,3 @@ def _equilibrium(
     kept = (row >= 0) & (entry != 0)
     shape = (3 * len(movable), 3 * count)
     return sp.csr_array((entry[kept], (row[kept], col[kept])), shape=shape)
-
-
-def _loads(
-    scene: Scene, shapes: Geometry, movable: np.ndarray, on_edges: EdgeForces
-) -> tuple[np.ndarray, np.ndarray]:
-    """Dead and live loads about the centroids, shape (3b,) each, in the scene's units."""
-    blocks = [scene.blocks[index] for index in movable]
-    centroid = shapes.centroid[movable]
-    weight = np.array(
-        [
-            block.weight_of(area * scene.thickness)
-            for block, area in zip(blocks, shapes.area[movable], strict=True)
-        ]
-    )
-    size = float(np.hypot(*scene.gravity))
-    gravity = (scene.gravity[0] / size, scene.gravity[1] / size)
-
-    def load(force: list[tuple[float, float]], at: list[tuple[float, float] | None]) -> np.ndarray:
-        forces = np.array(force, dtype=float)
-        points = [
-            np.array(point) - shapes.origin if point is not None else own
-            for point, own in zip(at, centroid, strict=True)
-        ]
-        arm = np.array(points) - centroid
-        moment = arm[:, 0] * forces[:, 1] - arm[:, 1] * forces[:, 0]
-        return np.column_stack([forces, moment]).ravel()
-
-    def of_weights(direction: tuple[float, float]) -> np.ndarray:
-        return load(
-            [(w * direction[0], w * direction[1]) for w in weight], [block.weight_at for block in blocks]
-        )
-
-    dead = load([block.dead for block in blocks], [block.dead_at for block in blocks])
-    dead += of_weights(gravity)
-    live = load([block.live for block in blocks], [block.live_at for block in blocks])
-    if scene.tilt:
-        live += of_weights(turned_towards(scene.tilt, gravity))
-    return dead + on_edges.dead[movable].ravel(), live + on_edges.live[movable].ravel()

@@ -25,11 +25,31 @@ class EdgeForces:
         scene's units.
     bare: of each edge load, the length of its line along which it meets no free edge of a movable block, and
         does nothing.
+    pieces: where they act.
     """
 
     dead: np.ndarray
     live: np.ndarray
     bare: tuple[float, ...]
+    pieces: tuple[LoadedPiece, ...]
+
+
+@dataclass(frozen=True)
+class LoadedPiece:
+    """A free piece of a block's edge with its load, which is linear between the ends.
+
+    Attributes
+    ----------
+    load: index into the scene's edge loads.
+    block: index into the scene's blocks.
+    ends: of the piece, relative to the geometry's origin, shape (2, 2).
+    intensity: force per unit length at these ends, over the scene's thickness, shape (2, 2).
+    """
+
+    load: int
+    block: int
+    ends: np.ndarray
+    intensity: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -71,10 +91,10 @@ def edge_forces(scene: Scene, shapes: Geometry, joints: Joints) -> EdgeForces:
     """
     forces = {kind: np.zeros((len(scene.blocks), 3)) for kind in ("dead", "live")}
     if not scene.edge_loads:
-        return EdgeForces(forces["dead"], forces["live"], ())
+        return EdgeForces(forces["dead"], forces["live"], (), ())
     edges, covers = _Segments(*shapes.edges()), _covers(joints)
     fixed = np.array([block.fixed for block in scene.blocks])
-    bare = []
+    bare, pieces = [], []
     for number, load in enumerate(scene.edge_loads, start=1):
         start, end = np.array(load.start) - shapes.origin, np.array(load.end) - shapes.origin
         length = float(np.hypot(*(end - start)))
@@ -93,13 +113,17 @@ def edge_forces(scene: Scene, shapes: Geometry, joints: Joints) -> EdgeForces:
             free = _without(tuple(span), over, shapes.tolerance)
             met += free
             for piece in free:
+                direction = edges.tip[edge] - edges.tail[edge]
                 forces[load.kind][block] += scene.thickness * _resultant(
-                    load, (start, end), piece, edges.tip[edge] - edges.tail[edge], shapes.centroid[block]
+                    load, (start, end), piece, direction, shapes.centroid[block]
                 )
+                intensity = scene.thickness * _intensity(load, np.array(piece) / length, direction)
+                ends = start + np.outer(piece, (end - start) / length)
+                pieces.append(LoadedPiece(number - 1, int(block), ends, intensity))
         if not met:
             raise _nothing_there(scene, number, length, bool(movable.any()), bool(len(found)))
         bare.append(math.fsum(high - low for low, high in _without((0.0, length), met, shapes.tolerance)))
-    return EdgeForces(forces["dead"], forces["live"], tuple(bare))
+    return EdgeForces(forces["dead"], forces["live"], tuple(bare), tuple(pieces))
 
 
 def _covers(joints: Joints) -> _Segments:
@@ -118,6 +142,15 @@ def _without(
             pieces.append((at, float(min(low, span[1]))))
         at = max(at, high)
     return pieces
+
+
+def _intensity(load: EdgeLoad, at: np.ndarray, edge: np.ndarray) -> np.ndarray:
+    """Force per unit length at shares of the load's line, on an edge of that direction, shape (points, 2)."""
+    if load.force is not None:
+        return np.tile(load.force, (len(at), 1))
+    first, last = load.at_ends
+    inward = np.array([-edge[1], edge[0]]) / np.hypot(*edge)
+    return np.outer(first + (last - first) * at, inward)
 
 
 def _resultant(

@@ -63,18 +63,22 @@ class Joints:
         return (self.start + self.end) / 2
 
 
-def find_joints(scene: Scene, geometry: Geometry) -> Joints:
+def find_joints(scene: Scene, geometry: Geometry, *, floating: bool = False) -> Joints:
     """Find the joints of a scene.
 
     Two blocks share a joint wherever their edges run within the geometry's tolerance of each other along more
     than that tolerance. Where a corner of one stands on an edge of the other, away from such a length, is a
     joint without length, normal to the edge. Two fixed blocks share no joint.
 
+    Parameters
+    ----------
+    floating: whether blocks may touch nothing, or reach no support: to show them.
+
     Raises
     ------
     CaseError
-        If blocks overlap, a movable block touches nothing, an exception names two blocks that do not
-        touch, or there are more pairs to compare than memory holds.
+        If blocks overlap, a movable block touches nothing or reaches no support, an exception names two
+        blocks that do not touch, or there are more pairs to compare than memory holds.
     """
     fixed = np.array([block.fixed for block in scene.blocks])
     pairs = _near_pairs(scene, geometry)
@@ -88,7 +92,8 @@ def find_joints(scene: Scene, geometry: Geometry) -> Joints:
     points, corners = corners_on_edges(edges, geometry, pairs, along, np.flatnonzero(~both_fixed))
     found = along.with_points(points)
     first, second = pairs[found.pair, 0], pairs[found.pair, 1]
-    _refuse_floating(scene, fixed, first, second)
+    if not floating:
+        refuse_floating(scene, first, second)
     edge = found.end - found.start
     return Joints(
         first=first,
@@ -125,8 +130,14 @@ def _near_pairs(scene: Scene, geometry: Geometry) -> np.ndarray:
     return np.unique(np.sort(both_ways[both_ways[:, 0] != both_ways[:, 1]], axis=1), axis=0)
 
 
-def _refuse_floating(scene: Scene, fixed: np.ndarray, first: np.ndarray, second: np.ndarray) -> None:
-    """Refuse blocks that touch nothing, and groups of blocks that reach no support."""
+def refuse_floating(scene: Scene, first: np.ndarray, second: np.ndarray) -> None:
+    """Raise CaseError if blocks touch nothing, or groups of blocks reach no support.
+
+    Parameters
+    ----------
+    first, second: the two blocks of each joint.
+    """
+    fixed = np.array([block.fixed for block in scene.blocks])
     count = len(fixed)
     touched = np.zeros(count, dtype=bool)
     touched[first] = touched[second] = True

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
 from masonry_opt.answer.status import Status
-from masonry_opt.report.mechanism_plot import draw_mechanism
+from masonry_opt.report.pictures.mechanism import draw_mechanism
 from masonry_opt.studies.atlas.entry import Observation
 from masonry_opt.studies.atlas.maps import TRACEBACK, Grid
 

@@ -6,7 +6,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from masonry_opt.answer.result import Result
-from masonry_opt.report.mechanism_plot import draw_mechanism
+from masonry_opt.report.pictures.mechanism import draw_mechanism
 from masonry_opt.scene.arch import Arch
 from masonry_opt.studies.palette import COLOURS
 

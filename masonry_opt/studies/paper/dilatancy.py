@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from masonry_opt.analysis import solve
 from masonry_opt.answer.result import Result
 from masonry_opt.explain.stressed_joints import stressed_joints
-from masonry_opt.report.mechanism_plot import draw_mechanism, legend_handles
+from masonry_opt.report.pictures.mechanism import draw_mechanism, legend_handles
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.cases import open_case, with_joints
 from masonry_opt.studies.palette import COLOURS

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from masonry_opt.answer.result import Result
-from masonry_opt.report.mechanism_plot import draw_mechanism, legend_handles
+from masonry_opt.report.pictures.mechanism import draw_mechanism, legend_handles
 
 #: Inches: width of a sheet, space between panels, room for a row's titles, and for the legend.
 _WIDTH, _SPACE, _TITLE, _LEGEND = 8.0, 0.15, 0.35, 0.4

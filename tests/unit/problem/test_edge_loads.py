@@ -131,6 +131,16 @@ def test_each_block_below_a_line_gets_its_part_of_a_linear_pressure():
     assert assembly.bare_edge_loads == pytest.approx([1.0])
 
 
+def test_pieces_say_where_a_load_acts_and_how_much_of_it():
+    """Water 2 deep on a wall 3 high and 0.5 thick: 2 × 0.5 at the foot, nothing at the surface."""
+    made = scene([WALL], [water(2.0)], thickness=0.5)
+    assembly = assemble(made)
+    (piece,) = assembly.loaded_pieces
+    assert (piece.load, made.blocks[piece.block].name) == (0, "wall")
+    assert piece.ends + assembly.geometry.origin == pytest.approx(np.array([[0, 0], [0, 2]]))
+    assert piece.intensity == pytest.approx(np.array([[1, 0], [0, 0]]))
+
+
 def test_what_another_block_covers_bears_no_load():
     """A neighbour covers the upper half of the right face: pressure 3 acts below y = 1 alone."""
     tall = block("tall", [(0, 0), (1, 0), (1, 2), (0, 2)])

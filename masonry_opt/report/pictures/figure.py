@@ -1,0 +1,135 @@
+"""A figure fitted to its scene, its legend below, and the files it is written to."""
+
+from __future__ import annotations
+
+import io
+import textwrap
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.figure import Figure
+
+from masonry_opt.errors import OptionError, printable
+from masonry_opt.files import refuse_unwritable, write_whole
+from masonry_opt.report.pictures.blocks import Handle
+
+FORMATS = ("png", "svg", "pdf")
+
+#: Inches: widest and tallest axes, and what is free beside and above them.
+_WIDTH, _TALLEST, _BESIDE, _ABOVE = 6.0, 6.5, 0.5, 0.7
+
+#: Inches below the axes: of what is written along them, of a colour bar, of a line of legend or note.
+_ALONG, _BAR, _LINE = 0.55, 0.6, 0.22
+
+#: Characters in a line of a note, and in a legend of one line.
+_NOTE, _ROW = 95, 60
+
+#: What pictures are drawn with. Names inside SVG files do not change from run to run.
+_STYLE: dict[str, Any] = {"font.size": 10, "svg.hashsalt": "masonry_opt", "hatch.linewidth": 0.6}
+
+
+@dataclass(frozen=True)
+class Legend:
+    """What stands below a scene.
+
+    Attributes
+    ----------
+    handles: of the legend.
+    colours, label: of a colour bar, and what it says; None for none.
+    notes: sentences.
+    """
+
+    handles: list[Handle]
+    colours: ScalarMappable | None = None
+    label: str = ""
+    notes: tuple[str, ...] = ()
+
+
+class Picture(Figure):
+    """A figure that a notebook shows as it is, whether or not pyplot was imported."""
+
+    def image(self, kind: str) -> bytes:
+        """The file's content, in one of ``FORMATS``."""
+        stream = io.BytesIO()
+        with style():
+            self.savefig(stream, format=kind, dpi=160, bbox_inches="tight")
+        return stream.getvalue()
+
+    def save(self, path: str | Path) -> None:
+        """Write the figure whole to ``path`` (.png, .svg or .pdf).
+
+        Raises
+        ------
+        OptionError
+            If the file's name has another ending.
+        OSError
+            If the file cannot be written.
+        """
+        refuse_picture(path)
+        write_whole(path, self.image(_ending(path)))
+
+    def _repr_png_(self) -> bytes:
+        return self.image("png")
+
+
+def style() -> Any:
+    """Context in which pictures are drawn and written."""
+    return mpl.rc_context(_STYLE)
+
+
+def fit(figure: Figure, axes: Axes, below: float = _ALONG) -> None:
+    """Size the figure so that the scene fills the axes in its own proportions, with room below."""
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    tall = min(_WIDTH * (top - bottom) / (right - left), _TALLEST)
+    wide = tall * (right - left) / (top - bottom)
+    width, height = _WIDTH + 2 * _BESIDE, tall + _ABOVE + below
+    figure.set_size_inches(width, height)
+    axes.set_position(((width - wide) / 2 / width, below / height, wide / width, tall / height))
+
+
+def finish(figure: Figure, axes: Axes, legend: Legend) -> None:
+    """Put the legend below the axes, and size the figure for it."""
+    letters = sum(len(str(handle.get_label())) for handle in legend.handles)
+    columns = 4 if len(legend.handles) <= 4 and letters <= _ROW else 3
+    rows = -(-len(legend.handles) // columns)
+    notes = [line for note in legend.notes for line in textwrap.wrap(printable(note), _NOTE)]
+    at_legend = _ALONG + (_BAR if legend.colours is not None else 0.0)
+    at_notes = at_legend + rows * _LINE + 0.1
+    below = at_notes + len(notes) * _LINE
+    fit(figure, axes, below)
+    width, height = figure.get_size_inches()
+    if legend.colours is not None:
+        bar = figure.add_axes((0.2, (below - _ALONG - 0.12) / height, 0.6, 0.12 / height))
+        figure.colorbar(legend.colours, cax=bar, orientation="horizontal", label=legend.label)
+    figure.legend(
+        handles=legend.handles,
+        loc="upper center",
+        bbox_to_anchor=(0.5, (below - at_legend) / height),
+        ncols=columns,
+        frameon=False,
+        borderaxespad=0.0,
+    )
+    if notes:
+        figure.text(
+            _BESIDE / width,
+            (below - at_notes) / height,
+            "\n".join(notes),
+            va="top",
+            fontsize=9,
+            parse_math=False,
+        )
+
+
+def refuse_picture(path: str | Path) -> None:
+    """Raise OptionError if a picture could not be written there: to be asked before long work."""
+    if _ending(path) not in FORMATS:
+        raise OptionError(f"{path}: a picture's name ends in {', '.join('.' + f for f in FORMATS)}")
+    refuse_unwritable(Path(path))
+
+
+def _ending(path: str | Path) -> str:
+    return Path(path).suffix.lower().removeprefix(".")
