@@ -45,7 +45,8 @@ autodoc_typehints = "none"
 autodoc_member_order = "bysource"
 napoleon_google_docstring = False
 napoleon_use_rtype = False
-napoleon_use_ivar = True
+# Several names may be treated together there, which Napoleon's own way with attributes does not know.
+napoleon_custom_sections = [("Attributes", "params_style"), ("Fields", "params_style")]
 
 sphinx_gallery_conf = {
     "examples_dirs": "gallery",

@@ -10,6 +10,8 @@ from typing import Any
 from matplotlib.figure import Figure
 from sphinx_gallery.scrapers import figure_rst
 
+from masonry_opt.report.pictures.figure import Picture
+
 #: Figures that stand in the guide already: a later block of the same example does not show them again.
 _shown: weakref.WeakSet[Figure] = weakref.WeakSet()
 
@@ -21,5 +23,8 @@ def scraper(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]
         if isinstance(value, Figure) and value not in _shown:
             _shown.add(value)
             paths.append(next(block_vars["image_path_iterator"]))
-            value.savefig(paths[-1], dpi=110, bbox_inches="tight")
+            if isinstance(value, Picture):
+                value.save(paths[-1])
+            else:
+                value.savefig(paths[-1], dpi=160, bbox_inches="tight")
     return figure_rst(paths, gallery_conf["src_dir"])

@@ -12,6 +12,7 @@ import math
 import re
 import typing
 from collections.abc import Iterator
+from enum import Enum
 from typing import Any
 
 from pydantic import BaseModel
@@ -48,15 +49,15 @@ def _signature(of: type[BaseModel]) -> str:
     return f"({', '.join(['*', *wanted, *(f'{n}={d}' for n, d in given.items() if d is not None)])})"
 
 
-def _typed(of: type[BaseModel], names: list[str]) -> str:
+def _typed(of: type, names: list[str]) -> str:
     """Types and defaults of fields treated together."""
     hints = typing.get_type_hints(of)
     told = {}
     for name in names:
-        if name in of.model_fields:
+        if name in hints:
             shown = stringify_annotation(hints[name], "smart").replace("~", "").replace(" | ", " or ")
             shown = re.sub(r"\b(?:masonry_opt|typing|collections)(?:\.\w+)*\.(\w+)", r"\1", shown)
-            default = _default(of, name)
+            default = _default(of, name) if _is_model(of) else None
             told[name] = shown if default in (None, "None") else f"{shown}, default {default}"
     if len(set(told.values())) == 1:
         return next(iter(told.values()))
@@ -80,7 +81,7 @@ def _entries(lines: list[str]) -> Iterator[tuple[list[str], list[str]]]:
 
 
 def _rewritten(of: Any, names: list[str], text: list[str]) -> Iterator[str]:
-    kind = _typed(of, names) if _is_model(of) else ""
+    kind = _typed(of, names) if _is_model(of) or dataclasses.is_dataclass(of) else ""
     yield ", ".join(names) + (f" : {kind}" if kind else "")
     yield from (f"    {line}" if line else "" for line in text or [""])
 
@@ -96,7 +97,8 @@ def _process(app: Sphinx, what: str, name: str, of: Any, options: Any, lines: li
             end = at + 2
             while end < len(lines) and not (end + 1 < len(lines) and lines[end + 1].startswith("---")):
                 end += 1
-            parts += lines[at : at + 2]
+            title = "Fields" if _is_model(of) else header
+            parts += [title, "-" * len(title)]
             for names, text in _entries(lines[at + 2 : end]):
                 told.update(names)
                 parts += list(_rewritten(of, names, text))
@@ -106,7 +108,7 @@ def _process(app: Sphinx, what: str, name: str, of: Any, options: Any, lines: li
             parts.append(lines[at])
             at += 1
     if _is_model(of) and not told:
-        parts += ["", "Parameters", "----------"]
+        parts += ["", "Fields", "------"]
         for field in of.model_fields:
             parts += list(_rewritten(of, [field], []))
     lines[:] = map(_without_substitutions, parts)
@@ -118,11 +120,11 @@ def _without_substitutions(line: str) -> str:
 
 
 def _call(app: Sphinx, what: str, name: str, of: Any, options: Any, given: str, back: str) -> Any:
-    """How something is called: a record by its fields, a result not at all, as it is never made by hand;
-    defaults that cannot be written so that they can be read."""
+    """How something is called: a record by its fields, a result or a status not at all (nobody makes them by
+    hand), a function with defaults that can be read."""
     if what == "class" and _is_model(of):
         return _signature(of), None
-    if what == "class" and dataclasses.is_dataclass(of):
+    if what == "class" and (dataclasses.is_dataclass(of) or issubclass(of, Enum)):
         return "", None
     if given:
         return re.sub(r"PosixPath\((.+?)\)", r"\1", given).replace("<function <lambda>>", "..."), back

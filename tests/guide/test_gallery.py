@@ -24,8 +24,7 @@ def examples(*, marked):
 
 
 @pytest.mark.parametrize("path", examples(marked=True))
-def test_example_runs_and_holds_its_answer(path, monkeypatch):
-    monkeypatch.syspath_prepend(str(DOCS / "_ext"))
+def test_example_runs_and_holds_its_answer(path):
     runpy.run_path(str(path), run_name="__main__")
 
 
@@ -38,7 +37,7 @@ def test_example_asks_a_question_answers_it_and_shows_it(path):
     assert 20 <= len(text.splitlines()) <= 70
     assert any(isinstance(node, ast.Assert) for node in ast.walk(tree))
     last = ast.unparse(tree.body[-1])
-    assert re.match(r"mechanism_of\(.*\)$|\w+\.plot\(.*\)$", last), "the last expression is the picture"
+    assert re.search(r"\.plot\(.*\)$", last), "the last expression is the picture"
 
 
 def test_there_are_as_many_as_announced_and_the_slow_ones_are_there():

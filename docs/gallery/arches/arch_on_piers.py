@@ -8,8 +8,6 @@ earthquake, as a share of gravity, does an arch on piers of three heights bear?
 
 from itertools import pairwise
 
-from mechanism_picture import mechanism_of
-
 import masonry_opt as mo
 
 
@@ -32,4 +30,4 @@ for height, result in results.items():
     print(f"piers of {height:g} m: load factor {result.required():.4f}")
 load_factors = [result.required() for result in results.values()]
 assert all(higher < 2 / 3 * lower for lower, higher in pairwise(load_factors))
-mechanism_of(result)
+result.plot("thrust")

@@ -6,8 +6,6 @@ A vault thrusts against the head of a high pier. A quarter arch leads part of th
 outside: how much more thrust does the pier bear with it?
 """
 
-from mechanism_picture import mechanism_of
-
 import masonry_opt as mo
 
 HEIGHT, WIDTH, UNIT_WEIGHT = 8.0, 1.0, 22.0
@@ -48,4 +46,4 @@ assert abs(alone.required() / by_hand - 1) < 1e-5
 propped = mo.solve(pier(flyer=True))
 print(f"alone {alone.required():.2f} kN, with a flying buttress {propped.required():.2f} kN")
 assert propped.required() > 2.5 * alone.required()
-mechanism_of(propped)
+propped.plot("thrust")

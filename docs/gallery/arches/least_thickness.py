@@ -7,8 +7,6 @@ Under its own weight a semicircular arch of rough stone stands down to a thickne
 that would do?
 """
 
-from mechanism_picture import mechanism_of
-
 import masonry_opt as mo
 
 
@@ -39,4 +37,4 @@ assert abs(thickness[0.7] - 0.1075) < 3e-4
 
 # %%
 # A little thinner than the least, it falls: the picture shows how.
-mechanism_of(mo.solve(arch(0.105, 0.7)))
+mo.solve(arch(0.105, 0.7)).plot()

@@ -7,8 +7,6 @@ acceleration does it become a mechanism? Oppenheim (1992, *The masonry arch as a
 base motion*) gives 0.370 g.
 """
 
-from mechanism_picture import mechanism_of
-
 import masonry_opt as mo
 
 # %%
@@ -22,4 +20,4 @@ assert abs(result.required() - 0.370) < 5e-4
 
 # %%
 # Four hinges, in turns at the intrados and the extrados:
-mechanism_of(result)
+result.plot()

@@ -6,8 +6,6 @@ Two arches of the same span, thickness and stone, one semicircular, one pointed.
 crown. A semicircle is loaded down the middle at its weakest; a pointed arch is made for it.
 """
 
-from mechanism_picture import mechanism_of
-
 import masonry_opt as mo
 
 SPAN, VOUSSOIRS = 4.0, 16
@@ -31,7 +29,7 @@ round_arch = mo.solve(arch(SPAN / 2))
 pointed = mo.solve(arch(0.75 * SPAN))
 print(f"semicircular {round_arch.required():.2f} kN, pointed {pointed.required():.2f} kN")
 assert pointed.required() > 3 * round_arch.required()
-mechanism_of(round_arch)
+round_arch.plot()
 
 # %%
-mechanism_of(pointed)
+pointed.plot()

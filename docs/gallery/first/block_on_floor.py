@@ -6,8 +6,6 @@ A block stands on the ground and is pushed sideways at half its height, as by an
 share of its weight does it move, and how?
 """
 
-from mechanism_picture import mechanism_of
-
 import masonry_opt as mo
 
 WIDTH, FRICTION = 1.0, 0.6
@@ -32,4 +30,4 @@ for height in (1.0, 1.5, 2.0, 3.0):
 
 # %%
 # The last one tips, at 1/3 of its weight:
-mechanism_of(result)
+result.plot()

@@ -6,8 +6,6 @@ A rigid block tips about a sharp edge. Real stone crushes there, and the turning
 until the weight stands on a strip that just bears it.
 """
 
-from mechanism_picture import mechanism_of
-
 import masonry_opt as mo
 
 WIDTH, HEIGHT, WEIGHT = 1.0, 4.0, 80.0  # m and kN, for 1 m out of the plane
@@ -35,4 +33,4 @@ for strength in (None, 2000.0, 800.0, 400.0):
 
 # %%
 # At 400 kN/m² a fifth of the width is lost, and a fifth of the load factor with it:
-mechanism_of(result)
+result.plot("utilisation")

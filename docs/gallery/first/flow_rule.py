@@ -7,8 +7,6 @@ or not at all. Here a stone is pulled out from under another one, whose other en
 support: what does the assumption cost?
 """
 
-from mechanism_picture import mechanism_of
-
 import masonry_opt as mo
 
 FRICTION = 0.1
@@ -40,4 +38,4 @@ assert abs(result.required() - 2.5 * FRICTION) < 1e-6
 # By Coulomb's law, without dilatancy:
 result = mo.solve(pulled_out(0.0))
 assert abs(result.required() - 1.5 * FRICTION) < 1e-6
-mechanism_of(result)
+result.plot()

@@ -7,8 +7,6 @@ for the railing, lies on a wall and is held down by nothing but its own tail. Ho
 take?
 """
 
-from mechanism_picture import mechanism_of
-
 import masonry_opt as mo
 
 UNIT_WEIGHT = 25.0  # kN/m³
@@ -34,4 +32,4 @@ slab, tail, hole = 2 * 0.3 * 0.0, 0.6 * 0.6 * 0.7, 0.2 * 0.1 * 0.8
 by_hand = UNIT_WEIGHT * 0.5 * (slab + tail + hole) / 1.0
 print(f"the tip carries {result.load_factor:.3f} kN, by hand {by_hand:.3f} kN")
 assert abs(result.required() - by_hand) < 1e-5
-mechanism_of(result)
+result.plot()

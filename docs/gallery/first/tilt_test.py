@@ -8,8 +8,6 @@ of that angle is the horizontal acceleration, in g, which it would just bear.
 
 from math import atan, degrees
 
-from mechanism_picture import mechanism_of
-
 import masonry_opt as mo
 
 
@@ -31,4 +29,4 @@ for friction_angle in (12, 33):
 
 # %%
 # So a friction angle above 16.7° makes no difference to this column:
-mechanism_of(result)
+result.plot()

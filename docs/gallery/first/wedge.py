@@ -8,8 +8,6 @@ A wedge of 8° is driven under a stone of 400 lb beside a wall, with a friction 
 
 from math import atan, radians, tan
 
-from mechanism_picture import mechanism_of
-
 import masonry_opt as mo
 
 FRICTION, WEIGHT, LEAN = 0.35, 400, radians(8)
@@ -36,4 +34,4 @@ result = mo.solve(scene)
 by_hand = WEIGHT * tan(LEAN + 2 * atan(FRICTION))
 print(f"force {result.load_factor:.3f} lb, by hand {by_hand:.3f} lb")
 assert abs(result.required() / by_hand - 1) < 1e-6
-mechanism_of(result)
+result.plot()

@@ -8,7 +8,6 @@ MPEC).
 """
 
 import pandas as pd
-from mechanism_picture import mechanism_of
 
 import masonry_opt as mo
 
@@ -36,4 +35,4 @@ pd.DataFrame({name: [getattr(r, name) for r in results.values()] for name in col
 
 # %%
 # Exact states of Coulomb's problem are many; these two methods end in the lowest known.
-mechanism_of(results["mcp"])
+results["mcp"].plot()

@@ -9,8 +9,6 @@ drawing, and gives the same load factor.
 import tempfile
 from pathlib import Path
 
-from mechanism_picture import mechanism_of
-
 import masonry_opt as mo
 
 bond = mo.Wall(block=(0.6, 0.3), unit_weight=20, live=(1, 0), courses=[[0.5, 1, 0.5], [1, 1]], repeat=2)
@@ -29,4 +27,4 @@ print(f"{len(read.blocks)} stones and supports: {', '.join(block.name for block 
 result = mo.solve(read)
 print(f"load factor {result.required():.6f}")
 assert abs(result.required() / mo.solve(typed).required() - 1) < 1e-6
-mechanism_of(result)
+result.plot()

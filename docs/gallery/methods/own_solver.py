@@ -12,7 +12,6 @@ from pathlib import Path
 
 import highspy
 import pyomo.environ as pyo
-from mechanism_picture import mechanism_of
 
 import masonry_opt as mo
 from masonry_opt.models.pyomo_static import PyomoStatic
@@ -50,4 +49,4 @@ by_model = pyo.value(program.load_factor)
 print(f"by file {by_file:.5f}, by model {by_model:.5f}")
 assert abs(by_file - 0.64286) < 1e-5
 assert abs(by_model - by_file) < 1e-7
-mechanism_of(mo.solve(scene, "static", solver="highs"))
+mo.solve(scene, "static", solver="highs").plot()

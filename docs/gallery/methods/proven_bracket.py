@@ -6,8 +6,6 @@ An answer by Coulomb's law is one state of collapse of many, and the lowest one 
 can be proven that there is none lower.
 """
 
-from mechanism_picture import mechanism_of
-
 import masonry_opt as mo
 
 # %%
@@ -23,4 +21,4 @@ print(result.message)
 print(f"{result.bound:.6f} ≤ λ ≤ {result.required():.6f}")
 assert 0 <= result.required() - result.bound < 1e-5
 assert abs(result.required() - 0.479263) < 1e-6
-mechanism_of(result)
+result.plot()

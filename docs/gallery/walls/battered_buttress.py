@@ -6,8 +6,6 @@ A vault thrusts against a buttress. A broad foot keeps it from overturning, but 
 longer weighs on the joints above: of one amount of stone, which taper bears most?
 """
 
-from mechanism_picture import mechanism_of
-
 import masonry_opt as mo
 
 HEIGHT, UNIT_WEIGHT, FRICTION = 4.0, 22.0, 0.75
@@ -43,4 +41,4 @@ for foot, top in ((1.2, 1.2), (1.5, 0.9), (1.8, 0.6)):
         f"{foot} m to {top} m: {results[foot].required():.2f} kN (turns {overturns:.2f}, slides {slides:.2f})"
     )
     assert abs(results[foot].required() / min(overturns, slides) - 1) < 1e-5
-mechanism_of(results[1.5])
+results[1.5].plot()

@@ -6,8 +6,6 @@ A façade of stones with six windows is pushed in its own plane. How much of its
 how much would be lost by trusting classical (associative) limit analysis?
 """
 
-from mechanism_picture import mechanism_of
-
 import masonry_opt as mo
 
 
@@ -37,4 +35,4 @@ for friction in (0.4, 0.7):
 # Rough joints gain most from opening as they slide, which real ones do not: classical analysis is a fifth
 # too high.
 assert 0.15 < more < 0.25
-mechanism_of(result)
+result.plot()

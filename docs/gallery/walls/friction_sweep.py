@@ -7,7 +7,6 @@ factor depend on it, and where does the mechanism change?
 """
 
 import pandas as pd
-from mechanism_picture import mechanism_of
 
 import masonry_opt as mo
 
@@ -47,4 +46,4 @@ frame.round(4)
 sliding = frame["mechanism"] == "slides"
 assert (frame["load factor"] - frame["friction"])[sliding].abs().max() < 1e-6
 assert (frame["load factor"] - 0.545055)[~sliding].abs().max() < 1e-6
-mechanism_of(mo.solve(wall(0.6)))
+mo.solve(wall(0.6)).plot()

@@ -6,8 +6,6 @@ Earth, or water, presses on a wall of rough stones with a pressure that grows wi
 is the safety: by how much the pressure may be multiplied before the wall gives way.
 """
 
-from mechanism_picture import mechanism_of
-
 import masonry_opt as mo
 
 WIDTH, HEIGHT, UNIT_WEIGHT, FRICTION = 1.2, 3.0, 22.0, 0.65
@@ -35,4 +33,4 @@ assert abs(result.required() - min(slides, overturns)) < 1e-5
 smooth = mo.solve(wall(0.4))
 print(f"friction 0.4: load factor {smooth.required():.4f}")
 assert abs(smooth.required() - 0.4 * weight / thrust) < 1e-5
-mechanism_of(result)
+result.plot()

@@ -8,8 +8,6 @@ column is to hold sixteen of them. How strong must it be?
 
 from math import cos, radians, sin
 
-from mechanism_picture import mechanism_of
-
 import masonry_opt as mo
 
 BOLT = 10_000.0  # kN, at half the height of column 1, 4° below the horizontal: more than enough
@@ -43,4 +41,4 @@ least, found = (BOLT * (1 - value) for value in (result.associative, result.requ
 print(f"needed whatever joints do: {least:.1f} kN; a Coulomb state of collapse: {found:.0f} kN")
 assert abs(least - 236.6) < 0.1
 assert found >= 2010
-mechanism_of(result)
+result.plot()
