@@ -13,7 +13,7 @@ DOCS = Path(__file__).parents[2] / "docs"
 EXAMPLES = sorted((DOCS / "gallery").glob("*/*.py"))
 
 #: Those that take more than a second or two.
-SLOW = {"arch_on_piers", "facade", "friction_sweep", "least_thickness", "toppling_slope"}
+SLOW = {"arch_on_piers", "facade", "friction_sweep", "least_thickness"}
 
 
 def examples(*, marked):

@@ -20,7 +20,7 @@ def arch_on_piers(height: float) -> mo.Scene:
     left = mo.Column(name="left", at=(-2.75, 0), **pier)
     right = mo.Column(name="right", at=(1.75, 0), **pier)
     blocks = [*arch.blocks(), *left.blocks(), *right.blocks()]
-    return mo.Scene(joints=mo.JointDefaults(friction_angle=33), blocks=blocks)
+    return mo.Scene(title="arch on piers", joints=mo.JointDefaults(friction_angle=33), blocks=blocks)
 
 
 # %%

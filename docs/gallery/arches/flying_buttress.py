@@ -32,7 +32,12 @@ def pier(flyer: bool) -> mo.Scene:
         blocks += [*arch.blocks(), *buttress.blocks()]
     low, high = THRUST_AT
     thrust = mo.EdgeLoad(start=(WIDTH, low), end=(WIDTH, high), force=(-1 / (high - low), 0), kind="live")
-    return mo.Scene(joints=mo.JointDefaults(friction=0.7), blocks=blocks, edge_loads=[thrust])
+    return mo.Scene(
+        title="pier and flying buttress",
+        joints=mo.JointDefaults(friction=0.7),
+        blocks=blocks,
+        edge_loads=[thrust],
+    )
 
 
 # %%

@@ -13,7 +13,9 @@ import masonry_opt as mo
 def arch(thickness: float, friction: float) -> mo.Scene:
     """An arch of radius 1; any live load will do to ask whether it stands."""
     ring = mo.Arch(radius=1, angles=(180, 0), thickness=thickness, voussoirs=60, unit_weight=1, live=(1, 0))
-    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=ring.blocks())
+    return mo.Scene(
+        title="semicircular arch", joints=mo.JointDefaults(friction=friction), blocks=ring.blocks()
+    )
 
 
 def least(friction: float, falls: float = 0.08, stands: float = 0.3) -> float:

@@ -19,7 +19,9 @@ def arch(rise: float) -> mo.Scene:
     ring = mo.Arch(
         span=SPAN, rise=rise, thickness=0.4, voussoirs=VOUSSOIRS, unit_weight=22, point_loads=crown
     )
-    return mo.Scene(joints=mo.JointDefaults(friction=0.7), blocks=ring.blocks())
+    return mo.Scene(
+        title=f"arch of rise {rise:g}", joints=mo.JointDefaults(friction=0.7), blocks=ring.blocks()
+    )
 
 
 # %%

@@ -17,7 +17,9 @@ def pushed(height: float) -> mo.Scene:
         name="block", vertices=[(0, 0), (WIDTH, 0), (WIDTH, height), (0, height)], weight=1, live=(1, 0)
     )
     floor = mo.Block(name="floor", vertices=[(-2, -0.5), (3, -0.5), (3, 0), (-2, 0)], fixed=True)
-    return mo.Scene(joints=mo.JointDefaults(friction=FRICTION), blocks=[block, floor])
+    return mo.Scene(
+        title="a block on the floor", joints=mo.JointDefaults(friction=FRICTION), blocks=[block, floor]
+    )
 
 
 # %%

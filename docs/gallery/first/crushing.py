@@ -20,7 +20,11 @@ def pier(strength: float | None) -> mo.Scene:
         live=(WEIGHT, 0),
     )
     ground = mo.Block(name="ground", vertices=[(-1, -0.5), (2, -0.5), (2, 0), (-1, 0)], fixed=True)
-    return mo.Scene(joints=mo.JointDefaults(friction=0.7, strength=strength), blocks=[stone, ground])
+    return mo.Scene(
+        title="a pier that crushes",
+        joints=mo.JointDefaults(friction=0.7, strength=strength),
+        blocks=[stone, ground],
+    )
 
 
 # %%
@@ -33,4 +37,4 @@ for strength in (None, 2000.0, 800.0, 400.0):
 
 # %%
 # At 400 kN/m² a fifth of the width is lost, and a fifth of the load factor with it:
-result.plot("utilisation")
+result.plot()

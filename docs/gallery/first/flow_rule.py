@@ -15,6 +15,7 @@ FRICTION = 0.1
 def pulled_out(dilatancy: float) -> mo.Scene:
     """Stone A under one end of stone B (Gilbert, Casapulla & Ahmed 2006, Fig. 6)."""
     return mo.Scene(
+        title="a stone pulled out",
         joints=mo.JointDefaults(friction=FRICTION, dilatancy=dilatancy),
         blocks=[
             mo.Block(name="A", vertices=[(2, 0), (5, 0), (5, 1), (2, 1)], weight=1, live=(1, 0)),

@@ -23,7 +23,9 @@ corbel = mo.Block(
     live_at=(1, 0.3),
 )
 wall = mo.Block(name="wall", vertices=[(-1, -1), (0, -1), (0, 0), (-1, 0)], fixed=True)
-scene = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=[corbel, wall], thickness=0.5)
+scene = mo.Scene(
+    title="a corbel", joints=mo.JointDefaults(friction=0.6), blocks=[corbel, wall], thickness=0.5
+)
 result = mo.solve(scene)
 
 # %%

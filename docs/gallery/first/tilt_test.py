@@ -15,7 +15,10 @@ def on_a_board(friction_angle: float) -> mo.Scene:
     """Five drums, 0.3 m wide and 1 m high in all, on a board that is tilted to the right."""
     column = mo.Column(width=0.3, height=1.0, drums=5, unit_weight=20)
     return mo.Scene(
-        joints=mo.JointDefaults(friction_angle=friction_angle), blocks=column.blocks(), tilt="right"
+        title="a column on a board",
+        joints=mo.JointDefaults(friction_angle=friction_angle),
+        blocks=column.blocks(),
+        tilt="right",
     )
 
 

@@ -26,7 +26,11 @@ wedge = mo.Block(
 stone = mo.Block(name="stone", vertices=[on_the_wedge(2), on_the_wedge(8), (8, 8), (2, 8)], weight=WEIGHT)
 floor = mo.Block(name="floor", vertices=[(-2, -1), (14, -1), (14, 0), (-2, 0)], fixed=True)
 wall = mo.Block(name="wall", vertices=[(8, 2.5), (9, 2.5), (9, 9), (8, 9)], fixed=True)
-scene = mo.Scene(joints=mo.JointDefaults(friction=FRICTION), blocks=[wedge, stone, floor, wall])
+scene = mo.Scene(
+    title="Beer & Johnston's wedge",
+    joints=mo.JointDefaults(friction=FRICTION),
+    blocks=[wedge, stone, floor, wall],
+)
 result = mo.solve(scene)
 
 # %%

@@ -26,7 +26,9 @@ bond = mo.Wall(
     repeat=3,
     course={"halves": [0.5, 1, 1, 1, 1, 0.5], "whole": [1, 1, 1, 1, 1]},
 )
-scene = mo.Scene(joints=mo.JointDefaults(friction=0.65), blocks=bond.blocks())
+scene = mo.Scene(
+    title="wall 1 of Ferris & Tin-Loi", joints=mo.JointDefaults(friction=0.65), blocks=bond.blocks()
+)
 
 # %%
 # By file: LP, MPS, NL or GAMS. Rows and columns are named after joints and blocks, λ is a column.

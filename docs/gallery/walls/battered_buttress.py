@@ -19,7 +19,9 @@ def buttress(foot: float, top: float) -> mo.Scene:
         width=(foot, top), height=HEIGHT, drums=8, batter=batter, unit_weight=UNIT_WEIGHT
     ).blocks()
     thrust = mo.EdgeLoad(start=(foot, LOW), end=(foot, HIGH), force=(-1 / (HIGH - LOW), 0), kind="live")
-    return mo.Scene(joints=mo.JointDefaults(friction=FRICTION), blocks=drums, edge_loads=[thrust])
+    return mo.Scene(
+        title="buttress", joints=mo.JointDefaults(friction=FRICTION), blocks=drums, edge_loads=[thrust]
+    )
 
 
 def by_hand(foot: float, top: float) -> tuple[float, float]:

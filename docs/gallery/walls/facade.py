@@ -21,7 +21,7 @@ def facade(friction: float) -> mo.Scene:
         unit_weight=20,
         live=(1, 0),
     )
-    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=bond.blocks())
+    return mo.Scene(title="façade", joints=mo.JointDefaults(friction=friction), blocks=bond.blocks())
 
 
 # %%

@@ -21,7 +21,7 @@ def wall(friction: float) -> mo.Scene:
         repeat=3,
         course={"halves": [0.5, 1, 0.5], "whole": [1, 1]},
     )
-    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=bond.blocks())
+    return mo.Scene(title="running bond", joints=mo.JointDefaults(friction=friction), blocks=bond.blocks())
 
 
 def mechanism(result: mo.Result) -> str:

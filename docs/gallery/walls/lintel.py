@@ -26,7 +26,7 @@ def portal(beam: float) -> mo.Scene:
         mo.Block(name="beam", vertices=[(0, 4), (6, 4), (6, 5), (0, 5)], weight=beam, live=(beam, 0)),
         mo.Block(name="ground", vertices=[(-2, -1), (8, -1), (8, 0), (-2, 0)], fixed=True),
     ]
-    return mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=blocks)
+    return mo.Scene(title="portal", joints=mo.JointDefaults(friction=0.6), blocks=blocks)
 
 
 # %%

@@ -16,7 +16,9 @@ def wall(friction: float) -> mo.Scene:
     """Six courses, loaded from the left by a triangle of pressure."""
     courses = mo.Column(width=WIDTH, height=HEIGHT, drums=6, unit_weight=UNIT_WEIGHT).blocks()
     earth = mo.EdgeLoad(start=(0, HEIGHT), end=(0, 0), pressure=(0, PRESSURE), kind="live")
-    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=courses, edge_loads=[earth])
+    return mo.Scene(
+        title="retaining wall", joints=mo.JointDefaults(friction=friction), blocks=courses, edge_loads=[earth]
+    )
 
 
 # %%

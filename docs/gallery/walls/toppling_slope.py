@@ -29,7 +29,9 @@ def slope(friction: float) -> mo.Scene:
         step = [(left, base - 1), (left + 10, base - 1), (left + 10, base), (left, base)]
         blocks.append(mo.Block(name=f"step {number}", vertices=step, fixed=True))
     gravity = (-sin(radians(30)), -cos(radians(30)))
-    return mo.Scene(joints=mo.JointDefaults(friction=friction), gravity=gravity, blocks=blocks)
+    return mo.Scene(
+        title="toppling columns", joints=mo.JointDefaults(friction=friction), gravity=gravity, blocks=blocks
+    )
 
 
 # %%
