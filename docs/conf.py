@@ -56,7 +56,7 @@ sphinx_gallery_conf = {
     "subsection_order": ["gallery/first", "gallery/arches", "gallery/walls", "gallery/methods"],
     "within_subsection_order": "FileNameSortKey",
     "image_scrapers": ("figures.scraper",),
-    "ignore_repr_types": r"matplotlib",
+    "ignore_repr_types": r"matplotlib|Picture",
     "abort_on_example_error": True,
     "download_all_examples": False,
     "write_computation_times": False,
