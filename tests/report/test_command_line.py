@@ -201,6 +201,50 @@ def test_plot_of_blocks_that_fall(monkeypatch, capsys, tmp_path):
     assert (tmp_path / "falls.png").exists()
 
 
+def test_kind_of_plot_and_names_can_be_chosen(monkeypatch, capsys, tmp_path):
+    case, picture = tmp_path / "case.toml", tmp_path / "case.svg"
+    mo.save(two_blocks(), case)
+    options = ["--plot-kind", "utilisation", "--names"]
+    code, _, _ = run_command(monkeypatch, capsys, "solve", case, "--plot", picture, *options)
+    assert code == 0
+    # Letters are drawn as paths, each with its text as a comment.
+    assert "<!-- support -->" in picture.read_text()
+    assert "<!-- utilisation of joints" in picture.read_text()
+
+
+def test_draw_command(monkeypatch, capsys, tmp_path):
+    """A block that falls, with a gap beside it and one in the air: nothing of it can be solved."""
+    case, picture = tmp_path / "case.toml", tmp_path / "case.png"
+    scene = overhanging()
+    more = [
+        mo.Block(name="B", vertices=[(3.0005, 0), (4, 0), (4, 1), (3.0005, 1)], weight=1),
+        mo.Block(name="C", vertices=[(3.0005, -1), (4, -1), (4, 0), (3.0005, 0)], fixed=True),
+        mo.Block(name="D", vertices=[(0, 3), (1, 3), (1, 4), (0, 4)], weight=1),
+    ]
+    mo.save(scene.model_copy(update={"blocks": [*scene.blocks, *more]}), case)
+    code, out, err = run_command(monkeypatch, capsys, "draw", case, picture, "--names")
+    assert (code, err) == (0, "")
+    assert out.splitlines()[0] == f"{picture}: 3 blocks, 2 supports, 2 joints, 1 small gap"
+    assert out.count("warning: ") == 1
+    assert "'D'" in out
+    assert picture.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("case", "picture", "words"),
+    [
+        (WALL_1, "wall.gif", ".svg"),
+        (WALL_1, "none/wall.png", "no folder"),
+        ("no.toml", "no.png", "no such file"),
+    ],
+)
+def test_draw_command_names_what_is_wrong(monkeypatch, capsys, tmp_path, case, picture, words):
+    code, out, err = run_command(monkeypatch, capsys, "draw", case, tmp_path / picture)
+    assert (code, out) == (2, "")
+    assert words in err
+    assert not list(tmp_path.iterdir())
+
+
 def test_check_command(monkeypatch, capsys):
     code, out, _ = run_command(monkeypatch, capsys, "check", WALL_1)
     assert code == 0

@@ -28,9 +28,6 @@ _ALONG, _BAR, _LINE = 0.55, 0.6, 0.22
 #: Characters in a line of a note, and in a legend of one line.
 _NOTE, _ROW = 95, 60
 
-#: What pictures are drawn with. Names inside SVG files do not change from run to run.
-_STYLE: dict[str, Any] = {"font.size": 10, "svg.hashsalt": "masonry_opt", "hatch.linewidth": 0.6}
-
 
 @dataclass(frozen=True)
 class Legend:
@@ -78,7 +75,8 @@ class Picture(Figure):
 
 def style() -> Any:
     """Context in which pictures are drawn and written."""
-    return mpl.rc_context(_STYLE)
+    # Names inside SVG files do not change from run to run.
+    return mpl.rc_context({"font.size": 10, "svg.hashsalt": "masonry_opt", "hatch.linewidth": 0.6})
 
 
 def fit(figure: Figure, axes: Axes, below: float = _ALONG) -> None:

@@ -117,9 +117,11 @@ def _mark_joints(result: Result, axes: Axes, marked: Collection[int]) -> None:
         in_points = [end[0] for j, end in zip(numbers, ends, strict=True) if joints.length[j] == 0]
         crossed = [np.mean(end, axis=0) for end in ends] if colour == CRUSHES else []
         if in_points:
-            axes.scatter(*np.array(in_points).T, s=26 if few else 8, color=colour, marker="s", zorder=3)
+            x, y = np.array(in_points).T
+            axes.scatter(x, y, s=26 if few else 8, color=colour, marker="s", zorder=3)
         if crossed:
-            axes.scatter(*np.array(crossed).T, s=36 if few else 12, color=colour, marker="x", zorder=3)
+            x, y = np.array(crossed).T
+            axes.scatter(x, y, s=36 if few else 12, color=colour, marker="x", zorder=3)
     hinging = np.flatnonzero(motion.hinges).tolist()
     if hinging:
         x, y = np.array([midway(j, motion.hinge[j]) for j in hinging]).T

@@ -24,6 +24,9 @@ from masonry_opt.scene.contact import refuse_floating
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.touching import NEAR_MISS
 
+#: Of small gaps.
+_DASHES = (0, (1.6, 1.1))
+
 
 def draw(scene: Scene | str | Path, path: str | Path | None = None, names: bool = False) -> Picture:
     """Draw a scene before it is solved, as a matplotlib figure without pyplot's state; a notebook shows it.
@@ -89,11 +92,9 @@ def near_misses(assembly: Assembly) -> list[np.ndarray]:
         reach = 1.01 * max(shapes.tolerance, NEAR_MISS * float(np.sqrt(shapes.area[list(pair)].min())))
         facing = shapely.intersection(shapely.boundary(one), shapely.buffer(other, reach))
         lines = shapely.get_parts(shapely.line_merge(facing))
-        found += [
-            shapely.get_coordinates(line) + shapes.origin
-            for line in lines
-            if shapely.length(line) > 2 * reach
-        ]
+        # Without stubs round corners.
+        lines = shapely.simplify(lines[shapely.length(lines) > 2 * reach], 2 * reach)
+        found += [shapely.get_coordinates(line) + shapes.origin for line in lines]
     return found
 
 
@@ -117,11 +118,10 @@ def meeting_corners(assembly: Assembly) -> np.ndarray:
 def _draw(axes: Axes, assembly: Assembly, names: bool) -> list[Handle]:
     place, joints = at_rest(assembly), assembly.joints
     handles = draw_blocks(axes, assembly, place)
-    few = len(joints.length) < 1000
+    width, size = (2.0, 6) if len(joints.length) < 1000 else (1.0, 3)
     ends = np.stack([joints.start, joints.end], axis=1) + assembly.geometry.origin
     in_point = joints.length == 0
     if (~in_point).any():
-        width = 2.0 if few else 1.0
         axes.add_collection(LineCollection(list(ends[~in_point]), color=SLIDES, linewidth=width, zorder=3))
         handles.append(Line2D([], [], color=SLIDES, linewidth=width, label="joint"))
     for points, colour, marker, label in (
@@ -129,13 +129,12 @@ def _draw(axes: Axes, assembly: Assembly, names: bool) -> list[Handle]:
         (meeting_corners(assembly), MARKED, "X", "corner on corner: no joint"),
     ):
         if len(points):
-            drawn = {"color": colour, "marker": marker, "linestyle": "none", "markersize": 6 if few else 3}
-            axes.plot(*points.T, **drawn, zorder=4)
-            handles.append(Line2D([], [], **drawn, label=label))
+            x, y = points.T
+            handles += axes.plot(x, y, marker, color=colour, markersize=size, label=label, zorder=4)
     if gaps := near_misses(assembly):
-        drawn = {"color": HINGES, "linewidth": 2.6, "linestyle": (0, (1.6, 1.1))}
-        axes.add_collection(LineCollection(gaps, **drawn, zorder=4))
-        handles.append(Line2D([], [], **drawn, label="small gap: no joint"))
+        axes.add_collection(LineCollection(gaps, color=HINGES, linewidth=2.6, linestyle=_DASHES, zorder=4))
+        label = "small gap: no joint"
+        handles.append(Line2D([], [], color=HINGES, linewidth=2.6, linestyle=_DASHES, label=label))
     handles += draw_loads(axes, assembly, place)
     if names:
         draw_names(axes, assembly, place)

@@ -54,18 +54,20 @@ def _draw_thrust(axes: Axes, assembly: Assembly, carried: Thrust) -> list[Handle
     if not acts.any():
         say_no_forces(axes)
         return []
-    joints, handles = assembly.joints, []
+    joints = assembly.joints
+    handles: list[Handle] = []
     lines = chains(assembly, acts)
     polygon = [carried.point[pair] for pair in lines]
     axes.add_collection(LineCollection(polygon, color=THRUST, linewidth=1.8, capstyle="round", zorder=3))
     on_line = np.isin(np.arange(len(joints.first)), lines)
     if len(lines):
-        axes.scatter(*carried.point[on_line].T, s=9, color=THRUST, zorder=4)
+        x, y = carried.point[on_line].T
+        axes.scatter(x, y, s=9, color=THRUST, zorder=4)
         handles.append(
             Line2D([], [], color=THRUST, linewidth=1.8, marker="o", markersize=3, label="line of thrust")
         )
     # On a line the resultants of its ends, on supports, say how large they are.
-    on_support = ~np.isin([joints.first, joints.second], assembly.movable).all(axis=0)
+    on_support = ~(np.isin(joints.first, assembly.movable) & np.isin(joints.second, assembly.movable))
     shown = acts & (~on_line | on_support)
     if shown.any():
         half = _scale(assembly, carried) * carried.force[shown] / 2
@@ -74,7 +76,7 @@ def _draw_thrust(axes: Axes, assembly: Assembly, carried: Thrust) -> list[Handle
         width = float(np.clip(25 / np.sqrt(len(segments)), 0.6, 1.6))
         axes.add_collection(LineCollection(list(segments), color=THRUST, linewidth=width, zorder=4))
         if len(segments) < 1000:
-            axes.scatter(*point.T, s=(1.8 * width) ** 2, color=THRUST, linewidth=0, zorder=4)
+            axes.scatter(point[:, 0], point[:, 1], s=(1.8 * width) ** 2, color=THRUST, linewidth=0, zorder=4)
         _draw_scale(axes, assembly, carried)
         who = "on a support" if len(lines) and on_support[shown].all() else "of a joint"
         label = f"resultant {who}, in the case's unit of force"

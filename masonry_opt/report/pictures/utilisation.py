@@ -67,7 +67,7 @@ def _draw_joints(axes: Axes, result: Result, used: np.ndarray, colours: ScalarMa
     points = order[joints.length[order] == 0]
     if len(points):
         at = joints.start[points] + origin
-        axes.scatter(*at.T, s=26, color=colours.to_rgba(used[points]), marker="s", zorder=4)
+        axes.scatter(at[:, 0], at[:, 1], s=26, color=colours.to_rgba(used[points]), marker="s", zorder=4)
     if idle.any():
         return [Line2D([], [], color=IDLE, linewidth=1.6, label="idle joint")]
     return []

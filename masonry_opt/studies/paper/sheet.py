@@ -49,5 +49,5 @@ def mechanism_sheet(panels: Sequence[tuple[str, Result]], columns: int) -> Figur
             axes.set_position((left / _WIDTH, floor / whole, scale * wide / _WIDTH, scale * tall / whole))
             left += scale * wide + _SPACE
     handles = {str(handle.get_label()): handle for _, result in panels for handle in legend_handles(result)}
-    figure.legend(handles=[*handles.values()], loc="lower center", ncols=4, frameon=False)
+    figure.legend(handles=[*handles.values()], loc="lower center", ncols=5, frameon=False)
     return figure

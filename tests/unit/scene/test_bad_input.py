@@ -140,6 +140,9 @@ LOOP = ["--method", "nonassociative"]
         (["--method", "magic"], "choose from: static"),
         (["--plot", "picture.gif"], ".png"),
         (["--plot", "/no/such/folder/picture.png"], "cannot be written"),
+        (["--plot", "picture.png", "--plot-kind", "stress"], "mechanism, thrust, utilisation"),
+        (["--plot-kind", "thrust"], "--plot FILE"),
+        (["--names"], "--plot FILE"),
     ],
 )
 def test_wrong_option(option, words, tmp_path, monkeypatch, capsys):
