@@ -1,4 +1,7 @@
-"""``solve``: a scene, a method and a solver to a result. Load, assemble, see that it stands, run, accept."""
+"""``solve``: a scene, a method and a solver to a result. Load, assemble, see that it stands, run, accept.
+
+What declares or solves a program is imported where it is used: the modelling languages take seconds.
+"""
 
 from __future__ import annotations
 
@@ -18,22 +21,13 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.explain.diagnosis import DeadLoadUndecided, falling_mechanism
-from masonry_opt.explain.holding import what_would_hold
-from masonry_opt.explain.no_load_factor import (
-    held_by_wedging,
-    movers,
-    name_locking_joints,
-    settle_existence,
-)
 from masonry_opt.explain.sense import warnings_of
 from masonry_opt.explain.sentences import message, sentences
-from masonry_opt.explain.summary import summary_text
-from masonry_opt.methods.associative import KINEMATIC, STATIC, associative
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.problem.problem import Problem
+from masonry_opt.report.summary import details_text, summary_text
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, SolverEntry, find_entry, find_solver
@@ -41,6 +35,9 @@ from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, SolverEnt
 #: Joints up to which the associative load factor is computed where a method leaves none: the loop, to
 #: which larger scenes go, begins with it.
 _BESIDE_UP_TO = 8000
+
+#: Methods whose answer is associative itself.
+_ASSOCIATIVE = ("static", "kinematic")
 
 #: A load factor this little below zero is zero.
 _NEGATIVE = 1e-6
@@ -131,14 +128,7 @@ def solve(
     if solution is None:
         solution = chosen.run(Task(problem, named, own_options, effort, progress))
         solution.accept(problem)
-        if solution.load_factor is not None and solution.load_factor < -_NEGATIVE:
-            held_by_wedging(assembly, solution)
-        is_associative = chosen in (STATIC, KINEMATIC)
-        if not is_associative:
-            _set_beside(problem, solution, effort)
-        if solution.load_factor is None:
-            settle_existence(assembly, solution, effort, is_associative)
-            name_locking_joints(assembly, solution, named)
+        _judge(assembly, solution, effort, named, is_associative=method in _ASSOCIATIVE)
     result = make_result(
         assembly,
         solution,
@@ -150,7 +140,7 @@ def solve(
     )
     warnings = warnings_of(assembly, result.infeasibility)
     result = replace(result, warnings=warnings, warning_sentences=sentences(warnings))
-    return replace(result, summary=summary_text(result))
+    return replace(result, summary=summary_text(result), details=details_text(result))
 
 
 def refuse_unsuited(method: Method, assembly: Assembly) -> None:
@@ -174,11 +164,29 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
         )
 
 
+def _judge(
+    assembly: Assembly, solution: Solution, effort: Effort, solver: Solver, is_associative: bool
+) -> None:
+    """Give a Coulomb answer the associative one; refuse a load factor below zero; say why there is none."""
+    if not is_associative:
+        _set_beside(assembly.problem, solution, effort)
+    if solution.load_factor is not None and solution.load_factor >= -_NEGATIVE:
+        return
+    from masonry_opt.explain.no_load_factor import held_by_wedging, name_locking_joints, settle_existence
+
+    if solution.load_factor is not None:
+        held_by_wedging(assembly, solution)
+    settle_existence(assembly, solution, effort, is_associative)
+    name_locking_joints(assembly, solution, solver)
+
+
 def _set_beside(problem: Problem, solution: Solution, effort: Effort) -> None:
     """Give a Coulomb answer the associative load factor, which none exceeds, unless its method has it.
 
     Where it is proven that no load factor exists, statics carry any multiple of the load: none is computed.
     """
+    from masonry_opt.methods.associative import associative
+
     wanted = solution.associative is None and not solution.proven_none
     if wanted and problem.joints <= _BESIDE_UP_TO:
         task = Task(problem)
@@ -301,6 +309,8 @@ def _names(of: Callable[[Method], bool]) -> str:
 
 def _unless_it_stands(assembly: Assembly, solver: Solver, effort: Effort) -> Solution | None:
     """Why there is no load factor of a scene that does not stand under its dead load."""
+    from masonry_opt.explain.diagnosis import DeadLoadUndecided, falling_mechanism
+
     problem, own = assembly.problem, Effort()
     solution = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE)
     with effort.measure("dead_load"):
@@ -314,6 +324,9 @@ def _unless_it_stands(assembly: Assembly, solver: Solver, effort: Effort) -> Sol
             effort.credit(own)
     if falling is None:
         return None
+    from masonry_opt.explain.holding import what_would_hold
+    from masonry_opt.explain.no_load_factor import movers
+
     solution.d = falling
     solution.add(Code.FALLS, blocks=movers(assembly, falling))
     with effort.measure("dead_load"):

@@ -31,14 +31,8 @@ from masonry_opt.errors import (
     printable,
 )
 from masonry_opt.explain.sentences import numeral
-from masonry_opt.exports import export as export_program
 from masonry_opt.methods.registry import DEFAULT, METHODS
-from masonry_opt.problem.assembly import assemble
-from masonry_opt.report.pictures.figure import refuse_picture
-from masonry_opt.report.pictures.result_picture import KINDS, refuse_kind
-from masonry_opt.report.pictures.scene_picture import counts, doubts, scene_picture
-from masonry_opt.report.terminal import print_text
-from masonry_opt.scene.case_file import load
+from masonry_opt.report.terminal import print_result, print_text
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE
 
 #: Commands that are loaded when they are called: by name, where their typer app is.
@@ -101,12 +95,22 @@ def solve(
         ),
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    verbose: Annotated[
+        bool,
+        typer.Option(
+            "--verbose", "-v", help="Also print how it was found: residuals, programs, solvers, seconds."
+        ),
+    ] = False,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", "-q", help="Print the load factor alone; without one, an error.")
+    ] = False,
     plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw the result (.png, .svg, .pdf).")
+        Path | None, typer.Option(metavar="FILE", help="Draw the result (.png, .svg, .pdf, .html).")
     ] = None,
     plot_kind: Annotated[
-        str, typer.Option(metavar="KIND", help=f"What --plot draws: {', '.join(KINDS)}.")
-    ] = KINDS[0],
+        str | None,
+        typer.Option(metavar="KIND", help="What a picture shows: mechanism (default), thrust, utilisation."),
+    ] = None,
     names: Annotated[bool, typer.Option("--names", help="With --plot: write the blocks' names.")] = False,
     option: Annotated[
         list[str] | None,
@@ -117,14 +121,15 @@ def solve(
 
     Exit code 0: there is one; 1: there is none, the status says why; 2: wrong case file or option.
     """
-    refuse_kind(plot_kind)
-    if plot is not None:
-        refuse_picture(plot)
-    elif names or plot_kind != KINDS[0]:
+    if json + verbose + quiet > 1:
+        raise OptionError("--json, --verbose and --quiet say each what is printed: give one of them")
+    if plot is None and (names or plot_kind is not None):
         raise OptionError("--plot-kind and --names say how to draw: give --plot FILE too")
+    save_picture = None if plot is None else _picture(plot, plot_kind, names)
     options = dict(_name_and_value(text) for text in option or [])
     errors = Console(stderr=True)
     steps: list[str] = []
+    errors.quiet = quiet
     with errors.status(f"solving {escape(printable(str(case)))}") as status, _interrupts() as check_interrupt:
 
         def progress(step: Any) -> None:
@@ -142,10 +147,16 @@ def solve(
         except KeyboardInterrupt:
             last = f"the last was {steps[-1]}, not the answer" if steps else "before the first λ"
             raise InterruptedByUserError(f"interrupted: {last}; nothing was written") from None
-    print_text(result.to_json() if json else str(result))
-    if plot is not None:
-        with _writing(plot):
-            result.save(plot, plot_kind, names)
+    if json:
+        print_text(result.to_json())
+    elif not quiet:
+        print_result(result.details if verbose else result.summary)
+    elif result.status.usable:
+        print_text(numeral(result.required(), ".10g"))
+    if save_picture is not None:
+        save_picture(result)
+    if quiet:
+        result.required()
     if not result.status.usable:
         raise typer.Exit(1)
 
@@ -157,7 +168,7 @@ def check(case: Case) -> None:
     Exit code 0: they agree; 1: they do not, or there is no load factor; 2: wrong case file.
     """
     report = check_duality(case)
-    print_text(str(report))
+    print_result(str(report))
     if not report.passed:
         raise typer.Exit(1)
 
@@ -172,6 +183,11 @@ def draw(
 
     Prints how many there are, and what looks unintended.
     """
+    from masonry_opt.problem.assembly import assemble
+    from masonry_opt.report.pictures.figure import refuse_picture
+    from masonry_opt.report.pictures.scene_picture import counts, doubts, scene_picture
+    from masonry_opt.scene.case_file import load
+
     refuse_picture(file)
     assembly = assemble(load(case), floating=True)
     with _writing(file):
@@ -192,6 +208,8 @@ def export(
 
     Beside a .nl file stand the names of its rows and columns (.row, .col). Prints the files written.
     """
+    from masonry_opt.exports import export as export_program
+
     print_text("\n".join(printable(str(path)) for path in export_program(case, file, method)))
 
 
@@ -205,6 +223,19 @@ def _name_and_value(text: str) -> tuple[str, Any]:
         except ValueError:
             continue
     return name, value
+
+
+def _picture(path: Path, kind: str | None, names: bool) -> Callable[[Result], None]:
+    """What draws a result to a file. Raises OptionError now, not after the solve, if that cannot be."""
+    from masonry_opt.report.saved import refuse_saving, save
+
+    refuse_saving(path, kind, names)
+
+    def draw(result: Result) -> None:
+        with _writing(path):
+            save(result, path, kind, names)
+
+    return draw
 
 
 @contextlib.contextmanager

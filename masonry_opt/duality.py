@@ -13,6 +13,7 @@ from masonry_opt.answer.acceptance import AGREEMENT, DUALITY, SMALLEST
 from masonry_opt.answer.reasons import Reason
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, printable
+from masonry_opt.explain.sentences import numeral
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.report.terminal import frame_text
@@ -47,9 +48,16 @@ class DualityReport:
         return bool((self.table["difference"] <= AGREEMENT).all() and (residuals <= DUALITY).all(axis=None))
 
     def __str__(self) -> str:
-        verdict = "static and kinematic, CVXPY and Pyomo agree" if self.passed else "they do NOT agree"
-        lines = [verdict, *(f"warning: {sentence}" for sentence in self.warning_sentences)]
-        return f"{frame_text(self.table, 'Duality')}\n{printable(chr(10).join(lines))}"
+        agree = "agree" if self.passed else "do NOT agree: see differences and residuals below"
+        middle = numeral(float(self.table["load_factor"].median()), ".7f")
+        lines = [
+            "static and kinematic, CVXPY and Pyomo " + agree,
+            f"associative load factor {middle}, to {self.table['difference'].max():.1e}",
+            "",
+            frame_text(self.table, "each with what is left of its conditions"),
+            *(f"warning: {sentence}" for sentence in self.warning_sentences),
+        ]
+        return printable("\n".join(lines)).rstrip("\n")
 
 
 def check(scene: Scene | str | Path) -> DualityReport:

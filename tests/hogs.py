@@ -7,6 +7,8 @@ import time
 from pathlib import Path
 from typing import NoReturn
 
+from masonry_opt.errors import CaseError
+
 
 def sleep(seconds: float) -> str:
     """Take time."""
@@ -29,6 +31,11 @@ def die() -> NoReturn:
 def fail() -> NoReturn:
     """Raise what nobody expects."""
     raise ZeroDivisionError("by zero")
+
+
+def refuse(where: str) -> NoReturn:
+    """Raise what a user can put right."""
+    raise CaseError(where)
 
 
 def start_and_sleep(case: Path, *_: object) -> None:

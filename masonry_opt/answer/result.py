@@ -85,7 +85,8 @@ class Result:
     solvers: names of the solvers by what they did: "dead load", "load factor", "sub-problems", ...
     size: of scene and linear program.
     assembly, solution: the matrices, and forces and velocities in their units.
-    summary: what ``print`` shows.
+    summary: what ``print`` shows: what falls, at what load, how sure that is.
+    details: the same, and how it was found: residuals, programs, solvers, times.
     warnings, warning_sentences: what looks unintended in the scene, in codes with their values, and in
         words; empty if nothing does. They change nothing else.
     """
@@ -118,6 +119,7 @@ class Result:
     assembly: Assembly = field(repr=False)
     solution: Solution = field(repr=False)
     summary: str = field(default="", repr=False)
+    details: str = field(default="", repr=False)
     warnings: tuple[Reason, ...] = ()
     warning_sentences: tuple[str, ...] = ()
 

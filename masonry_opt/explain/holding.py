@@ -17,7 +17,7 @@ from masonry_opt.explain.diagnosis import (
     falling_mechanism,
     moving_blocks,
 )
-from masonry_opt.explain.no_load_factor import joint_pairs, movers
+from masonry_opt.explain.no_load_factor import movers
 from masonry_opt.models.cvxpy_standing import CvxpyStanding
 from masonry_opt.models.cvxpy_terms import ShearParameters
 from masonry_opt.problem.assembly import Assembly
@@ -70,7 +70,7 @@ def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, eff
     if falls_all_the_same is not None:
         return [*found, reason(Code.NO_FRICTION_HOLDS, blocks=movers(assembly, falls_all_the_same))]
     factor, above = _least_factor(problem, solver, effort)
-    pairs = joint_pairs(assembly, _sliding(problem, falling))
+    pairs = assembly.pairs(_sliding(problem, falling))
     hangs = bool(len(hanging))
     return [*found, reason(Code.FRICTION_WOULD_HOLD, pairs=pairs, factor=factor, above=above, hangs=hangs)]
 

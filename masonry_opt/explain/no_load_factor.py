@@ -34,7 +34,7 @@ def settle_existence(assembly: Assembly, solution: Solution, effort: Effort, ass
         solution.add(Code.AT_MOST, associative=solution.associative)
     clamped = solution.infeasibility.clamped if solution.infeasibility else ()
     if clamped:
-        solution.add(Code.CLAMPED, pairs=joint_pairs(assembly, np.array(clamped)))
+        solution.add(Code.CLAMPED, pairs=assembly.pairs(np.array(clamped)))
 
 
 def _settle(solution: Solution) -> None:
@@ -60,13 +60,7 @@ def name_locking_joints(assembly: Assembly, solution: Solution, solver: Solver) 
     found = locking_joints(assembly.problem, solution.status, solution.q, solver, Effort())
     if len(found) == 0:
         return
-    solution.add(Code.JOINTS, status=str(solution.status), pairs=joint_pairs(assembly, found))
-
-
-def joint_pairs(assembly: Assembly, joints: np.ndarray) -> list[list[str]]:
-    """Names of the two blocks of each joint."""
-    ends = np.column_stack([assembly.joints.first, assembly.joints.second])
-    return [assembly.names(blocks) for blocks in ends[joints]]
+    solution.add(Code.JOINTS, status=str(solution.status), pairs=assembly.pairs(found))
 
 
 def movers(assembly: Assembly, d: np.ndarray) -> list[str]:

@@ -9,7 +9,6 @@ from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.answer.infeasibility import InfeasibilityCertificate
 from masonry_opt.answer.reasons import Code, Reason, reason
-from masonry_opt.explain.no_load_factor import joint_pairs
 from masonry_opt.problem.assembly import Assembly
 
 #: No dry joint has more friction (tan 72°): more was perhaps meant as degrees.
@@ -99,7 +98,7 @@ def _clamping(assembly: Assembly, infeasibility: InfeasibilityCertificate | None
     supports = ~np.isin([joints.first[clamped], joints.second[clamped]], assembly.movable).all(axis=0)
     if not supports.any():
         return []
-    return [reason(Code.HELD_BY_CLAMPING, pairs=joint_pairs(assembly, clamped[supports]))]
+    return [reason(Code.HELD_BY_CLAMPING, pairs=assembly.pairs(clamped[supports]))]
 
 
 def _corners(assembly: Assembly) -> list[Reason]:

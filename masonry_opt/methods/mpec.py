@@ -20,13 +20,13 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.loop.method import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
-from masonry_opt.methods.task import Method, Options, Task, of_same_scene
+from masonry_opt.methods.task import Options, Task, of_same_scene
 from masonry_opt.models.pyomo_mpec import PyomoMpec
 from masonry_opt.models.pyomo_relaxed import PyomoRelaxed
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.ipopt import IPOPT, Ipopt
-from masonry_opt.solvers.registry import capable, find_solver
+from masonry_opt.solvers.registry import find_solver
 
 #: The relaxation falls by this factor between solves.
 _FALL = 0.1
@@ -180,13 +180,3 @@ def _stopped(solution: Solution, start: State | None) -> Solution:
     else:
         solution.add(Code.NOTHING_SOLVED)
     return solution
-
-
-MPEC = Method(
-    "mpec",
-    mpec,
-    MpecOptions,
-    {"pyomo": capable("pyomo", lambda solver: solver.nonlinear)},
-    own_tolerances=True,
-    constant_dilatancy=True,
-)

@@ -2,14 +2,54 @@
 
 from __future__ import annotations
 
-from masonry_opt.methods.associative import KINEMATIC, STATIC
-from masonry_opt.methods.bracket.method import GLOBAL
-from masonry_opt.methods.loop.method import NONASSOCIATIVE
-from masonry_opt.methods.mcp.method import MCP
-from masonry_opt.methods.mpec import MPEC
-from masonry_opt.methods.refined.method import REFINED
+from masonry_opt.methods.task import Method
+from masonry_opt.solvers.registry import capable
 
-METHODS = {method.name: method for method in (STATIC, KINEMATIC, NONASSOCIATIVE, MCP, MPEC, REFINED, GLOBAL)}
+_ALL = (
+    Method("static", "associative:associative"),
+    Method("kinematic", "associative:kinematic"),
+    Method(
+        "nonassociative",
+        "loop.method:nonassociative",
+        "loop.options:LoopOptions",
+        # A vertex has joints without normal force, which the loop then locks: prefer interior points.
+        {"cvxpy": (), "pyomo": ("highs-ipm", "highs", "highs-hipo")},
+    ),
+    Method(
+        "mcp",
+        "mcp.method:mcp",
+        "mcp.method:McpOptions",
+        {"pyomo": capable("pyomo", lambda solver: solver.complementarity)},
+        own_tolerances=True,
+    ),
+    Method(
+        "mpec",
+        "mpec:mpec",
+        "mpec:MpecOptions",
+        {"pyomo": capable("pyomo", lambda solver: solver.nonlinear)},
+        own_tolerances=True,
+        constant_dilatancy=True,
+    ),
+    Method(
+        "refined",
+        "refined.method:refined",
+        "refined.method:RefinedOptions",
+        {"pyomo": ("highs",)},
+        own_tolerances=True,
+        constant_dilatancy=True,
+    ),
+    Method(
+        "global",
+        "bracket.method:global_search",
+        "bracket.method:GlobalOptions",
+        {"pyomo": capable("pyomo", lambda solver: solver.integer)},
+        own_tolerances=True,
+        constant_dilatancy=True,
+        crushing=False,
+    ),
+)
+
+METHODS = {method.name: method for method in _ALL}
 
 #: The method of whoever names none.
-DEFAULT = MCP.name
+DEFAULT = "mcp"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from importlib import import_module
 from typing import Any
 
 from pydantic import BaseModel, ConfigDict
@@ -68,8 +69,8 @@ class Method:
     Attributes
     ----------
     name: what a user calls it.
-    run: the analysis.
-    options: class of its own options; None if it has none.
+    runs, takes: where the analysis and the class of its options are, as module:name within ``methods``; ""
+        if it has no options.
     solvers: by language, names of those it can use, its default first; empty for any of linear programs.
         The first language is the method's default.
     own_tolerances: whether it sets the tolerances of its solvers itself.
@@ -78,9 +79,24 @@ class Method:
     """
 
     name: str
-    run: Callable[[Task], Solution]
-    options: type[Options] | None = None
+    runs: str
+    takes: str = ""
     solvers: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {"cvxpy": (), "pyomo": ()})
     own_tolerances: bool = False
     constant_dilatancy: bool = False
     crushing: bool = True
+
+    @property
+    def run(self) -> Callable[[Task], Solution]:
+        """The analysis, imported when first asked for: modelling languages take seconds."""
+        return _named(self.runs)
+
+    @property
+    def options(self) -> type[Options] | None:
+        """Class of its own options; None if it has none."""
+        return _named(self.takes) if self.takes else None
+
+
+def _named(where: str) -> Any:
+    module, name = where.split(":")
+    return getattr(import_module(f"masonry_opt.methods.{module}"), name)

@@ -44,6 +44,11 @@ class Assembly:
         """Names of blocks by their indices in the scene."""
         return [self.scene.blocks[index].name for index in blocks]
 
+    def pairs(self, joints: np.ndarray) -> list[list[str]]:
+        """Names of the two blocks of each of some joints, by their indices."""
+        ends = np.column_stack([self.joints.first, self.joints.second])
+        return [self.names(blocks) for blocks in ends[joints]]
+
 
 def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     """Find the joints of a scene and assemble eqs (1) to (6).

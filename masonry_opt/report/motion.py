@@ -70,11 +70,22 @@ class Velocities:
         return np.array([vx, vy]) + omega * np.column_stack([-arm[:, 1], arm[:, 0]])
 
 
+def corner_speeds(result: Result) -> np.ndarray:
+    """Speed of the fastest corner of each movable block, shape (b,)."""
+    geometry, movable = result.assembly.geometry, result.assembly.movable
+    points, block = shapely.get_coordinates(geometry.polygons[movable], return_index=True)
+    arm = points - geometry.centroid[movable][block]
+    vx, vy, omega = result.blocks[["vx", "vy", "omega"]].to_numpy()[block].T
+    speeds = np.zeros(len(movable))
+    np.maximum.at(speeds, block, np.hypot(vx - omega * arm[:, 1], vy + omega * arm[:, 0]))
+    return speeds
+
+
 def fastest(result: Result) -> float:
     """Speed of the fastest corner; 1 where nothing moves."""
-    polygons, motion = result.assembly.geometry.polygons, Velocities(result)
-    speeds = [
-        np.hypot(*motion.at(block, shapely.get_coordinates(polygons[block])).T).max()
-        for block in result.assembly.movable
-    ]
-    return float(max(speeds)) or 1.0
+    return float(corner_speeds(result).max()) or 1.0
+
+
+def moving_blocks(result: Result) -> np.ndarray:
+    """Which of the movable blocks take part in the mechanism, shape (b,)."""
+    return corner_speeds(result) > _STILL * fastest(result)

@@ -9,6 +9,7 @@ import pandas as pd
 from rich import box
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from masonry_opt.errors import OutputError
 from masonry_opt.explain.sentences import numeral
@@ -32,6 +33,27 @@ def print_text(text: str) -> None:
     """
     try:
         print(text, flush=True)
+    except OSError as error:
+        raise OutputError(f"standard output cannot be written: {error.strerror}") from None
+
+
+def print_result(text: str) -> None:
+    """Print a result's lines: on a terminal the second, its answer, in bold, and warnings in yellow.
+
+    Raises OutputError as :func:`print_text`.
+    """
+    console = Console(highlight=False)
+    if not console.is_terminal or console.no_color:
+        print_text(text)
+        return
+    lines = [Text(line) for line in text.split("\n")]
+    for number, line in enumerate(lines):
+        if line.plain.startswith("warning: "):
+            line.stylize("bold yellow")
+        elif number == 1:
+            line.stylize("bold")
+    try:
+        console.print(Text("\n").join(lines), soft_wrap=True)
     except OSError as error:
         raise OutputError(f"standard output cannot be written: {error.strerror}") from None
 

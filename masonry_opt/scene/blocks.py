@@ -278,7 +278,10 @@ class Joint(InDegrees, Record):
 
 
 class Reference(Record):
-    """A published number, with its source and the relative tolerance a computed one must meet."""
+    """A known number, with its source and the relative tolerance a computed one must meet.
+
+    Reports show it as published, unless the source begins "by hand" or "by an independent" (computation).
+    """
 
     value: Number
     source: Text

@@ -2,30 +2,40 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from masonry_opt.effort import Effort
-from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
-from masonry_opt.models.cvxpy_parabola import CvxpyParabolaKinematic, CvxpyParabolaStatic
-from masonry_opt.models.cvxpy_static import CvxpyStatic
-from masonry_opt.models.pyomo_kinematic import PyomoKinematic
-from masonry_opt.models.pyomo_static import PyomoStatic
 from masonry_opt.problem.load_units import Scaled, in_units_of_load
 from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 from masonry_opt.solvers.lp import LpAnswer, LpSize
-from masonry_opt.solvers.pyomo_engine import PyomoEngine
 from masonry_opt.solvers.registry import Solver
 
-#: By language: the engine, and the models by formulation.
-_DECLARED: dict[str, tuple[Any, dict[str, Any]]] = {
-    "cvxpy": (CvxpyEngine, {"static": CvxpyStatic, "kinematic": CvxpyKinematic}),
-    "pyomo": (PyomoEngine, {"static": PyomoStatic, "kinematic": PyomoKinematic}),
-}
+
+def _in_cvxpy(parabola: bool) -> tuple[Any, dict[str, Any]]:
+    """The engine, and the models by formulation."""
+    from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
+    from masonry_opt.models.cvxpy_parabola import CvxpyParabolaKinematic, CvxpyParabolaStatic
+    from masonry_opt.models.cvxpy_static import CvxpyStatic
+    from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
+
+    if parabola:
+        return CvxpyEngine, {"static": CvxpyParabolaStatic, "kinematic": CvxpyParabolaKinematic}
+    return CvxpyEngine, {"static": CvxpyStatic, "kinematic": CvxpyKinematic}
 
 
-#: Those of joints whose strength is limited by a parabola instead of its chords.
-_OF_PARABOLA: dict[str, Any] = {"static": CvxpyParabolaStatic, "kinematic": CvxpyParabolaKinematic}
+def _in_pyomo(parabola: bool) -> tuple[Any, dict[str, Any]]:
+    """The engine, and the models by formulation."""
+    from masonry_opt.models.pyomo_kinematic import PyomoKinematic
+    from masonry_opt.models.pyomo_static import PyomoStatic
+    from masonry_opt.solvers.pyomo_engine import PyomoEngine
+
+    assert not parabola  # declared in CVXPY alone
+    return PyomoEngine, {"static": PyomoStatic, "kinematic": PyomoKinematic}
+
+
+#: By language. Each takes a second or more to import: only the one that is used is.
+_DECLARED: dict[str, Callable[[bool], tuple[Any, dict[str, Any]]]] = {"cvxpy": _in_cvxpy, "pyomo": _in_pyomo}
 
 
 class Driver:
@@ -55,8 +65,7 @@ class Driver:
         repeats: bool = False,
         parabola: bool = False,
     ) -> None:
-        engine, models = _DECLARED[solver.language]
-        models = _OF_PARABOLA if parabola else models
+        engine, models = _DECLARED[solver.language](parabola)
         self.effort = effort
         self._scaled = in_units_of_load(problem) if of_load else Scaled(problem, 1.0, 1.0)
         limits = limits or ShearLimits.true(problem)

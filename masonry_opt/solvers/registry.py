@@ -9,8 +9,6 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
-import cvxpy as cp
-
 from masonry_opt.errors import OptionError
 
 #: Feasibility and gap tolerance asked of every solver; looser values cost digits of λ.
@@ -151,6 +149,8 @@ def _scipy(tolerance: float) -> dict[str, Any]:
 
 @cache
 def _installed_for_cvxpy() -> frozenset[str]:
+    import cvxpy as cp
+
     return frozenset(cp.installed_solvers())
 
 

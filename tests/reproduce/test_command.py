@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 
 import pytest
@@ -40,6 +41,9 @@ def test_a_result_is_reproduced_anywhere(elsewhere):
     answer = run("fig12", "--out", "out")
     assert answer.exit_code == 0
     assert "wall 6: nonassociative" in answer.stdout
+    # Off a terminal a line for each part, and where it all is.
+    assert all(re.match(r"fig12(, \d+ s)?: ", line) for line in answer.stderr.splitlines())
+    assert "out/index.html" in answer.stderr.splitlines()[-1]
     assert {path.name for path in (elsewhere / "out").iterdir()} == {
         "index.html",
         *(f"fig12.{kind}" for kind in ("csv", "json", "png", "svg")),

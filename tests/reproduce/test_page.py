@@ -8,9 +8,11 @@ import sys
 
 import pandas as pd
 import pytest
+from scenes import CASES
 
+import masonry_opt as mo
 from masonry_opt.errors import OptionError
-from masonry_opt.studies.paper.example import PublishedValue, Report
+from masonry_opt.studies.paper.example import Basis, PublishedValue, Report, published_value
 from masonry_opt.studies.paper.folder import open_folder, write_report
 
 SOURCES = ("1 + (t9 - t1), in closed form", "<Fig. 8>")
@@ -45,10 +47,46 @@ def test_alignment_is_a_columns_own(tmp_path):
     assert [kind for kind, _ in third] == [kind for kind, _ in fourth] == ["number", ""]
 
 
+def test_only_what_was_published_stands_under_published(tmp_path):
+    """Each value in the column of its basis, a dash in the others, no column that none needs."""
+    values = [
+        PublishedValue("λ", 1.5, 1.5, "Fig. 8"),
+        PublishedValue("λ", 1.8, 1.8, "by hand: 1 + 0.8", basis=Basis.BY_HAND),
+    ]
+    frame = Report(values).published_table
+    assert [*frame] == ["what", "published", "derived by hand", "ours", "diff %", "source"]
+    assert frame["published"].tolist() == ["1.5", "–"]
+    assert frame["derived by hand"].tolist() == ["–", "1.8"]
+    assert "derived by hand" not in Report(values[:1]).published_table
+    assert '<td class="number">1.8</td>' in page_of(tmp_path, *values)
+
+
+@pytest.mark.parametrize(
+    ("case", "reference", "basis"),
+    [
+        ("livesley/wedges.toml", "associative", Basis.BY_HAND),
+        ("livesley/wedges.toml", "nonassociative", Basis.PUBLISHED),
+        ("gilbert/wedge_blocks.toml", "coulomb", Basis.BY_HAND),
+        ("casapulla_lauro/arch.toml", "least_thickness_sector", Basis.COMPUTED),
+        ("casapulla_lauro/arch.toml", "least_thickness", Basis.PUBLISHED),
+        ("ferris_tinloi/wall_5.toml", "refined", Basis.COMPUTED),
+        ("ferris_tinloi/wall_5.toml", "mcp", Basis.PUBLISHED),
+    ],
+)
+def test_the_source_of_a_case_file_tells_the_basis(case, reference, basis):
+    assert published_value(mo.load(CASES / case), reference, 1.0, "").basis is basis
+
+
+def test_a_published_zero_has_no_percentage(tmp_path):
+    row = cells(page_of(tmp_path, PublishedValue("share", 0.0, 2e-3, "footnote 4")))[-1]
+    assert [text for _, text in row] == ["share", "0", "0.002", "–", "footnote 4"]
+
+
 def test_missed_values_are_marked(tmp_path):
     values = [PublishedValue("λ", 1.8, computed, "", tolerance=1e-3) for computed in (1.8, 1.9, None)]
     rows = cells(page_of(tmp_path, *values))
     assert [row[-1][0] == "missed" for row in rows[-3:]] == [False, True, True]
+    assert len({len(row) for row in rows[-3:]}) == 1
 
 
 def test_difference_from_a_published_zero_is_absolute():

@@ -15,6 +15,8 @@ from pathlib import Path
 import pytest
 
 import masonry_opt as mo
+from masonry_opt.methods.registry import METHODS
+from masonry_opt.methods.task import Options
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "masonry_opt"
@@ -130,6 +132,43 @@ def test_python_started_in_a_clone_finds_the_models_there_and_loads_no_study(cop
     assert package == str(copied / "masonry_opt" / "__init__.py")
     assert models == str(copied / "models" / "cvxpy_terms.py")
     assert drawing == of_studies == []
+
+
+IMPORTED = """
+import json, sys
+import masonry_opt as mo
+import masonry_opt.cli
+mo.solve, mo.load, mo.save, mo.check, mo.Scene, mo.Result
+imported = [sorted({name.partition(".")[0] for name in sys.modules})]
+for method in ("static", "mcp"):
+    mo.solve(sys.argv[1], method)
+    imported.append(sorted({name.partition(".")[0] for name in sys.modules}))
+print(json.dumps(imported))
+"""
+
+
+def test_what_takes_seconds_to_import_is_imported_when_it_is_used():
+    """A modelling language by what is declared in it; pictures and IPOPT by neither."""
+    case = ROOT / "cases" / "gilbert" / "two_blocks.toml"
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORTED, str(case)],
+        capture_output=True,
+        text=True,
+        check=True,
+        timeout=120,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+    )
+    dear = ("cvxpy", "pyomo", "casadi", "highspy", "matplotlib", "plotly")
+    names, static, mcp = ([name for name in dear if name in known] for known in json.loads(done.stdout))
+    assert names == []
+    assert static == ["cvxpy", "highspy"]
+    assert mcp == ["cvxpy", "pyomo", "highspy"]
+
+
+def test_every_method_is_where_the_registry_says():
+    for name, method in METHODS.items():
+        assert callable(method.run), name
+        assert method.options is None or issubclass(method.options, Options), name
 
 
 def test_models_inside_the_package_are_found_as_a_wheel_has_them(copied):

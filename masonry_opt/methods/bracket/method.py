@@ -24,9 +24,9 @@ from masonry_opt.methods.bracket.relaxation import (
 )
 from masonry_opt.methods.bracket.search import lower_state
 from masonry_opt.methods.refined.method import RefinedOptions, refined
-from masonry_opt.methods.task import Method, Options, Task
+from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.problem import Problem
-from masonry_opt.solvers.registry import capable, find_solver
+from masonry_opt.solvers.registry import find_solver
 
 #: Relative gap at which a bracket counts as closed.
 _CLOSED = 1e-5
@@ -151,14 +151,3 @@ def _conclude(
     else:
         code = Code.OUT_OF_TIME if of.derived else Code.OUT_OF_TIME_WITHIN_IMPOSED
         solution.end(Status.CONVERGED, code, **said, time_limit=options.time_limit)
-
-
-GLOBAL = Method(
-    "global",
-    global_search,
-    GlobalOptions,
-    {"pyomo": capable("pyomo", lambda solver: solver.integer)},
-    own_tolerances=True,
-    constant_dilatancy=True,
-    crushing=False,
-)

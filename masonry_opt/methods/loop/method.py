@@ -16,7 +16,7 @@ from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.loop.remedies import REMEDIES, Attempt, Remedy, Shortfall, less_slope
 from masonry_opt.methods.loop.run import run
 from masonry_opt.methods.loop.steps import Turn, first_limits
-from masonry_opt.methods.task import Method, Task
+from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import rougher
@@ -180,12 +180,3 @@ def _gathered(problem: Problem, runs: list[_Ran], options: LoopOptions) -> Solut
         for entry in ran.solution.history
     ]
     return solution
-
-
-NONASSOCIATIVE = Method(
-    "nonassociative",
-    nonassociative,
-    LoopOptions,
-    # A vertex has joints without normal force, which the loop then locks: prefer interior points.
-    {"cvxpy": (), "pyomo": ("highs-ipm", "highs", "highs-hipo")},
-)

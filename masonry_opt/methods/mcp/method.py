@@ -21,11 +21,11 @@ from masonry_opt.methods.mcp.passes import Passes
 from masonry_opt.methods.mcp.rules import ATTEMPTS
 from masonry_opt.methods.refined.programs import ExactState, Refiner
 from masonry_opt.methods.refined.search import few, lower_of
-from masonry_opt.methods.task import Method, Options, Task
+from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
-from masonry_opt.solvers.registry import capable, find_solver
+from masonry_opt.solvers.registry import find_solver
 
 #: Joints up to which a pass is tried before the loop: on façades of more (3 × 9 openings) it lingers.
 _PASSES_UP_TO = 8000
@@ -152,12 +152,3 @@ def _by_loop(task: Task, before: Solution, code: Code, **values: Any) -> Solutio
     solution.history = [*before.history, *solution.history]
     solution.infeasibility = before.infeasibility
     return solution
-
-
-MCP = Method(
-    "mcp",
-    mcp,
-    McpOptions,
-    {"pyomo": capable("pyomo", lambda solver: solver.complementarity)},
-    own_tolerances=True,
-)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import Annotated, Any
 
-from pydantic import Field, InstanceOf, Strict, field_validator
+from pydantic import Field, InstanceOf, Strict, field_validator, model_validator
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
@@ -16,7 +16,7 @@ from masonry_opt.answer.status import Status
 from masonry_opt.methods.mcp.method import McpOptions, mcp
 from masonry_opt.methods.refined.programs import ExactState, OutOfTime, Refiner
 from masonry_opt.methods.refined.search import Candidate, few, lower_of, search
-from masonry_opt.methods.task import Method, Options, Task, of_same_scene
+from masonry_opt.methods.task import Options, Task, of_same_scene
 from masonry_opt.solvers.registry import find_solver
 
 
@@ -27,13 +27,21 @@ class RefinedOptions(Options):
     ----------
     start: a result of the same scene, whose forces alone are refined (default: those of a few passes).
     search: seconds for which lower states are searched for, from other starts and around the lowest found.
+    until: load factor at or below which the search ends before its time.
     seed: of the search's random numbers: one seed visits the same states in the same order, and the time
         decides how far it gets.
     """
 
     start: InstanceOf[Solution] | None = None
     search: Annotated[float, Strict(), Field(gt=0, le=1e6)] | None = None
+    until: Annotated[float, Strict()] | None = None
     seed: Annotated[int, Strict(), Field(ge=0)] = 0
+
+    @model_validator(mode="after")
+    def _ends_a_search(self) -> RefinedOptions:
+        if self.until is not None and self.search is None:
+            raise ValueError("'until' ends a search: give 'search', its seconds at most, too")
+        return self
 
     @field_validator("start", mode="before")
     @classmethod
@@ -88,8 +96,9 @@ def refined(task: Task) -> Solution:
             for candidate in islice(few(refiner, first.q), None if options.start is None else 1):
                 lowest.see(candidate)
         if options.search is not None:
-            for candidate in search(refiner, lowest.state, options.seed):
-                lowest.see(candidate)
+            candidates = search(refiner, lowest.state, options.seed)
+            while not lowest.arrived(options.until):
+                lowest.see(next(candidates))
     except OutOfTime:
         pass
     except KeyboardInterrupt:
@@ -116,6 +125,10 @@ class _Lowest:
         self.stationary = self.interrupted = False
         self.history: list[Refinement] = []
         self.candidates = 0
+
+    def arrived(self, until: float | None) -> bool:
+        """Whether the state is as low as was asked for."""
+        return until is not None and self.state is not None and self.state.load_factor <= until
 
     def see(self, candidate: Candidate) -> None:
         """Keep a candidate's state if it is the lowest."""
@@ -159,8 +172,3 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Refiner) ->
     if task.options is not None and task.options.search is not None:
         solution.add(Code.SEARCHED, candidates=lowest.candidates, interrupted=lowest.interrupted)
     return solution
-
-
-REFINED = Method(
-    "refined", refined, RefinedOptions, {"pyomo": ("highs",)}, own_tolerances=True, constant_dilatancy=True
-)

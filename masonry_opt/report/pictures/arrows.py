@@ -125,8 +125,9 @@ def _draw_direction(axes: Axes, assembly: Assembly, forces: Forces, colour: str)
 def _quiver(axes: Axes, tail: np.ndarray, arrow: np.ndarray, colour: str, width: float) -> None:
     # What acts from outside may reach beyond the margin.
     points = np.concatenate([tail, tail + arrow])
-    (left, bottom), (right, top) = points.min(axis=0), points.max(axis=0)
     (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
+    pad = 0.015 * max(x1 - x0, y1 - y0)
+    (left, bottom), (right, top) = points.min(axis=0) - pad, points.max(axis=0) + pad
     axes.set_xlim(min(x0, left), max(x1, right))
     axes.set_ylim(min(y0, bottom), max(y1, top))
     axes.quiver(

@@ -32,8 +32,12 @@ Place = Callable[[int, np.ndarray], np.ndarray]
 #: Share of the scene's size that is left free round the movable blocks.
 MARGIN = 0.09
 
-#: Points: largest and smallest letters of block names, and their width over their height.
-_NAME, _LEAST_NAME, _LETTER = 8.0, 3.0, 0.62
+#: Points: largest and smallest letters of block names, the smallest where blocks are many; their width over
+#: their height.
+_NAME, _LEAST_NAME, _TINY_NAME, _LETTER = 8.0, 3.0, 1.0, 0.62
+
+#: More blocks are many: their names can be read where a picture is enlarged.
+_MANY = 200
 
 
 def at_rest(assembly: Assembly) -> Place:
@@ -131,6 +135,7 @@ def draw_names(axes: Axes, assembly: Assembly, place: Place) -> None:
     polygons, scene = assembly.geometry.polygons, assembly.scene
     (left, bottom), (right, top) = axes.transData.inverted().transform(axes.bbox.corners())[[0, 3]]
     points_per_unit = 72 / axes.figure.dpi * axes.bbox.width / (right - left)
+    least = _LEAST_NAME if len(scene.blocks) <= _MANY else _TINY_NAME
     for number, block in enumerate(scene.blocks):
         polygon = polygons[number]
         if block.fixed:  # of a support the part that is seen
@@ -145,19 +150,20 @@ def draw_names(axes: Axes, assembly: Assembly, place: Place) -> None:
         at = place(number, shapely.get_coordinates(middle))[0]
         wide, high = (east - west) * points_per_unit, (north - south) * points_per_unit
         fits = min(0.9 * wide / (_LETTER * len(block.name)), 0.45 * high, _NAME)
+        letters = max(fits, least)
         # Just above the middle, from where arrows of loads start.
         axes.annotate(
             printable(block.name),
             at,
             xytext=(0, 1),
             textcoords="offset points",
-            fontsize=max(fits, _LEAST_NAME),
+            fontsize=letters,
             ha="center",
             va="bottom",
             zorder=7,
             clip_on=True,
             parse_math=False,
-            path_effects=[withStroke(linewidth=1.2, foreground="white")],
+            path_effects=[withStroke(linewidth=0.15 * letters, foreground="white")],
         )
 
 

@@ -11,25 +11,17 @@ from plotly.subplots import make_subplots
 
 from masonry_opt.studies.compare.charts import Axis, Bars, Chart, Series
 
-#: Heights in pixels: of a chart with so many names, of a further name, and of a bar's row. On a narrow screen
-#: names stand one below another; of a chart too low for them they would cover the heading that follows.
-_HEIGHT, _NAMES, _NAME, _ROW = 540, 5, 20, 34
-
-_LEGEND = {
-    "orientation": "h",
-    "traceorder": "normal",
-    "xref": "container",
-    "x": 0,
-    "yref": "container",
-    "y": 0,
-    "yanchor": "bottom",
-}
+#: Heights in pixels: of a chart, and of a bar's row.
+_HEIGHT, _ROW = 440, 34
 
 
 def draw(chart: Chart | Bars) -> go.Figure:
     """The figure of a chart; of several panels one is shown, to be chosen from a list."""
     figure = _bars(chart) if isinstance(chart, Bars) else _panels(chart)
-    figure.update_layout(template="simple_white", legend=_LEGEND, margin={"l": 10, "r": 10, "t": 40})
+    # Its legend stands below it in the page.
+    figure.update_layout(
+        template="simple_white", showlegend=False, margin={"l": 10, "r": 10, "t": 40, "b": 10}
+    )
     figure.update_xaxes(automargin=True, showgrid=True)
     figure.update_yaxes(automargin=True)
     return figure
@@ -39,11 +31,8 @@ def _panels(chart: Chart) -> go.Figure:
     figure = go.Figure()
     panel_of: list[str] = []  # the panel of each trace
     for title, panel in chart.panels.items():
-        listed: set[str] = set()
         for series in panel:
-            trace = _trace(series).update(visible=not panel_of or title == panel_of[0])
-            figure.add_trace(trace.update(showlegend=series.name not in listed))
-            listed.add(series.name)
+            figure.add_trace(_trace(series).update(visible=not panel_of or title == panel_of[0]))
             panel_of.append(title)
     if chart.band is not None:
         band = {"fillcolor": "#EDEDED", "opacity": 1, "line_width": 0, "layer": "below"}
@@ -59,9 +48,7 @@ def _panels(chart: Chart) -> go.Figure:
         ]
         place = {"x": 0, "xanchor": "left", "y": 1.02, "yanchor": "bottom"}
         figure.update_layout(updatemenus=[{"buttons": buttons, **place}])
-    most = max(len({series.name for series in panel}) for panel in chart.panels.values())
-    height = _HEIGHT + _NAME * max(0, most - _NAMES)
-    figure.update_layout(height=height, xaxis=_axis(chart.x), yaxis=_axis(chart.y))
+    figure.update_layout(height=_HEIGHT, xaxis=_axis(chart.x), yaxis=_axis(chart.y))
     return figure
 
 
@@ -69,10 +56,9 @@ def _trace(series: Series) -> go.Scatter:
     modes = {"lines": series.line, "markers": series.marker, "text": series.letters}
     hover = [escape(text).replace("\n", "<br>") for text in series.hover]
     return go.Scatter(
-        x=[*series.x] or [math.nan],  # one without points would not be in the legend
-        y=[*series.y] or [math.nan],
+        x=[*series.x],
+        y=[*series.y],
         name=escape(series.name),
-        legendgroup=escape(series.name),
         mode="+".join(mode for mode, used in modes.items() if used),
         text=[*series.letters],
         textfont={"color": series.colour, "size": 14},
@@ -123,14 +109,13 @@ def _bars(chart: Bars) -> go.Figure:
             "array": [end - middle for end, middle in zip(high, median, strict=True)],
             "arrayminus": [middle - start for start, middle in zip(low, median, strict=True)],
         },
-        showlegend=False,
         row=1,
         col=2,
     )
     figure.update_layout(
         barmode="stack",
         barnorm="percent",
-        height=160 + _ROW * len(labels),
+        height=100 + _ROW * len(labels),
         xaxis={"title": "scenes", "tickvals": [0, 50], "ticktext": ["0", "50 %"]},
         xaxis2=_axis(chart.time) | {"tickfont": {"size": 10}},
         yaxis={"autorange": "reversed"},

@@ -24,6 +24,9 @@ FITTED_FROM = 50
 #: Certified Coulomb load factors of a scene that differ by more than this, relative, are told of.
 APART = 1e-2
 
+#: Certified load factors nearer than this, relative, are one answer: the quicker run gives it.
+SAME = 1e-6
+
 _PAIR = ["method", "model", "solver", "tolerance"]
 
 
@@ -84,6 +87,36 @@ def summary(
     columns += ["time", *medians[2:], "lp_solves", "nlp_solves", "iterations", "repeats", "joints", "blocks"]
     columns += ["equilibrium", "yield", "flow", "complementarity", "bound", "ended", "status", "kind"]
     return pd.DataFrame(lines)[[*columns, "message"]]
+
+
+def answers(frame: pd.DataFrame) -> pd.DataFrame:
+    """What each method says of each scene: one row of the summary for a scene and method.
+
+    Of the runs of a method, by solver and tolerance, the one with the best verdict; of certified ones the one
+    nearest to the certified bounds (associative λ) or with the lowest λ (Coulomb), to SAME; of these the
+    quickest. Further columns: ``runs`` of the method on the scene, ``alike``: those among them with the
+    same verdict, and ``gap``: the error, negative where λ is below the best exact state known; 0 up to
+    GAP_FLOOR.
+    """
+    lines = []
+    for _, group in frame.groupby(["scene", "method"], sort=False):
+        certified = group["verdict"] == CERTIFIED
+        distance = group["error"]
+        if group["question"].iloc[0] == COULOMB:
+            lowest = group["load_factor"][certified].min()
+            distance = (group["load_factor"] - lowest) / max(abs(lowest), SMALLEST)
+        order = pd.DataFrame(
+            {
+                "verdict": group["verdict"].map(VERDICTS.index),
+                "distance": distance.fillna(0.0).clip(lower=SAME).where(certified, 0.0),
+                "time": group["time"],
+            }
+        )
+        line = group.loc[order.sort_values([*order], kind="stable").index[0]]
+        alike = int((group["verdict"] == line["verdict"]).sum())
+        gap = 0.0 if line["error"] <= GAP_FLOOR else -line["error"] if line["below"] else line["error"]
+        lines.append(line.to_dict() | {"runs": len(group), "alike": alike, "gap": gap})
+    return pd.DataFrame(lines, columns=[*frame, "runs", "alike", "gap"])
 
 
 def pareto(frame: pd.DataFrame, cost: str = "time", error: str = "error") -> pd.DataFrame:

@@ -1,25 +1,18 @@
-"""Runs a function in a process of its own, within limits of time and memory, on one thread.
-
-The process is forked from a server that has imported the package and done nothing else (the standard
-library's "forkserver"): starting one takes milliseconds, where a new interpreter takes over a second.
-"""
+"""Runs a function in a process of its own, within limits of time and memory, on one core."""
 
 from __future__ import annotations
 
-import contextlib
-import multiprocessing
 import os
 import signal
-import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 from masonry_opt.errors import MasonryError
+from masonry_opt.studies.processes import start as start_process
 
 #: How a process can end.
 FINISHED, TIME_LIMIT, MEMORY_LIMIT, REFUSED, CRASHED, DIED = (
@@ -31,13 +24,8 @@ FINISHED, TIME_LIMIT, MEMORY_LIMIT, REFUSED, CRASHED, DIED = (
     "died",
 )
 
-#: Set before the server starts: libraries read them when they are imported.
-_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-
 #: Seconds between two looks at a process's memory.
 _LOOK = 0.02
-
-_CONTEXT = multiprocessing.get_context("forkserver")
 
 
 @dataclass(frozen=True)
@@ -71,13 +59,7 @@ def run_limited(
     time_limit: seconds after which the process is killed.
     memory_limit: MB of resident memory above which it is killed (where the system has /proc).
     """
-    os.environ.update(_ONE_THREAD)
-    _CONTEXT.set_forkserver_preload(["masonry_opt.studies.compare.worker"])
-    receiver, sender = _CONTEXT.Pipe(duplex=False)
-    process = _CONTEXT.Process(target=_call, args=(sender, function, arguments), daemon=True)
-    with _main_hidden():
-        process.start()
-    sender.close()
+    process, receiver = start_process(_call, (function, arguments), ["masonry_opt.studies.compare.worker"])
     start, peak = time.perf_counter(), 0.0
     try:
         while True:
@@ -98,18 +80,6 @@ def run_limited(
         process.kill()
         process.join()
         receiver.close()
-
-
-@contextlib.contextmanager
-def _main_hidden() -> Iterator[None]:
-    """Within it a new process imports nothing of the main program: a script without a main guard would
-    start its comparison again there."""
-    main = sys.modules["__main__"]
-    sys.modules["__main__"] = ModuleType("__main__")
-    try:
-        yield
-    finally:
-        sys.modules["__main__"] = main
 
 
 def _call(sender: Connection, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:

@@ -14,7 +14,9 @@ from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.charts import Bars, Chart
 from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
 from masonry_opt.studies.compare.judge import GAP_FLOOR, OUTSIDE, TARGET, VERDICTS
+from masonry_opt.studies.compare.legend import legend
 from masonry_opt.studies.compare.limits import RESIDUALS
+from masonry_opt.studies.compare.opening import opening
 from masonry_opt.studies.compare.text import number, reason_text
 from masonry_opt.studies.machine import machine, versions
 from masonry_opt.studies.page import NEEDED, render
@@ -62,6 +64,8 @@ _FORMATS = {
     **dict.fromkeys(("iterations", "lp_solves", "peak_memory", "blocks", "joints"), "{:.0f}"),
 }
 
+_NUMBERS = {*_FORMATS, *VERDICTS}
+
 
 def page(comparison: Comparison, charts: Sequence[Chart | Bars]) -> str:
     """The whole file.
@@ -74,46 +78,48 @@ def page(comparison: Comparison, charts: Sequence[Chart | Bars]) -> str:
     return render(
         "comparison.html",
         title="Comparison of methods and solvers",
-        scenes=len(comparison.scenes),
+        opening=opening(comparison),
         limits=comparison.limits,
         notes=comparison.notes,
         success=_table(frames.success(summary) if len(summary) else summary, _SUCCESS),
         runs=_table(summary.assign(why=[*map(reason_text, summary.to_dict("records"))]), _RUNS),
         charts=_drawn(charts),
         references=_references(comparison),
-        left_out={"columns": ["method", "model", "solver", "why"], "rows": left_out},
+        left_out={"columns": ["method", "model", "solver", "why"], "rows": left_out, "numbers": ()},
         residuals={
             "columns": ["", *RESIDUALS],
             "rows": [
                 [kind, *(f"{of.as_dict()[name]:g}" for name in RESIDUALS)] for kind, of in LIMITS.items()
             ],
+            "numbers": RESIDUALS,
         },
         outside=f"{OUTSIDE:g}",
         target={question: f"{error:g}" for question, error in TARGET.items()},
         gap_floor=f"{GAP_FLOOR:g}",
         repeated_below=f"{REPEATED_BELOW:g}",
-        about={"columns": ["", ""], "rows": [*about.items()]},
+        about={"columns": ["", ""], "rows": [*about.items()], "numbers": ()},
     )
 
 
-def _drawn(charts: Sequence[Chart | Bars]) -> list[dict[str, str]]:
+def _drawn(charts: Sequence[Chart | Bars]) -> list[dict[str, Any]]:
     try:
         from masonry_opt.studies.compare import draw_plotly
     except ImportError:
         raise OptionError(NEEDED) from None
-    drawn: list[dict[str, str]] = []
+    drawn: list[dict[str, Any]] = []
     for chart in charts:
         # Without its bar of buttons, which covers the charts on a narrow screen.
         config = {"displayModeBar": False, "responsive": True}
         html = draw_plotly.draw(chart).to_html(full_html=False, include_plotlyjs=not drawn, config=config)
-        drawn.append({"title": chart.title, "html": html, "notes": chart.notes})
+        drawn.append({"title": chart.title, "html": html, "notes": chart.notes, "legend": legend(chart)})
     return drawn
 
 
 def _table(frame: pd.DataFrame, columns: dict[str, str]) -> dict[str, Any]:
     """Headings and rows of text, of some of a frame's columns."""
     rows = [[_cell(name, row[name]) for name in columns] for row in frame.to_dict("records")]
-    return {"columns": [*columns.values()], "rows": rows}
+    numbers = {heading for name, heading in columns.items() if name in _NUMBERS}
+    return {"columns": [*columns.values()], "rows": rows, "numbers": numbers}
 
 
 def _cell(name: str, value: Any) -> str:
@@ -143,7 +149,7 @@ def _references(comparison: Comparison) -> dict[str, Any]:
     bounded = ["associative λ, at least", "at most", "certified to"]
     coulomb = ["lowest exact Coulomb λ", "found by", f"runs more than {frames.APART:.0%} apart in Coulomb λ"]
     columns = ["scene", "title", *bounded, *coulomb, "known by hand"]
-    return {"columns": columns, "rows": rows}
+    return {"columns": columns, "rows": rows, "numbers": {*bounded[:2], coulomb[0]}}
 
 
 def _ends(apart: Mapping[Any, Any]) -> str:

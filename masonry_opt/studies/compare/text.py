@@ -12,10 +12,14 @@ from masonry_opt.studies.compare.limits import residuals_over_limit
 from masonry_opt.studies.compare.measure import FINISHED
 
 
-def reason_text(row: Mapping[Any, Any]) -> str:
-    """Why a row of the summary (see :func:`~.frames.summary`) has its verdict; "" if it is certified."""
-    said = str(row["status"] if row["ended"] == FINISHED else row["ended"])
-    said += f": {row['message']}" if row["message"] else ""
+def reason_text(row: Mapping[Any, Any], brief: bool = False) -> str:
+    """Why a row of the summary (see :func:`~.frames.summary`) has its verdict; "" if it is certified.
+
+    ``brief``: of an analysis that ended by itself the status alone, without the message that explains it.
+    """
+    finished = row["ended"] == FINISHED
+    said = str(row["status"] if finished else row["ended"])
+    said += f": {row['message']}" if row["message"] and not (brief and finished) else ""
     match row["reason"]:
         case VerdictReason.NONE:
             return ""

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
+import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.markup import escape
-from rich.status import Status
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from masonry_opt.report.terminal import print_text
 from masonry_opt.solvers.registry import find_entry
@@ -45,8 +47,8 @@ def reproduce(
     open_folder(out)
     for name in names:
         start = time.perf_counter()
-        with errors.status(name) as status:
-            report = EXAMPLES[name].run(folder, _progress_line(status, name))
+        with _progress(errors, name) as progress:
+            report = EXAMPLES[name].run(folder, progress)
             seconds = time.perf_counter() - start
             page = write_report(out, name, report, seconds)[-1]
         # Each example is printed and on disk before the next begins: an interrupt loses one at most.
@@ -57,5 +59,16 @@ def reproduce(
         raise typer.Exit(1)
 
 
-def _progress_line(status: Status, name: str) -> ProgressLine:
-    return lambda line: status.update(escape(f"{name}: {line}"))
+@contextlib.contextmanager
+def _progress(console: Console, name: str) -> Iterator[ProgressLine]:
+    """What is being done and for how long: on a terminal one line that changes, else a line for each part."""
+    if not console.is_terminal:
+        start = time.perf_counter()
+        yield lambda line: print(
+            f"{name}, {time.perf_counter() - start:.0f} s: {line}", file=sys.stderr, flush=True
+        )
+        return
+    columns = SpinnerColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False)
+    with Progress(*columns, console=console, transient=True) as shown:
+        task = shown.add_task(name, total=None)
+        yield lambda line: shown.update(task, description=f"{name}: {line}")

@@ -25,7 +25,14 @@ from masonry_opt.report.pictures.mechanism import draw_mechanism, legend_handles
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.cases import open_case, with_joints
 from masonry_opt.studies.palette import COLOURS
-from masonry_opt.studies.paper.example import ProgressLine, PublishedValue, Report, load_factor_text, or_nan
+from masonry_opt.studies.paper.example import (
+    Basis,
+    ProgressLine,
+    PublishedValue,
+    Report,
+    load_factor_text,
+    or_nan,
+)
 from masonry_opt.studies.paper.table1 import wall_file
 from masonry_opt.studies.paper.two_blocks import TWO_BLOCKS
 
@@ -169,6 +176,7 @@ def _ends(
                 _SOURCE,
                 tolerance=None if exempt else _LOOP,
                 cause=_UNLOADED if exempt else "",
+                basis=Basis.COMPUTED,
             )
         )
     return found

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from enum import StrEnum
 
 import pandas as pd
 from matplotlib.figure import Figure
@@ -15,13 +16,26 @@ ProgressLine = Callable[[str], None]
 
 #: What the column of differences holds.
 DIFFERENCE_NOTE = (
-    "diff %: relative to the published value, or the nearer end of its interval; – where that is 0"
+    "diff %: relative to the value before ours, or the nearer end of its interval; – where that is 0"
 )
+
+
+class Basis(StrEnum):
+    """Where a value comes from that ours is held against; the heading of its column."""
+
+    PUBLISHED = "published"
+    BY_HAND = "derived by hand"
+    COMPUTED = "computed apart"
+    DEMANDED = "demanded"
+
+
+#: How the sources of case files begin whose values were published nowhere.
+_NOT_PUBLISHED = {"by hand": Basis.BY_HAND, "by an independent": Basis.COMPUTED}
 
 
 @dataclass(frozen=True)
 class PublishedValue:
-    """A published value beside ours.
+    """A published value, or one known otherwise, beside ours.
 
     Attributes
     ----------
@@ -29,6 +43,7 @@ class PublishedValue:
     published: the value, or the interval it lies in.
     computed: ours; None if there is none.
     source: where the value was published, or the closed form it comes from.
+    basis: whether it was published at all.
     tolerance: relative difference that is no miss (absolute if the published value is 0); None if nothing is
         demanded.
     cause: why ours is likely to differ, where it does.
@@ -42,6 +57,7 @@ class PublishedValue:
     tolerance: float | None = None
     cause: str = ""
     may_be_lower: bool = False
+    basis: Basis = Basis.PUBLISHED
 
     @property
     def difference(self) -> float:
@@ -70,14 +86,14 @@ class PublishedValue:
             off = f", off by {scale * self.difference / (abs(self._nearest) or 1.0):+.3g}{unit}"
         allowed = f" (tolerance {scale * self.tolerance:.2g}{unit})" if self.missed and self.tolerance else ""
         cause = f": {self.cause}" if self.cause else ""
-        return f"{self.what}: {ours}, published {self._published_text}{off}{allowed}{cause}"
+        return f"{self.what}: {ours}, {self.basis} {self._published_text}{off}{allowed}{cause}"
 
     def as_row(self) -> dict[str, object]:
-        """The row of a table of published values beside ours."""
+        """The row of a table of such values beside ours: a column a basis, a dash in all but its own."""
         return {
             "what": self.what,
-            "published": self._published_text,
-            "computed": "–" if self.computed is None else f"{self.computed:.7g}",
+            **{basis: self._published_text if basis is self.basis else "–" for basis in Basis},
+            "ours": "–" if self.computed is None else f"{self.computed:.7g}",
             "diff %": 100 * self.relative_difference,
             "source": self.source,
         }
@@ -103,7 +119,7 @@ class Report:
 
     Attributes
     ----------
-    published_values: published values beside ours.
+    published_values: published values, and others known, beside ours.
     tables: frames by file stem.
     figures: pictures by file stem.
     captions: what a table or figure shows, by file stem.
@@ -121,8 +137,10 @@ class Report:
 
     @property
     def published_table(self) -> pd.DataFrame:
-        """One row for each published value."""
-        return pd.DataFrame([value.as_row() for value in self.published_values])
+        """One row for each published value; no column for a basis that none has."""
+        table = pd.DataFrame([value.as_row() for value in self.published_values])
+        known = {value.basis for value in self.published_values}
+        return table.drop(columns=[basis for basis in Basis if basis not in known], errors="ignore")
 
     @property
     def missed(self) -> list[str]:
@@ -143,7 +161,10 @@ def published_value(
     known = scene.reference[reference]
     # One state of many, or the lowest that is known: a lower one is no miss.
     lower = reference in ("mcp", "refined")
-    return PublishedValue(what, known.value, computed, known.source, known.tolerance, cause, lower)
+    basis = next(
+        (b for start, b in _NOT_PUBLISHED.items() if known.source.startswith(start)), Basis.PUBLISHED
+    )
+    return PublishedValue(what, known.value, computed, known.source, known.tolerance, cause, lower, basis)
 
 
 def against_reference(

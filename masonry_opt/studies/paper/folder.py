@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 import re
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from masonry_opt.studies.paper.example import DIFFERENCE_NOTE, Report
 from masonry_opt.studies.paper.registry import EXAMPLES
 
 #: Of the records that the index page is made from.
-_FORMAT = "masonry_opt reproduced example, 2"
+_FORMAT = "masonry_opt reproduced example, 3"
 
 
 def open_folder(folder: Path) -> None:
@@ -78,7 +79,7 @@ def _record(report: Report, seconds: float) -> dict[str, Any]:
     return {
         "format": _FORMAT,
         "seconds": round(seconds, 2),
-        "published": _table(report.published_table),
+        "published": _table(report.published_table, texts=("what", "source")),
         "missed": [row for row, value in enumerate(report.published_values) if value.missed],
         "tables": {stem: _table(frame) for stem, frame in report.tables.items()},
         "figures": list(report.figures),
@@ -89,8 +90,11 @@ def _record(report: Report, seconds: float) -> dict[str, Any]:
     }
 
 
-def _table(frame: pd.DataFrame) -> dict[str, Any]:
-    """The columns, and whether they hold numbers alone, and the rows as shown."""
+def _table(frame: pd.DataFrame, texts: Collection[str] | None = None) -> dict[str, Any]:
+    """The columns, and whether they hold numbers, and the rows as shown.
+
+    ``texts``: the columns that hold none; where they are not named the cells tell.
+    """
     names = [*map(str, frame.columns)]
     records = frame.to_dict("records")
     rows = [
@@ -98,7 +102,11 @@ def _table(frame: pd.DataFrame) -> dict[str, Any]:
         for record in records
     ]
     columns = [
-        {"name": name, "number": all(_is_number(row[at]) for row in rows)} for at, name in enumerate(names)
+        {
+            "name": name,
+            "number": all(_is_number(row[at]) for row in rows) if texts is None else name not in texts,
+        }
+        for at, name in enumerate(names)
     ]
     return {"columns": columns, "rows": rows}
 

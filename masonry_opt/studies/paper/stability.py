@@ -20,7 +20,7 @@ from masonry_opt.studies.atlas.maps import (
     safe_region,
     with_remedies,
 )
-from masonry_opt.studies.paper.example import ProgressLine, PublishedValue, Report, or_nan
+from masonry_opt.studies.paper.example import Basis, ProgressLine, PublishedValue, Report, or_nan
 
 _MESSAGE = 90
 
@@ -68,6 +68,7 @@ def _shares(report: Report, runs: pd.DataFrame) -> None:
             computed=float(certified.mean()),
             source="demanded",
             tolerance=0.0,
+            basis=Basis.DEMANDED,
         )
     )
     report.differences += [

@@ -22,12 +22,17 @@ from masonry_opt.studies.paper.example import (
     published_value,
     reference_number,
 )
+from masonry_opt.studies.processes import in_processes
 
 WALLS = (1, 2, 3, 4, 5, 6)
 
-#: Search for lower states: by this seed walls 5 and 6 come to the lowest known within 4 s (of ten seeds all
-#: do on wall 5, six on wall 6 within 10 s, the others end 0.02 % above).
-SEARCH: dict[str, Any] = {"search": 10.0, "seed": 8}
+#: Of searches for lower states: by this seed walls 5 and 6 come to the lowest known within 4 s (of ten seeds
+#: all do on wall 5, six on wall 6 within 10 s, the others end 0.02 % above).
+SEED = 8
+
+#: Seconds of a search at most. It ends where the lowest state known is reached, so that the table is the same
+#: on a slow machine and a busy one.
+_SEARCH = 120.0
 
 #: Columns of the table: method, options, and the reference of the case file they are held against.
 _RUNS: dict[str, tuple[str, dict[str, Any], str]] = {
@@ -36,8 +41,9 @@ _RUNS: dict[str, tuple[str, dict[str, Any], str]] = {
     "loop": ("nonassociative", {}, "nonassociative"),
     "mcp": ("mcp", {}, "mcp"),
     "mpec": ("mpec", {}, "mpec"),
-    "refined": ("refined", SEARCH, "refined"),
+    "refined": ("refined", {"search": _SEARCH, "seed": SEED}, "refined"),
 }
+
 _WITH_RESIDUALS = ("loop", "mcp", "mpec", "refined")
 
 #: Half a unit in the last of the five digits published.
@@ -59,19 +65,19 @@ def table1(cases: Path, progress: ProgressLine = lambda _: None, walls: Sequence
     report = Report(
         captions={
             "table1": "Table 1: load factors. CVXPY with Clarabel, Pyomo with HiGHS: associative; "
-            "loop diff %, mcp diff %: against the paper's loop, and the published MCP",
+            "loop diff %, mcp diff %: against the paper's loop, and the published MCP; refined: by a "
+            "search that ends at the lowest state known",
             "table1_residuals": "Table 1: certificate and cost. equilibrium: over the total weight; "
             "yield: in median block weights; flow: over the largest velocity; complementarity: in units "
             "of λ. Published times are of other machines",
         }
     )
+    scenes = {number: open_case(cases, wall_file(number)) for number in walls}
+    solved = _solved(scenes, progress)
     factors, residuals = [], []
-    for number in walls:
-        scene = open_case(cases, wall_file(number))
-        results = {}
-        for name, (method, options, reference) in _RUNS.items():
-            progress(f"wall {number}: {name}")
-            results[name] = solve(scene, method, **options)
+    for number, scene in scenes.items():
+        results = solved[number]
+        for name, (_, _, reference) in _RUNS.items():
             what = f"wall {number} ({results[name].model}, {results[name].solver})"
             cause = _another_state(scene, results[name]) if name == "mcp" else ""
             report.published_values.append(against_reference(scene, reference, results[name], what, cause))
@@ -80,6 +86,30 @@ def table1(cases: Path, progress: ProgressLine = lambda _: None, walls: Sequence
         residuals += [_residual_row(number, scene, name, results[name]) for name in _WITH_RESIDUALS]
     report.tables = {"table1": pd.DataFrame(factors), "table1_residuals": pd.DataFrame(residuals)}
     return report
+
+
+def _solved(scenes: dict[int, Scene], progress: ProgressLine) -> dict[int, dict[str, Result]]:
+    """Every column of every wall, each in a process of its own, what takes longest first."""
+    names = sorted(_RUNS, key=lambda name: name != "mpec")
+    parts = [(number, name) for name in names for number in sorted(scenes, reverse=True)]
+    arguments = []
+    for number, name in parts:
+        method, options, reference = _RUNS[name]
+        if method == "refined":
+            known = scenes[number].reference[reference]
+            options = {**options, "until": known.value * (1 + (known.tolerance or 0.0))}
+        arguments.append((scenes[number], method, options))
+    progress(f"{len(parts)} solves")
+    solved: dict[int, dict[str, Result]] = {number: {} for number in scenes}
+    for done, (index, result) in enumerate(in_processes(_solve, arguments), start=1):
+        number, name = parts[index]
+        solved[number][name] = result
+        progress(f"wall {number}: {name}: done, {done} of {len(parts)}")
+    return solved
+
+
+def _solve(scene: Scene, method: str, options: dict[str, Any]) -> Result:
+    return solve(scene, method, **options)
 
 
 def counts(scene: Scene, result: Result, what: str) -> list[PublishedValue]:

@@ -13,7 +13,11 @@ def report_text(title: str, report: Report) -> str:
     """An example's published values, tables, remarks, and what does not come out."""
     parts = [f"{title}\n{'=' * len(title)}"]
     if report.published_values:
-        parts.append(frame_text(report.published_table, f"published values beside ours ({DIFFERENCE_NOTE})"))
+        parts.append(
+            frame_text(
+                report.published_table, f"published and other known values beside ours ({DIFFERENCE_NOTE})"
+            )
+        )
     for stem, frame in report.tables.items():
         caption = report.captions.get(stem, stem)
         long = len(frame) > _MOST_ROWS

@@ -1,0 +1,228 @@
+"""A result in plain words, and its technical lines: what ``print`` and the command show."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from masonry_opt.answer.acceptance import LIMITS, Kind
+from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.result import Result
+from masonry_opt.answer.status import Status
+from masonry_opt.errors import printable
+from masonry_opt.explain.sentences import numeral, sentences
+from masonry_opt.explain.stressed_joints import stressed_joints
+from masonry_opt.report.motion import joint_motion, moving_blocks
+
+#: Percent of λ below which dilatancy adds nothing that can be told from rounding.
+_NOTHING = 1e-4
+
+#: What is known of lower states; said in place of what is said of all others.
+_BOUNDS = (
+    Code.PROVEN,
+    Code.WITHIN_IMPOSED,
+    Code.CLOSED_BY_SEARCH,
+    Code.TOUCHES_IMPOSED,
+    Code.OUT_OF_TIME,
+    Code.OUT_OF_TIME_WITHIN_IMPOSED,
+)
+
+#: What was tried, which says nothing of the scene.
+_TRIED = (Code.PASS_LOST, Code.LOOP_TOOK_OVER, Code.BEGAN_AGAIN)
+
+#: Width of the labels.
+_LABEL = 16
+
+
+def summary_text(result: Result) -> str:
+    """What falls, at what load, how sure that is, and what looks unintended."""
+    return _text([*_plain(result), *_warnings(result)])
+
+
+def details_text(result: Result) -> str:
+    """The same, with how it was found: residuals, programs, solvers, times."""
+    return _text([*_plain(result), *_technical(result), *_warnings(result)])
+
+
+def _text(lines: list[str]) -> str:
+    return printable("\n".join(lines))
+
+
+def _labelled(lines: dict[str, str]) -> list[str]:
+    """A line each; further lines of one under its first."""
+    between = "\n" + " " * (_LABEL + 1)
+    return [f"{name:<{_LABEL}} {value.replace(chr(10), between)}" for name, value in lines.items() if value]
+
+
+def _plain(result: Result) -> list[str]:
+    size, gaps = result.size, result.assembly.joints.near_misses
+    facts = {
+        "why": _why(result),
+        "falls" if result.status is Status.UNSTABLE else "moves": _mechanism(result),
+        "how sure": _certainty(result),
+        "dilatancy": _dilatancy(result),
+        "not credible": _stressed(result),
+        "reference": _reference(result),
+        "gaps": size.left_out[-1] if gaps else "",  # where there are any they are said last
+    }
+    count = f"{size.blocks} block{_s(size.blocks)}, {size.joints} joint{_s(size.joints)}"
+    return [f"{result.case}: {count}", _headline(result), *_labelled(facts)]
+
+
+def _warnings(result: Result) -> list[str]:
+    return [f"warning: {sentence}" for sentence in result.warning_sentences]
+
+
+def _why(result: Result) -> str:
+    """Why there is no load factor, without what was tried."""
+    if result.status.usable:
+        return ""
+    told = [reason for reason in result.reasons if reason.code not in _TRIED] or result.reasons
+    return "\n".join(dict.fromkeys(sentences(told)))
+
+
+def _headline(result: Result) -> str:
+    """At what load the scene collapses, or how it ended without one."""
+    if result.load_factor is None:
+        return f"no load factor: {result.status}"
+    factor = numeral(result.load_factor, ".7f")
+    if result.tilt_angle is not None:
+        side = result.assembly.scene.tilt
+        return f"falls to the {side} when the ground is tilted by {result.tilt_angle:.4f}° (λ = {factor})"
+    return f"collapses when the live load is multiplied by λ = {factor}"
+
+
+def _mechanism(result: Result) -> str:
+    """How many blocks move, and what the joints do."""
+    if result.solution.d is None:
+        return ""
+    motion, moving = joint_motion(result), int(moving_blocks(result).sum())
+    counts = {
+        "slide": motion.slides,
+        "hinge": motion.hinges,
+        "separate": motion.separates,
+        "crush": motion.crushes,
+    }
+    done = [(int(joints.sum()), verb) for verb, joints in counts.items()]
+    said = [f"{count} {verb}{'s' if count == 1 else ''}" for count, verb in done if count]
+    joints = f"; of the joints {', '.join(said)}" if said else ""
+    return f"{moving} of {result.size.blocks} block{_s(result.size.blocks)}{joints}"
+
+
+def _certainty(result: Result) -> str:
+    """Whether the answer is an exact state, and whether lower ones may exist."""
+    if result.load_factor is None:
+        return ""
+    if any(reason.code is Code.PROVEN for reason in result.reasons):
+        return "exact, and proven: no state is lower"
+    problem = result.assembly.problem
+    associative = np.array_equal(problem.dilatancy, problem.friction)
+    if associative and not problem.dilatancy_depends_on_stress and result.kind is Kind.ASSOCIATIVE:
+        return "exact: these joints dilate as they slide, so no state is lower"
+    if result.kind is Kind.ASSOCIATIVE and not result.exact:
+        return (
+            "an upper bound, for joints that open as they slide: those that do not may collapse sooner "
+            "(method 'mcp' tells)"
+        )
+    state = "an exact state" if result.exact else f"exact but for {_left(result)}"
+    if bounds := [reason for reason in result.reasons if reason.code in _BOUNDS]:
+        return "; ".join([state, *sentences(bounds)])
+    searched = next((reason for reason in result.reasons if reason.code is Code.SEARCHED), None)
+    if searched:
+        return f"{state}, {sentences([searched])[0]}; lower ones may exist"
+    return f"{state}; lower ones may exist (method 'refined' with search=10 looks for them)"
+
+
+def _left(result: Result) -> str:
+    """Residuals above what an exact state may leave."""
+    left = result.certificate.as_dict() if result.certificate else {}
+    above = LIMITS[Kind.EXACT].failing(left)
+    named = ", ".join(f"{name} {value:.1e}" for name, value in above.items())
+    return f"what its certificate leaves ({named})" if named else "what its certificate leaves"
+
+
+def _dilatancy(result: Result) -> str:
+    """What dilatancy would add to a Coulomb answer."""
+    if result.associative is None or result.load_factor is None or result.kind is Kind.ASSOCIATIVE:
+        return ""
+    value = numeral(result.associative, ".7f")
+    if not result.load_factor:
+        return f"joints that open as they slide would carry λ = {value}"
+    adds = 100 * (result.associative / result.load_factor - 1)
+    if adds <= _NOTHING:
+        return "none needed: joints that open as they slide would carry no more"
+    return f"joints that open as they slide would carry {adds:.3g} % more (associative λ = {value})"
+
+
+def _stressed(result: Result) -> str:
+    """What an associative answer owes to joints too highly stressed to dilate, by the scene's own law."""
+    has_law = np.isfinite(result.assembly.problem.dilatancy_force[:, 1]).any()
+    if not has_law or result.load_factor is None or result.kind is not Kind.ASSOCIATIVE:
+        return ""
+    stressed = stressed_joints(result)
+    if stressed.empty:
+        return ""
+    worst = max(stressed.to_dict("records"), key=lambda joint: joint["stress"])
+    return (
+        f"dilatancy of {len(stressed)} sliding joint{_s(len(stressed))}, with "
+        f"{stressed['energy'].sum():.3g} of λ: stressed "
+        f"above 'dilatancy_stress', most in {worst['first']!r}–{worst['second']!r} ({worst['stress']:.3g})"
+    )
+
+
+def _reference(result: Result) -> str:
+    """The case file's own reference value for the method, and how far the result is from it.
+
+    Where none is known of the complementarity problem the loop's serves: both answer for Coulomb's joints.
+    """
+    names = {"static": ["associative"], "kinematic": ["associative"], "mcp": ["mcp", "nonassociative"]}
+    known = result.assembly.scene.reference
+    name = next((name for name in names.get(result.method, [result.method]) if name in known), None)
+    if name is None:
+        return ""
+    reference = known[name]
+    off = ""
+    if result.load_factor is not None and reference.value:
+        off = f", here {numeral(100 * (result.load_factor / reference.value - 1), '+.3f')} %"
+    return f"{reference.value} ({reference.source}){off}"
+
+
+def _technical(result: Result) -> list[str]:
+    size = result.size
+    certificate = result.certificate.as_dict() if result.certificate else {}
+    return _labelled(
+        {
+            "method": f"{result.method} ({result.model}, {result.solver})",
+            "status": f"{result.status}{': ' + result.message if result.message else ''}",
+            "range": _range(result),
+            "certificate": "   ".join(f"{name} {value:.1e}" for name, value in certificate.items()),
+            "existence": str(result.infeasibility.existence) if result.infeasibility else "",
+            "programs": _programs(result),
+            "largest program": ""
+            if size.rows is None
+            else f"{size.rows} rows, {size.columns} columns, {size.nonzeros} non-zeros",
+            "solvers": "   ".join(f"{what}: {', '.join(names)}" for what, names in result.solvers.items()),
+            "seconds": "   ".join(f"{part} {value:.3f}" for part, value in result.seconds.items()),
+            "not modelled": "\n".join(size.left_out),
+        }
+    )
+
+
+def _range(result: Result) -> str:
+    """Between what the least load factor lies, where more is known than the answer itself."""
+    lower, upper = result.range
+    if result.kind is Kind.ASSOCIATIVE or (lower is None and result.load_factor is not None):
+        return ""
+    if upper is None:
+        return ""
+    return f"{'' if lower is None else numeral(lower, '.7f') + ' ≤ '}λ ≤ {numeral(upper, '.7f')}"
+
+
+def _programs(result: Result) -> str:
+    if not result.lp_solves and not result.nlp_solves:
+        return f"none: {result.iterations} Newton steps" if result.iterations else ""
+    nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""
+    return f"{result.lp_solves} linear{nonlinear} ({result.iterations} solver iterations)"
+
+
+def _s(count: int) -> str:
+    return "" if count == 1 else "s"

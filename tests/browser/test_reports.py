@@ -1,0 +1,137 @@
+"""The pages of `compare` and `reproduce` as a browser lays them out: on a desk, and on a telephone."""
+
+from __future__ import annotations
+
+import math
+
+import pandas as pd
+import pytest
+from comparisons import made_up
+
+from masonry_opt.studies.compare.charts import charts
+from masonry_opt.studies.compare.page import page
+from masonry_opt.studies.paper.example import Basis, PublishedValue, Report
+from masonry_opt.studies.paper.folder import write_report
+
+WIDTHS = (1280, 400)
+
+#: Boxes, in pixels of the page: left, top, right, bottom of every element that a selector finds.
+_BOXES = """return [...document.querySelectorAll(arguments[0])].map(element => {
+  const box = element.getBoundingClientRect();
+  return [box.left, box.top + scrollY, box.right, box.bottom + scrollY];
+});"""
+
+#: Of every table's columns the heading, and each alignment that a cell of it has.
+_ALIGNMENTS = """return [...document.querySelectorAll('table')].map(table =>
+  [...table.tHead.rows[0].cells].map((head, at) => [head.textContent, ...new Set(
+    [...table.rows].filter(row => row.cells[at]).map(row => getComputedStyle(row.cells[at]).textAlign))]));"""
+
+
+@pytest.fixture(scope="module")
+def comparison_page(tmp_path_factory):
+    """What the page says beside its charts."""
+    path = tmp_path_factory.mktemp("compare") / "report.html"
+    path.write_text(page(made_up(), []), "utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def charts_page(tmp_path_factory):
+    path = tmp_path_factory.mktemp("charts") / "report.html"
+    comparison = made_up()
+    path.write_text(page(comparison, charts(comparison.summary)), "utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def reproduced_page(tmp_path_factory):
+    """Long words, many columns, and values of every basis; a table whose columns mix numbers and none."""
+    folder = tmp_path_factory.mktemp("reproduce")
+    source = "by an independent computation, https://example.org/" + "a-very-long-address-" * 8
+    values = [
+        PublishedValue(f"λ of the {basis} example", 1.5, 1.6, source, tolerance=1e-3, basis=basis)
+        for basis in Basis
+    ]
+    values.append(PublishedValue("share of energy in sliding", 0.0, 1e-9, "0.25", tolerance=1e-3))
+    wide = pd.DataFrame({f"column {at}": [1.5, math.nan, -2.0] for at in range(20)})
+    table = wide.assign(status=["9", "unstable under dead load", "–"])
+    report = Report(values, tables={"fig8_wide": table}, captions={"fig8_wide": "a wide table"})
+    write_report(folder, "fig8", report, 1.0)
+    return folder / "index.html"
+
+
+def overflow(browser):
+    """By how many pixels the page is wider than the window."""
+    return browser.execute_script(
+        "const page = document.documentElement; return page.scrollWidth - page.clientWidth"
+    )
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_the_comparison(browser, comparison_page, width):
+    """No sideways scrolling, not even of the first table; λ on the first screen; thumbnails drawn."""
+    chromium = browser(width)
+    chromium.get(comparison_page.as_uri())
+    assert overflow(chromium) <= 0
+    values = chromium.execute_script(
+        "return [...document.querySelectorAll('#answers b')].map(b => b.innerText)"
+    )
+    assert values[:3] == ["50 × 100", "0.25000", "0.15000"]
+    left, top, right, bottom = chromium.execute_script(_BOXES, "#answers b")[1]
+    assert 0 <= left < right <= width
+    assert 0 <= top < bottom <= 900
+    boxes = chromium.execute_script(_BOXES, "#answers td")
+    assert max(right for _, _, right, _ in boxes) <= width
+    (ground, blocks, *_) = chromium.execute_script(_BOXES, "#answers path")
+    assert blocks[2] - blocks[0] > 50
+    assert ground[3] >= blocks[3] - 2  # what stands, stands on it
+    first, definitions = (chromium.execute_script(_BOXES, part)[0] for part in ("#answers", "dl"))
+    assert first[3] < definitions[1]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", WIDTHS)
+def test_legends_stand_below_their_charts(browser, charts_page, width):
+    chromium = browser(width)
+    chromium.get(charts_page.as_uri())
+    assert overflow(chromium) <= 0
+    assert chromium.execute_script("return document.querySelector('.js-plotly-plot .legend')") is None
+    plots, legends = (
+        chromium.execute_script(_BOXES, f"figure {part}") for part in (".js-plotly-plot", "ul.legend")
+    )
+    assert len(plots) == len(legends) > 4
+    for plot, legend in zip(plots, legends, strict=True):
+        assert plot[3] - plot[1] > 100
+        assert legend[1] >= plot[3]
+        assert legend[2] <= width
+    assert [line for line in chromium.get_log("browser") if line["level"] == "SEVERE"] == []
+
+
+@pytest.mark.slow
+def test_a_name_of_a_legend_fades_its_marks(browser, charts_page):
+    chromium = browser(1280)
+    chromium.get(charts_page.as_uri())
+    faded = "return document.querySelectorAll('.js-plotly-plot')[1].data.map(trace => trace.opacity)"
+    click = "document.querySelectorAll('figure')[1].querySelector('.legend button').click()"
+    assert chromium.execute_script(faded)[0] in (None, 1)
+    chromium.execute_script(click)
+    assert chromium.execute_script(faded)[0] < 0.5
+    chromium.execute_script(click)
+    assert chromium.execute_script(faded)[0] == 1
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_the_papers_examples(browser, reproduced_page, width):
+    """No sideways scrolling, and one alignment a column, its heading's too."""
+    chromium = browser(width)
+    chromium.get(reproduced_page.as_uri())
+    assert overflow(chromium) <= 0
+    tables = chromium.execute_script(_ALIGNMENTS)
+    assert len(tables) == 3
+    for columns in tables:
+        assert {len(column) for column in columns} == {2}
+    alignment = dict(tables[1])
+    assert (alignment["what"], alignment["source"]) == ("left", "left")
+    assert {alignment[basis] for basis in Basis} | {alignment["ours"], alignment["diff %"]} == {"right"}
+    assert dict(tables[2])["status"] == "left"
+    assert dict(tables[2])["column 0"] == "right"

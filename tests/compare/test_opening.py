@@ -1,0 +1,157 @@
+"""What the comparison's page opens with: the frames' numbers, reasons, pictures; the order of its parts."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import shapely
+from comparisons import BLOCKS, NAMES, WALL, made_up
+from scenes import CASES, two_blocks
+
+import masonry_opt as mo
+from masonry_opt.studies.compare import frames
+from masonry_opt.studies.compare.charts import charts
+from masonry_opt.studies.compare.comparison import Comparison
+from masonry_opt.studies.compare.legend import legend
+from masonry_opt.studies.compare.opening import Cell, opening
+from masonry_opt.studies.compare.page import page
+from masonry_opt.studies.compare.thumbnail import thumbnail
+
+
+@pytest.fixture(scope="module")
+def comparison() -> Comparison:
+    return made_up()
+
+
+def cells(comparison: Comparison) -> dict[tuple[str, str], Cell]:
+    """By scene and column."""
+    table = opening(comparison)
+    return {
+        (row.scene, column): cell
+        for row in table.rows
+        for column, cell in zip(table.columns, row.cells, strict=True)
+    }
+
+
+def test_load_factors_are_those_of_the_frames(comparison):
+    shown = cells(comparison)
+    known = comparison.summary[comparison.summary["verdict"] == "certified"]
+    lowest = known.groupby(["scene", "method"])["load_factor"].min()
+    assert {method for _, method in lowest.index} == {"static", "nonassociative", "mcp"}
+    for (scene, method), load_factor in lowest.items():
+        question = "associative" if method == "static" else "Coulomb"
+        assert float(shown[scene, f"{question} λ, {method}"].value) == pytest.approx(load_factor, rel=5e-5)
+    assert shown[BLOCKS, "lowest Coulomb λ known"] == Cell("0.15000", ("by hand",))
+    assert shown[BLOCKS, "b × c"].value == "50 × 100"
+
+
+def test_gap_time_and_spread_stand_below(comparison):
+    """0.153 is 2 % above 0.15, in Clarabel's 2.5 s; HiGHS ends at 1.02 times 0.153, 4.04 % above."""
+    shown = cells(comparison)
+    assert shown[BLOCKS, "Coulomb λ, nonassociative"].notes == ("gap +2 %", "2.5 s")
+    assert shown[BLOCKS, "Coulomb λ, mcp"].notes == ("gap 0 %", "0.5 s")
+    column = "spread of Coulomb λ, if over 1 %"
+    assert shown[BLOCKS, column] == Cell("4.0 %", ("0.15000 to 0.15606",))
+    assert shown[WALL, column].value == "–"
+
+
+def test_what_is_no_answer_says_why(comparison):
+    shown = cells(comparison)
+    looks = {
+        (BLOCKS, "refined"): ("wrong", "flow"),
+        (WALL, "nonassociative"): ("failed", "time limit"),
+        (WALL, "mcp"): ("named", "unstable under dead load"),
+        (WALL, "refined"): ("wrong", "0.63898"),
+    }
+    for (scene, method), (look, word) in looks.items():
+        cell = shown[scene, f"Coulomb λ, {method}"]
+        assert cell.look == look
+        assert word in cell.notes[0]
+        assert len(cell.notes[0]) < 100  # the message that explains the status is not repeated here
+        assert not re.fullmatch(r"[\d.]+", cell.value)
+
+
+def test_without_an_associative_method_the_bounds_tell(comparison):
+    plan = comparison.plan
+    coulomb = tuple(pair for pair in plan.pairs if pair.method == "mcp")
+    part = comparison.summary[comparison.summary["method"] == "mcp"]
+    fewer = replace(comparison, plan=replace(plan, pairs=coulomb), summary=part)
+    assert cells(fewer)[WALL, "associative λ, certified"].value == "0.64286"
+
+
+def test_answers_of_repeated_solvers():
+    """Of two certified Coulomb runs the lower; of two alike the quicker; any certified before any other."""
+    kept = frames.answers(made_up().summary).set_index(["scene", "method"])
+    assert kept.loc[(BLOCKS, "nonassociative"), "solver"] == "clarabel"
+    assert kept.loc[(BLOCKS, "static"), "time"] == 1.5
+    assert kept.loc[(BLOCKS, "static"), ["runs", "alike"]].tolist() == [2, 2]
+    summary = made_up().summary
+    first = (summary["scene"] == BLOCKS) & (summary["method"] == "nonassociative")
+    summary.loc[summary.index[first][0], "verdict"] = "wrong"
+    kept = frames.answers(summary).set_index(["scene", "method"])
+    assert kept.loc[(BLOCKS, "nonassociative"), "solver"] == "highs"
+    assert kept.loc[(BLOCKS, "nonassociative"), ["runs", "alike"]].tolist() == [2, 1]
+    assert kept.loc[(BLOCKS, "nonassociative"), "gap"] == pytest.approx(0.0404)
+
+
+def test_the_page_opens_with_the_table_and_ends_with_definitions(comparison):
+    html = page(comparison, [])
+    first = html.index("<table")
+    assert html[first:].startswith('<table id="answers"')
+    assert first < html.index("<dl>")
+    assert html.index("<h2") < first < html.index("<h2", html.index("<h2") + 1)
+    assert html.index('id="about"') < html.index('id="words"')
+    opening_rows = html[first : html.index("</table>", first)]
+    assert opening_rows.count("<svg") == len(NAMES)
+    assert ">0.63898</b>" in opening_rows
+    assert 'href="#words"' in html
+
+
+def test_every_legend_names_each_series_once(comparison):
+    for chart in charts(comparison.summary):
+        names = [entry.name for entry in legend(chart)]
+        assert len(names) == len(set(names))
+        panels = getattr(chart, "panels", {})
+        assert {series.name for panel in panels.values() for series in panel} <= set(names) or not panels
+
+
+def test_a_thumbnail_is_the_scene_to_scale():
+    """Two blocks, 5 × 2 of what moves: as wide as there is room, both blocks and both supports."""
+    picture = thumbnail(two_blocks())
+    numbers = np.array(re.findall(r"\d+", picture.movable), float).reshape(-1, 2)
+    span = np.ptp(numbers, axis=0)
+    assert span[0] / span[1] == pytest.approx(5 / 2, rel=0.01)
+    assert (picture.movable.count("Z"), picture.fixed.count("Z")) == (2, 2)
+    assert picture.width <= 1100
+    fixed = np.array(re.findall(r"\d+", picture.fixed), float).reshape(-1, 2)
+    assert fixed[:, 0].max() <= picture.width
+    assert fixed[:, 1].max() <= picture.height
+
+
+def test_a_thumbnail_of_thousands_of_blocks_is_light():
+    """The façade's outline, its openings as holes: the same area to a pixel or so."""
+    scene = mo.load(CASES / "gilbert" / "facade_2x6.toml")
+    picture = thumbnail(scene)
+    assert len(picture.movable) < 20_000
+    rings = [
+        shapely.Polygon(np.array(re.findall(r"\d+", ring), float).reshape(-1, 2))
+        for ring in picture.movable.split("Z")[:-1]
+    ]
+    drawn = max(ring.area for ring in rings) * 2 - sum(ring.area for ring in rings)
+    blocks = [block for block in scene.blocks if not block.fixed]
+    area = sum(shapely.Polygon(block.vertices).area for block in blocks)
+    corners = np.concatenate([block.corners() for block in blocks])
+    outline = np.prod(np.ptp(corners, axis=0))
+    assert drawn / max(ring.area for ring in rings) == pytest.approx(area / outline, abs=0.03)
+
+
+def test_a_scene_whose_file_is_gone_has_no_picture(tmp_path, comparison):
+    scene, other = comparison.scenes
+    lost = replace(comparison, scenes=(replace(scene, path=tmp_path / "gone.toml"), other))
+    first, second = opening(lost).rows
+    assert first.picture is None
+    assert second.picture is not None
+    assert page(lost, []).count('<path class="block"') == 1

@@ -1,0 +1,53 @@
+"""A comparison that no solver made, with every kind of end, on two scenes of the case files."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from lines import line
+from scenes import CASES
+
+from masonry_opt.studies.compare import frames
+from masonry_opt.studies.compare.accuracy import CertifiedBounds
+from masonry_opt.studies.compare.best_known import BestKnown
+from masonry_opt.studies.compare.case_scenes import find_scenes
+from masonry_opt.studies.compare.comparison import Comparison, RunLimits
+from masonry_opt.studies.compare.plan import plan
+
+NAMES = BLOCKS, WALL = "gilbert/two_blocks", "ferris_tinloi/wall_1"
+
+#: By scene and method: λ, seconds, and what else differs from a good line.
+_ENDS: dict[tuple[str, str], tuple[float | None, float, dict[str, Any]]] = {
+    (BLOCKS, "static"): (0.25, 1.5, {}),
+    (BLOCKS, "nonassociative"): (0.153, 2.5, {}),
+    (BLOCKS, "mcp"): (0.15, 0.5, {}),
+    (BLOCKS, "refined"): (0.15, 4.5, {"flow": 0.3}),
+    (WALL, "static"): (0.64286, 1.5, {}),
+    (WALL, "nonassociative"): (None, 60.0, {"ended": "time limit", "message": "over 60 s"}),
+    (WALL, "mcp"): (None, 3.5, {"status": "unstable under dead load", "message": "It falls. " * 30}),
+    (WALL, "refined"): (0.63898, 5.5, {}),
+}
+
+
+def made_up() -> Comparison:
+    """Two scenes and four methods: HiGHS takes twice Clarabel's time, and in the loop ends at 2 % more."""
+    planned = plan(["static", "nonassociative", "mcp", "refined"], ["cvxpy"], ["clarabel", "highs"], [1e-9])
+    rows = []
+    for scene in NAMES:
+        for pair in planned.pairs:
+            load_factor, seconds, known = _ENDS[scene, pair.method]
+            worse = pair.method == "nonassociative" and pair.solver == "highs"
+            run = {
+                "method": pair.method,
+                "model": pair.model,
+                "solver": pair.solver,
+                "tolerance": pair.tolerance,
+                "load_factor": load_factor and load_factor * (1.02 if worse else 1.0),
+                "wall": seconds * (2 if pair.solver == "highs" else 1),
+            }
+            rows.append(line(scene=scene, **(run | known)))
+    bounds = {BLOCKS: CertifiedBounds(0.25, 0.25), WALL: CertifiedBounds(0.64286, 0.64286)}
+    best = {BLOCKS: BestKnown(0.15, "by hand"), WALL: BestKnown(0.63898, "refined")}
+    summary = frames.summary(rows, bounds, best, {WALL: {"Coulomb": "unstable under dead load"}})
+    scenes = find_scenes([CASES / f"{name}.toml" for name in NAMES])
+    return Comparison(scenes, planned, RunLimits(60, 4000, 1), bounds, best, summary, (), False, "")
