@@ -39,6 +39,8 @@ html_math_renderer = "mathml"
 nb_execution_mode = "force"
 nb_execution_timeout = 120
 nb_execution_raise_on_error = True
+# What a cell says on standard error is no part of a page: it fails the build.
+nb_output_stderr = "remove-warn"
 
 # Reference.
 autodoc_typehints = "none"
