@@ -2,7 +2,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: table1 unit test slow lint clean
+.PHONY: table1 unit test slow lint guide clean
 
 table1: .venv/installed
 	$(BIN)/masonry-opt reproduce table1 --out results
@@ -25,6 +25,10 @@ lint: .venv/installed
 	ln -s $(CURDIR)/masonry_opt/* $(CURDIR)/models build/typed/masonry_opt/
 	cd build/typed && ../../$(BIN)/python -m mypy --config-file ../../pyproject.toml -p masonry_opt
 
+# The guide, as pages for a browser, in build/guide; its examples and its notebook are run.
+guide: .venv/installed
+	OMP_NUM_THREADS=1 $(BIN)/python -m sphinx -W --keep-going -q -b html docs build/guide
+
 .venv/installed: pyproject.toml constraints.txt
 	$(PYTHON) -c 'import sys; sys.exit(0 if sys.version_info >= (3, 11) else "Python 3.11 or newer is needed: make PYTHON=python3.12")'
 	$(PYTHON) -m venv --clear .venv
@@ -32,4 +36,4 @@ lint: .venv/installed
 	touch $@
 
 clean:
-	rm -rf .venv build dist results *.egg-info
+	rm -rf .venv build dist results docs/examples docs/jupyter_execute *.egg-info

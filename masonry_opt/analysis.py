@@ -49,8 +49,8 @@ RENAMED = {
     **dict.fromkeys(
         ("kicks", "restarts", "perturbations", "spread"), "search (seconds of looking for lower states)"
     ),
-    "move_limit": "revise (a function; see docs/changes.md)",
-    "only_at_yield": "revise (a function; see docs/changes.md)",
+    "move_limit": "revise (a function; see CHANGELOG.md)",
+    "only_at_yield": "revise (a function; see CHANGELOG.md)",
     "minimise": "mcp, a method: it finds any state, as minimise=False did, where 'mpec' looks for the least",
 }
 

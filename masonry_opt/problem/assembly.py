@@ -73,7 +73,7 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     live = given.live.about(centroid) + on_edges.live[movable].ravel()
 
     # With this unit rocking reads |m| ≤ n at a usual joint: moments weigh as much as forces in the
-    # centre that an interior-point solver finds. It matters: see "Limits" in the README. Medians, so
+    # centre that an interior-point solver finds. It matters: see docs/limits.md. Medians, so
     # that a few odd blocks do not move it.
     in_a_point = joints.length == 0
     lengths = joints.length[~in_a_point]

@@ -1,4 +1,4 @@
-"""Table 1 as a command, and what the README shows of it."""
+"""Table 1 as a command, and what the guide shows of it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from masonry_opt.studies.paper import table1 as table1_module
 from masonry_opt.studies.paper.table1 import table1
 from masonry_opt.studies.paper.text import report_text
 
-README = Path(__file__).parents[2] / "README.md"
+PAGE = Path(__file__).parents[2] / "docs" / "paper.md"
 
 
 def cells(table):
@@ -46,8 +46,8 @@ def test_reproduce_table1(monkeypatch, capsys, tmp_path):
     assert (residuals["status"] == "converged").all()
     parts = ["equilibrium", "yield", "flow", "complementarity"]
     assert (residuals.loc[residuals["method"] == "refined", parts] < 1e-8).all(axis=None)
-    # What the README shows is what is printed today, to two units of the last digit.
-    shown = README.read_text().split("<!-- table1 -->\n")[1].split("<!-- /table1 -->")[0]
+    # What the page shows is what is printed today, to two units of the last digit.
+    shown = PAGE.read_text("utf-8").split("<!-- table1 -->\n")[1].split("<!-- /table1 -->")[0]
     printed = markdown(pd.read_csv(tmp_path / "table1.csv"))
     assert len(cells(shown)) == len(cells(printed))
     for old, new in zip(cells(shown), cells(printed), strict=True):
@@ -56,7 +56,7 @@ def test_reproduce_table1(monkeypatch, capsys, tmp_path):
         else:
             assert old == new
     # What is left at the loop's exact answers, to two orders of magnitude: below 1e-9 it is rounding.
-    shown = README.read_text().split("<!-- residuals -->\n")[1].split("<!-- /residuals -->")[0]
+    shown = PAGE.read_text("utf-8").split("<!-- residuals -->\n")[1].split("<!-- /residuals -->")[0]
     rows = [cells(row)[2:6] for row in shown.splitlines()[2:]]
     loops = residuals.loc[residuals["method"] == "loop", parts]
     assert len(rows) == len(loops)

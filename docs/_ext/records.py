@@ -1,0 +1,138 @@
+"""The reference from docstrings: fields of records with their types and defaults, none of pydantic's own.
+
+Docstrings of this package write ``name: text`` on one line or ``name:`` with the text below it, and may treat
+several names together. Napoleon knows none of these, so sections of fields are rewritten for it; those of
+pydantic's classes get the types and defaults that the class has.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import re
+import typing
+from collections.abc import Iterator
+from enum import Enum
+from typing import Any
+
+from pydantic import BaseModel
+from sphinx.application import Sphinx
+from sphinx.util.typing import stringify_annotation
+
+#: In reStructuredText |x| is a substitution, in these docstrings an absolute value.
+_LITERAL = re.compile(r"(``.+?``)")
+_ENTRY = re.compile(r"(?P<names>\*{0,2}\w+(?:, \*{0,2}\w+)*):(?: (?P<text>.*))?$")
+
+
+def _is_model(of: Any) -> bool:
+    return isinstance(of, type) and issubclass(of, BaseModel)
+
+
+def _plain(value: Any) -> str:
+    """A default as it would be written in a call."""
+    if isinstance(value, float) and (math.isinf(value) or value == int(value)):
+        return f"{value:g}"
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_plain, value))})"
+    return repr(value)
+
+
+def _default(of: type[BaseModel], name: str) -> str | None:
+    """A field's default; None if it must be given."""
+    field = of.model_fields[name]
+    return None if field.is_required() else _plain(field.get_default(call_default_factory=True))
+
+
+def _signature(of: type[BaseModel]) -> str:
+    given = {name: _default(of, name) for name in of.model_fields}
+    wanted = [name for name, default in given.items() if default is None]
+    return f"({', '.join(['*', *wanted, *(f'{n}={d}' for n, d in given.items() if d is not None)])})"
+
+
+def _typed(of: type, names: list[str]) -> str:
+    """Types and defaults of fields treated together."""
+    hints = typing.get_type_hints(of)
+    told = {}
+    for name in names:
+        if name in hints:
+            shown = stringify_annotation(hints[name], "smart").replace("~", "").replace(" | ", " or ")
+            shown = re.sub(r"\b(?:masonry_opt|typing|collections)(?:\.\w+)*\.(\w+)", r"\1", shown)
+            default = _default(of, name) if _is_model(of) else None
+            told[name] = shown if default in (None, "None") else f"{shown}, default {default}"
+    if len(set(told.values())) == 1:
+        return next(iter(told.values()))
+    return "; ".join(f"{name}: {kind}" for name, kind in told.items())
+
+
+def _entries(lines: list[str]) -> Iterator[tuple[list[str], list[str]]]:
+    """The entries of a section: names, and lines of text."""
+    names: list[str] = []
+    text: list[str] = []
+    for line in lines:
+        entry = _ENTRY.match(line)
+        if entry:
+            if names:
+                yield names, text
+            names, text = entry["names"].split(", "), [entry["text"]] if entry["text"] else []
+        elif names:
+            text.append(line.removeprefix("    "))
+    if names:
+        yield names, text
+
+
+def _rewritten(of: Any, names: list[str], text: list[str]) -> Iterator[str]:
+    kind = _typed(of, names) if _is_model(of) or dataclasses.is_dataclass(of) else ""
+    yield ", ".join(names) + (f" : {kind}" if kind else "")
+    yield from (f"    {line}" if line else "" for line in text or [""])
+
+
+def _process(app: Sphinx, what: str, name: str, of: Any, options: Any, lines: list[str]) -> None:
+    """Rewrite the sections of a docstring, in place, before Napoleon reads them."""
+    parts: list[str] = []
+    told: set[str] = set()
+    at = 0
+    while at < len(lines):
+        header = lines[at].strip()
+        if header in ("Parameters", "Attributes") and at + 1 < len(lines) and lines[at + 1].startswith("---"):
+            end = at + 2
+            while end < len(lines) and not (end + 1 < len(lines) and lines[end + 1].startswith("---")):
+                end += 1
+            title = "Fields" if _is_model(of) else header
+            parts += [title, "-" * len(title)]
+            for names, text in _entries(lines[at + 2 : end]):
+                told.update(names)
+                parts += list(_rewritten(of, names, text))
+            parts.append("")
+            at = end
+        else:
+            parts.append(lines[at])
+            at += 1
+    if _is_model(of) and not told:
+        parts += ["", "Fields", "------"]
+        for field in of.model_fields:
+            parts += list(_rewritten(of, [field], []))
+    lines[:] = map(_without_substitutions, parts)
+
+
+def _without_substitutions(line: str) -> str:
+    pieces = _LITERAL.split(line)
+    return "".join(piece if piece.startswith("``") else piece.replace("|", r"\|") for piece in pieces)
+
+
+def _call(app: Sphinx, what: str, name: str, of: Any, options: Any, given: str, back: str) -> Any:
+    """How something is called: a record by its fields, a result or a status not at all (nobody makes them by
+    hand), a function with defaults that can be read."""
+    if what == "class" and _is_model(of):
+        return _signature(of), None
+    if what == "class" and (dataclasses.is_dataclass(of) or issubclass(of, Enum)):
+        return "", None
+    if given:
+        return re.sub(r"PosixPath\((.+?)\)", r"\1", given).replace("<function <lambda>>", "..."), back
+    return None
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Connect, before Napoleon."""
+    app.connect("autodoc-process-docstring", _process, priority=400)
+    app.connect("autodoc-process-signature", _call)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

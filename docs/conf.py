@@ -1,0 +1,76 @@
+"""Sphinx: how the guide is built (``make guide``). Nothing here needs the network."""
+
+from __future__ import annotations
+
+import logging
+import sys
+from importlib.metadata import version as installed_version
+from pathlib import Path
+
+HERE = Path(__file__).parent
+# Extensions of the guide's own, and the masonry_opt of this clone, whose docstrings are the reference.
+sys.path[:0] = [str(HERE / "_ext"), str(HERE.parent)]
+
+project = "masonry_opt"
+author = copyright = "The masonry_opt authors"
+release = version = installed_version("masonry_opt")
+
+# What examples use tells much that is nothing to who builds the guide.
+for library in ("ezdxf", "pyomo", "traitlets"):
+    logging.getLogger(library).setLevel(logging.WARNING)
+
+extensions = [
+    "myst_nb",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx_gallery.gen_gallery",
+    "mathml",
+    "records",
+]
+exclude_patterns = ["gallery", "examples/**/*.ipynb", "examples/**/*.py"]
+source_suffix = {".rst": "restructuredtext", ".md": "myst-nb", ".ipynb": "myst-nb"}
+
+# Text: Markdown with maths; headings can be linked to.
+myst_enable_extensions = ["dollarmath", "colon_fence"]
+myst_heading_anchors = 3
+html_math_renderer = "mathml"
+
+# The notebook is kept without outputs and run here.
+nb_execution_mode = "force"
+nb_execution_timeout = 120
+nb_execution_raise_on_error = True
+# What a cell says on standard error is no part of a page: it fails the build.
+nb_output_stderr = "remove-warn"
+
+# Reference.
+autodoc_typehints = "none"
+autodoc_member_order = "bysource"
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+# Several names may be treated together there, which Napoleon's own way with attributes does not know.
+napoleon_custom_sections = [("Attributes", "params_style"), ("Fields", "params_style")]
+
+sphinx_gallery_conf = {
+    "examples_dirs": "gallery",
+    "gallery_dirs": "examples",
+    "filename_pattern": r"\.py$",
+    "ignore_pattern": r"__init__",
+    "subsection_order": ["gallery/first", "gallery/arches", "gallery/walls", "gallery/methods"],
+    "within_subsection_order": "FileNameSortKey",
+    "image_scrapers": ("figures.scraper",),
+    "ignore_repr_types": r"matplotlib|Picture",
+    "abort_on_example_error": True,
+    "download_all_examples": False,
+    "write_computation_times": False,
+    "show_memory": False,
+    "show_signature": False,
+    "remove_config_comments": True,
+}
+
+# Look.
+html_theme = "furo"
+html_title = f"masonry_opt {release}"
+html_static_path = ["_static"]
+html_css_files = ["guide.css"]
+html_copy_source = False
+html_show_sphinx = False

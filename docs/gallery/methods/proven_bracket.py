@@ -1,0 +1,24 @@
+"""
+Is there a lower load factor?
+=============================
+
+An answer by Coulomb's law is one state of collapse of many, and the lowest one counts. On small scenes it
+can be proven that there is none lower.
+"""
+
+import masonry_opt as mo
+
+# %%
+# A stack of four courses, one stone wide, in running bond:
+bond = mo.Wall(block=(4, 1.75), weight=1, live=(1, 0), courses=[[0.5, 0.5], [1], [0.5, 0.5], [1]])
+scene = mo.Scene(title="four courses", joints=mo.JointDefaults(friction=0.65), blocks=bond.blocks())
+result = mo.solve(scene, "global", time_limit=20)
+print(result.message)
+
+# %%
+# The bound comes from linear programs whose answer is checked against the matrices. It holds for all
+# mechanisms whose slips and openings sum to no more than is said, as `reasons` tell a program:
+print(f"{result.bound:.6f} ≤ λ ≤ {result.required():.6f}")
+assert 0 <= result.required() - result.bound < 1e-5
+assert abs(result.required() - 0.479263) < 1e-6
+result.plot()

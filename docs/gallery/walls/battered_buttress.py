@@ -1,0 +1,46 @@
+"""
+How much should a buttress taper?
+=================================
+
+A vault thrusts against a buttress. A broad foot keeps it from overturning, but stone that is put there no
+longer weighs on the joints above: of one amount of stone, which taper bears most?
+"""
+
+import masonry_opt as mo
+
+HEIGHT, UNIT_WEIGHT, FRICTION = 4.0, 22.0, 0.75
+LOW, HIGH = 1.5, 2.0  # m above ground: the vault thrusts against this drum
+
+
+def buttress(foot: float, top: float) -> mo.Scene:
+    """Drums whose right side is upright, under a thrust of 1 kN to the left."""
+    batter = "both" if foot == top else "left"
+    drums = mo.Column(
+        width=(foot, top), height=HEIGHT, drums=8, batter=batter, unit_weight=UNIT_WEIGHT
+    ).blocks()
+    thrust = mo.EdgeLoad(start=(foot, LOW), end=(foot, HIGH), force=(-1 / (HIGH - LOW), 0), kind="live")
+    return mo.Scene(
+        title="buttress", joints=mo.JointDefaults(friction=FRICTION), blocks=drums, edge_loads=[thrust]
+    )
+
+
+def by_hand(foot: float, top: float) -> tuple[float, float]:
+    """Thrusts at which it overturns about its foot, and slides on the joint below the loaded drum, in kN."""
+    sloping = foot - top
+    moment = UNIT_WEIGHT * HEIGHT * (top * (foot - top / 2) + sloping**2 / 3)
+    width = foot - sloping * LOW / HEIGHT
+    above = UNIT_WEIGHT * (width + top) / 2 * (HEIGHT - LOW)
+    return moment / ((LOW + HIGH) / 2), FRICTION * above
+
+
+# %%
+# Upright it overturns, with much taper it slides. The best is in between:
+results = {}
+for foot, top in ((1.2, 1.2), (1.5, 0.9), (1.8, 0.6)):
+    results[foot] = mo.solve(buttress(foot, top))
+    overturns, slides = by_hand(foot, top)
+    print(
+        f"{foot} m to {top} m: {results[foot].required():.2f} kN (turns {overturns:.2f}, slides {slides:.2f})"
+    )
+    assert abs(results[foot].required() / min(overturns, slides) - 1) < 1e-5
+results[1.5].plot()

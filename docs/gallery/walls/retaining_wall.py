@@ -1,0 +1,38 @@
+"""
+How far is a retaining wall from sliding and overturning?
+=========================================================
+
+Earth, or water, presses on a wall of rough stones with a pressure that grows with depth. The load factor
+is the safety: by how much the pressure may be multiplied before the wall gives way.
+"""
+
+import masonry_opt as mo
+
+WIDTH, HEIGHT, UNIT_WEIGHT, FRICTION = 1.2, 3.0, 22.0, 0.65
+PRESSURE = 18.0  # kN/m² at the foot
+
+
+def wall(friction: float) -> mo.Scene:
+    """Six courses, loaded from the left by a triangle of pressure."""
+    courses = mo.Column(width=WIDTH, height=HEIGHT, drums=6, unit_weight=UNIT_WEIGHT).blocks()
+    earth = mo.EdgeLoad(start=(0, HEIGHT), end=(0, 0), pressure=(0, PRESSURE), kind="live")
+    return mo.Scene(
+        title="retaining wall", joints=mo.JointDefaults(friction=friction), blocks=courses, edge_loads=[earth]
+    )
+
+
+# %%
+# By hand, at the foot: μ W over the thrust, and W b/2 over its moment about the toe, a third of the
+# height up.
+weight, thrust = UNIT_WEIGHT * WIDTH * HEIGHT, PRESSURE * HEIGHT / 2
+slides, overturns = FRICTION * weight / thrust, weight * WIDTH / 2 / (thrust * HEIGHT / 3)
+result = mo.solve(wall(FRICTION))
+print(f"load factor {result.required():.4f}; by hand slides at {slides:.4f}, overturns at {overturns:.4f}")
+assert abs(result.required() - min(slides, overturns)) < 1e-5
+
+# %%
+# On smooth joints it slides instead:
+smooth = mo.solve(wall(0.4))
+print(f"friction 0.4: load factor {smooth.required():.4f}")
+assert abs(smooth.required() - 0.4 * weight / thrust) < 1e-5
+result.plot()
