@@ -11,6 +11,15 @@ from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.problem.chords import CHORDS, chord_rates, crushing_energy, parabola
 
+#: What a problem's matrices are made of, beside the joints' law.
+_OF_MATRICES = ("B", "dead", "live", "half_length", "sliding", "crushing", "crushing_force")
+
+#: What is computed once, of the matrices alone.
+_CACHED = (
+    *("N", "S", "lever", "R", "frictionless", "both_senses", "crushing_moment"),
+    *("face_joint", "face_arm", "ends", "in_a_point", "bent", "part"),
+)
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -114,8 +123,12 @@ class Problem:
 
     def C(self, slope: np.ndarray) -> sp.csr_array:
         """Yield conditions with shear limits of that slope, shape (k,): rows over the faces, (faces, 3c)."""
-        without_friction = sp.vstack([-self.S, self.S, self.R])
-        return (without_friction + self.both_senses @ sp.diags_array(slope) @ self.N).tocsr()
+        return (self.frictionless + self.both_senses @ sp.diags_array(slope) @ self.N).tocsr()
+
+    @cached_property
+    def frictionless(self) -> sp.csr_array:
+        """C(0), shape (faces, 3c)."""
+        return sp.vstack([-self.S, self.S, self.R]).tocsr()
 
     @cached_property
     def true_yield(self) -> sp.csr_array:
@@ -291,6 +304,20 @@ class Problem:
         return replace(
             self, cohesion=np.zeros_like(self.cohesion), crushing_force=np.zeros_like(self.crushing_force)
         )
+
+    def with_law(self, **law: np.ndarray) -> Problem:
+        """The same blocks and joints under another law: ``friction``, ``cohesion``, ``dilatancy``, ..., and
+        which joints slide and crush. Arrays that are the same stay the same objects."""
+        same = {name: getattr(self, name) for name in law if np.array_equal(getattr(self, name), law[name])}
+        problem = replace(self, **(law | same))
+        if problem.same_matrices(self):
+            known = vars(self)
+            vars(problem).update({name: known[name] for name in _CACHED if name in known})
+        return problem
+
+    def same_matrices(self, other: Problem) -> bool:
+        """Whether a problem differs from another, of which it was made, in the joints' law alone."""
+        return all(getattr(self, name) is getattr(other, name) for name in _OF_MATRICES)
 
     def in_units_of(self, force: float) -> Problem:
         """The same problem with forces in units of ``force`` (itself in units of ``force_unit``)."""
