@@ -16,8 +16,8 @@ _OF_MATRICES = ("B", "dead", "live", "half_length", "sliding", "crushing", "crus
 
 #: What is computed once, of the matrices alone.
 _CACHED = (
-    *("N", "S", "lever", "R", "frictionless", "both_senses", "crushing_moment"),
-    *("face_joint", "face_arm", "ends", "in_a_point", "bent", "part"),
+    *("N", "S", "lever", "R", "both_senses", "crushing_moment"),
+    *("face_joint", "face_arm", "ends", "touching", "longest_arm", "in_a_point", "bent", "part"),
 )
 
 
@@ -123,12 +123,20 @@ class Problem:
 
     def C(self, slope: np.ndarray) -> sp.csr_array:
         """Yield conditions with shear limits of that slope, shape (k,): rows over the faces, (faces, 3c)."""
-        return (self.frictionless + self.both_senses @ sp.diags_array(slope) @ self.N).tocsr()
-
-    @cached_property
-    def frictionless(self) -> sp.csr_array:
-        """C(0), shape (faces, 3c)."""
-        return sp.vstack([-self.S, self.S, self.R]).tocsr()
+        # Put together by hand: products and sums of sparse matrices would be most of a certificate's time.
+        k, rest = len(self.sliding), self.R
+        columns = np.column_stack([self.sliding, self.joints + self.sliding])
+        entries = [np.column_stack([slope, np.full(k, shear)]) for shear in (-1.0, 1.0)]
+        matrix = sp.csr_array(
+            (
+                np.concatenate([*entries[0], *entries[1], rest.data]) if k else rest.data,
+                np.concatenate([columns.ravel(), columns.ravel(), rest.indices]),
+                np.concatenate([2 * np.arange(2 * k), 4 * k + rest.indptr]),
+            ),
+            shape=(self.faces, 3 * self.joints),
+        )
+        matrix.eliminate_zeros()
+        return matrix
 
     @cached_property
     def true_yield(self) -> sp.csr_array:
@@ -186,6 +194,20 @@ class Problem:
         touched = (of_blocks @ of_columns).tocsr()
         touched.data[:] = 1.0
         return touched
+
+    @cached_property
+    def touching(self) -> tuple[np.ndarray, np.ndarray]:
+        """Block and joint of every end of a joint on a movable block."""
+        entries = self.ends.tocoo()
+        return entries.row, entries.col
+
+    @cached_property
+    def longest_arm(self) -> np.ndarray:
+        """Longest arm of a force on each block, half a joint's length at least, shape (b,)."""
+        arms = abs(self.B[2::3, : 2 * self.joints]).max(axis=1).toarray().ravel()
+        block, joint = self.touching
+        np.maximum.at(arms, block, self.half_length[joint])
+        return arms
 
     @cached_property
     def in_a_point(self) -> np.ndarray:
@@ -266,7 +288,7 @@ class Problem:
 
     def departure(self, d: np.ndarray, p: np.ndarray, slope: np.ndarray) -> np.ndarray:
         """What velocities and rates leave of the flow rule with that slope, Bᵀd − D p, shape (3c,)."""
-        return self.B.T @ d - self.D(slope) @ p
+        return self.B.T @ d - self.C(slope).T @ p
 
     def slip(self, p: np.ndarray) -> np.ndarray:
         """Sliding of either sense, shape (k,), in rates p, shape (faces,)."""
