@@ -33,6 +33,7 @@ _HOMES = {
     "scene.scene": ("Scene",),
     "scene.wall": ("Wall",),
     "studies.compare.api": ("compare",),
+    "studies.many.sweep": ("sweep",),
 }
 
 __all__ = sorted(name for names in _HOMES.values() for name in names)

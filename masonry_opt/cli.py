@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator
 from importlib import import_module
 from importlib.metadata import version as package_version
 from io import TextIOWrapper
-from json import loads as parse_json
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -23,6 +22,7 @@ from typer.core import TyperGroup
 
 from masonry_opt.analysis import solve as solve_scene
 from masonry_opt.answer.result import Result
+from masonry_opt.command_options import name_and_value
 from masonry_opt.duality import check as check_duality
 from masonry_opt.errors import (
     InterruptedByUserError,
@@ -41,6 +41,7 @@ _LOADED = {
     "convert": "masonry_opt.convert",
     "compare": "masonry_opt.studies.compare.command",
     "reproduce": "masonry_opt.studies.paper.command",
+    "sweep": "masonry_opt.studies.many.command",
 }
 
 
@@ -127,7 +128,7 @@ def solve(
     if plot is None and (names or plot_kind is not None):
         raise OptionError("--plot-kind and --names say how to draw: give --plot FILE too")
     save_picture = None if plot is None else _picture(plot, plot_kind or "mechanism", names)
-    options = dict(_name_and_value(text) for text in option or [])
+    options = dict(map(name_and_value, option or []))
     errors = Console(stderr=True)
     steps: list[str] = []
     errors.quiet = quiet
@@ -212,18 +213,6 @@ def export(
     from masonry_opt.exports import export as export_program
 
     print_text("\n".join(printable(str(path)) for path in export_program(case, file, method)))
-
-
-def _name_and_value(text: str) -> tuple[str, Any]:
-    name, equals, value = text.partition("=")
-    if not equals:
-        raise OptionError(f"option '{text}': write it as NAME=VALUE, such as beta=0.5")
-    for parse in (parse_json, float):  # float also reads .5
-        try:
-            return name, parse(value)
-        except ValueError:
-            continue
-    return name, value
 
 
 def _picture(path: Path, kind: str, names: bool) -> Callable[[Result], None]:

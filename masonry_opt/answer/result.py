@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from masonry_opt.answer.acceptance import LIMITS, Kind, residuals
+from masonry_opt.answer.acceptance import Kind, passes
 from masonry_opt.answer.certificate import Certificate, certify
 from masonry_opt.answer.infeasibility import InfeasibilityCertificate
 from masonry_opt.answer.reasons import Reason
@@ -251,10 +251,6 @@ def make_result(
 ) -> Result:
     """Put the scene's names and units to a solution."""
     problem, scene = assembly.problem, assembly.scene
-    certificate = None
-    if solution.load_factor is not None and solution.q is not None and solution.d is not None:
-        slope = problem.dilatancy if solution.slope is None else solution.slope
-        certificate = certify(problem, solution.load_factor, solution.q, solution.d, slope, solution.parabola)
     lp = solution.size
     return Result(
         case=scene.origin if scene.origin != "scene" else scene.title or "scene",
@@ -266,7 +262,7 @@ def make_result(
         message=message,
         kind=solution.kind,
         load_factor=solution.load_factor,
-        certificate=certificate,
+        certificate=certificate_of(problem, solution),
         infeasibility=solution.infeasibility if solution.load_factor is None else None,
         joints=_joint_frame(assembly, solution),
         blocks=_block_frame(assembly, solution),
@@ -276,8 +272,8 @@ def make_result(
         lp_solves=effort.lp_solves,
         nlp_solves=effort.nlp_solves,
         stationary=solution.stationary,
-        associative=solution.load_factor if solution.kind is Kind.ASSOCIATIVE else solution.associative,
-        exact=_is_exact(problem, solution),
+        associative=solution.associative_value,
+        exact=is_exact(problem, solution),
         bound=solution.bound,
         seconds=effort.seconds,
         solvers=effort.solvers,
@@ -294,12 +290,20 @@ def make_result(
     )
 
 
-def _is_exact(problem: Problem, solution: Solution) -> bool:
+def certificate_of(problem: Problem, solution: Solution) -> Certificate | None:
+    """Residuals of a solution under the flow rule it claims; None without a load factor."""
+    if solution.load_factor is None or solution.q is None or solution.d is None:
+        return None
+    slope = problem.dilatancy if solution.slope is None else solution.slope
+    return certify(problem, solution.load_factor, solution.q, solution.d, slope, solution.parabola)
+
+
+def is_exact(problem: Problem, solution: Solution) -> bool:
+    """Whether a solution is an exact state under the joints' own flow rule."""
     if solution.load_factor is None or solution.q is None or solution.d is None:
         return False
     forces = solution.load_factor, solution.q, solution.d
-    left = residuals(problem, *forces, problem.dilatancy, solution.parabola)
-    return not LIMITS[Kind.EXACT].failing(left)
+    return passes(problem, Kind.EXACT, *forces, problem.dilatancy, solution.parabola)
 
 
 def _left_out(assembly: Assembly, solution: Solution) -> tuple[str, ...]:

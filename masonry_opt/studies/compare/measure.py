@@ -1,9 +1,8 @@
-"""Runs a function in a process of its own, within limits of time and memory, on one core."""
+"""Runs a function in a process of its own, within limits of time and memory, on one thread."""
 
 from __future__ import annotations
 
 import os
-import signal
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from masonry_opt.errors import MasonryError
-from masonry_opt.studies.processes import start as start_process
+from masonry_opt.studies.process import CONTEXT, settle_in, started
 
 #: How a process can end.
 FINISHED, TIME_LIMIT, MEMORY_LIMIT, REFUSED, CRASHED, DIED = (
@@ -59,7 +58,9 @@ def run_limited(
     time_limit: seconds after which the process is killed.
     memory_limit: MB of resident memory above which it is killed (where the system has /proc).
     """
-    process, receiver = start_process(_call, (function, arguments), ["masonry_opt.studies.compare.worker"])
+    receiver, sender = CONTEXT.Pipe(duplex=False)
+    process = started(_call, (sender, function, arguments))
+    sender.close()
     start, peak = time.perf_counter(), 0.0
     try:
         while True:
@@ -84,12 +85,9 @@ def run_limited(
 
 def _call(sender: Connection, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
     """In the process: one core, no output, every end reported."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
+    settle_in()
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-    silence = os.open(os.devnull, os.O_WRONLY)
-    for stream in (1, 2):
-        os.dup2(silence, stream)
     how, reason, value = FINISHED, "", None
     try:
         value = function(*arguments)

@@ -22,7 +22,7 @@ from masonry_opt.studies.paper.example import (
     published_value,
     reference_number,
 )
-from masonry_opt.studies.processes import in_processes
+from masonry_opt.studies.parts import in_processes
 
 WALLS = (1, 2, 3, 4, 5, 6)
 

@@ -10,19 +10,19 @@ import hogs
 import pytest
 
 from masonry_opt.errors import CaseError, MasonryError
-from masonry_opt.studies import processes
-from masonry_opt.studies.processes import in_processes
+from masonry_opt.studies import parts
+from masonry_opt.studies.parts import in_processes
 
 
 @pytest.fixture(params=[1, 2], ids=["one core", "two cores"])
 def cores(request, monkeypatch):
-    monkeypatch.setattr(processes, "_cores", lambda: request.param)
+    monkeypatch.setattr(parts, "cores", lambda: request.param)
     return request.param
 
 
 @pytest.fixture
 def two_cores(monkeypatch):
-    monkeypatch.setattr(processes, "_cores", lambda: 2)
+    monkeypatch.setattr(parts, "cores", lambda: 2)
 
 
 def test_every_part_is_done_once_and_known_by_its_number(cores):
