@@ -32,6 +32,7 @@ _HOMES = {
     "scene.scene": ("Scene",),
     "scene.wall": ("Wall",),
     "studies.compare.api": ("compare",),
+    "studies.margins.least": ("least", "most"),
 }
 
 __all__ = sorted(name for names in _HOMES.values() for name in names)
