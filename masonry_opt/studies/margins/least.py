@@ -1,4 +1,4 @@
-"""``least`` and ``most``: the least or greatest value of a number at which a scene stands, or carries a load."""
+"""``least`` and ``most``: the value of a number from which, or up to which, a scene stands or carries a load."""
 
 from __future__ import annotations
 
@@ -274,14 +274,11 @@ class _Search:
         odd = [trial.value for trial in row if trial.holds != low.holds]
         if odd:
             return (
-                f"the scene {both} at {low.value:g} and at {high.value:g}, but {fails if low.holds else does} "
-                f"at {', '.join(f'{value:.6g}' for value in odd)} between: let one end be there"
+                f"the scene {both} at {low.value:g} and at {high.value:g}, but between them it "
+                f"{fails if low.holds else does} at {', '.join(f'{value:.6g}' for value in odd)}: let one end "
+                "be there"
             )
-        outwards = (
-            ("lower 'lower'" if least else "raise 'upper'")
-            if low.holds
-            else ("raise 'upper'" if least else "lower 'lower'")
-        )
+        outwards = "lower 'lower'" if low.holds == least else "raise 'upper'"
         return (
             f"the scene {both} at {low.value:g}, at {high.value:g} and at all {len(row) - 2} values tried "
             f"between: {outwards}, or try more values ('samples')"

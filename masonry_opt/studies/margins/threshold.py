@@ -120,7 +120,7 @@ class Threshold:
         return f"at {end.value:.9g}: {self._measure + ' ' if known else ''}{said}{residual}"
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything but the results of single trials, as plain numbers, strings and lists (not finite: None)."""
+        """Everything but single results, as plain numbers, strings and lists (what is not finite as None)."""
         return {
             "kind": "least" if self.least else "greatest",
             "load": self.load,
