@@ -1,4 +1,4 @@
-"""``least`` and ``most``: the value of a number from which, or up to which, a scene stands or carries a load."""
+"""``least`` and ``most``: the number from which, or up to which, a scene stands or carries a load."""
 
 from __future__ import annotations
 
@@ -275,8 +275,8 @@ class _Search:
         if odd:
             return (
                 f"the scene {both} at {low.value:g} and at {high.value:g}, but between them it "
-                f"{fails if low.holds else does} at {', '.join(f'{value:.6g}' for value in odd)}: let one end "
-                "be there"
+                f"{fails if low.holds else does} at {', '.join(f'{value:.6g}' for value in odd)}: let one "
+                "end be there"
             )
         outwards = "lower 'lower'" if low.holds == least else "raise 'upper'"
         return (

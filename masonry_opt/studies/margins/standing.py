@@ -29,9 +29,9 @@ def standing(scene: Scene) -> Result:
     The load factor of the result is a margin, in median block weights. Its live load takes one such weight
     off the normal force of every joint, as if all were pressed apart: with n = n' + λ and n' at yield,
     statics under the dead load are eq. (9) with the live load B e, where e is that normal force in every
-    joint. So λ is the most by which all normal forces exceed what their shear and moment need. Positive, the scene stands
-    with that margin; negative, no state of equilibrium exists, whatever the flow rule, and the mechanism is
-    one that the dead load drives.
+    joint. So λ is the most by which all normal forces exceed what their shear and moment need. Positive, the
+    scene stands with that margin; negative, no state of equilibrium exists, whatever the flow rule, and the
+    mechanism is one that the dead load drives.
 
     Returns
     -------
