@@ -1,0 +1,115 @@
+"""Pictures of a sample: how its load factors are distributed, the fragility curve, and what matters."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from masonry_opt.errors import OptionError
+from masonry_opt.report.mechanism_plot import refuse_picture
+from masonry_opt.studies.palette import COLOURS
+from masonry_opt.studies.sampling.answer import CONFIDENCE, Sample
+
+#: So many of the numbers drawn are shown, those that matter most.
+_SHOWN = 15
+
+_RUNS, _MARKS = COLOURS[0], COLOURS[1]
+
+
+def draw(sample: Sample, kind: str, path: str | Path | None) -> Figure:
+    """See :meth:`.answer.Sample.plot`."""
+    if kind not in KINDS:
+        raise OptionError(f"kind '{kind}' is unknown; choose from: {', '.join(KINDS)}")
+    if path is not None:
+        refuse_picture(Path(path))
+    figure = KINDS[kind](sample)
+    if path is not None:
+        figure.savefig(path, dpi=150)
+    return figure
+
+
+def distribution(sample: Sample) -> Figure:
+    """Histogram of the load factors, with quantiles and their intervals."""
+    figure, found = _figure(), sample.load_factors
+    axes, finite = figure.add_subplot(), found[np.isfinite(found)]
+    if len(finite):
+        axes.hist(finite, bins="auto" if np.ptp(finite) > 0 else 1, color=_RUNS, alpha=0.55)
+    top = 1.22 * max(axes.get_ylim()[1], 1.0)
+    for row in sample.quantiles().to_dict("records"):
+        if not np.isfinite([row["value"], row["lower"], row["upper"]]).all():
+            continue
+        axes.axvspan(row["lower"], row["upper"], ymax=0.86, color=_MARKS, alpha=0.2, linewidth=0)
+        axes.axvline(row["value"], ymax=0.86, color=_MARKS, linewidth=1.5)
+        text = f"{row['probability']:.0%}\n{row['value']:.4f}"
+        axes.annotate(text, (row["value"], 0.87 * top), ha="center", va="bottom", fontsize=9)
+    axes.set_ylim(0, top)
+    axes.set_xlabel("load factor λ")
+    axes.set_ylabel("runs")
+    axes.set_title(f"{_title(sample)}\nquantiles, with {CONFIDENCE:.0%} confidence", fontsize=10)
+    return figure
+
+
+def fragility(sample: Sample) -> Figure:
+    """Probability of collapse against load, with its interval."""
+    figure, curve = _figure(), sample.fragility()
+    axes = figure.add_subplot()
+    axes.fill_between(
+        curve["load"],
+        curve["lower"],
+        curve["upper"],
+        color=_RUNS,
+        alpha=0.25,
+        linewidth=0,
+        label=f"{CONFIDENCE:.0%} confidence",
+    )
+    axes.plot(curve["load"], curve["probability"], color=_RUNS, linewidth=1.8, label="share of runs")
+    axes.set_ylim(0, 1)
+    axes.set_xlim(float(curve["load"].min()), float(curve["load"].max()))
+    axes.set_xlabel("load factor λ")
+    axes.set_ylabel("probability of collapse")
+    axes.set_title(_title(sample), fontsize=10)
+    axes.grid(color="#DDDDDD", linewidth=0.6)
+    axes.legend(loc="upper left")
+    return figure
+
+
+def sensitivity(sample: Sample) -> Figure:
+    """Rank correlations, strongest on top."""
+    found = sample.sensitivity().dropna()
+    shown = found.head(_SHOWN).iloc[::-1]
+    figure = Figure(figsize=(7.0, 1.6 + 0.28 * max(len(shown), 2)), layout="constrained")
+    axes = figure.add_subplot()
+    at = np.arange(len(shown))
+    value = shown["rank_correlation"].to_numpy()
+    reach = np.abs(shown[["lower", "upper"]].to_numpy().T - value)
+    axes.barh(at, value, color=_RUNS, alpha=0.7)
+    axes.errorbar(value, at, xerr=reach, fmt="none", ecolor="black", elinewidth=1, capsize=2.5)
+    axes.axvline(0, color="black", linewidth=0.8)
+    axes.set_yticks(at, shown["parameter"])
+    axes.set_xlim(-1.05, 1.05)
+    axes.set_ylim(-0.7, max(len(shown), 1) - 0.3)
+    axes.set_xlabel(f"rank correlation with λ ({CONFIDENCE:.0%} confidence)")
+    left_out = f", the first {len(shown)} of {len(found)}" if len(found) > len(shown) else ""
+    axes.set_title(f"{_title(sample)}{left_out}", fontsize=10)
+    return figure
+
+
+#: What can be drawn.
+KINDS = {"distribution": distribution, "fragility": fragility, "sensitivity": sensitivity}
+
+
+def _figure() -> Figure:
+    return Figure(figsize=(7.0, 4.2), layout="constrained")
+
+
+def _title(sample: Sample) -> str:
+    """The case, the runs, and those that no bar shows."""
+    counted = [
+        (sample.falling, "fall by themselves"),
+        (sample.unlimited, "never collapse"),
+        (sample.undecided, "failed"),
+    ]
+    told = "".join(f", {count} {what}" for count, what in counted if count)
+    return f"{Path(sample.case).stem}: {sample.runs} runs{told}"
