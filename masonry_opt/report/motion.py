@@ -10,7 +10,7 @@ import shapely
 from masonry_opt.answer.result import Result
 
 #: Rates below this share of the fastest corner's velocity are nothing.
-_STILL = 2e-3
+STILL = 2e-3
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ def joint_motion(result: Result) -> JointMotion:
     half = np.where(joints.length > 0, joints.length / 2, result.assembly.problem.length_unit)
     in_a_point = joints.length == 0
     opening, turning = frame["opening"].to_numpy(), frame["rotation"].to_numpy() * half
-    still = _STILL * fastest(result)
+    still = STILL * fastest(result)
     # Opening at the joint's start and end: the first block's edge runs from start to end.
     nearer = opening - np.where(in_a_point, 0.0, np.abs(turning))
     touches = nearer <= still

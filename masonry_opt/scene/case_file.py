@@ -94,7 +94,7 @@ def load_with_arch(path: str | Path) -> tuple[Scene, Arch | None]:
     case = read_tables(path)
     try:
         file = CaseFile.model_validate(case)
-        return file.scene().read_from(path), file.arch[0] if len(file.arch) == 1 else None
+        return file.scene().read_from(path, file), file.arch[0] if len(file.arch) == 1 else None
     except ValidationError as error:
         raise wrong_file(error, path, case, CaseFile) from None
     except CaseError as error:  # of a block that a generator built: pydantic's error lies behind it

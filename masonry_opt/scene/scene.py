@@ -79,6 +79,7 @@ class Scene(SceneKeys):
     """
 
     _origin: str = PrivateAttr(default="scene")
+    _case: SceneKeys | None = PrivateAttr(default=None)
 
     @model_validator(mode="after")
     def _consistent(self) -> Scene:
@@ -128,10 +129,15 @@ class Scene(SceneKeys):
         """The case file the scene was read from, or ``"scene"``; errors begin with it."""
         return self._origin
 
-    def read_from(self, origin: str | Path) -> Scene:
-        """The same scene, remembering the file it came from."""
+    @property
+    def case(self) -> SceneKeys | None:
+        """The case file as it was read, its generators not expanded; None of a scene made in Python."""
+        return self._case
+
+    def read_from(self, origin: str | Path, case: SceneKeys | None = None) -> Scene:
+        """The same scene, remembering the file it came from, and what that held."""
         scene = self.model_copy()
-        scene._origin = str(origin)
+        scene._origin, scene._case = str(origin), case
         return scene
 
     def __eq__(self, other: object) -> bool:

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
-import signal
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
@@ -16,6 +14,7 @@ from masonry_opt.errors import InterruptedByUserError, OptionError
 from masonry_opt.report.terminal import print_text
 from masonry_opt.studies.cases import CASES_HELP
 from masonry_opt.studies.compare import api
+from masonry_opt.studies.process import ended_by_kill
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -65,7 +64,7 @@ def compare(
     130: interrupted; 2: wrong case file or option.
     """
     errors = Console(stderr=True)
-    with errors.status("comparing") as status, _ended_by_kill():
+    with errors.status("comparing") as status, ended_by_kill():
         comparison = api.compare(
             scenes or [],
             methods=_split(methods),
@@ -96,16 +95,6 @@ def compare(
     )
     if comparison.interrupted:
         raise InterruptedByUserError("interrupted: the same command continues where it stopped")
-
-
-@contextlib.contextmanager
-def _ended_by_kill() -> Iterator[None]:
-    """Within it `kill` and `timeout` do what Ctrl-C does: else the run under way would go on by itself."""
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 def _split(text: str) -> list[str]:

@@ -1,25 +1,17 @@
-"""Runs a function in a process of its own, within limits of time and memory, on one thread.
-
-The process is forked from a server that has imported the package and done nothing else (the standard
-library's "forkserver"): starting one takes milliseconds, where a new interpreter takes over a second.
-"""
+"""Runs a function in a process of its own, within limits of time and memory, on one thread."""
 
 from __future__ import annotations
 
-import contextlib
-import multiprocessing
 import os
-import signal
-import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 from masonry_opt.errors import MasonryError
+from masonry_opt.studies.process import CONTEXT, settle_in, started
 
 #: How a process can end.
 FINISHED, TIME_LIMIT, MEMORY_LIMIT, REFUSED, CRASHED, DIED = (
@@ -31,13 +23,8 @@ FINISHED, TIME_LIMIT, MEMORY_LIMIT, REFUSED, CRASHED, DIED = (
     "died",
 )
 
-#: Set before the server starts: libraries read them when they are imported.
-_ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-
 #: Seconds between two looks at a process's memory.
 _LOOK = 0.02
-
-_CONTEXT = multiprocessing.get_context("forkserver")
 
 
 @dataclass(frozen=True)
@@ -71,12 +58,8 @@ def run_limited(
     time_limit: seconds after which the process is killed.
     memory_limit: MB of resident memory above which it is killed (where the system has /proc).
     """
-    os.environ.update(_ONE_THREAD)
-    _CONTEXT.set_forkserver_preload(["masonry_opt.studies.compare.worker"])
-    receiver, sender = _CONTEXT.Pipe(duplex=False)
-    process = _CONTEXT.Process(target=_call, args=(sender, function, arguments), daemon=True)
-    with _main_hidden():
-        process.start()
+    receiver, sender = CONTEXT.Pipe(duplex=False)
+    process = started(_call, (sender, function, arguments))
     sender.close()
     start, peak = time.perf_counter(), 0.0
     try:
@@ -100,26 +83,11 @@ def run_limited(
         receiver.close()
 
 
-@contextlib.contextmanager
-def _main_hidden() -> Iterator[None]:
-    """Within it a new process imports nothing of the main program: a script without a main guard would
-    start its comparison again there."""
-    main = sys.modules["__main__"]
-    sys.modules["__main__"] = ModuleType("__main__")
-    try:
-        yield
-    finally:
-        sys.modules["__main__"] = main
-
-
 def _call(sender: Connection, function: Callable[..., Any], arguments: tuple[Any, ...]) -> None:
     """In the process: one core, no output, every end reported."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
+    settle_in()
     if hasattr(os, "sched_setaffinity"):
         os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
-    silence = os.open(os.devnull, os.O_WRONLY)
-    for stream in (1, 2):
-        os.dup2(silence, stream)
     how, reason, value = FINISHED, "", None
     try:
         value = function(*arguments)

@@ -1,0 +1,215 @@
+"""Numbers of a scene by name, such as ``joints.friction`` or ``arch.thickness``, and the scene with others.
+
+A name is the way to a number through the tables of a case file, with dots: ``joints.cohesion``,
+``block.A.weight``, ``block.A.live.x``, ``joint.A/B.friction`` (an exception), ``column.left pier.height``,
+``edge_load.2.force.y``. A table that there is once needs no name: ``arch.thickness``. Of values in pairs that
+are no points the two are ``.1`` and ``.2``: ``column.width.2``. Blocks that a generator builds are varied by
+its own numbers.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, get_args
+
+from pydantic import ValidationError
+from pydantic.fields import FieldInfo
+
+from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.scene.blocks import Record
+from masonry_opt.scene.case_file import CaseFile
+from masonry_opt.scene.mistakes import wrong_call
+from masonry_opt.scene.scene import Scene, SceneKeys
+
+#: A way through records: names of fields, and numbers of entries.
+_Way = tuple[str | int, ...]
+
+#: Tables whose entries are always named; the others only where there are several.
+_NAMED = ("block", "joint")
+
+_GENERATORS = ("wall", "facade", "arch", "column")
+
+#: Values that stand in each other's place: giving one takes the other away.
+_INSTEAD = {
+    "weight": "unit_weight",
+    "unit_weight": "weight",
+    "friction_angle": "friction",
+    "dilatancy_angle": "dilatancy",
+}
+
+#: Points and forces: pairs whose two numbers are x and y.
+_POINTS = ("at", "live", "live_at", "dead", "dead_at", "weight_at", "force", "gravity", "start", "end")
+
+#: Keys of a scene that no analysis follows steadily.
+_LEFT_OUT = ("tolerance", "reference")
+
+#: Names that a message lists.
+_LISTED = 12
+
+
+class Parameters:
+    """A scene, and what its numbers are called.
+
+    Parameters
+    ----------
+    scene: from a case file, whose generators can then be varied, or made in Python.
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        case = scene.case
+        # A copy of a scene that was changed since is no longer what its file says.
+        unchanged = isinstance(case, CaseFile) and case.scene() == scene
+        self.scene = scene
+        self._source: SceneKeys = case if unchanged and case is not None else scene
+        self._ways = dict(_numbers(self._source))
+        self._joint_ways = dict(_numbers(scene))
+        self._last: tuple[dict[str, float], Scene] | None = None
+
+    @property
+    def names(self) -> list[str]:
+        """Names of all numbers that can be changed."""
+        return list(self._ways)
+
+    def refuse_unknown(self, names: Mapping[str, object]) -> None:
+        """Raise OptionError, with what is near, for a name that the scene does not have."""
+        for name in names:
+            if name not in self._ways:
+                raise OptionError(f"{self.scene.origin}: no number is called '{name}'{self._near(name)}")
+
+    def at(self, values: Mapping[str, float]) -> Scene:
+        """The scene with other values of its numbers.
+
+        Blocks are the same objects as long as joint properties alone change.
+
+        Raises
+        ------
+        OptionError
+            If a name is unknown.
+        CaseError
+            If the values make no scene; the message names them.
+        """
+        self.refuse_unknown(values)
+        of_joints = {name: value for name, value in values.items() if is_of_joints(name)}
+        others = {name: value for name, value in values.items() if name not in of_joints}
+        try:
+            if self._last is None or self._last[0] != others:
+                self._last = (others, self._built(others))
+            scene = self._last[1]
+            for name, value in of_joints.items():
+                scene = _changed(scene, self._joint_ways[name], value)
+        except CaseError as error:
+            raise CaseError(f"{_told(values)}: {error}") from None
+        return scene.read_from(self.scene.origin)
+
+    def _built(self, values: Mapping[str, float]) -> Scene:
+        if not values:
+            return self.scene
+        source = self._source
+        for name, value in values.items():
+            source = _changed(source, self._ways[name], value)
+        return source.scene() if isinstance(source, CaseFile) else source  # type: ignore[return-value]
+
+    def _near(self, name: str) -> str:
+        """What to write in place of an unknown name."""
+        for block in self.scene.blocks:
+            own = f"block.{block.name}."
+            if name.startswith(own) and not any(known.startswith(own) for known in self.names):
+                heads = tuple(f"{table}." for table in _GENERATORS)
+                return f"; block '{block.name}' is built by a generator; {self._listed(heads)}"
+        if close := difflib.get_close_matches(name, self.names, n=3, cutoff=0.7):
+            return f"; did you mean {' or '.join(map(repr, close))}?"
+        return "; " + self._listed((f"{name.split('.')[0]}.",))
+
+    def _listed(self, heads: tuple[str, ...]) -> str:
+        """The first of the names that begin so, or of all if none do."""
+        found = [name for name in self.names if name.startswith(heads)] or self.names
+        more = f", ... ({len(found)} in all)" if len(found) > _LISTED else ""
+        return f"there are: {', '.join(found[:_LISTED])}{more}"
+
+
+def is_of_joints(name: str) -> bool:
+    """Whether a number is a property of joints, which changes no matrix."""
+    return name.startswith(("joints.", "joint."))
+
+
+def _told(values: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} = {value:g}" for name, value in values.items())
+
+
+def _numbers(record: Record) -> Iterator[tuple[str, _Way]]:
+    """Names of the numbers of a record and of those it holds, and the ways to them."""
+    for field, about in type(record).model_fields.items():
+        if field in _LEFT_OUT:
+            continue
+        key, value = about.alias or field, getattr(record, field)
+        if isinstance(value, Record):
+            yield from _under(key, (field,), value)
+        elif isinstance(value, list) and value and all(isinstance(entry, Record) for entry in value):
+            for number, entry in enumerate(value):
+                name = _entry_name(key, number, entry, len(value))
+                yield from _under(name, (field, number), entry)
+        elif _is_number(value) or (value is None and _takes_number(about)):
+            yield key, (field,)
+        elif isinstance(value, tuple) and len(value) == 2 and all(map(_is_number, value)):
+            for number, place in enumerate("xy" if field in _POINTS else "12"):
+                yield f"{key}.{place}", (field, number)
+
+
+def _under(name: str, way: _Way, record: Record) -> Iterator[tuple[str, _Way]]:
+    for inner, onwards in _numbers(record):
+        yield f"{name}.{inner}", (*way, *onwards)
+
+
+def _entry_name(key: str, number: int, entry: Record, count: int) -> str:
+    if count == 1 and key not in _NAMED:
+        return key
+    name = getattr(entry, "name", None) or getattr(entry, "between", None) or str(number + 1)
+    return f"{key}.{name if isinstance(name, str) else '/'.join(name)}"
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _takes_number(field: FieldInfo) -> bool:
+    def holds(annotation: Any) -> bool:
+        # Of a pair that is not given it is not said what its other number would be.
+        if getattr(annotation, "__origin__", None) in (tuple, list):
+            return False
+        return annotation in (int, float) or any(map(holds, get_args(annotation)))
+
+    return holds(field.annotation)
+
+
+def _changed(record: Any, way: _Way, value: float) -> Any:
+    """A record with another number, checked as if it had been made so."""
+    return _with(record, way, lambda old: _of_kind(old, value))
+
+
+def _with(holder: Any, way: _Way, change: Callable[[Any], Any]) -> Any:
+    if not way:
+        return change(holder)
+    first, *rest = way
+    if isinstance(first, int):
+        return type(holder)(
+            _with(entry, tuple(rest), change) if number == first else entry
+            for number, entry in enumerate(holder)
+        )
+    changed = _with(getattr(holder, first), tuple(rest), change)
+    kept = {name: getattr(holder, name) for name in holder.model_fields_set}
+    if not rest:
+        kept.pop(_INSTEAD.get(first, ""), None)
+    record = type(holder)
+    # In a case file a key has one name: its alias.
+    values = {record.model_fields[name].alias or name: entry for name, entry in kept.items()}
+    values[record.model_fields[first].alias or first] = changed
+    try:
+        return record.model_validate(values)
+    except ValidationError as error:
+        raise wrong_call(error, record, values) from None
+
+
+def _of_kind(old: object, value: float) -> float:
+    """A whole number where there was one."""
+    return int(value) if isinstance(old, int) and float(value).is_integer() else float(value)

@@ -1,0 +1,123 @@
+"""One certified run of many: a scene with other values, solved, as a row of plain numbers and words."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from masonry_opt.analysis import solve
+from masonry_opt.answer.result import Result
+from masonry_opt.errors import CaseError, MasonryError
+from masonry_opt.methods.registry import DEFAULT
+from masonry_opt.scene.scene import Scene
+from masonry_opt.studies.many.mechanism import mechanism
+from masonry_opt.studies.many.parameters import Parameters
+
+#: Status of a run whose values make no scene, or whose scene or options are refused, and of one that died.
+REFUSED, CRASHED, DIED = "refused", "crashed", "died"
+
+#: Columns of a row beside the values, in order. ``seconds`` alone depends on machine and time.
+COLUMNS = (
+    "load_factor",
+    "status",
+    "reason",
+    "exact",
+    "associative",
+    "equilibrium",
+    "yield",
+    "flow",
+    "complementarity",
+    "mechanism",
+    "slides",
+    "hinges",
+    "separates",
+    "blocks",
+    "joints",
+    "message",
+    "seconds",
+)
+
+
+@dataclass(frozen=True)
+class Study:
+    """What all runs share: sent to every worker once.
+
+    Attributes
+    ----------
+    scene: whose numbers change; None where every task brings a scene of its own.
+    method, model, solver, tolerance, options: as of :func:`~masonry_opt.analysis.solve`.
+    """
+
+    scene: Scene | None
+    method: str = DEFAULT
+    model: str | None = None
+    solver: str | None = None
+    tolerance: float | None = None
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Task:
+    """One run: values by name, and the scene that they make where the study has none."""
+
+    values: Mapping[str, float]
+    scene: Scene | None = None
+
+
+class Runner:
+    """Makes the runs of one study, one after the other, in one process."""
+
+    def __init__(self, study: Study) -> None:
+        self.study = study
+        self._parameters = None if study.scene is None else Parameters(study.scene)
+
+    def run(self, task: Task) -> dict[str, Any]:
+        """The row of a task: its values, then COLUMNS. What fails is said in ``status`` and ``message``."""
+        began = time.perf_counter()
+        row = dict(task.values) | dict.fromkeys(COLUMNS)
+        try:
+            row |= columns(self._solved(task))
+        except MasonryError as error:
+            row |= {"status": REFUSED, "reason": REFUSED, "message": str(error)}
+        except Exception as error:  # whatever it is, it is this run's result, and the others go on
+            row |= {"status": CRASHED, "reason": CRASHED, "message": f"{type(error).__name__}: {error}"}
+        return row | {"seconds": time.perf_counter() - began}
+
+    def _solved(self, task: Task) -> Result:
+        study, scene = self.study, task.scene
+        if scene is None:
+            if self._parameters is None:
+                raise CaseError("the run has no scene")
+            scene = self._parameters.at(task.values)
+        return solve(
+            scene,
+            study.method,
+            model=study.model,
+            solver=study.solver,
+            tolerance=study.tolerance,
+            **study.options,
+        )
+
+
+def died(task: Task, how: str) -> dict[str, Any]:
+    """The row of a task whose workers died, and how."""
+    return dict(task.values) | dict.fromkeys(COLUMNS) | {"status": DIED, "reason": DIED, "message": how}
+
+
+def columns(result: Result) -> dict[str, Any]:
+    """What a row keeps of a result."""
+    row: dict[str, Any] = {
+        "load_factor": result.load_factor,
+        "status": str(result.status),
+        "reason": str(result.reasons[0].code) if result.reasons else "",
+        "exact": result.exact,
+        "associative": result.associative,
+        "blocks": result.size.blocks,
+        "joints": result.size.joints,
+        "message": result.message,
+    }
+    if result.certificate is not None:
+        row |= result.certificate.as_dict()
+    return row | mechanism(result)
