@@ -181,7 +181,9 @@ def _records(frame: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def _worded(value: float) -> str:
-    return numeral(value, ".5f") if math.isfinite(value) else ("none" if value < 0 else "any load")
+    if math.isfinite(value):
+        return numeral(value, ".5f")
+    return "unknown" if math.isnan(value) else "none" if value < 0 else "any load"
 
 
 def _shares(name: str, values: Sequence[float]) -> list[float]:

@@ -28,12 +28,12 @@ def quantiles(values: np.ndarray, probabilities: Sequence[float], confidence: fl
     Returns
     -------
     DataFrame
-        ``probability``, ``value``, ``lower``, ``upper``. A limit is -inf or inf where the sample is too
-        small to have one.
+        ``probability``, ``value``, ``lower``, ``upper``. A limit is NaN where the sample is too small to have
+        one.
     """
     ordered, beside = np.sort(values), (1 - confidence) / 2
     n, rows = len(ordered), []
-    padded = np.concatenate([[-math.inf], ordered, [math.inf]])
+    padded = np.concatenate([[math.nan], ordered, [math.nan]])
     for p in probabilities:
         first = int(stats.binom.ppf(beside, n, p))  # P(K < first) ≤ beside
         last = int(stats.binom.ppf(1 - beside, n, p)) + 1  # P(K ≥ last) ≤ beside
