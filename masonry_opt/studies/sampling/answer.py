@@ -21,9 +21,6 @@ from masonry_opt.studies.sampling.estimates import fragility, quantiles, sensiti
 #: Probabilities of the quantiles that are told unless others are asked for, and the confidence of intervals.
 PROBABILITIES, CONFIDENCE = (0.05, 0.5, 0.95), 0.95
 
-#: Loads of a fragility curve unless others are asked for.
-_LOADS = 101
-
 #: Of what matters, so much is printed.
 _PRINTED = 5
 
@@ -87,14 +84,13 @@ class Sample:
         return quantiles(self.load_factors, _shares("probabilities", probabilities), _share(confidence))
 
     def fragility(self, loads: Sequence[float] | None = None, confidence: float = CONFIDENCE) -> pd.DataFrame:
-        """Probability of collapse at load factors (see :func:`~.estimates.fragility`); by default over all
-        that were found."""
+        """Probability of collapse at load factors (see :func:`~.estimates.fragility`); by default at those
+        that were found, where it rises, and a little to either side."""
         if loads is None:
-            found = self.load_factors[np.isfinite(self.load_factors)]
-            top = float(found.max()) if len(found) else 1.0
-            bottom = min(float(found.min()) if len(found) else 0.0, top)
-            aside = 0.05 * (top - bottom or abs(top) or 1.0)
-            loads = np.linspace(max(bottom - aside, 0.0), top + aside, _LOADS).tolist()
+            found = np.unique(self.load_factors[np.isfinite(self.load_factors)])
+            aside = 0.05 * (np.ptp(found) or found.max() or 1.0) if len(found) else 1.0
+            ends = (found[0] - aside, found[-1] + aside) if len(found) else (0.0, 1.0)
+            loads = [max(float(ends[0]), 0.0), *found.tolist(), float(ends[1])]
         return fragility(self.load_factors, loads, _share(confidence))
 
     def sensitivity(self, confidence: float = CONFIDENCE) -> pd.DataFrame:

@@ -6,11 +6,13 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from masonry_opt.errors import OptionError
 from masonry_opt.report.mechanism_plot import refuse_picture
 from masonry_opt.studies.palette import COLOURS
 from masonry_opt.studies.sampling.answer import CONFIDENCE, Sample
+from masonry_opt.studies.sampling.estimates import LIMITS
 
 #: So many of the numbers drawn are shown, those that matter most.
 _SHOWN = 15
@@ -34,17 +36,28 @@ def distribution(sample: Sample) -> Figure:
     """Histogram of the load factors, with quantiles and their intervals."""
     figure, found = _figure(), sample.load_factors
     axes, finite = figure.add_subplot(), found[np.isfinite(found)]
+    middle = (finite.min() + finite.max()) / 2 if len(finite) else 0.0
     if len(finite):
-        axes.hist(finite, bins="auto" if np.ptp(finite) > 0 else 1, color=_RUNS, alpha=0.55)
-    top = 1.22 * max(axes.get_ylim()[1], 1.0)
-    for row in sample.quantiles().to_dict("records"):
-        if not np.isfinite([row["value"], row["lower"], row["upper"]]).all():
+        bins = "auto" if np.ptp(finite) > 0 else 1
+        axes.hist(finite, bins=bins, color=_RUNS, alpha=0.55, edgecolor="white", linewidth=0.8)
+    top = max(axes.get_ylim()[1], 1.0)
+    for step, row in enumerate(sample.quantiles().to_dict("records")):
+        if not np.isfinite(row["value"]):
             continue
-        axes.axvspan(row["lower"], row["upper"], ymax=0.86, color=_MARKS, alpha=0.2, linewidth=0)
-        axes.axvline(row["value"], ymax=0.86, color=_MARKS, linewidth=1.5)
-        text = f"{row['probability']:.0%}\n{row['value']:.4f}"
-        axes.annotate(text, (row["value"], 0.87 * top), ha="center", va="bottom", fontsize=9)
-    axes.set_ylim(0, top)
+        # Each on a line of its own above the bars: quantiles may lie close together.
+        height = top * (1.06 + 0.09 * step)
+        known = np.isfinite([row["lower"], row["upper"]])
+        ends = [row[name] if there else row["value"] for name, there in zip(LIMITS, known, strict=True)]
+        axes.plot(ends, [height, height], color=_MARKS, linewidth=5, alpha=0.45, solid_capstyle="butt")
+        axes.plot([row["value"]] * 2, [0, height], color=_MARKS, linewidth=1.3)
+        aside, at = (6, "left") if row["value"] <= middle else (-6, "right")
+        text = f"{row['probability']:.0%}: {row['value']:.4f}"
+        beyond = ends[1] if at == "left" else ends[0]
+        axes.annotate(
+            text, (beyond, height), (aside, 0), textcoords="offset points", ha=at, va="center", fontsize=9
+        )
+    axes.set_ylim(0, 1.36 * top)
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_xlabel("load factor λ")
     axes.set_ylabel("runs")
     axes.set_title(f"{_title(sample)}\nquantiles, with {CONFIDENCE:.0%} confidence", fontsize=10)
@@ -62,9 +75,12 @@ def fragility(sample: Sample) -> Figure:
         color=_RUNS,
         alpha=0.25,
         linewidth=0,
+        step="post",
         label=f"{CONFIDENCE:.0%} confidence",
     )
-    axes.plot(curve["load"], curve["probability"], color=_RUNS, linewidth=1.8, label="share of runs")
+    axes.step(
+        curve["load"], curve["probability"], where="post", color=_RUNS, linewidth=1.8, label="share of runs"
+    )
     axes.set_ylim(0, 1)
     axes.set_xlim(float(curve["load"].min()), float(curve["load"].max()))
     axes.set_xlabel("load factor λ")
