@@ -32,6 +32,7 @@ _HOMES = {
     "scene.scene": ("Scene",),
     "scene.wall": ("Wall",),
     "studies.compare.api": ("compare",),
+    "studies.many.sweep": ("sweep",),
     "studies.margins.least": ("least", "most"),
     "studies.sampling.answer": ("Sample",),
     "studies.sampling.sample": ("sample",),

@@ -153,6 +153,13 @@ def solve(
     return replace(result, summary=summary_text(result))
 
 
+def refuse_options(
+    method: str, model: str | None, solver: str | None, tolerance: float | None, options: Mapping[str, Any]
+) -> None:
+    """Raise OptionError for what :func:`solve` would refuse whatever the scene: to be asked before many."""
+    _solver(_choose(method, options)[0], model, solver, tolerance)
+
+
 def refuse_unsuited(method: Method, assembly: Assembly) -> None:
     """Raise CaseError if nothing carries a live load, OptionError if the method does not know such joints."""
     problem = assembly.problem

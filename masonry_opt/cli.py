@@ -12,7 +12,6 @@ from collections.abc import Callable, Iterator
 from importlib import import_module
 from importlib.metadata import version as package_version
 from io import TextIOWrapper
-from json import loads as parse_json
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -23,11 +22,11 @@ from typer.core import TyperGroup
 
 from masonry_opt.analysis import solve as solve_scene
 from masonry_opt.answer.result import Result
+from masonry_opt.command_options import name_and_value
 from masonry_opt.duality import check as check_duality
 from masonry_opt.errors import (
     InterruptedByUserError,
     MasonryError,
-    OptionError,
     OutputError,
     printable,
 )
@@ -44,6 +43,7 @@ _LOADED = {
     "compare": "masonry_opt.studies.compare.command",
     "least": "masonry_opt.studies.margins.command",
     "reproduce": "masonry_opt.studies.paper.command",
+    "sweep": "masonry_opt.studies.many.command",
 }
 
 
@@ -111,7 +111,7 @@ def solve(
     """
     if plot is not None:
         refuse_picture(plot)
-    options = dict(_name_and_value(text) for text in option or [])
+    options = dict(map(name_and_value, option or []))
     errors = Console(stderr=True)
     steps: list[str] = []
     with errors.status(f"solving {escape(printable(str(case)))}") as status, _interrupts() as check_interrupt:
@@ -163,18 +163,6 @@ def export(
     Beside a .nl file stand the names of its rows and columns (.row, .col). Prints the files written.
     """
     print_text("\n".join(printable(str(path)) for path in export_program(case, file, method)))
-
-
-def _name_and_value(text: str) -> tuple[str, Any]:
-    name, equals, value = text.partition("=")
-    if not equals:
-        raise OptionError(f"option '{text}': write it as NAME=VALUE, such as beta=0.5")
-    for parse in (parse_json, float):  # float also reads .5
-        try:
-            return name, parse(value)
-        except ValueError:
-            continue
-    return name, value
 
 
 def _plot(result: Result, path: Path) -> None:

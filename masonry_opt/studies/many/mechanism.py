@@ -25,7 +25,9 @@ def mechanism(result: Result) -> dict[str, Any]:
     in_a_point = joints.length == 0
     half = np.where(in_a_point, problem.length_unit, joints.length / 2)
     slope = np.zeros(problem.joints)
-    slope[problem.sliding] = problem.dilatancy if solution.slope is None else solution.slope
+    # Blocks that fall under dead load do so by associative flow.
+    own = problem.friction if solution.load_factor is None else problem.dilatancy
+    slope[problem.sliding] = own if solution.slope is None else solution.slope
     slip, turning = (
         np.abs(result.joints["slip"].to_numpy()),
         np.abs(result.joints["rotation"].to_numpy()) * half,

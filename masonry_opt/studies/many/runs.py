@@ -39,6 +39,13 @@ COLUMNS = (
     "seconds",
 )
 
+#: Kinds of the columns of a table that are no real numbers.
+KINDS = {
+    **dict.fromkeys(("status", "reason", "mechanism", "message"), "object"),
+    **dict.fromkeys(("slides", "hinges", "separates", "blocks", "joints"), "Int64"),
+    "exact": "boolean",
+}
+
 
 @dataclass(frozen=True)
 class Study:
@@ -80,9 +87,9 @@ class Runner:
         try:
             row |= columns(self._solved(task))
         except MasonryError as error:
-            row |= {"status": REFUSED, "reason": REFUSED, "message": str(error)}
+            row = refused(task, error)
         except Exception as error:  # whatever it is, it is this run's result, and the others go on
-            row |= {"status": CRASHED, "reason": CRASHED, "message": f"{type(error).__name__}: {error}"}
+            row = _without_result(task, CRASHED, f"{type(error).__name__}: {error}")
         return row | {"seconds": time.perf_counter() - began}
 
     def _solved(self, task: Task) -> Result:
@@ -101,9 +108,19 @@ class Runner:
         )
 
 
+def refused(task: Task, error: MasonryError) -> dict[str, Any]:
+    """The row of a task that an error of its user's ended."""
+    return _without_result(task, REFUSED, str(error))
+
+
 def died(task: Task, how: str) -> dict[str, Any]:
     """The row of a task whose workers died, and how."""
-    return dict(task.values) | dict.fromkeys(COLUMNS) | {"status": DIED, "reason": DIED, "message": how}
+    return _without_result(task, DIED, how)
+
+
+def _without_result(task: Task, status: str, message: str) -> dict[str, Any]:
+    said = {"status": status, "reason": status, "message": message, "seconds": 0.0}
+    return dict(task.values) | dict.fromkeys(COLUMNS) | said
 
 
 def columns(result: Result) -> dict[str, Any]:

@@ -1,0 +1,194 @@
+"""Charts of a sweep: λ against one number, mechanisms named where they change; a heat map of two."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from masonry_opt.errors import OutputError
+from masonry_opt.files import write_whole
+from masonry_opt.studies.many.mechanism import HINGING, MIXED, NONE, SEPARATING, SLIDING
+from masonry_opt.studies.palette import COLOURS
+
+_LOOKS = dict(
+    zip((SLIDING, HINGING, MIXED, SEPARATING, NONE), zip(COLOURS, "so^Dv", strict=False), strict=False)
+)
+
+#: Values of the second number up to which each has a line of its own; stretches of one mechanism up to which
+#: each is named in the chart.
+_MOST_LINES, _MOST_NAMED = 7, 6
+
+#: What names are called beside the name itself, where they are many.
+_SYMBOLS = {
+    "joints.friction": "friction μ = tan φ",
+    "joints.friction_angle": "friction angle φ [°]",
+    "joints.dilatancy": "dilatancy tan φ₀",
+    "joints.dilatancy_angle": "dilatancy angle φ₀ [°]",
+    "joints.cohesion": "cohesion c",
+}
+
+_LOAD_FACTOR = "load factor λ"
+
+
+def write_charts(frame: pd.DataFrame, names: Sequence[str], folder: Path) -> list[Path]:
+    """Write what a sweep over these names shows, as PNG and SVG; returns the files.
+
+    Raises OutputError if one cannot be written.
+    """
+    figures = {"load_factor": against(frame, names)}
+    if len(names) == 2 and frame["load_factor"].notna().any():
+        figures["heat_map"] = heat_map(frame, names[0], names[1])
+    written = []
+    for name, figure in figures.items():
+        for suffix in ("png", "svg"):
+            content = io.BytesIO()
+            figure.savefig(content, format=suffix, dpi=150)
+            path = folder / f"{name}.{suffix}"
+            try:
+                write_whole(path, content.getvalue())
+            except OSError as error:
+                raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
+            written.append(path)
+    return written
+
+
+def against(frame: pd.DataFrame, names: Sequence[str]) -> Figure:
+    """λ against each number: of one as a line, of two as lines of the first, one a value of the second; of
+    more as points."""
+    shown = [names[0]] if len(names) <= 2 else list(names)
+    figure = Figure(figsize=(7.0, 4.6) if len(shown) == 1 else (3.4 * len(shown), 4.2), layout="constrained")
+    panels = figure.subplots(1, len(shown), sharey=True, squeeze=False)[0]
+    for axes, name in zip(panels, shown, strict=True):
+        axes.set_xlabel(label(name))
+        axes.grid(color="0.9", linewidth=0.5)
+        if len(names) == 2 and frame[names[1]].nunique() <= _MOST_LINES:
+            _lines(axes, frame, *names)
+        else:
+            _points(axes, frame, name, joined=len(names) == 1)
+        _failures(axes, frame, name)
+    panels[0].set_ylabel(_LOAD_FACTOR)
+    handles, labels = _listed(panels)
+    if labels:
+        # As many beside each other as there is room for.
+        columns = max(1, int(figure.get_figwidth() / (0.6 + 0.075 * max(map(len, labels)))))
+        figure.legend(handles, labels, loc="outside lower center", ncols=columns, fontsize=8, frameon=False)
+    return figure
+
+
+def _points(axes: Axes, frame: pd.DataFrame, name: str, joined: bool) -> None:
+    found = frame[frame["load_factor"].notna()].sort_values(name, kind="stable")
+    x, y = found[name].to_numpy(float), found["load_factor"].to_numpy(float)
+    if joined:
+        axes.plot(x, y, color="0.6", linewidth=1, zorder=1)
+    mechanisms = found["mechanism"].fillna(NONE).to_numpy()
+    for mechanism, (colour, marker) in _LOOKS.items():
+        own = mechanisms == mechanism
+        if own.any():
+            axes.plot(x[own], y[own], marker, color=colour, markersize=5, label=mechanism, zorder=2)
+    if joined:
+        _name_changes(axes, x, mechanisms)
+
+
+def _name_changes(axes: Axes, x: np.ndarray, mechanisms: np.ndarray) -> None:
+    """Lines where the mechanism changes, and what it is between them, above the chart."""
+    stretches = list(_stretches(mechanisms))
+    if not 1 < len(stretches) <= _MOST_NAMED:
+        return
+    above = axes.get_xaxis_transform()
+    for first, last in stretches:
+        begins = x[first] if first == 0 else (x[first - 1] + x[first]) / 2
+        ends = x[last] if last == len(x) - 1 else (x[last] + x[last + 1]) / 2
+        if first:
+            axes.axvline(begins, color="0.5", linewidth=0.8, linestyle=":")
+        mechanism = str(mechanisms[first])
+        axes.text(
+            (begins + ends) / 2,
+            1.02,
+            mechanism,
+            transform=above,
+            ha="center",
+            va="bottom",
+            fontsize=8,
+            color=_LOOKS[mechanism][0],
+            # Side by side, names of short stretches would run into each other.
+            rotation=0 if (ends - begins) > 0.12 * (x[-1] - x[0]) else 45,
+        )
+
+
+def _stretches(mechanisms: np.ndarray) -> Iterator[tuple[int, int]]:
+    """First and last of each stretch of one mechanism."""
+    if len(mechanisms) == 0:
+        return
+    starts = np.flatnonzero(np.r_[True, mechanisms[1:] != mechanisms[:-1]])
+    yield from zip(starts.tolist(), np.r_[starts[1:] - 1, len(mechanisms) - 1].tolist(), strict=True)
+
+
+def _lines(axes: Axes, frame: pd.DataFrame, name: str, other: str) -> None:
+    for (value, group), colour in zip(frame.groupby(other), COLOURS, strict=False):
+        found = group[group["load_factor"].notna()].sort_values(name, kind="stable")
+        axes.plot(
+            found[name], found["load_factor"], "o-", color=colour, markersize=4, label=f"{other} = {value:g}"
+        )
+
+
+def _failures(axes: Axes, frame: pd.DataFrame, name: str) -> None:
+    """Crosses at the foot of the chart where there is no load factor, with the status."""
+    failed = frame[frame["load_factor"].isna()]
+    if len(failed) and len(failed) < len(frame):
+        axes.margins(y=0.15)  # room for them below
+    for number, (status, group) in enumerate(failed.groupby("status", sort=False)):
+        axes.plot(
+            group[name],
+            np.full(len(group), 0.03 + 0.04 * number),
+            "x",
+            color="0.2",
+            alpha=1 / (1 + 0.5 * number),
+            transform=axes.get_xaxis_transform(),
+            label=f"no load factor: {status}",
+        )
+
+
+def _listed(panels: Sequence[Axes]) -> tuple[list[Artist], list[str]]:
+    """What the legend lists, each once."""
+    by_label: dict[str, Artist] = {}
+    for axes in panels:
+        for handle, text in zip(*axes.get_legend_handles_labels(), strict=True):
+            by_label.setdefault(str(text), handle)
+    return list(by_label.values()), list(by_label)
+
+
+def heat_map(frame: pd.DataFrame, across: str, up: str) -> Figure:
+    """λ over two numbers; grey where there is no load factor."""
+    values = frame.pivot(index=up, columns=across, values="load_factor").astype(float)
+    figure = Figure(figsize=(6.4, 4.8), layout="constrained")
+    axes = figure.add_subplot()
+    axes.set_facecolor("0.8")
+    x, y = _edges(values.columns.to_numpy(float)), _edges(values.index.to_numpy(float))
+    drawn = axes.pcolormesh(x, y, np.ma.masked_invalid(values.to_numpy()), cmap="viridis")
+    figure.colorbar(drawn, ax=axes, label=_LOAD_FACTOR)
+    axes.set(xlabel=label(across), ylabel=label(up))
+    if values.isna().any(axis=None):
+        axes.set_title("grey: no load factor", fontsize=9)
+    return figure
+
+
+def _edges(middles: np.ndarray) -> np.ndarray:
+    """Edges of cells round middles."""
+    if len(middles) == 1:
+        half = abs(middles[0]) * 0.05 or 0.5
+        return np.array([middles[0] - half, middles[0] + half])
+    between = (middles[1:] + middles[:-1]) / 2
+    first, last = 2 * middles[0] - between[0], 2 * middles[-1] - between[-1]
+    return np.concatenate([[first], between, [last]])
+
+
+def label(name: str) -> str:
+    """What an axis says of a number."""
+    return _SYMBOLS.get(name, name)

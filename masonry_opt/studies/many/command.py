@@ -1,0 +1,123 @@
+"""The command `masonry-opt sweep`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from masonry_opt.command_options import name_and_value
+from masonry_opt.errors import InterruptedByUserError, OptionError
+from masonry_opt.explain.sentences import numeral
+from masonry_opt.methods.registry import DEFAULT, METHODS
+from masonry_opt.report.terminal import print_text
+from masonry_opt.studies.many.sweep import sweep as sweep_scene
+from masonry_opt.studies.process import ended_by_kill
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+#: Values of one number at most: more are a slip of the keys.
+_MOST_VALUES = 100_000
+
+
+@app.command()
+def sweep(
+    case: Annotated[Path, typer.Argument(help="Case file (.toml or .json).", show_default=False)],
+    vary: Annotated[
+        list[str],
+        typer.Option(
+            help="NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,... of a number of the case, such as "
+            "joints.friction=0.3:0.8:11 or arch.thickness=0.3,0.4; may be repeated.",
+            show_default=False,
+        ),
+    ],
+    out: Annotated[Path, typer.Option(help="Folder of the table and charts.", show_default=False)],
+    method: Annotated[str, typer.Option(help=f"One of: {', '.join(METHODS)}.")] = DEFAULT,
+    model: Annotated[str | None, typer.Option(help="As of solve.")] = None,
+    solver: Annotated[str | None, typer.Option(help="As of solve.")] = None,
+    tolerance: Annotated[float | None, typer.Option(help="As of solve.", show_default=False)] = None,
+    option: Annotated[
+        list[str] | None,
+        typer.Option("--option", "-o", help="The method's own, as NAME=VALUE; may be repeated."),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(min=1, help="Processes. Default: one a core.", show_default=False)
+    ] = None,
+    dask: Annotated[
+        str | None, typer.Option(help="Address of a Dask scheduler, in place of processes.")
+    ] = None,
+    parquet: Annotated[bool, typer.Option("--parquet", help="Also runs.parquet.")] = False,
+) -> None:
+    """Solve CASE for every combination of values of its numbers; write a table (runs.csv) and charts.
+
+    An interrupted sweep goes on where it stopped. Exit code 0: done, whatever the runs found; 130:
+    interrupted; 2: wrong case file, name or option.
+    """
+    values = dict(map(_values, vary))
+    if len(values) < len(vary):
+        raise OptionError("--vary: a number is named twice")
+    errors = Console(stderr=True)
+    columns = (TextColumn("sweep"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    done = 0
+    with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
+        shown = bar.add_task("sweep", total=None)
+
+        def progress(count: int, of: int) -> None:
+            nonlocal done
+            done = count
+            bar.update(shown, completed=count, total=of)
+
+        try:
+            with ended_by_kill():
+                frame = sweep_scene(
+                    case,
+                    values,
+                    method=method,
+                    model=model,
+                    solver=solver,
+                    tolerance=tolerance,
+                    out=out,
+                    parquet=parquet,
+                    workers=workers,
+                    dask=dask,
+                    progress=progress,
+                    **dict(map(name_and_value, option or [])),
+                )
+        except KeyboardInterrupt:
+            raise InterruptedByUserError(
+                f"interrupted: {done} runs are kept, and the same command goes on from there"
+            ) from None
+    found = frame["load_factor"].dropna()
+    lines = [f"{len(frame)} runs, {len(found)} with a load factor"]
+    if len(found):
+        lines.append(f"λ from {numeral(found.min(), '.6f')} to {numeral(found.max(), '.6f')}")
+    for status, count in frame.loc[frame["load_factor"].isna(), "status"].value_counts().items():
+        lines.append(f"{count} {status}")
+    print_text("\n".join(lines))
+    errors.print(f"written: {out / 'runs.csv'}, charts beside it", markup=False, soft_wrap=True)
+
+
+def _values(text: str) -> tuple[str, list[float]]:
+    """A number's name and its values. Raises OptionError that says how to write them."""
+    name, equals, given = text.partition("=")
+    try:
+        if ":" in given:
+            first, last, count = given.split(":")
+            if not 1 <= int(count) <= _MOST_VALUES:
+                raise ValueError
+            # Rounded to what is written in a table: 0.35, not 0.35000000000000003.
+            values = [float(f"{value:.12g}") for value in np.linspace(float(first), float(last), int(count))]
+        else:
+            values = [float(value) for value in given.split(",")]
+        if not equals or not name:
+            raise ValueError
+    except ValueError:
+        raise OptionError(
+            f"--vary '{text}': write it as NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,..., such as "
+            "joints.friction=0.3:0.8:11"
+        ) from None
+    return name, values

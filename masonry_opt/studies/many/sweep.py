@@ -1,0 +1,143 @@
+"""A sweep: a scene's load factor over a grid of its numbers."""
+
+from __future__ import annotations
+
+import inspect
+import itertools
+import math
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from masonry_opt.analysis import as_scene, refuse_options
+from masonry_opt.errors import OptionError
+from masonry_opt.methods.registry import DEFAULT
+from masonry_opt.scene.scene import Scene
+from masonry_opt.studies.many.parameters import Parameters
+from masonry_opt.studies.many.runs import COLUMNS, Study
+from masonry_opt.studies.many.table import Maker, Progress, refuse_parquet, table, write_table
+
+
+def sweep(
+    scene: Scene | str | Path | Callable[..., Scene],
+    vary: Mapping[str, Sequence[float]],
+    *,
+    method: str = DEFAULT,
+    model: str | None = None,
+    solver: str | None = None,
+    tolerance: float | None = None,
+    out: str | Path | None = None,
+    parquet: bool = False,
+    workers: int | None = None,
+    dask: str | None = None,
+    progress: Progress = lambda done, of: None,
+    **options: Any,
+) -> pd.DataFrame:
+    """Solve a scene for every combination of values of its numbers.
+
+    Parameters
+    ----------
+    scene:
+        A scene, the path of a case file, or a function of the numbers that returns a scene.
+    vary:
+        Values by name. Of a scene: ``joints.friction``, ``block.A.weight``, ``arch.thickness``, ... (see
+        :mod:`~masonry_opt.studies.many.parameters`; a wrong name is told what there is). Of a function: its
+        arguments.
+    method, model, solver, tolerance, options:
+        As of :func:`~masonry_opt.analysis.solve`.
+    out:
+        Folder for ``runs.csv`` and charts. Runs that it holds already are not made again: an interrupted
+        sweep goes on where it stopped.
+    parquet:
+        Also ``runs.parquet`` (needs the extra ``parquet``).
+    workers:
+        Processes; by default one a core.
+    dask:
+        Address of a Dask scheduler, whose workers make the runs instead (needs the extra ``dask``).
+    progress:
+        Called with how many runs are done, and of how many.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row a run, the last of ``vary`` changing fastest: the values, ``load_factor`` (None without one),
+        ``status``, ``reason`` (code), ``exact``, ``associative``, the residuals of its certificate
+        (``equilibrium``, ``yield``, ``flow``, ``complementarity``), ``mechanism`` ("sliding", "hinging",
+        "mixed", "separating"; "none") and how many joints ``slides``, ``hinges``, ``separates``, ``blocks``,
+        ``joints``, ``message`` and ``seconds``. A run that fails is a row like any other, with status
+        "refused" where its values make no scene.
+
+    Raises
+    ------
+    OptionError
+        If a name, a value, a method or an option is wrong, or ``out`` holds runs of something else.
+    CaseError
+        If the case file or scene is wrong as it stands.
+    OutputError
+        If ``out`` cannot be written; runs already made are kept.
+    """
+    points = grid(vary)
+    refuse_options(method, model, solver, tolerance, options)
+    if parquet:
+        refuse_parquet()
+    make: Maker | None = None
+    if callable(scene) and not isinstance(scene, Scene):
+        make = maker(scene, list(vary))
+        study = Study(None, method, model, solver, tolerance, options)
+    else:
+        study = Study(as_scene(scene), method, model, solver, tolerance, options)
+        assert study.scene is not None
+        Parameters(study.scene).refuse_unknown(vary)
+    folder = None if out is None else Path(out)
+    frame = table(study, points, make=make, folder=folder, workers=workers, dask=dask, progress=progress)
+    if folder is not None:
+        # Charts are slow to import: only when they are needed.
+        from masonry_opt.studies.many.charts import write_charts
+
+        write_table(frame, folder, parquet)
+        write_charts(frame, list(vary), folder)
+    return frame
+
+
+def grid(vary: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
+    """All combinations, the last name's values changing fastest.
+
+    Raises OptionError if there is nothing to vary, or a value is no number.
+    """
+    if not isinstance(vary, Mapping) or not vary:
+        raise OptionError("vary must be values by name, such as {'joints.friction': [0.3, 0.4]}")
+    axes: list[list[float]] = []
+    for name, values in vary.items():
+        if name in COLUMNS:
+            raise OptionError(f"vary: '{name}' is a column of the table: call it something else")
+        try:
+            axis = [float(value) for value in values]
+        except (TypeError, ValueError):
+            raise OptionError(f"vary: '{name}' needs a list of numbers (found {values!r})") from None
+        if not axis or any(map(math.isnan, axis)):
+            raise OptionError(f"vary: '{name}' needs at least one number, and no NaN")
+        if len(set(axis)) < len(axis):
+            raise OptionError(f"vary: '{name}' has a value twice")
+        axes.append(axis)
+    return [dict(zip(vary, values, strict=True)) for values in itertools.product(*axes)]
+
+
+def maker(function: Callable[..., Scene], names: Sequence[str]) -> Maker:
+    """What makes a scene of values by a function of them.
+
+    Raises OptionError if the function does not take these names, and, when called, if it returns no scene.
+    """
+    try:
+        inspect.signature(function).bind(**dict.fromkeys(names))
+    except TypeError as error:
+        raise OptionError(f"the function of the scene takes other arguments: {error}") from None
+
+    def make(values: Mapping[str, float]) -> Scene:
+        scene = function(**values)
+        if not isinstance(scene, Scene):
+            raise OptionError(f"the function must return a Scene (found {type(scene).__name__})")
+        return scene
+
+    return make

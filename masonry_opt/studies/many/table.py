@@ -1,0 +1,115 @@
+"""All runs of a study as one table: those kept are read, the others made, whatever order they come in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from masonry_opt.errors import CaseError, OptionError, OutputError
+from masonry_opt.files import write_whole
+from masonry_opt.scene.scene import Scene
+from masonry_opt.studies.many.engine import engine
+from masonry_opt.studies.many.journal import Journal
+from masonry_opt.studies.many.parameters import is_of_joints
+from masonry_opt.studies.many.runs import COLUMNS, KINDS, Study, Task, refused
+
+#: Called with how many runs are done, and of how many.
+Progress = Callable[[int, int], None]
+
+#: Makes a scene from values.
+Maker = Callable[[Mapping[str, float]], Scene]
+
+
+def table(
+    study: Study,
+    points: Sequence[Mapping[str, float]],
+    *,
+    make: Maker | None = None,
+    folder: Path | None = None,
+    workers: int | None = None,
+    dask: str | None = None,
+    progress: Progress = lambda done, of: None,
+) -> pd.DataFrame:
+    """One row a point, in the order of the points.
+
+    Parameters
+    ----------
+    points: values by name.
+    make: the scene of a point, where the study has none; called in this process.
+    folder: where rows are kept as they come (see :class:`~.journal.Journal`); those there are not made again.
+    workers, dask: see :func:`~.engine.engine`.
+
+    Raises
+    ------
+    OptionError, OutputError
+        As the engine and the journal do.
+    """
+    journal = None if folder is None else Journal(folder, study)
+    rows: dict[int, dict[str, Any]] = {}
+    under_way: list[tuple[int, Task]] = []
+
+    def missing() -> Iterator[Task]:
+        for index in _neighbours_together(points):
+            values = points[index]
+            try:
+                task = Task(values, make(values) if make else None)
+            except CaseError as error:
+                rows[index] = refused(Task(values), error)
+                continue
+            found = journal.find(task) if journal else None
+            if found is None:
+                under_way.append((index, task))
+                yield task
+            else:
+                rows[index] = found
+
+    with engine(study, workers, dask) as made:
+        for number, row in made.map(missing()):
+            index, task = under_way[number]
+            under_way[number] = (index, Task({}))  # scenes are not kept
+            if journal:
+                journal.add(task, row)
+            rows[index] = row
+            progress(len(rows), len(points))
+    progress(len(rows), len(points))
+    names = list(points[0]) if points else []
+    frame = pd.DataFrame([rows[index] for index in range(len(points))], columns=[*names, *COLUMNS])
+    # Whatever is missing, a column has one kind.
+    return frame.astype({name: KINDS.get(name, "float64") for name in [*names, *COLUMNS]})
+
+
+def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
+    """Numbers of the points, those that differ in joint properties alone after one another: a worker builds
+    its programs once for all of them."""
+    seen: dict[tuple[float, ...], list[int]] = {}
+    for index, values in enumerate(points):
+        others = tuple(value for name, value in values.items() if not is_of_joints(name))
+        seen.setdefault(others, []).append(index)
+    return [index for alike in seen.values() for index in alike]
+
+
+def write_table(frame: pd.DataFrame, folder: Path, parquet: bool = False) -> list[Path]:
+    """Write ``runs.csv``, and ``runs.parquet`` if asked, each whole or not at all; returns them.
+
+    Raises OptionError if Parquet is wanted and not installed, OutputError if a file cannot be written.
+    """
+    contents: dict[str, str | bytes] = {"runs.csv": frame.to_csv(index=False, lineterminator="\n")}
+    if parquet:
+        refuse_parquet()
+        contents["runs.parquet"] = frame.to_parquet(None, index=False)
+    for name, content in contents.items():
+        try:
+            write_whole(folder / name, content)
+        except OSError as error:
+            raise OutputError(f"{folder / name}: cannot be written: {error.strerror}") from None
+    return [folder / name for name in contents]
+
+
+def refuse_parquet() -> None:
+    """Raise OptionError if Parquet files cannot be written here: to be asked before long work."""
+    if find_spec("pyarrow") is None:
+        raise OptionError("--parquet needs: pip install 'masonry_opt[parquet]'") from None
