@@ -69,6 +69,8 @@ def test_rank_correlation():
     for row in found.head(2).to_dict("records"):
         known = stats.spearmanr(drawn[row["parameter"]], values).statistic
         assert row["rank_correlation"] == pytest.approx(known)
+        half = stats.norm.ppf(1 - 0.05 / 3 / 2) * math.sqrt((1 + known**2 / 2) / 197)
+        assert math.atanh(row["upper"]) - math.atanh(row["lower"]) == pytest.approx(2 * half)
         assert row["lower"] < known < row["upper"]
     assert found.iloc[2].drop("parameter").isna().all()
 

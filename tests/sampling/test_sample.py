@@ -194,7 +194,25 @@ def test_a_sample_by_course_is_run_with_what_was_drawn():
     given = {"joints.friction": ("lognormal", 0.5, "10%"), f"block.{name}.weight": ("uniform", 1.0, 1.1)}
     found = mo.sample(scene, given, n=2, by="course", method="static", workers=1)
     draws = Draws(scene, given, "course", None)
-    for task, row in zip(
-        draws.tasks(draws.table(2, 0, "sobol")), found.table.to_dict("records"), strict=True
+    for values, row in zip(
+        draws.table(2, 0, "sobol").to_dict("records"), found.table.to_dict("records"), strict=True
     ):
-        assert row["load_factor"] == pytest.approx(mo.solve(task.scene, "static").load_factor, rel=1e-9)
+        assert {name: row[name] for name in values} == values
+        alone = mo.solve(draws.scene(values), "static")
+        assert row["load_factor"] == pytest.approx(alone.load_factor, rel=1e-9)
+
+
+def test_a_folder_holds_tables_and_charts_and_goes_on(tmp_path):
+    few = uncertain(4, workers=1, out=tmp_path)
+    seconds = few.table["seconds"].tolist()
+    more = uncertain(6, workers=1, out=tmp_path)
+    assert more.table["seconds"].tolist()[:4] == seconds  # the runs made before are not made again
+    kept = pd.read_csv(tmp_path / "runs.csv")
+    assert kept.columns.tolist() == more.table.columns.tolist()
+    np.testing.assert_array_equal(kept["load_factor"], more.table["load_factor"])
+    names = {path.name for path in tmp_path.iterdir()}
+    for kind in ("distribution", "fragility", "sensitivity"):
+        assert {f"{kind}.png", f"{kind}.svg"} <= names
+    assert {"quantiles.csv", "fragility.csv", "sensitivity.csv"} <= names
+    with pytest.raises(mo.OptionError, match="method"):
+        uncertain(4, workers=1, out=tmp_path, method="kinematic")

@@ -1,11 +1,11 @@
 """Least thickness of a semicircular arch of n voussoirs that cannot slide: Milankovitch (1907), Heyman.
 
-Thrust passes the extrados at the crown and at the springings, radius R + t/2, and must not leave the intrados
-at any joint between. At an angle β from the crown, the sectors above weigh β (per unit of their constant weight
-per angle) and have their centroids so that the moment about the joint's intrados is β r sin β − ℓ (1 − cos β),
-r = R − t/2, ℓ = R (1 + η²/12) with η = t/R. The crown's thrust H is at a lever R + t/2 − r cos β. Equilibrium
-about the springing's extrados gives H = π/2 − ℓ / (R + t/2). With an even number of voussoirs there is a joint
-at the crown, and β runs over multiples of π/n.
+The thrust passes the extrados at the crown and at the springings, at R + t/2, and must not leave the
+intrados, r = R - t/2, at any joint between. With R = 1, η = t/R and a weight of 1 per angle, the sectors
+between the crown and a joint at the angle β weigh β, and their moment about the joint's intrados is
+β r sin β - ℓ (1 - cos β), with ℓ = 1 + η²/12 for their centroids. The crown's thrust H has the lever
+1 + η/2 - r cos β. Balance about the springing's extrados gives H = π/2 - ℓ / (1 + η/2). With an even number
+of voussoirs there is a joint at the crown, and β runs over the multiples of π/n.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
+from masonry_opt.command_options import name_and_value
 from masonry_opt.errors import InterruptedByUserError, OptionError
 from masonry_opt.explain.sentences import numeral
 from masonry_opt.methods.registry import DEFAULT, METHODS
@@ -40,6 +41,10 @@ def least(
     method: Annotated[str, typer.Option(help=f"With --load: {', '.join(METHODS)}.")] = DEFAULT,
     tolerance: Annotated[float, typer.Option(help="Of the ends of the answer, relative.")] = TOLERANCE,
     samples: Annotated[int, typer.Option(help="Values between that are tried first.")] = SAMPLES,
+    option: Annotated[
+        list[str] | None,
+        typer.Option("--option", "-o", help="The method's own, as NAME=VALUE; may be repeated."),
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Find the least value of a number of CASE at which it stands, or carries a load.
@@ -67,6 +72,7 @@ def least(
                 tolerance=tolerance,
                 samples=samples,
                 progress=progress,
+                **dict(map(name_and_value, option or [])),
             )
         except KeyboardInterrupt:
             raise InterruptedByUserError("interrupted: nothing was found") from None

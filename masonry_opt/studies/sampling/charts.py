@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from masonry_opt.errors import OptionError
+from masonry_opt.files import write_whole
 from masonry_opt.report.mechanism_plot import refuse_picture
 from masonry_opt.studies.palette import COLOURS
 from masonry_opt.studies.sampling.answer import CONFIDENCE, Sample
@@ -28,7 +30,9 @@ def draw(sample: Sample, kind: str, path: str | Path | None) -> Figure:
         refuse_picture(Path(path))
     figure = KINDS[kind](sample)
     if path is not None:
-        figure.savefig(path, dpi=150)
+        content = io.BytesIO()
+        figure.savefig(content, format=Path(path).suffix.lower().removeprefix("."), dpi=150)
+        write_whole(path, content.getvalue())
     return figure
 
 
@@ -100,13 +104,17 @@ def sensitivity(sample: Sample) -> Figure:
     at = np.arange(len(shown))
     value = shown["rank_correlation"].to_numpy()
     reach = np.abs(shown[["lower", "upper"]].to_numpy().T - value)
-    axes.barh(at, value, color=_RUNS, alpha=0.7)
+    # What may as well be chance is pale.
+    certain = (shown["lower"] > 0) | (shown["upper"] < 0)
+    axes.barh(at, value, color=[_RUNS if known else "#BBBBBB" for known in certain], alpha=0.7)
     axes.errorbar(value, at, xerr=reach, fmt="none", ecolor="black", elinewidth=1, capsize=2.5)
     axes.axvline(0, color="black", linewidth=0.8)
     axes.set_yticks(at, shown["parameter"])
     axes.set_xlim(-1.05, 1.05)
     axes.set_ylim(-0.7, max(len(shown), 1) - 0.3)
-    axes.set_xlabel(f"rank correlation with λ ({CONFIDENCE:.0%} confidence)")
+    axes.set_xlabel(
+        f"rank correlation with λ ({CONFIDENCE:.0%} confidence that all intervals hold; grey: may be none)"
+    )
     left_out = f", the first {len(shown)} of {len(found)}" if len(found) > len(shown) else ""
     axes.set_title(f"{_title(sample)}{left_out}", fontsize=10)
     return figure

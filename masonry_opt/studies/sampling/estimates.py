@@ -63,7 +63,8 @@ def fragility(values: np.ndarray, loads: Sequence[float], confidence: float) -> 
 def sensitivity(drawn: pd.DataFrame, values: np.ndarray, confidence: float) -> pd.DataFrame:
     """Spearman's rank correlation of the load factor with each number drawn, strongest first.
 
-    The interval is Fisher's, with Bonett & Wright's (2000) variance (1 + r²/2) / (n − 3).
+    The interval is Fisher's, with Bonett & Wright's (2000) variance (1 + r²/2) / (n − 3). All of them hold
+    at once with the confidence (Bonferroni): of many numbers that do not matter some would else seem to.
 
     Returns
     -------
@@ -72,6 +73,7 @@ def sensitivity(drawn: pd.DataFrame, values: np.ndarray, confidence: float) -> p
         is the same in all runs.
     """
     n, rows = len(values), []
+    each = 1 - (1 - confidence) / max(drawn.shape[1], 1)
     ranks = stats.rankdata(values)
     for name in drawn:
         own = stats.rankdata(drawn[name].to_numpy())
@@ -79,7 +81,7 @@ def sensitivity(drawn: pd.DataFrame, values: np.ndarray, confidence: float) -> p
             rows.append((name, math.nan, math.nan, math.nan))
             continue
         r = float(np.clip(np.corrcoef(own, ranks)[0, 1], -1.0, 1.0))
-        rows.append((name, r, *_fisher(r, n, confidence)))
+        rows.append((name, r, *_fisher(r, n, each)))
     found = pd.DataFrame(rows, columns=["parameter", "rank_correlation", *LIMITS])
     order = found["rank_correlation"].abs().sort_values(ascending=False, kind="stable", na_position="last")
     return found.loc[order.index].reset_index(drop=True)

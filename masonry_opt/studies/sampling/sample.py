@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +10,13 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from masonry_opt.analysis import as_scene
+from masonry_opt.analysis import as_scene, refuse_options
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.many.engine import engine
 from masonry_opt.studies.many.parameters import Parameters, is_of_joints
-from masonry_opt.studies.many.runs import COLUMNS, Study, Task
+from masonry_opt.studies.many.runs import Study
+from masonry_opt.studies.many.table import Progress, refuse_parquet, table
 from masonry_opt.studies.sampling.answer import Sample
 from masonry_opt.studies.sampling.distributions import Distribution, distribution
 from masonry_opt.studies.sampling.draws import SEQUENCES, scores
@@ -34,14 +34,16 @@ def sample(
     seed: int = 0,
     by: str = "scene",
     correlation: float | None = None,
-    sequence: str = "sobol",
+    sequence: str | None = None,
     method: str = DEFAULT,
     model: str | None = None,
     solver: str | None = None,
     tolerance: float | None = None,
+    out: str | Path | None = None,
+    parquet: bool = False,
     workers: int | None = None,
     dask: str | None = None,
-    progress: Callable[[int, int], None] = lambda done, of: None,
+    progress: Progress = lambda done, of: None,
     **options: Any,
 ) -> Sample:
     """Find the load factors of a scene whose numbers are uncertain.
@@ -63,7 +65,7 @@ def sample(
         Nothing is cut off: where values are drawn that the scene does not take, such as a friction below
         zero, nothing is run, and the error says how likely they are.
     n:
-        Runs. With Sobol's sequence a power of two is best. A larger number adds to the runs of a smaller.
+        Runs. With Sobol's sequence a power of two is best. A larger number adds to the runs of a smaller one.
     seed:
         Of the draws: the same seed gives the same table, whatever the number of workers.
     by:
@@ -74,42 +76,60 @@ def sample(
         independent), or between all joints (``by="joint"``; 0 unless given). Of the normal scores from which
         values are made, so exactly that of normal distributions.
     sequence:
-        "sobol" or "halton", scrambled, or "random": independent points.
+        "sobol" (the default up to 10 numbers) or "halton", both scrambled, or "random" (the default above):
+        independent points. Of many numbers Sobol's points move some as one, unless there are thousands of
+        runs.
     method, model, solver, tolerance, **options:
         Of :func:`~masonry_opt.analysis.solve`.
-    workers, dask:
-        Processes, or the address of a cluster's scheduler, as in ``mo.sweep``.
-    progress:
-        Called with the number of runs made and of all.
+    out:
+        Folder for ``runs.csv``, ``quantiles.csv``, ``fragility.csv``, ``sensitivity.csv`` and a chart of
+        each. Runs that it holds already are not made again.
+    parquet, workers, dask, progress:
+        As of ``mo.sweep``.
 
     Raises
     ------
     OptionError
-        If a name, distribution or argument is wrong, or values are drawn that the scene does not take.
+        If a name, distribution or argument is wrong, values are drawn that the scene does not take, or
+        ``out`` holds runs of something else.
     CaseError
         If the scene is wrong.
+    OutputError
+        If ``out`` cannot be written; runs already made are kept.
     """
     scene = as_scene(scene)
     for name, value in (("n", n), ("seed", seed)):
         if not isinstance(value, int) or isinstance(value, bool) or value < (name == "n"):
             raise OptionError(f"{name} must be a whole number, {int(name == 'n')} or more (found {value!r})")
+    refuse_options(method, model, solver, tolerance, options)
+    if parquet:
+        refuse_parquet()
     draws = Draws(scene, distributions, by, correlation)
-    table = draws.table(n, seed, sequence)
-    draws.refuse_impossible(table)
+    values = draws.table(n, seed, sequence)
+    draws.refuse_impossible(values)
     study = Study(None if draws.spreads else scene, method, model, solver, tolerance, options)
-    rows: list[dict[str, Any]] = [{}] * n
-    done = 0
-    with engine(study, workers, dask) as made:
-        for number, row in made.map(draws.tasks(table)):
-            rows[number] = row
-            done += 1
-            progress(done, n)
-    return Sample(
+    folder = None if out is None else Path(out)
+    runs = table(
+        study,
+        [{str(name): value for name, value in row.items()} for row in values.to_dict("records")],
+        make=draws.scene if draws.spreads else None,
+        folder=folder,
+        workers=workers,
+        dask=dask,
+        progress=progress,
+    )
+    found = Sample(
         case=scene.origin if scene.origin != "scene" else scene.title or "scene",
-        table=pd.DataFrame(rows, columns=[*table, *COLUMNS]),
-        drawn=tuple(table),
+        table=runs,
+        drawn=tuple(map(str, values)),
         distributions={name: draws.told(name) for name in draws.distributions},
     )
+    if folder is not None:
+        # Charts are slow to import: only when they are needed.
+        from masonry_opt.studies.sampling.folder import write_sample
+
+        write_sample(found, folder, parquet)
+    return found
 
 
 class Draws:
@@ -156,9 +176,9 @@ class Draws:
             return text
         return f"{text} by {self._by}, correlation {self._correlation:g}"
 
-    def table(self, count: int, seed: int, sequence: str) -> pd.DataFrame:
+    def table(self, count: int, seed: int, sequence: str | None) -> pd.DataFrame:
         """The values of each run, one column a number."""
-        if sequence not in SEQUENCES:
+        if sequence is not None and sequence not in SEQUENCES:
             raise OptionError(f"sequence '{sequence}' is unknown; choose from: {', '.join(SEQUENCES)}")
         names: list[str] = []
         of: list[Distribution] = []
@@ -194,13 +214,10 @@ class Draws:
                         "as scipy.stats.truncnorm"
                     ) from None
 
-    def tasks(self, table: pd.DataFrame) -> Iterator[Task]:
-        """The runs, as they are asked for."""
-        once = [name for name in self.distributions if name not in self.spreads]
-        for record in table.to_dict("records"):
-            values = {str(name): float(value) for name, value in record.items()}
-            made = None
-            if self.spreads:
-                made = self._parameters.at({name: values[name] for name in once})
-                made = with_values(made, list(self.spreads.values()), values)
-            yield Task(values, made)
+    def scene(self, values: Mapping[str, float]) -> Scene:
+        """The scene of a run.
+
+        Raises CaseError if its values make none.
+        """
+        once = {name: values[name] for name in self.distributions if name not in self.spreads}
+        return with_values(self._parameters.at(once), list(self.spreads.values()), values)
