@@ -90,9 +90,10 @@ def test_the_answer_as_json(block):
 
 
 @pytest.mark.parametrize("kind", ["distribution", "fragility", "sensitivity"])
-def test_pictures(block, kind, tmp_path):
-    block.plot(kind, tmp_path / "picture.svg")
-    assert (tmp_path / "picture.svg").read_text().startswith("<?xml")
+def test_pictures(block, kind):
+    axes = block.plot(kind).axes[0]
+    assert axes.get_xlabel()
+    assert axes.has_data()
     with pytest.raises(mo.OptionError, match="kind"):
         block.plot("histogram")
 

@@ -6,8 +6,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -17,6 +16,9 @@ from masonry_opt.errors import OptionError, printable
 from masonry_opt.explain.sentences import numeral
 from masonry_opt.studies.margins.threshold import ANY_LOAD
 from masonry_opt.studies.sampling.estimates import fragility, quantiles, sensitivity
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: Probabilities of the quantiles that are told unless others are asked for, and the confidence of intervals.
 PROBABILITIES, CONFIDENCE = (0.05, 0.5, 0.95), 0.95
@@ -97,26 +99,18 @@ class Sample:
         """Which of the numbers drawn matter: rank correlations (see :func:`~.estimates.sensitivity`)."""
         return sensitivity(self.table[list(self.drawn)], self.load_factors, _share(confidence))
 
-    def plot(self, kind: str = "distribution", path: str | Path | None = None) -> Any:
+    def plot(self, kind: str = "distribution") -> Figure:
         """Draw the "distribution" of the load factor, its "fragility" curve or the "sensitivity" to what was
-        drawn.
+        drawn, as a matplotlib figure without pyplot's state.
 
-        Parameters
-        ----------
-        path: file to write (.png, .svg, .pdf).
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-
-        Raises
-        ------
-        OptionError
-            If the kind is unknown, or the file cannot be written.
+        Raises OptionError if there is no such kind.
         """
-        from masonry_opt.studies.sampling.charts import draw
+        # Charts are slow to import: only when they are needed.
+        from masonry_opt.studies.sampling.charts import KINDS
 
-        return draw(self, kind, path)
+        if kind not in KINDS:
+            raise OptionError(f"kind '{kind}' is unknown; choose from: {', '.join(KINDS)}")
+        return KINDS[kind](self)
 
     def __str__(self) -> str:
         lines = {

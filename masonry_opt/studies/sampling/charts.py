@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from masonry_opt.errors import OptionError
-from masonry_opt.files import write_whole
-from masonry_opt.report.mechanism_plot import refuse_picture
 from masonry_opt.studies.palette import COLOURS
 from masonry_opt.studies.sampling.answer import CONFIDENCE, Sample
 from masonry_opt.studies.sampling.estimates import LIMITS
@@ -20,20 +16,6 @@ from masonry_opt.studies.sampling.estimates import LIMITS
 _SHOWN = 15
 
 _RUNS, _MARKS = COLOURS[0], COLOURS[1]
-
-
-def draw(sample: Sample, kind: str, path: str | Path | None) -> Figure:
-    """See :meth:`.answer.Sample.plot`."""
-    if kind not in KINDS:
-        raise OptionError(f"kind '{kind}' is unknown; choose from: {', '.join(KINDS)}")
-    if path is not None:
-        refuse_picture(Path(path))
-    figure = KINDS[kind](sample)
-    if path is not None:
-        content = io.BytesIO()
-        figure.savefig(content, format=Path(path).suffix.lower().removeprefix("."), dpi=150)
-        write_whole(path, content.getvalue())
-    return figure
 
 
 def distribution(sample: Sample) -> Figure:

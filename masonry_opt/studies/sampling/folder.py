@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from pathlib import Path
 
 from masonry_opt.errors import OutputError
@@ -27,6 +28,8 @@ def write_sample(sample: Sample, folder: Path, parquet: bool = False) -> None:
             write_whole(folder / f"{name}.csv", frame.to_csv(index=False, lineterminator="\n"))
         for kind in KINDS:
             for suffix in ("png", "svg"):
-                sample.plot(kind, folder / f"{kind}.{suffix}")
+                content = io.BytesIO()
+                sample.plot(kind).savefig(content, format=suffix, dpi=150)
+                write_whole(folder / f"{kind}.{suffix}", content.getvalue())
     except OSError as error:
         raise OutputError(f"{folder}: cannot be written: {error.strerror}") from None
