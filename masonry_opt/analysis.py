@@ -1,49 +1,25 @@
-"""``solve``: a scene, a method and a solver to a result. Load, assemble, see that it stands, run, accept."""
+"""``solve``: a scene, a method and a solver to a result; what may be asked for is checked here."""
 
 from __future__ import annotations
 
 import difflib
 import reprlib
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.reasons import Code
-from masonry_opt.answer.result import Result, make_result
-from masonry_opt.answer.solution import Solution
-from masonry_opt.answer.status import Status
+from masonry_opt.answer.result import Result
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.explain.diagnosis import DeadLoadUndecided, falling_mechanism
-from masonry_opt.explain.holding import what_would_hold
-from masonry_opt.explain.no_load_factor import (
-    held_by_wedging,
-    movers,
-    name_locking_joints,
-    settle_existence,
-)
-from masonry_opt.explain.sense import warnings_of
-from masonry_opt.explain.sentences import message, sentences
-from masonry_opt.explain.summary import summary_text
-from masonry_opt.methods.associative import KINEMATIC, STATIC, associative
 from masonry_opt.methods.registry import DEFAULT, METHODS
-from masonry_opt.methods.task import Method, Progress, Task
-from masonry_opt.problem.assembly import Assembly, assemble
-from masonry_opt.problem.problem import Problem
+from masonry_opt.methods.task import Method, Progress
+from masonry_opt.problem.kept import Kept
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
+from masonry_opt.session import Session
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, SolverEntry, find_entry, find_solver
-
-#: Joints up to which the associative load factor is computed where a method leaves none: the loop, to
-#: which larger scenes go, begins with it.
-_BESIDE_UP_TO = 8000
-
-#: A load factor this little below zero is zero.
-_NEGATIVE = 1e-6
 
 #: Options under other names than they once had: the new name, of an option or a method, and what else has
 #: changed.
@@ -117,83 +93,47 @@ def solve(
     """
     if not callable(progress):
         raise OptionError(f"progress must be a function of a step (found {progress!r})")
-    chosen, own_options = _choose(method, options)
-    named = _solver(chosen, model, solver, tolerance)
+    session = prepare(method, model=model, solver=solver, tolerance=tolerance, **options)
     effort = Effort()
     with effort.measure("scene"):
         scene = as_scene(scene)
-        assembly = assemble(scene)
-    problem = assembly.problem
-    refuse_unsuited(chosen, assembly)
+    return session.solve(scene, progress, effort)
+
+
+def prepare(
+    method: str = DEFAULT,
+    *,
+    model: str | None = None,
+    solver: str | None = None,
+    tolerance: float | None = None,
+    keeps: bool = False,
+    **options: Any,
+) -> Session:
+    """A session that solves scenes as :func:`solve` would.
+
+    Parameters
+    ----------
+    keeps: whether it keeps geometry and compiled programs for scenes that differ in joint properties alone:
+        for many scenes.
+    method, model, solver, tolerance, options: as of :func:`solve`.
+
+    Raises
+    ------
+    OptionError
+        If one of these is unknown or not available, whatever the scene.
+    """
+    chosen, own_options = _choose(method, options)
+    named = _solver(chosen, model, solver, tolerance)
     # Of methods that bring their own solver nobody named one: what is quick decides whether the scene stands.
-    of_dead_load = find_solver("cvxpy", None) if solver is None and chosen.own_tolerances else named
-    solution = _unless_it_stands(assembly, of_dead_load, effort)
-    if solution is None:
-        solution = chosen.run(Task(problem, named, own_options, effort, progress))
-        solution.accept(problem)
-        if solution.load_factor is not None and solution.load_factor < -_NEGATIVE:
-            held_by_wedging(assembly, solution)
-        is_associative = chosen in (STATIC, KINEMATIC)
-        if not is_associative:
-            _set_beside(problem, solution, effort)
-        if solution.load_factor is None:
-            settle_existence(assembly, solution, effort, is_associative)
-            name_locking_joints(assembly, solution, named)
-    result = make_result(
-        assembly,
-        solution,
-        effort,
-        method=method,
-        model=named.language,
-        solver=named.name,
-        message=message(solution.reasons),
-    )
-    warnings = warnings_of(assembly, result.infeasibility)
-    result = replace(result, warnings=warnings, warning_sentences=sentences(warnings))
-    return replace(result, summary=summary_text(result))
+    dead_load = find_solver("cvxpy", None) if solver is None and chosen.own_tolerances else named
+    return Session(chosen, named, own_options, dead_load, Kept(keeps))
 
 
 def refuse_options(
     method: str, model: str | None, solver: str | None, tolerance: float | None, options: Mapping[str, Any]
 ) -> None:
     """Raise OptionError for what :func:`solve` would refuse whatever the scene: to be asked before many."""
-    _solver(_choose(method, options)[0], model, solver, tolerance)
-
-
-def refuse_unsuited(method: Method, assembly: Assembly) -> None:
-    """Raise CaseError if nothing carries a live load, OptionError if the method does not know such joints."""
-    problem = assembly.problem
-    if not problem.live_norm:
-        raise CaseError(
-            f"{assembly.scene.origin}: no block carries a live load: give one 'live = [fx, fy]' "
-            "(a [wall]: 'live', as a multiple of its weight), an [[edge_load]] of kind \"live\", or "
-            "'tilt = \"right\"' to tilt the ground"
-        )
-    if method.constant_dilatancy and problem.dilatancy_depends_on_stress:
-        raise OptionError(
-            f"method '{method.name}' does not know dilatancy that falls with stress: use 'nonassociative', "
-            "or leave 'dilatancy_stress' out"
-        )
-    if len(problem.crushing) and not method.crushing:
-        raise OptionError(
-            f"method '{method.name}' does not know joints of limited strength: use another, or leave "
-            "'strength' out"
-        )
-
-
-def _set_beside(problem: Problem, solution: Solution, effort: Effort) -> None:
-    """Give a Coulomb answer the associative load factor, which none exceeds, unless its method has it.
-
-    Where it is proven that no load factor exists, statics carry any multiple of the load: none is computed.
-    """
-    wanted = solution.associative is None and not solution.proven_none
-    if wanted and problem.joints <= _BESIDE_UP_TO:
-        task = Task(problem)
-        effort.uses(task.solver.name, "associative")
-        with effort.measure("associative"):
-            beside = associative(task, by_chords=True)
-        if beside.accept(problem):
-            solution.associative = beside.load_factor
+    prepare(method, model=model, solver=solver, tolerance=tolerance, **options)
 
 
 def as_scene(scene: Scene | str | Path) -> Scene:
@@ -304,25 +244,3 @@ def _takes(method: Method, entry: SolverEntry) -> bool:
 
 def _names(of: Callable[[Method], bool]) -> str:
     return ", ".join(name for name, method in METHODS.items() if of(method))
-
-
-def _unless_it_stands(assembly: Assembly, solver: Solver, effort: Effort) -> Solution | None:
-    """Why there is no load factor of a scene that does not stand under its dead load."""
-    problem, own = assembly.problem, Effort()
-    solution = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE)
-    with effort.measure("dead_load"):
-        try:
-            falling = falling_mechanism(problem, solver, own)
-        except DeadLoadUndecided as word:
-            solution.end(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, word=str(word))
-            return solution
-        finally:
-            # Which solver decides is told; its programs and their time are those of the check.
-            effort.credit(own)
-    if falling is None:
-        return None
-    solution.d = falling
-    solution.add(Code.FALLS, blocks=movers(assembly, falling))
-    with effort.measure("dead_load"):
-        solution.reasons += what_would_hold(assembly, falling, solver, own)
-    return solution

@@ -107,14 +107,13 @@ def residuals(
     The certificate measures forces in median weights and total loads, in which a block very much lighter
     than the others disappears. If it carries the live load, λ is its alone: hence each block for itself.
     """
-    certificate = certify(problem, load_factor, q, d, slope, by_parabola)
+    left = _of_certificate(problem, load_factor, q, d, slope, by_parabola)
     unbalanced = problem.unbalanced(load_factor, q)
     work, scale = float(problem.live @ d), max(abs(load_factor), SMALLEST)
     acting = largest_acting(problem, load_factor, q)
     wasted = float(np.abs(unbalanced * d).sum())
     return {
-        **certificate.as_dict(),
-        "complementarity": certificate.complementarity / scale,
+        **left,
         # A live load that drives nothing: its entries are below what the solver takes for zero.
         "work": wasted / work / scale if work > 0 else inf,
         "block": _balance(problem, unbalanced, acting),
@@ -122,29 +121,60 @@ def residuals(
     }
 
 
+def passes(
+    problem: Problem,
+    kind: Kind,
+    load_factor: float,
+    q: np.ndarray,
+    d: np.ndarray,
+    slope: np.ndarray,
+    by_parabola: bool = False,
+) -> bool:
+    """Whether an answer is within the limits of a kind; what is soonest computed is asked first."""
+    given = load_factor, q, d, slope, by_parabola
+    limits = LIMITS[kind]
+    return not limits.failing(_of_certificate(problem, *given)) and not limits.failing(
+        residuals(problem, *given)
+    )
+
+
+def _of_certificate(
+    problem: Problem,
+    load_factor: float,
+    q: np.ndarray,
+    d: np.ndarray,
+    slope: np.ndarray,
+    by_parabola: bool,
+) -> dict[str, float]:
+    """The certificate's residuals, complementarity as a share of |λ|."""
+    certificate = certify(problem, load_factor, q, d, slope, by_parabola)
+    share = certificate.complementarity / max(abs(load_factor), SMALLEST)
+    return {**certificate.as_dict(), "complementarity": share}
+
+
 def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.ndarray:
     """Largest force (a load, n or s) that acts on each block, or the least that matters, shape (b,)."""
     loads = np.abs(problem.dead) + abs(load_factor * problem.live)
     loads = np.maximum(loads[0::3], loads[1::3])
     at_joints = np.abs(q[: 2 * problem.joints]).reshape(2, -1).max(axis=0)
-    carried = problem.ends.multiply(at_joints[None, :]).max(axis=1).toarray().ravel()
+    carried, (block, joint) = np.zeros(problem.blocks), problem.touching
+    np.maximum.at(carried, block, at_joints[joint])
     least = _NO_MATTER * max(abs(load_factor), SMALLEST) * problem.live_norm
     return np.maximum(np.maximum(loads, carried), least)
 
 
 def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
     """Of each joint, the largest force on that of its movable blocks that carries less, shape (c,)."""
-    # Zeros of a sparse matrix count in a minimum, so the maximum of the inverse.
-    return 1 / problem.ends.multiply(1 / acting[:, None]).max(axis=0).toarray().ravel()
+    lesser, (block, joint) = np.full(problem.joints, inf), problem.touching
+    np.minimum.at(lesser, joint, acting[block])
+    return lesser
 
 
 def _balance(problem: Problem, unbalanced: np.ndarray, acting: np.ndarray) -> float:
     """Largest force out of balance on a block over the largest that acts on it; a moment over that force
     at the longest arm."""
-    arms = abs(problem.B[2::3, : 2 * problem.joints]).max(axis=1).toarray().ravel()
-    half = problem.ends.multiply(problem.half_length[None, :]).max(axis=1).toarray().ravel()
     forces = np.maximum(np.abs(unbalanced[0::3]), np.abs(unbalanced[1::3])) / acting
-    moments = np.abs(unbalanced[2::3]) / (acting * np.maximum(arms, half))
+    moments = np.abs(unbalanced[2::3]) / (acting * problem.longest_arm)
     return float(np.maximum(forces, moments).max())
 
 

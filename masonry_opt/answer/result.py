@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from masonry_opt.answer.acceptance import LIMITS, Kind, residuals
+from masonry_opt.answer.acceptance import Kind, passes
 from masonry_opt.answer.certificate import Certificate, certify
 from masonry_opt.answer.infeasibility import InfeasibilityCertificate
 from masonry_opt.answer.reasons import Reason
@@ -245,8 +245,7 @@ def _is_exact(problem: Problem, solution: Solution) -> bool:
     if solution.load_factor is None or solution.q is None or solution.d is None:
         return False
     forces = solution.load_factor, solution.q, solution.d
-    left = residuals(problem, *forces, problem.dilatancy, solution.parabola)
-    return not LIMITS[Kind.EXACT].failing(left)
+    return passes(problem, Kind.EXACT, *forces, problem.dilatancy, solution.parabola)
 
 
 def _left_out(assembly: Assembly, solution: Solution) -> tuple[str, ...]:

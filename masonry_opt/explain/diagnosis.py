@@ -10,6 +10,8 @@ from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyStanding
+from masonry_opt.models.cvxpy_terms import ShearParameters
+from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine, has_optimum
 from masonry_opt.solvers.registry import Solver, in_cvxpy
@@ -28,7 +30,9 @@ class DeadLoadUndecided(Exception):
     """The solver failed to say whether the scene stands; the message is its word."""
 
 
-def falling_mechanism(problem: Problem, solver: Solver, effort: Effort) -> np.ndarray | None:
+def falling_mechanism(
+    problem: Problem, solver: Solver, effort: Effort, kept: Kept | None = None
+) -> np.ndarray | None:
     """Block velocities with which blocks fall under dead load alone, shape (3b,); None if all stand.
 
     The scene stands if eq. (9) without live load has a state. Else the mechanism is the dual ray,
@@ -37,6 +41,7 @@ def falling_mechanism(problem: Problem, solver: Solver, effort: Effort) -> np.nd
     Parameters
     ----------
     solver: what the analysis was asked to use; see :func:`~masonry_opt.solvers.registry.in_cvxpy`.
+    kept: programs of the analyses before this one.
 
     Raises
     ------
@@ -44,8 +49,19 @@ def falling_mechanism(problem: Problem, solver: Solver, effort: Effort) -> np.nd
         If the solver fails on both.
     """
     chosen, limits = in_cvxpy(solver), ShearLimits.true(problem)
-    standing = CvxpyStanding(problem, limits)
-    solved = CvxpyEngine(standing.program, chosen, effort, DEAD_LOAD).solve()
+    kept = kept or Kept()
+
+    def declared() -> tuple[ShearParameters, CvxpyEngine]:
+        parameters = ShearParameters(limits)
+        program = CvxpyStanding(problem, parameters).program
+        return parameters, CvxpyEngine(program, chosen, effort, DEAD_LOAD, repeats=kept.keeps)
+
+    def renewed(of: tuple[ShearParameters, CvxpyEngine]) -> tuple[ShearParameters, CvxpyEngine]:
+        of[0].set(limits)
+        of[1].renew(effort)
+        return of
+
+    solved = kept.of((DEAD_LOAD, chosen.key), problem, declared, renewed)[1].solve()
     if solved.optimal:
         return None
     driven = _driven(problem, problem.dead, limits, chosen, effort, DEAD_LOAD)

@@ -7,6 +7,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.explain.diagnosis import no_optimum
 from masonry_opt.methods.task import Method, Task
+from masonry_opt.problem.problem import ShearLimits
 from masonry_opt.solvers.driver import Driver
 
 
@@ -21,7 +22,16 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
     """
     problem = task.problem
     parabola = bool(len(problem.crushing)) and task.solver.entry.conic and not by_chords
-    driver = Driver(problem, formulation, task.solver, task.effort, of_load=True, parabola=parabola)
+
+    def declared() -> Driver:
+        repeats = task.kept.keeps
+        return Driver(
+            problem, formulation, task.solver, task.effort, of_load=True, repeats=repeats, parabola=parabola
+        )
+
+    limits = ShearLimits.true(problem)
+    key = ("associative", formulation, task.solver.key, parabola)
+    driver = task.kept.of(key, problem, declared, lambda kept: kept.renew(limits, task.effort))
     answer = driver.solve()
     solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, slope=problem.friction, size=driver.size())
     solution.parabola = parabola

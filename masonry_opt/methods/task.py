@@ -11,6 +11,7 @@ from pydantic import BaseModel, ConfigDict
 from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.errors import OptionError
+from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.registry import Solver, find_solver
 
@@ -36,6 +37,7 @@ class Task:
     options: the method's own; None if it has none.
     effort: where time, programs and solvers are counted.
     progress: called with every step.
+    kept: programs of the analyses before this one, of problems that differ in the joints' law alone.
     """
 
     problem: Problem
@@ -43,6 +45,7 @@ class Task:
     options: Any = None
     effort: Effort = field(default_factory=Effort)
     progress: Progress = lambda _: None
+    kept: Kept = field(default_factory=Kept)
 
     def with_options(self, options: Any, solver: Solver | None = None) -> Task:
         """The same task for another method, its effort counted with this one's."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -10,10 +10,13 @@ import scipy.sparse as sp
 from masonry_opt.errors import CaseError
 from masonry_opt.problem.edge_loads import EdgeForces, edge_forces
 from masonry_opt.problem.problem import Problem
-from masonry_opt.scene.contact import Joints, find_joints
+from masonry_opt.scene.contact import Joints, find_joints, with_properties
 from masonry_opt.scene.geometry import Geometry, geometry
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tilt import turned_towards
+
+#: What geometry, loads and matrices follow from; all else of a scene is joint properties and words.
+_OF_GEOMETRY = ("gravity", "tolerance", "thickness", "tilt", "blocks", "edge_loads")
 
 
 @dataclass(frozen=True)
@@ -77,28 +80,49 @@ def assemble(scene: Scene) -> Assembly:
             f"{scene.origin}: loads differ by more than double precision carries: the median block's is "
             f"{force_unit:.3g}; give weights and loads in one unit"
         )
-    sliding = np.flatnonzero(np.isfinite(joints.friction))
-    crushing = np.flatnonzero(np.isfinite(joints.strength) & ~in_a_point)
-    # What stresses act on. A corner has none: there dilatancy does not depend on stress.
-    section = joints.length * scene.thickness
-    acts_on = np.where(in_a_point, 1.0, section)
-    stress = np.where(in_a_point[:, None], np.inf, joints.dilatancy_stress)
     problem = Problem(
         B=_equilibrium(joints, shapes, movable, len(scene.blocks), length_unit),
         dead=dead,
         live=live,
         half_length=np.where(in_a_point, 1.0, joints.length / 2 / length_unit),
-        sliding=sliding,
-        friction=joints.friction[sliding],
-        cohesion=(joints.cohesion * section / force_unit)[sliding],
-        dilatancy=joints.dilatancy[sliding],
-        dilatancy_force=(stress * acts_on[:, None] / force_unit)[sliding],
-        crushing=crushing,
-        crushing_force=joints.strength[crushing] * section[crushing] / force_unit,
         force_unit=force_unit,
         length_unit=length_unit,
+        **_law(joints, scene.thickness, force_unit),
     )
     return Assembly(problem, scene, shapes, joints, movable, on_edges.bare)
+
+
+def with_joints_of(assembly: Assembly, scene: Scene) -> Assembly | None:
+    """The assembly of a scene that differs in joint properties alone, its geometry not looked at again;
+    None if anything else differs.
+
+    Raises CaseError if an exception names two blocks that do not touch.
+    """
+    if any(getattr(scene, name) != getattr(assembly.scene, name) for name in _OF_GEOMETRY):
+        return None
+    joints = with_properties(assembly.joints, scene)
+    law = _law(joints, scene.thickness, assembly.problem.force_unit)
+    return replace(assembly, problem=assembly.problem.with_law(**law), scene=scene, joints=joints)
+
+
+def _law(joints: Joints, thickness: float, force_unit: float) -> dict[str, np.ndarray]:
+    """Which joints slide and crush, and by what law, as a problem has it."""
+    in_a_point = joints.length == 0
+    sliding = np.flatnonzero(np.isfinite(joints.friction))
+    crushing = np.flatnonzero(np.isfinite(joints.strength) & ~in_a_point)
+    # What stresses act on. A corner has none: there dilatancy does not depend on stress.
+    section = joints.length * thickness
+    acts_on = np.where(in_a_point, 1.0, section)
+    stress = np.where(in_a_point[:, None], np.inf, joints.dilatancy_stress)
+    return {
+        "sliding": sliding,
+        "friction": joints.friction[sliding],
+        "cohesion": (joints.cohesion * section / force_unit)[sliding],
+        "dilatancy": joints.dilatancy[sliding],
+        "dilatancy_force": (stress * acts_on[:, None] / force_unit)[sliding],
+        "crushing": crushing,
+        "crushing_force": joints.strength[crushing] * section[crushing] / force_unit,
+    }
 
 
 def _median_of_positive(values: np.ndarray) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -102,6 +102,14 @@ def find_joints(scene: Scene, geometry: Geometry) -> Joints:
         near_misses=[(int(i), int(j)) for i, j in pairs[near]],
         corners=[(int(i), int(j)) for i, j in pairs[corners]],
     )
+
+
+def with_properties(joints: Joints, scene: Scene) -> Joints:
+    """The joints of a scene that differs from theirs in joint properties alone.
+
+    Raises CaseError if an exception names two blocks that do not touch.
+    """
+    return replace(joints, **_properties(scene, joints.first, joints.second))
 
 
 def _near_pairs(scene: Scene, geometry: Geometry) -> np.ndarray:

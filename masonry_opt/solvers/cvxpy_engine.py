@@ -39,11 +39,20 @@ class CvxpyEngine:
         self.program, self.solver, self.effort = program, solver, effort
         effort.uses(solver.name, purpose)
         self._as_constants = not repeats or program.size_metrics.num_scalar_variables >= _TOO_LARGE
+        self._purpose = purpose
+        self._size: LpSize | None = None
+
+    def renew(self, effort: Effort) -> None:
+        """Begin anew, for another account: nothing of the last solve is used by the next in any case."""
+        self.effort = effort
+        effort.uses(self.solver.name, self._purpose)
 
     def size(self) -> LpSize:
         """Rows, columns and non-zeros as compiled."""
-        matrix = self._compiled()[0]["A"]
-        return LpSize(matrix.shape[0], matrix.shape[1], matrix.nnz)
+        if self._size is None:
+            self._compiled()
+        assert self._size is not None
+        return self._size
 
     def solve(self) -> Solved:
         """Compile, solve and unpack."""
@@ -73,9 +82,12 @@ class CvxpyEngine:
         return Solved(_VERDICTS.get(program.status, Verdict.FAILED), word or program.status, seconds)
 
     def _compiled(self) -> Any:
-        return self.program.get_problem_data(
+        compiled = self.program.get_problem_data(
             self.solver.engine, ignore_dpp=self._as_constants, solver_opts=dict(self.solver.options)
         )
+        matrix = compiled[0]["A"]
+        self._size = LpSize(matrix.shape[0], matrix.shape[1], matrix.nnz)
+        return compiled
 
 
 def has_optimum(program: cp.Problem, solver: Solver, effort: Effort, purpose: str) -> bool:

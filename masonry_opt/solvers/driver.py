@@ -64,6 +64,13 @@ class Driver:
             self.model = models[formulation](self._scaled.problem, self._scaled.limits(limits))
         self._engine = engine(self.model.program, solver, effort, purpose, repeats=repeats)
 
+    def renew(self, limits: ShearLimits, effort: Effort) -> Driver:
+        """The same program with other shear limits, begun anew for another account."""
+        self.effort = effort
+        self._engine.renew(effort)
+        self.set_shear_limits(limits)
+        return self
+
     def set_shear_limits(self, limits: ShearLimits) -> None:
         """Change the model's shear limits, and nothing else."""
         with self.effort.measure("compile"):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import highspy
@@ -57,6 +58,27 @@ class LinearProgram:
             column={id(variable): index for index, variable in enumerate(form.columns)},
             row={id(form.rows[old].constraint): new for new, old in enumerate(bounded)},
         )
+
+    def changed(
+        self, rows: Sequence[Any], variables: Sequence[Any], entries: np.ndarray, upper: np.ndarray
+    ) -> LinearProgram:
+        """The same program with another entry, and another upper bound, in each of these rows.
+
+        Parameters
+        ----------
+        rows, variables: constraints, and the variable of each whose entry changes.
+        entries, upper: of each row. An entry that is zero now cannot be changed.
+        """
+        row = np.array([self.row[id(data)] for data in rows], dtype=np.int64)
+        column = np.array([self.column[id(data)] for data in variables], dtype=np.int64)
+        height, width = self.matrix.shape
+        places = np.repeat(np.arange(width), np.diff(self.matrix.indptr)) * height + self.matrix.indices
+        order = np.argsort(places)
+        at = order[np.searchsorted(places, column * height + row, sorter=order)]
+        data, row_upper = self.matrix.data.copy(), self.row_upper.copy()
+        data[at], row_upper[row] = entries, upper
+        matrix = sp.csc_array((data, self.matrix.indices, self.matrix.indptr), shape=self.matrix.shape)
+        return replace(self, matrix=matrix, row_upper=row_upper)
 
     @property
     def size(self) -> LpSize:

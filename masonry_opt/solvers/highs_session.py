@@ -45,6 +45,11 @@ class HighsSession:
     most: by variable, the parameter that is its upper bound.
     room: by rows ``body ≤ u``, the parameter r of ``u − r ≤ body ≤ u``.
     purpose: what it is solved for, under which the effort records the solver.
+    lp: the program as arrays, where it was compiled before.
+
+    Attributes
+    ----------
+    lp: the program as it was loaded.
     """
 
     def __init__(
@@ -55,11 +60,12 @@ class HighsSession:
         costs: Links,
         most: Links = (),
         room: Links = (),
+        lp: LinearProgram | None = None,
     ) -> None:
         self.effort = effort
         simplex = find_solver("pyomo", "highs", _FEASIBILITY)
         effort.uses(simplex.name, purpose)
-        self._lp = lp = LinearProgram.of(program)
+        self.lp = lp = lp or LinearProgram.of(program)
         self._columns: dict[int, np.ndarray] = {}
         self.size = lp.size
         self._highs = highspy.Highs()
@@ -96,7 +102,7 @@ class HighsSession:
     def columns(self, variable: pyo.Var) -> np.ndarray:
         """Columns of a variable, in order."""
         if id(variable) not in self._columns:
-            found = [self._lp.column[id(data)] for data in variable.values()]
+            found = [self.lp.column[id(data)] for data in variable.values()]
             self._columns[id(variable)] = np.array(found, dtype=np.int32)
         return self._columns[id(variable)]
 
@@ -130,7 +136,7 @@ class HighsSession:
 
     def least(self) -> tuple[float, np.ndarray]:
         """What the multipliers of the last optimum prove of its costs, see :meth:`LinearProgram.least`."""
-        lp, held = self._highs.getLp(), self._lp
+        lp, held = self._highs.getLp(), self.lp
         now = replace(
             held,
             cost=np.array(lp.col_cost_),

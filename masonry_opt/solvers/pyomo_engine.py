@@ -34,7 +34,7 @@ class PyomoEngine:
     ) -> None:
         self.program, self.solver, self.effort = program, solver, effort
         effort.uses(solver.name, purpose)
-        self._run_time = 0.0
+        self._run_time, self._purpose = 0.0, purpose
         with effort.measure("compile"):
             self._highs = Highs()
             self._highs.config.load_solutions = False
@@ -45,6 +45,12 @@ class PyomoEngine:
             for name in updates:
                 updates[name] = name == "update_parameters"
             self._highs.set_instance(program)
+
+    def renew(self, effort: Effort) -> None:
+        """Begin anew, for another account: the next solve starts from no basis."""
+        self.effort = effort
+        effort.uses(self.solver.name, self._purpose)
+        self._highs._solver_model.clearSolver()
 
     def size(self) -> LpSize:
         """Rows, columns and non-zeros as HiGHS holds them."""

@@ -86,6 +86,11 @@ class Solver:
         return self.entry.name
 
     @property
+    def key(self) -> tuple[str, str, float]:
+        """What tells it from others: language, name and tolerance."""
+        return self.language, self.name, self.tolerance
+
+    @property
     def language(self) -> str:
         """The modelling language that drives it."""
         return self.entry.language

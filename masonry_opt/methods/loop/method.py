@@ -101,16 +101,22 @@ def _declare(task: Task, attempt: Attempt) -> Driver:
     rough = attempt.parameters.tolerance
     solver = attempt.solver if rough is None else rougher(attempt.solver, rough)
     limits = first_limits(task.problem, attempt.parameters)
-    return Driver(
+    # What is solved roughly is equally rough at every size in units of the load.
+    of_load = rough is not None
+    return task.kept.of(
+        ("sub-problems", solver.key, of_load),
         task.problem,
-        "static",
-        solver,
-        task.effort,
-        limits,
-        # What is solved roughly is equally rough at every size in units of the load.
-        of_load=rough is not None,
-        purpose="sub-problems",
-        repeats=True,
+        lambda: Driver(
+            task.problem,
+            "static",
+            solver,
+            task.effort,
+            limits,
+            of_load=of_load,
+            purpose="sub-problems",
+            repeats=True,
+        ),
+        lambda before: before.renew(limits, task.effort),
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -104,6 +105,14 @@ class EdgeForm:
         rocking = 2 * problem.joints
         self.G = (problem.R[rocking:] @ self.from_edges)[:, :rocking].tocsr()
         self._whole_moment = problem.crushing_moment[problem.faces - self.G.shape[0] :]
+
+    def under(self, law: Problem) -> EdgeForm:
+        """The same, of joints under the law of another problem."""
+        other = copy(self)
+        other.problem = self.problem.with_law(
+            friction=law.friction, cohesion=law.cohesion, dilatancy=law.dilatancy
+        )
+        return other
 
     def slacks(self, x: np.ndarray, slope: np.ndarray) -> np.ndarray:
         """Slope · n ∓ s of the joints that can slide, shape (2, k); the true slacks but for cohesion."""

@@ -72,7 +72,9 @@ def mcp(task: Task) -> Solution:
     solution = Solution(Status.SOLVER_FAILED, Kind.ONE_PASS, slope=problem.dilatancy)
     effort.uses(task.solver.name, "complementarity problem")
     with effort.measure("build"):
-        passes = Passes(problem)
+        passes = task.kept.of(
+            "passes", problem, lambda: Passes(problem), lambda before: Passes(problem, like=before)
+        )
     for attempt, rules in enumerate(ATTEMPTS, start=1):
 
         def follow(step: NewtonStep, attempt: int = attempt) -> None:
@@ -88,7 +90,7 @@ def mcp(task: Task) -> Solution:
             solution.load_factor = state.load_factor
             solution.end(Status.CONVERGED, Code.ONE_PASS, steps=len(solution.history), attempt=attempt)
             if options.descent and problem.joints <= _DESCENT_UP_TO:
-                return _descended(problem, solution, effort)
+                return _descended(task, passes, solution)
             return solution
         if passes.outcome is Outcome.LOST:
             solution.infeasibility = existence(problem, effort)
@@ -115,12 +117,18 @@ def _exact(problem: Problem, state: State, effort: Effort) -> State | None:
     return state if _passes(problem, state) else None
 
 
-def _descended(problem: Problem, solution: Solution, effort: Effort) -> Solution:
+def _descended(task: Task, passes: Passes, solution: Solution) -> Solution:
     """The lowest of a few exact states that a pass's forces lead to, if it is as low, else the pass's."""
     assert solution.load_factor is not None  # a pass ended
     assert solution.q is not None
+    problem, effort = task.problem, task.effort
     with effort.measure("build"):
-        refiner = Refiner(problem, effort)
+        refiner = task.kept.of(
+            "refiner",
+            problem,
+            lambda: Refiner(problem, effort, passes=passes),
+            lambda before: Refiner(problem, effort, like=before, passes=passes),
+        )
     exact: ExactState | None = None
     for candidate in few(refiner, solution.q):
         exact = lower_of(exact, candidate.state)

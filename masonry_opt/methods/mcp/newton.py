@@ -8,6 +8,7 @@ stiffness. It is factorised by SuperLU (SciPy) without pivoting, in one order fo
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -17,6 +18,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate
+from masonry_opt.problem.problem import Problem
 
 #: Stiffnesses are cut off so far above what the gap lets a mechanism have: beyond, the rounding of what
 #: stands still (1e-16 of it) would drown the stiffness of what moves, which falls with the gap. The cut acts
@@ -89,6 +91,12 @@ class Elimination:
         self._indices = (places % size).astype(np.int32)
         self._starts = np.searchsorted(places // size, np.arange(size + 1)).astype(np.int32)
         self._border = np.concatenate([-problem.live[loaded], problem.live[loaded]])
+
+    def under(self, law: Problem) -> Elimination:
+        """The same, of joints under the law of another problem."""
+        other = copy(self)
+        other.form = self.form.under(law)
+        return other
 
     def factors(self, stiffness: np.ndarray, regularisation: float) -> Factors:
         """Factors of the blocks' matrix for joint stiffnesses, shape (c, 3, 3).

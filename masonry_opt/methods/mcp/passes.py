@@ -21,14 +21,21 @@ _NEAR = 1e-4
 class Passes:
     """Passes over a problem by one set of rules after another.
 
+    Parameters
+    ----------
+    like: passes over a problem that may differ in the joints' law alone, whose matrices then serve here too.
+
     Attributes
     ----------
     outcome: how the last one ended.
     """
 
-    def __init__(self, problem: Problem) -> None:
-        self._unit = _unit_of_load(problem)
-        self._elimination = Elimination(EdgeForm(replace(problem, live=self._unit * problem.live)))
+    def __init__(self, problem: Problem, like: Passes | None = None) -> None:
+        self._problem, self._unit = problem, _unit_of_load(problem)
+        if like is not None and problem.same_matrices(like._problem):
+            self._elimination = like._elimination.under(problem)
+        else:
+            self._elimination = Elimination(EdgeForm(replace(problem, live=self._unit * problem.live)))
         self.outcome: Outcome
 
     def run(self, rules: Rules, follow: Callable[[NewtonStep], None] = lambda _: None) -> State | None:

@@ -78,7 +78,12 @@ def refined(task: Task) -> Solution:
     if first.proven_none or (first.q is None and options.search is None):
         return first
     with effort.measure("build"):
-        refiner = Refiner(problem, effort)
+        refiner = task.kept.of(
+            "refiner",
+            problem,
+            lambda: Refiner(problem, effort),
+            lambda before: Refiner(problem, effort, like=before),
+        )
     lowest = _Lowest(task, refiner)
     if options.search is not None:
         refiner.deadline = time.perf_counter() + options.search

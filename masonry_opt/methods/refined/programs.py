@@ -19,8 +19,10 @@ import numpy as np
 
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
+from masonry_opt.methods.mcp.passes import Passes
 from masonry_opt.models.pyomo_refinement import PyomoForces, PyomoMotion
 from masonry_opt.problem.problem import Problem
+from masonry_opt.solvers.highs_lp import LinearProgram
 from masonry_opt.solvers.highs_session import HighsSession
 from masonry_opt.solvers.lp import LpSize, Verdict
 
@@ -80,18 +82,33 @@ class OutOfTime(Exception):
 class Refiner:
     """The two linear programs of one problem, loaded once.
 
+    Parameters
+    ----------
+    like: a refiner of a problem that differs in the joints' law alone: its declared programs serve here too,
+        with other friction and cohesion. Nothing else of it does.
+
     Attributes
     ----------
     effort: where time and programs are counted.
+    passes: over the problem.
     deadline: of ``time.perf_counter``, from which on every program raises OutOfTime.
     why: why ``first`` last found nothing.
     undecided: programs that the solver neither solved nor found infeasible in the last round of
         ``descend``: where there are any, that nothing lowers λ is not known.
     """
 
-    def __init__(self, problem: Problem, effort: Effort) -> None:
+    def __init__(
+        self, problem: Problem, effort: Effort, like: Refiner | None = None, passes: Passes | None = None
+    ) -> None:
         self.problem, self.effort = problem, effort
-        self._forces, self._motion = PyomoForces(problem), PyomoMotion(problem)
+        self.passes = passes or Passes(problem, None if like is None else like.passes)
+        forces_lp = motion_lp = None
+        if like is not None and np.array_equal(like.problem.dilatancy, problem.dilatancy):
+            forces_lp, motion_lp = like._under(problem), like._kinematics.lp
+        if like is not None and forces_lp is not None:
+            self._forces, self._motion = like._forces, like._motion
+        else:
+            self._forces, self._motion = PyomoForces(problem), PyomoMotion(problem)
         forces, motion = self._forces.program, self._motion.program
         self._statics = HighsSession(
             forces,
@@ -99,14 +116,31 @@ class Refiner:
             _PURPOSE,
             costs=[(forces.load_factor, forces.load_cost), (forces.q, forces.force_cost)],
             room=[(forces.within_yield, forces.room)],
+            lp=forces_lp,
         )
         self._kinematics = HighsSession(
-            motion, effort, _PURPOSE, costs=[(motion.p, motion.cost)], most=[(motion.p, motion.most)]
+            motion,
+            effort,
+            _PURPOSE,
+            costs=[(motion.p, motion.cost)],
+            most=[(motion.p, motion.most)],
+            lp=motion_lp,
         )
         self._minimise_load_factor()
         self.undecided = 0
         self.why = Code.NO_STATICS
         self.deadline = inf
+
+    def _under(self, law: Problem) -> LinearProgram | None:
+        """The static program under the friction and cohesion of another problem; None where a friction is
+        zero, which is not in the matrix."""
+        if not (law.friction.all() and self.problem.friction.all()):
+            return None
+        faces = list(self._forces.program.within_yield.values())[: 2 * len(law.sliding)]
+        forces = self._forces.program.q
+        normal = [forces[joint] for joint in law.sliding.tolist()]
+        both = np.tile(-law.friction, 2), np.tile(law.cohesion, 2)
+        return self._statics.lp.changed(faces, [*normal, *normal], *both)
 
     @property
     def size(self) -> LpSize:

@@ -93,7 +93,7 @@ def _settled(refiner: Refiner, q: np.ndarray | None) -> ExactState | None:
 
 def _of_pass(refiner: Refiner, problem: Problem) -> np.ndarray | None:
     with refiner.effort.measure("solve"):
-        state = Passes(problem).run(ATTEMPTS[0])
+        state = Passes(problem, like=refiner.passes).run(ATTEMPTS[0])
     return None if state is None else state.q
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from masonry_opt.analysis import solve
+from masonry_opt.analysis import prepare
 from masonry_opt.answer.result import Result
 from masonry_opt.errors import CaseError, MasonryError
 from masonry_opt.methods.registry import DEFAULT
@@ -79,6 +79,14 @@ class Runner:
     def __init__(self, study: Study) -> None:
         self.study = study
         self._parameters = None if study.scene is None else Parameters(study.scene)
+        self._session = prepare(
+            study.method,
+            model=study.model,
+            solver=study.solver,
+            tolerance=study.tolerance,
+            keeps=True,
+            **study.options,
+        )
 
     def run(self, task: Task) -> dict[str, Any]:
         """The row of a task: its values, then COLUMNS. What fails is said in ``status`` and ``message``."""
@@ -93,19 +101,12 @@ class Runner:
         return row | {"seconds": time.perf_counter() - began}
 
     def _solved(self, task: Task) -> Result:
-        study, scene = self.study, task.scene
+        scene = task.scene
         if scene is None:
             if self._parameters is None:
                 raise CaseError("the run has no scene")
             scene = self._parameters.at(task.values)
-        return solve(
-            scene,
-            study.method,
-            model=study.model,
-            solver=study.solver,
-            tolerance=study.tolerance,
-            **study.options,
-        )
+        return self._session.solve(scene)
 
 
 def refused(task: Task, error: MasonryError) -> dict[str, Any]:

@@ -1,0 +1,167 @@
+"""The one way from scenes to results: assemble, see that it stands, run, accept; once or many times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.result import Result, make_result
+from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.status import Status
+from masonry_opt.effort import Effort
+from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.explain.diagnosis import DeadLoadUndecided, falling_mechanism
+from masonry_opt.explain.holding import what_would_hold
+from masonry_opt.explain.no_load_factor import (
+    held_by_wedging,
+    movers,
+    name_locking_joints,
+    settle_existence,
+)
+from masonry_opt.explain.sense import warnings_of
+from masonry_opt.explain.sentences import message, sentences
+from masonry_opt.explain.summary import summary_text
+from masonry_opt.methods.associative import KINEMATIC, STATIC, associative
+from masonry_opt.methods.task import Method, Progress, Task
+from masonry_opt.problem.assembly import Assembly, assemble, with_joints_of
+from masonry_opt.problem.kept import Kept
+from masonry_opt.scene.scene import Scene
+from masonry_opt.solvers.registry import Solver
+
+#: Joints up to which the associative load factor is computed where a method leaves none: the loop, to
+#: which larger scenes go, begins with it.
+_BESIDE_UP_TO = 8000
+
+#: A load factor this little below zero is zero.
+_NEGATIVE = 1e-6
+
+
+@dataclass
+class Session:
+    """A method with its solver and options, to which scenes are given one after the other.
+
+    With ``kept`` that keeps, scenes that differ from the one before in joint properties alone take their
+    geometry from it, and its compiled programs with other parameters. What a scene's answer is does not
+    depend on the scenes before.
+
+    Attributes
+    ----------
+    method, solver, options: as chosen; see :func:`~masonry_opt.analysis.prepare`.
+    dead_load: the solver that decides whether a scene stands.
+    kept: programs of the scenes before.
+    """
+
+    method: Method
+    solver: Solver
+    options: Any
+    dead_load: Solver
+    kept: Kept = field(default_factory=Kept)
+    _last: Assembly | None = None
+
+    def solve(
+        self, scene: Scene, progress: Progress = lambda _: None, effort: Effort | None = None
+    ) -> Result:
+        """The result of a scene; raises what :func:`~masonry_opt.analysis.solve` raises of scenes.
+
+        Parameters
+        ----------
+        effort: where what was done before is counted; one of its own by default.
+        """
+        effort = effort or Effort()
+        with effort.measure("scene"):
+            assembly = self._assembled(scene)
+        problem = assembly.problem
+        refuse_unsuited(self.method, assembly)
+        solution = self._unless_it_stands(assembly, effort)
+        if solution is None:
+            task = Task(problem, self.solver, self.options, effort, progress, self.kept)
+            solution = self.method.run(task)
+            solution.accept(problem)
+            if solution.load_factor is not None and solution.load_factor < -_NEGATIVE:
+                held_by_wedging(assembly, solution)
+            is_associative = self.method in (STATIC, KINEMATIC)
+            if not is_associative:
+                _set_beside(task, solution)
+            if solution.load_factor is None:
+                settle_existence(assembly, solution, effort, is_associative)
+                name_locking_joints(assembly, solution, self.solver)
+        result = make_result(
+            assembly,
+            solution,
+            effort,
+            method=self.method.name,
+            model=self.solver.language,
+            solver=self.solver.name,
+            message=message(solution.reasons),
+        )
+        warnings = warnings_of(assembly, result.infeasibility)
+        result = replace(result, warnings=warnings, warning_sentences=sentences(warnings))
+        return replace(result, summary=summary_text(result))
+
+    def _assembled(self, scene: Scene) -> Assembly:
+        assembly = with_joints_of(self._last, scene) if self._last is not None else None
+        if assembly is None:
+            assembly = assemble(scene)
+        if self.kept.keeps:
+            self._last = assembly
+        return assembly
+
+    def _unless_it_stands(self, assembly: Assembly, effort: Effort) -> Solution | None:
+        """Why there is no load factor of a scene that does not stand under its dead load."""
+        problem, own, solver = assembly.problem, Effort(), self.dead_load
+        solution = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE)
+        with effort.measure("dead_load"):
+            try:
+                falling = falling_mechanism(problem, solver, own, self.kept)
+            except DeadLoadUndecided as word:
+                solution.end(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, word=str(word))
+                return solution
+            finally:
+                # Which solver decides is told; its programs and their time are those of the check.
+                effort.credit(own)
+        if falling is None:
+            return None
+        solution.d = falling
+        solution.add(Code.FALLS, blocks=movers(assembly, falling))
+        with effort.measure("dead_load"):
+            solution.reasons += what_would_hold(assembly, falling, solver, own)
+        return solution
+
+
+def refuse_unsuited(method: Method, assembly: Assembly) -> None:
+    """Raise CaseError if nothing carries a live load, OptionError if the method does not know such joints."""
+    problem = assembly.problem
+    if not problem.live_norm:
+        raise CaseError(
+            f"{assembly.scene.origin}: no block carries a live load: give one 'live = [fx, fy]' "
+            "(a [wall]: 'live', as a multiple of its weight), an [[edge_load]] of kind \"live\", or "
+            "'tilt = \"right\"' to tilt the ground"
+        )
+    if method.constant_dilatancy and problem.dilatancy_depends_on_stress:
+        raise OptionError(
+            f"method '{method.name}' does not know dilatancy that falls with stress: use 'nonassociative', "
+            "or leave 'dilatancy_stress' out"
+        )
+    if len(problem.crushing) and not method.crushing:
+        raise OptionError(
+            f"method '{method.name}' does not know joints of limited strength: use another, or leave "
+            "'strength' out"
+        )
+
+
+def _set_beside(task: Task, solution: Solution) -> None:
+    """Give a Coulomb answer the associative load factor, which none exceeds, unless its method has it.
+
+    Where it is proven that no load factor exists, statics carry any multiple of the load: none is computed.
+    """
+    problem, effort = task.problem, task.effort
+    wanted = solution.associative is None and not solution.proven_none
+    if wanted and problem.joints <= _BESIDE_UP_TO:
+        own = Task(problem, kept=task.kept)
+        effort.uses(own.solver.name, "associative")
+        with effort.measure("associative"):
+            beside = associative(own, by_chords=True)
+        if beside.accept(problem):
+            solution.associative = beside.load_factor
