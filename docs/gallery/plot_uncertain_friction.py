@@ -32,12 +32,12 @@ correlation = known.sensitivity()["rank_correlation"][0]
 assert correlation > 0.9
 
 # %%
-# If every course has a friction of its own, the weak ones are made up for by others, and the load factor
-# scatters less:
+# If every course has a friction of its own, one of them decides (a course: the joints at one height, counted
+# from below, bed joints and head joints by turns). Of the others as few runs cannot tell whether they matter.
 by_course = mo.sample(
     wall, {"joints.friction": ("lognormal", 0.65, "15%")}, n=20, seed=0, by="course", workers=1
 )
 sensitivity = by_course.plot("sensitivity")
-spread, spread_by_course = (run.table["load_factor"].std() for run in (known, by_course))
-print(f"standard deviation of λ: {spread:.4f}, by course {spread_by_course:.4f}")
-assert spread_by_course < spread
+matters = by_course.sensitivity().query("lower > 0 or upper < 0")
+print(matters)
+assert matters["parameter"].tolist() == ["course.18.friction"]

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from masonry_opt.analysis import as_scene, solve
+from masonry_opt.analysis import as_scene, prepare
 from masonry_opt.answer.status import Status
 from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError
 from masonry_opt.methods.registry import DEFAULT
@@ -74,7 +74,7 @@ def least(
     load:
         Load factor to be carried, as ``method`` finds it. Without it live loads are left aside.
     method, **options:
-        Of :func:`~masonry_opt.analysis.solve`, with ``load`` alone.
+        Of :func:`~masonry_opt.analysis.solve`, ``model`` and ``solver`` too; with ``load`` alone.
     tolerance:
         Of the ends of the answer, relative to their value.
     samples:
@@ -139,8 +139,8 @@ class _Search:
             raise OptionError(f"{named}: goes with 'load', such as load=1; dead load alone needs no method")
         if load is not None:
             load = _number("load", load)
-        self.make, self.load, self.method, self.options = make, load, method, options
-        self.progress = progress
+        self.make, self.load, self.progress = make, load, progress
+        self.session = prepare(method, keeps=True, **options)
         self.trials: list[Trial] = []
 
     def run(self, lower: float, upper: float, tolerance: float, samples: int, least: bool) -> Threshold:
@@ -194,7 +194,7 @@ class _Search:
 
     def _carrying(self, value: float, scene: Scene) -> Trial:
         assert self.load is not None
-        result = solve(scene, self.method, **self.options)
+        result = self.session.solve(scene)
         if result.load_factor is not None:
             number = result.load_factor
         elif result.status is Status.UNSTABLE:

@@ -67,13 +67,13 @@ def fragility(sample: Sample) -> Figure:
     axes.step(
         curve["load"], curve["probability"], where="post", color=_RUNS, linewidth=1.8, label="share of runs"
     )
-    axes.set_ylim(0, 1)
+    axes.set_ylim(0, 1.02)
     axes.set_xlim(float(curve["load"].min()), float(curve["load"].max()))
     axes.set_xlabel("load factor λ")
     axes.set_ylabel("probability of collapse")
     axes.set_title(_title(sample), fontsize=10)
     axes.grid(color="#DDDDDD", linewidth=0.6)
-    axes.legend(loc="upper left")
+    figure.legend(loc="outside lower center", ncols=2, frameon=False)
     return figure
 
 
