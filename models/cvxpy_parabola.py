@@ -5,7 +5,7 @@ from __future__ import annotations
 import cvxpy as cp
 import numpy as np
 
-from masonry_opt.models.cvxpy_terms import Mechanism, Statics
+from masonry_opt.models.cvxpy_terms import Mechanism, ShearParameters, Statics
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
 
@@ -19,7 +19,8 @@ class CvxpyParabolaStatic:
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
         self._problem, joints, straight = problem, problem.crushing, _straight(problem)
-        statics = self.statics = Statics(problem, limits)
+        self.limits = ShearParameters(limits)
+        statics = self.statics = Statics(problem, self.limits)
         n, m = statics.q[joints], statics.q[2 * problem.joints + joints]
         half = problem.half_length[joints]
         most = cp.multiply(half, n - cp.multiply(1 / problem.crushing_force, cp.square(n)))
@@ -48,7 +49,8 @@ class CvxpyParabolaKinematic:
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
         joints = problem.crushing
-        self.mechanism = mechanism = Mechanism(problem, limits.slope)
+        self.limits = ShearParameters(limits)
+        self.mechanism = mechanism = Mechanism(problem, self.limits.slope)
         first = 2 * len(problem.sliding) + joints
         turning = mechanism.p[first] + mechanism.p[first + problem.joints]
         # The flow of D turns about edges a little within the true ones: about the first chord's.
@@ -65,7 +67,7 @@ class CvxpyParabolaKinematic:
             cp.vstack([turning - self.energy, 2 * cp.multiply(np.sqrt(factor), self.closing)]),
             axis=0,
         )
-        work = -problem.dead @ mechanism.d + limits.cohesion @ mechanism.slip + cp.sum(self.energy)
+        work = -problem.dead @ mechanism.d + self.limits.cohesion @ mechanism.slip + cp.sum(self.energy)
         chords = mechanism.p[2 * (len(problem.sliding) + problem.joints) :] == 0
         rows = [self.compatibility, mechanism.live_work, chords, cone]
         self.program = cp.Problem(cp.Minimize(work), rows)

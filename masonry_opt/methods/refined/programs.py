@@ -104,9 +104,9 @@ class Refiner:
         self.passes = passes or Passes(problem, None if like is None else like.passes)
         forces_lp = motion_lp = None
         if like is not None and np.array_equal(like.problem.dilatancy, problem.dilatancy):
-            forces_lp, motion_lp = like._under(problem), like._kinematics.lp
+            forces_lp = like._under(problem)
         if like is not None and forces_lp is not None:
-            self._forces, self._motion = like._forces, like._motion
+            self._forces, self._motion, motion_lp = like._forces, like._motion, like._kinematics.lp
         else:
             self._forces, self._motion = PyomoForces(problem), PyomoMotion(problem)
         forces, motion = self._forces.program, self._motion.program

@@ -1,0 +1,206 @@
+"""A sweep's table: closed forms, order, failing runs, interruptions, what its folder holds."""
+
+from __future__ import annotations
+
+import errno
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from scenes import CASES, block_on_floor, run_command
+
+import masonry_opt as mo
+from masonry_opt.errors import OutputError
+from masonry_opt.studies.many import journal
+from masonry_opt.studies.many.runs import Study
+from masonry_opt.studies.many.sweep import grid
+from masonry_opt.studies.many.table import table
+
+FRICTIONS = [0.2, 0.3, 0.45, 0.6, 0.8]
+VARY = {"joints.friction": FRICTIONS, "block.A.live.x": [1.0, 2.0]}
+
+
+def sweep(**keys):
+    return mo.sweep(block_on_floor(), VARY, **({"method": "static", "workers": 1} | keys))
+
+
+def same(one, other):
+    """Whether two tables are the same to the last digit, but for the time that runs took."""
+    pd.testing.assert_frame_equal(
+        one.drop(columns="seconds"), other.drop(columns="seconds"), check_exact=True
+    )
+
+
+@pytest.fixture(scope="module")
+def swept():
+    return sweep()
+
+
+def test_load_factors_are_those_by_hand(swept):
+    """A block of twice its width in height slides at μ and tips at half."""
+    assert swept["joints.friction"].tolist() == [mu for mu in FRICTIONS for _ in range(2)]
+    assert swept["block.A.live.x"].tolist() == [1.0, 2.0] * 5
+    by_hand = swept["joints.friction"].clip(upper=0.5) / swept["block.A.live.x"]
+    assert swept["load_factor"].to_numpy() == pytest.approx(by_hand.to_numpy(), abs=1e-8)
+    assert swept["mechanism"].tolist() == ["sliding"] * 6 + ["hinging"] * 4
+    assert (swept["status"] == "optimal").all()
+
+
+def test_order_and_workers_change_nothing(swept):
+    same(sweep(workers=2), swept)
+    points = grid(VARY)[::-1]
+    frame = table(Study(block_on_floor(), "static"), points, workers=2)
+    same(frame[::-1].reset_index(drop=True), swept)
+
+
+def test_an_interrupted_sweep_goes_on(swept, tmp_path):
+    def interrupt(done, of):
+        if done == 4:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        sweep(out=tmp_path, progress=interrupt)
+    kept = tmp_path / journal.NAME
+    assert len(kept.read_text().splitlines()) == 1 + 4
+    assert not (tmp_path / "runs.csv").exists()
+    with kept.open("a") as stream:
+        stream.write('{"key": "torn')  # as when the power fails
+    same(sweep(out=tmp_path), swept)
+    assert len(kept.read_text().splitlines()) == 1 + 10
+    before = kept.read_text()
+    same(sweep(out=tmp_path), swept)
+    assert kept.read_text() == before  # nothing was made again
+    written = pd.read_csv(tmp_path / "runs.csv", keep_default_na=False, na_values={"load_factor": [""]})
+    same(written.astype(swept.dtypes.to_dict()), swept)
+
+
+@pytest.mark.parametrize(
+    ("changed", "what"),
+    [
+        ({"method": "kinematic"}, "method"),
+        ({"solver": "highs"}, "method"),
+        ({"scene": block_on_floor(width=1.1)}, "scene"),
+    ],
+)
+def test_a_folder_of_something_else_is_refused(tmp_path, changed, what):
+    vary = {"joints.friction": [0.3]}
+    mo.sweep(block_on_floor(), vary, method="static", workers=1, out=tmp_path)
+    keys = {"scene": block_on_floor(), "method": "static", "workers": 1, "out": tmp_path} | changed
+    with pytest.raises(mo.OptionError, match=f"other {what}"):
+        mo.sweep(keys.pop("scene"), vary, **keys)
+
+
+def test_a_full_disk_keeps_what_was_made(swept, tmp_path, monkeypatch):
+    opened = Path.open
+
+    def full(self, mode="r", *rest, **keys):
+        if self.name == journal.NAME and "a" in mode and len(self.read_bytes().splitlines()) == 1 + 3:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return opened(self, mode, *rest, **keys)
+
+    with monkeypatch.context() as disk:
+        disk.setattr(Path, "open", full)
+        with pytest.raises(OutputError, match="No space left"):
+            sweep(out=tmp_path)
+    assert len((tmp_path / journal.NAME).read_text().splitlines()) == 1 + 3
+    same(sweep(out=tmp_path), swept)
+
+
+def test_runs_that_fail_are_rows():
+    frame = mo.sweep(
+        block_on_floor(dead=(0.3, 0.0)), {"joints.friction": [0.2, 0.5, -1.0]}, method="static", workers=1
+    )
+    assert frame["status"].tolist() == ["unstable under dead load", "optimal", "refused"]
+    assert frame["reason"].tolist()[0] == "falls"
+    assert frame["load_factor"].isna().tolist() == [True, False, True]
+    assert frame["load_factor"][1] == pytest.approx(0.2, abs=1e-8)
+
+
+def test_a_function_of_numbers_is_varied_too(tmp_path):
+    def tower(width, friction):
+        return block_on_floor(width=width, friction=friction)
+
+    vary = {"width": [0.5, 1.0], "friction": [0.3, 0.6]}
+    frame = mo.sweep(tower, vary, method="static", workers=1, out=tmp_path)
+    assert frame["load_factor"].tolist() == pytest.approx([0.25, 0.25, 0.3, 0.5], abs=1e-8)
+    same(mo.sweep(tower, vary, method="static", workers=1, out=tmp_path), frame)
+    # Another function makes other scenes, whose runs are others.
+    frame = mo.sweep(
+        lambda width, friction: block_on_floor(width=width, friction=friction / 2),
+        vary,
+        method="static",
+        workers=1,
+        out=tmp_path,
+    )
+    assert frame["load_factor"][2:4].tolist() == pytest.approx([0.15, 0.3], abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("scene", "vary", "said"),
+    [
+        (block_on_floor(), {}, "vary"),
+        (block_on_floor(), {"joints.friction": []}, "at least one"),
+        (block_on_floor(), {"joints.friction": ["much"]}, "list of numbers"),
+        (block_on_floor(), {"joints.friction": 0.3}, "list of numbers"),
+        (block_on_floor(), {"joints.friction": [0.3, 0.3]}, "twice"),
+        (block_on_floor(), {"joints.frictoin": [0.3]}, "joints.friction"),
+        (lambda width: width, {"height": [1.0]}, "other arguments"),
+        (lambda width: width, {"width": [1.0]}, "must return a Scene"),
+        (lambda status: block_on_floor(), {"status": [1.0]}, "is a column"),
+    ],
+)
+def test_what_cannot_be_varied_is_told(scene, vary, said):
+    with pytest.raises(mo.OptionError, match=said):
+        mo.sweep(scene, vary, method="static", workers=1)
+
+
+def test_options_are_refused_before_the_first_run():
+    with pytest.raises(mo.OptionError, match="no option 'bta'"):
+        mo.sweep(block_on_floor(), VARY, method="nonassociative", bta=0.5)
+
+
+def test_the_command_writes_table_and_charts(monkeypatch, capsys, tmp_path):
+    case, out = CASES / "gilbert" / "two_blocks.toml", tmp_path / "new" / "swept"
+    code, text, _ = run_command(
+        monkeypatch,
+        capsys,
+        "sweep",
+        case,
+        "--vary",
+        "joints.friction=0.1:0.5:5",
+        "--vary",
+        "block.A.weight=1,2",
+        "--method",
+        "static",
+        "--workers",
+        "1",
+        "--parquet",
+        "--out",
+        out,
+    )
+    assert code == 0
+    assert text.startswith("10 runs, 10 with a load factor")
+    frame = pd.read_csv(out / "runs.csv")
+    assert frame["joints.friction"].tolist() == [0.1, 0.1, 0.2, 0.2, 0.3, 0.3, 0.4, 0.4, 0.5, 0.5]
+    assert pd.read_parquet(out / "runs.parquet")["load_factor"].tolist() == frame["load_factor"].tolist()
+    for name in ("load_factor.png", "load_factor.svg", "heat_map.png", "heat_map.svg"):
+        assert (out / name).stat().st_size > 5000
+
+
+@pytest.mark.parametrize(
+    "vary",
+    [
+        "joints.friction",
+        "joints.friction=",
+        "=1,2",
+        "joints.friction=0:1",
+        "joints.friction=0:1:0",
+        "joints.friction=0:1:1e9",
+        "joints.friction=a,b",
+    ],
+)
+def test_the_command_says_how_values_are_written(monkeypatch, capsys, tmp_path, vary):
+    case = CASES / "gilbert" / "two_blocks.toml"
+    code, _, errors = run_command(monkeypatch, capsys, "sweep", case, "--vary", vary, "--out", tmp_path)
+    assert code == 2
+    assert "NAME=FROM:TO:COUNT" in errors
