@@ -1,0 +1,59 @@
+"""Runs on a Dask cluster: the same table, also where a worker is lost in mid-run."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+
+import pandas as pd
+import pytest
+from scenes import block_on_floor
+
+import masonry_opt as mo
+
+distributed = pytest.importorskip("distributed")
+
+VARY = {"joints.friction": [0.1 + 0.02 * number for number in range(30)], "block.A.live.x": [1.0, 2.0]}
+
+
+@pytest.fixture
+def cluster():
+    """Address of a scheduler with two workers of one thread, and their processes."""
+    with distributed.LocalCluster(
+        n_workers=0, processes=True, dashboard_address=None, silence_logs="ERROR"
+    ) as scheduler:
+        command = [sys.executable, "-m", "distributed.cli.dask_worker", scheduler.scheduler_address]
+        options = ["--nthreads", "1", "--no-dashboard", "--no-nanny"]
+        workers = [
+            subprocess.Popen([*command, *options], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            for _ in range(2)
+        ]
+        try:
+            with distributed.Client(scheduler.scheduler_address, set_as_default=False) as client:
+                client.wait_for_workers(2, timeout=120)
+            yield scheduler.scheduler_address, workers
+        finally:
+            for worker in workers:
+                worker.kill()
+                worker.wait()
+
+
+@pytest.mark.slow
+def test_a_cluster_that_loses_a_worker_ends_in_the_same_table(cluster):
+    address, workers = cluster
+    expected = mo.sweep(block_on_floor(), VARY, method="static", workers=1)
+    seen = []
+
+    def kill_one(done, of):
+        seen.append(done)
+        if done == 7:
+            workers[0].kill()
+            workers[0].wait()
+            time.sleep(0.5)
+
+    frame = mo.sweep(block_on_floor(), VARY, method="static", dask=address, progress=kill_one)
+    assert seen[-1] == len(frame) == 60
+    pd.testing.assert_frame_equal(
+        frame.drop(columns="seconds"), expected.drop(columns="seconds"), check_exact=True
+    )
