@@ -34,6 +34,9 @@ _HOMES = {
     "scene.wall": ("Wall",),
     "studies.compare.api": ("compare",),
     "studies.many.sweep": ("sweep",),
+    "studies.margins.least": ("least", "most"),
+    "studies.sampling.answer": ("Sample",),
+    "studies.sampling.sample": ("sample",),
 }
 
 __all__ = sorted(name for names in _HOMES.values() for name in names)

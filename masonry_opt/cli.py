@@ -40,6 +40,7 @@ from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE
 _LOADED = {
     "convert": "masonry_opt.convert",
     "compare": "masonry_opt.studies.compare.command",
+    "least": "masonry_opt.studies.margins.command",
     "reproduce": "masonry_opt.studies.paper.command",
     "sweep": "masonry_opt.studies.many.command",
 }

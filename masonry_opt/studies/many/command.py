@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
+import pandas as pd
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -17,6 +18,11 @@ from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.report.terminal import print_text
 from masonry_opt.studies.many.sweep import sweep as sweep_scene
 from masonry_opt.studies.process import ended_by_kill
+from masonry_opt.studies.sampling.distributions import parse
+from masonry_opt.studies.sampling.draws import SEQUENCES
+from masonry_opt.studies.sampling.sample import RUNS
+from masonry_opt.studies.sampling.sample import sample as sample_scene
+from masonry_opt.studies.sampling.spread import BY
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -27,15 +33,36 @@ _MOST_VALUES = 100_000
 @app.command()
 def sweep(
     case: Annotated[Path, typer.Argument(help="Case file (.toml or .json).", show_default=False)],
+    out: Annotated[Path, typer.Option(help="Folder of the table and charts.", show_default=False)],
     vary: Annotated[
-        list[str],
+        list[str] | None,
         typer.Option(
             help="NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,... of a number of the case, such as "
             "joints.friction=0.3:0.8:11 or arch.thickness=0.3,0.4; may be repeated.",
             show_default=False,
         ),
-    ],
-    out: Annotated[Path, typer.Option(help="Folder of the table and charts.", show_default=False)],
+    ] = None,
+    sample: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="In place of --vary, NAME=lognormal:MEAN:DEVIATION (of the number itself; or 15% of the "
+            "mean), NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST; may be repeated.",
+            show_default=False,
+        ),
+    ] = None,
+    runs: Annotated[int, typer.Option("-n", "--runs", min=1, help="With --sample: runs.")] = RUNS,
+    seed: Annotated[int, typer.Option(min=0, help="With --sample: of the draws.")] = 0,
+    by: Annotated[
+        str, typer.Option(help=f"With --sample, of properties of joints: {', '.join(BY)}.")
+    ] = "scene",
+    correlation: Annotated[
+        float | None,
+        typer.Option(help="With --by: between joints (of one course).", show_default=False),
+    ] = None,
+    sequence: Annotated[
+        str | None,
+        typer.Option(help=f"With --sample: {', '.join(SEQUENCES)}. Default: by how many numbers are drawn."),
+    ] = None,
     method: Annotated[str, typer.Option(help=f"One of: {', '.join(METHODS)}.")] = DEFAULT,
     model: Annotated[str | None, typer.Option(help="As of solve.")] = None,
     solver: Annotated[str | None, typer.Option(help="As of solve.")] = None,
@@ -52,14 +79,19 @@ def sweep(
     ] = None,
     parquet: Annotated[bool, typer.Option("--parquet", help="Also runs.parquet.")] = False,
 ) -> None:
-    """Solve CASE for every combination of values of its numbers; write a table (runs.csv) and charts.
+    """Solve CASE for every combination of values of its numbers, or for values drawn from distributions.
+
+    Writes a table (runs.csv) and charts; of drawn values also what they say of the load factor.
 
     An interrupted sweep goes on where it stopped. Exit code 0: done, whatever the runs found; 130:
     interrupted; 2: wrong case file, name or option.
     """
-    values = dict(map(_values, vary))
-    if len(values) < len(vary):
-        raise OptionError("--vary: a number is named twice")
+    if bool(vary) == bool(sample):
+        raise OptionError("give --vary NAME=FROM:TO:COUNT or --sample NAME=lognormal:MEAN:DEVIATION")
+    values = dict(map(_values, vary or []))
+    distributions = dict(map(parse, sample or []))
+    if len(values) + len(distributions) < len(vary or sample or []):
+        raise OptionError(f"{'--vary' if vary else '--sample'}: a number is named twice")
     errors = Console(stderr=True)
     columns = (TextColumn("sweep"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     done = 0
@@ -73,32 +105,50 @@ def sweep(
 
         try:
             with ended_by_kill():
-                frame = sweep_scene(
-                    case,
-                    values,
-                    method=method,
-                    model=model,
-                    solver=solver,
-                    tolerance=tolerance,
-                    out=out,
-                    parquet=parquet,
-                    workers=workers,
-                    dask=dask,
-                    progress=progress,
+                common: dict[str, Any] = {
+                    "method": method,
+                    "model": model,
+                    "solver": solver,
+                    "tolerance": tolerance,
+                    "out": out,
+                    "parquet": parquet,
+                    "workers": workers,
+                    "dask": dask,
+                    "progress": progress,
                     **dict(map(name_and_value, option or [])),
-                )
+                }
+                if sample:
+                    said = str(
+                        sample_scene(
+                            case,
+                            distributions,
+                            n=runs,
+                            seed=seed,
+                            by=by,
+                            correlation=correlation,
+                            sequence=sequence,
+                            **common,
+                        )
+                    )
+                else:
+                    said = _said(sweep_scene(case, values, **common))
         except KeyboardInterrupt:
             raise InterruptedByUserError(
                 f"interrupted: {done} runs are kept, and the same command goes on from there"
             ) from None
+    print_text(said)
+    errors.print(f"written: {out / 'runs.csv'}, charts beside it", markup=False, soft_wrap=True)
+
+
+def _said(frame: pd.DataFrame) -> str:
+    """What a sweep found, in a few lines."""
     found = frame["load_factor"].dropna()
     lines = [f"{len(frame)} runs, {len(found)} with a load factor"]
     if len(found):
         lines.append(f"λ from {numeral(found.min(), '.6f')} to {numeral(found.max(), '.6f')}")
     for status, count in frame.loc[frame["load_factor"].isna(), "status"].value_counts().items():
         lines.append(f"{count} {status}")
-    print_text("\n".join(lines))
-    errors.print(f"written: {out / 'runs.csv'}, charts beside it", markup=False, soft_wrap=True)
+    return "\n".join(lines)
 
 
 def _values(text: str) -> tuple[str, list[float]]:
@@ -112,7 +162,7 @@ def _values(text: str) -> tuple[str, list[float]]:
             # Rounded to what is written in a table: 0.35, not 0.35000000000000003.
             values = [float(f"{value:.12g}") for value in np.linspace(float(first), float(last), int(count))]
         else:
-            values = [float(value) for value in given.split(",")]
+            values = [float(value) if set(value) & set(".eE") else int(value) for value in given.split(",")]
         if not equals or not name:
             raise ValueError
     except ValueError:

@@ -6,6 +6,7 @@ import inspect
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
@@ -113,7 +114,7 @@ def grid(vary: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
         if name in COLUMNS:
             raise OptionError(f"vary: '{name}' is a column of the table: call it something else")
         try:
-            axis = [float(value) for value in values]
+            axis = [_number(value) for value in values]
         except (TypeError, ValueError):
             raise OptionError(f"vary: '{name}' needs a list of numbers (found {values!r})") from None
         if not axis or any(map(math.isnan, axis)):
@@ -122,6 +123,11 @@ def grid(vary: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
             raise OptionError(f"vary: '{name}' has a value twice")
         axes.append(axis)
     return [dict(zip(vary, values, strict=True)) for values in itertools.product(*axes)]
+
+
+def _number(value: Any) -> float:
+    """A number; whole ones stay whole, which counts must be. Raises TypeError or ValueError of others."""
+    return int(value) if isinstance(value, Integral) else float(value)
 
 
 def maker(function: Callable[..., Scene], names: Sequence[str]) -> Maker:

@@ -100,7 +100,8 @@ def fig9(cases: Path, progress: ProgressLine = lambda _: None, counts: Sequence[
         },
         captions={
             "fig9": "Fig. 9: least thickness of the semicircular arch against friction. LPs: linear programs "
-            "of the search; stands, falls: margins (in voussoir weights) a millionth thicker and thinner. "
+            "of the search; stands, falls: margins (in voussoir weights) at the ends of the search, within a "
+            "millionth of each other. "
             "Below the transition to mode III no thickness stands",
             "fig9_modes": "The three modes, as mechanisms without dilatancy; blue: joints that slide, "
             "orange: hinges. Mode III, next to its transition, is driven by a load "
@@ -173,9 +174,9 @@ def _curve_row(arch: Arch, mu: float, found: LeastThickness) -> dict[str, object
         "mode": mode_of(found.collapse),
         "thickness (m)": or_nan(t),
         "over radius": or_nan(t) / arch.centreline,
-        "LPs": len(found.history),
-        "stands": _signed(found.stands),
-        "falls": _signed(found.falls or found.collapse),
+        "LPs": found.threshold.evaluations if found.threshold else 1,
+        "stands": f"{found.threshold.holds.number:+.1e}" if found.threshold else "–",
+        "falls": f"{found.threshold.fails.number if found.threshold else found.collapse.required():+.1e}",
     }
 
 
@@ -303,7 +304,3 @@ def _exact(scene: Scene) -> float:
     """
     result = solve(scene, "refined", start=solve(scene, "static"))
     return float("nan") if result.stationary is None else or_nan(result.load_factor)
-
-
-def _signed(result: Result | None) -> str:
-    return "–" if result is None else f"{or_nan(result.load_factor):+.1e}"

@@ -10,8 +10,9 @@ share of gravity, depend on that, and on the joints' not opening as they slide?
 from matplotlib.figure import Figure
 
 import masonry_opt as mo
+from masonry_opt.studies.cases import case_folder
 
-CASE = "cases/examples/arch_on_piers.toml"
+CASE = case_folder() / "examples" / "arch_on_piers.toml"
 FRICTIONS = [round(0.2 + 0.05 * step, 2) for step in range(13)]
 
 # %%
@@ -38,9 +39,6 @@ for method, label, line, colour in (
 axes.set(xlabel="friction μ = tan φ", ylabel="load factor λ", xlim=(0.18, 0.82), ylim=(0, None))
 axes.legend(loc="lower right", frameon=False)
 axes.grid(color="0.9")
-figure  # noqa: B018
-
-# %%
 both = (
     frames["static"]
     .merge(frames["mcp"], on="joints.friction", suffixes=("_static", "_mcp"))
@@ -48,3 +46,4 @@ both = (
 )
 assert (both["load_factor_mcp"] <= both["load_factor_static"] * (1 + 1e-7)).all()
 assert both["load_factor_mcp"].is_monotonic_increasing
+figure  # noqa: B018

@@ -1,0 +1,291 @@
+"""``least`` and ``most``: the number from which, or up to which, a scene stands or carries a load."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from masonry_opt.analysis import as_scene, prepare
+from masonry_opt.answer.status import Status
+from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError
+from masonry_opt.methods.registry import DEFAULT
+from masonry_opt.scene.scene import Scene
+from masonry_opt.studies.margins.standing import standing
+from masonry_opt.studies.margins.threshold import ANY_LOAD, FALLS, UNLIMITED, Threshold, Trial
+
+#: A scene of a number.
+Make = Callable[[float], "Scene | str | Path"]
+
+#: The ends of the answer are this near to each other, relative to their value.
+TOLERANCE = 1e-6
+
+#: Values between the ends that are tried before the search, to see whether it is one threshold.
+SAMPLES = 5
+
+#: A load factor, or a margin in block weights, this much too low is rounding of the solver's.
+_ROUNDING = 1e-8
+
+#: Load factors at the ends of the answer that differ by more, as a share of the largest, are a jump.
+_JUMP = 1e-3
+
+#: The ends need be no nearer than this share of the range times the tolerance, where the threshold is zero.
+_OF_RANGE = 1e-3
+
+#: After so many steps that have not halved the interval it is halved.
+_SLOW = 2
+
+
+def least(
+    make: Make,
+    lower: float,
+    upper: float,
+    *,
+    load: float | None = None,
+    method: str = DEFAULT,
+    tolerance: float = TOLERANCE,
+    samples: int = SAMPLES,
+    progress: Callable[[Trial], None] = lambda _: None,
+    **options: Any,
+) -> Threshold:
+    """Find the least value of a number at which a scene stands, or carries a load.
+
+    >>> import masonry_opt as mo
+    >>> arch = mo.Arch(radius=10, angles=(180, 0), thickness=1, voussoirs=27, unit_weight=1)
+    >>> def of(thickness):
+    ...     blocks = arch.model_copy(update={"thickness": thickness}).blocks()
+    ...     return mo.Scene(joints=mo.JointDefaults(friction=0.7), blocks=blocks)
+    >>> round(mo.least(of, 0.5, 3).value, 4)
+    1.0678
+
+    Under dead load alone, which is what counts unless ``load`` is given, a scene stands if any state of
+    equilibrium within friction exists; below the threshold there is none, whatever the flow rule.
+
+    Parameters
+    ----------
+    make:
+        The scene (or the path of a case file) of a value: friction, a thickness, a factor on something, ...
+    lower, upper:
+        Between which the value is sought. The scene must fail at ``lower`` and hold at ``upper``.
+    load:
+        Load factor to be carried, as ``method`` finds it. Without it live loads are left aside.
+    method, **options:
+        Of :func:`~masonry_opt.analysis.solve`, ``model`` and ``solver`` too; with ``load`` alone.
+    tolerance:
+        Of the ends of the answer, relative to their value.
+    samples:
+        Values between the ends, evenly spread, that are tried first. Of several thresholds that they show,
+        the uppermost is taken, and the others are told (``contradictions``). Between them nothing is known.
+    progress:
+        Called with every :class:`~.threshold.Trial`.
+
+    Raises
+    ------
+    OptionError
+        If the scene holds, or fails, at both ends, or an argument is wrong.
+    CaseError
+        If a scene is wrong; the message begins with the value.
+    NoLoadFactorError
+        If whether a scene holds could not be decided.
+    """
+    search = _Search(make, load, method, options, progress)
+    return search.run(lower, upper, tolerance, samples, least=True)
+
+
+def most(
+    make: Make,
+    lower: float,
+    upper: float,
+    *,
+    load: float | None = None,
+    method: str = DEFAULT,
+    tolerance: float = TOLERANCE,
+    samples: int = SAMPLES,
+    progress: Callable[[Trial], None] = lambda _: None,
+    **options: Any,
+) -> Threshold:
+    """Find the greatest value of a number (a tilt, an opening) at which a scene stands, or carries a load.
+
+    As :func:`least`, from the other side: the scene must hold at ``lower`` and fail at ``upper``, and of
+    several thresholds the lowest is taken.
+    """
+    search = _Search(make, load, method, options, progress)
+    return search.run(lower, upper, tolerance, samples, least=False)
+
+
+class _Search:
+    """What is asked of every scene, and every value tried."""
+
+    def __init__(
+        self,
+        make: Make,
+        load: float | None,
+        method: str,
+        options: dict[str, Any],
+        progress: Callable[[Trial], None],
+    ) -> None:
+        if not callable(make):
+            raise OptionError(
+                f"the scene must be a function of the value, such as lambda t: mo.Scene(...) (found {make!r})"
+            )
+        if not callable(progress):
+            raise OptionError(f"progress must be a function of a trial (found {progress!r})")
+        if load is None and (options or method != DEFAULT):
+            named = ", ".join(options) or f"method '{method}'"
+            raise OptionError(f"{named}: goes with 'load', such as load=1; dead load alone needs no method")
+        if load is not None:
+            load = _number("load", load)
+        self.make, self.load, self.progress = make, load, progress
+        self.session = prepare(method, keeps=True, **options)
+        self.trials: list[Trial] = []
+
+    def run(self, lower: float, upper: float, tolerance: float, samples: int, least: bool) -> Threshold:
+        lower, upper = _number("lower", lower), _number("upper", upper)
+        if not lower < upper:
+            raise OptionError(f"lower must be less than upper (found {lower:g} and {upper:g})")
+        if not 0 < _number("tolerance", tolerance) < 1:
+            raise OptionError(f"tolerance must be between 0 and 1 (found {tolerance!r})")
+        if not isinstance(samples, int) or samples < 0:
+            raise OptionError(f"samples must be a number of values, 0 or more (found {samples!r})")
+        first = self.at(lower), self.at(upper)
+        inside = [self.at(float(value)) for value in np.linspace(lower, upper, samples + 2)[1:-1]]
+        # From the end at which the scene should hold.
+        row = sorted([*first, *inside], key=lambda trial: trial.value, reverse=least)
+        if not row[0].holds or row[-1].holds:
+            raise OptionError(self._no_threshold(row, least))
+        holds, fails = next((near, far) for near, far in pairwise(row) if not far.holds)
+        holds, fails = self._narrow(holds, fails, tolerance, _OF_RANGE * (upper - lower))
+        jump = self._jump(holds, fails)
+        beyond = [t.value for t in self.trials if t.holds and (t.value < fails.value) == least]
+        return Threshold(
+            least=least,
+            load=self.load,
+            value=holds.value if jump else self._root(holds, fails),
+            holds=holds,
+            fails=fails,
+            jump=jump,
+            contradictions=tuple(sorted(value for value in beyond if value != holds.value)),
+            trials=tuple(self.trials),
+        )
+
+    def at(self, value: float) -> Trial:
+        """Make the scene of a value, and see whether it holds."""
+        try:
+            scene = as_scene(self.make(value))
+            trial = self._standing(value, scene) if self.load is None else self._carrying(value, scene)
+        except CaseError as error:
+            raise CaseError(f"at {value:.9g}: {error}") from None
+        self.trials.append(trial)
+        self.progress(trial)
+        return trial
+
+    def _standing(self, value: float, scene: Scene) -> Trial:
+        result = standing(scene)
+        if result.status is Status.SOLVER_FAILED:
+            raise NoLoadFactorError(f"at {value:.9g}: {result.status}: {result.message}")
+        number = result.load_factor
+        if number is None:
+            number = FALLS if result.status is Status.UNSTABLE else UNLIMITED
+        return Trial(value, number >= -_ROUNDING, number, result)
+
+    def _carrying(self, value: float, scene: Scene) -> Trial:
+        assert self.load is not None
+        result = self.session.solve(scene)
+        if result.load_factor is not None:
+            number = result.load_factor
+        elif result.status is Status.UNSTABLE:
+            number = FALLS
+        elif result.status in ANY_LOAD:
+            number = UNLIMITED
+        elif result.associative is not None and result.associative < self.load:
+            number = result.associative  # which no Coulomb answer exceeds
+        else:
+            raise NoLoadFactorError(
+                f"at {value:.9g}: whether the load is carried could not be decided: {result.status}: "
+                f"{result.message}; narrow the range, or name another method"
+            )
+        return Trial(value, number >= self.load - _ROUNDING * max(1.0, abs(self.load)), number, result)
+
+    def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
+        """Bring the ends together, by false position (of which the end that stays counts half: Illinois)
+        while that is quick, else by halves."""
+        weight_holds = weight_fails = 1.0
+        slow = 0
+        while True:
+            gap = fails.value - holds.value
+            near = tolerance * max(abs(holds.value), abs(fails.value), least_size)
+            if abs(gap) <= near:
+                return holds, fails
+            above, below = weight_holds * self._excess(holds), weight_fails * self._excess(fails)
+            share = 0.5
+            if slow < _SLOW and math.isfinite(above) and math.isfinite(below) and above > below:
+                # At least half the tolerance from either end, so that a root next to one is soon shut in.
+                aside = 0.5 * near / abs(gap)
+                share = min(max(above / (above - below), aside), 1 - aside)
+            value = holds.value + share * gap
+            if value in (holds.value, fails.value):  # no number lies between
+                return holds, fails
+            trial = self.at(value)
+            if trial.holds:
+                weight_holds, weight_fails = 1.0, 1.0 if weight_holds < 1 else weight_fails / 2
+                holds = trial
+            else:
+                weight_fails, weight_holds = 1.0, 1.0 if weight_fails < 1 else weight_holds / 2
+                fails = trial
+            halved = abs(fails.value - holds.value) <= 0.5 * abs(gap)
+            slow = 0 if halved else slow + 1
+
+    def _excess(self, trial: Trial) -> float:
+        return trial.number - (self.load or 0.0)
+
+    def _root(self, holds: Trial, fails: Trial) -> float:
+        """Where the straight line through the ends is what is asked, within them."""
+        above, below = self._excess(holds), self._excess(fails)
+        if not (math.isfinite(above) and math.isfinite(below) and above > 0):
+            return holds.value
+        return holds.value + above / (above - below) * (fails.value - holds.value)
+
+    def _jump(self, holds: Trial, fails: Trial) -> tuple[float, float] | None:
+        known = [abs(trial.number) for trial in self.trials if math.isfinite(trial.number)]
+        if not known or (self.load is None and fails.number == FALLS):
+            return None  # only whether it stands is known
+        # Where the scene falls by itself there is no load factor: what is asked is the least that it had.
+        before = self.load if fails.number == FALLS else fails.number
+        assert before is not None
+        far = holds.number - before > _JUMP * max(known)
+        return (fails.number, holds.number) if far else None
+
+    def _no_threshold(self, row: list[Trial], least: bool) -> str:
+        """What to do if the scene does the same at both ends, or does what it should the other way round."""
+        does, fails = ("stands", "falls") if self.load is None else ("carries the load", "does not carry it")
+        row = sorted(row, key=lambda trial: trial.value)
+        low, high = row[0], row[-1]
+        if low.holds != high.holds:
+            other = "most" if least else "least"
+            return (
+                f"the scene {does if low.holds else fails} at {low.value:g} and "
+                f"{does if high.holds else fails} at {high.value:g}: ask for '{other}'"
+            )
+        both = does if low.holds else fails
+        odd = [trial.value for trial in row if trial.holds != low.holds]
+        if odd:
+            return (
+                f"the scene {both} at {low.value:g} and at {high.value:g}, but between them it "
+                f"{fails if low.holds else does} at {', '.join(f'{value:.6g}' for value in odd)}: let one "
+                "end be there"
+            )
+        outwards = "lower 'lower'" if low.holds == least else "raise 'upper'"
+        return (
+            f"the scene {both} at {low.value:g}, at {high.value:g} and at all {len(row) - 2} values tried "
+            f"between: {outwards}, or try more values ('samples')"
+        )
+
+
+def _number(name: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not math.isfinite(value):
+        raise OptionError(f"{name} must be a number (found {value!r})")
+    return float(value)

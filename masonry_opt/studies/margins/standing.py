@@ -1,0 +1,88 @@
+"""Whether a scene stands under its dead load, and with what margin, of either sign."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.result import Result, make_result
+from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.status import Status
+from masonry_opt.effort import Effort
+from masonry_opt.explain.diagnosis import DeadLoadUndecided, falling_mechanism
+from masonry_opt.explain.no_load_factor import movers
+from masonry_opt.explain.sentences import message
+from masonry_opt.methods.associative import associative
+from masonry_opt.methods.task import Task
+from masonry_opt.problem.assembly import Assembly, assemble
+from masonry_opt.problem.problem import Problem
+from masonry_opt.scene.scene import Scene
+from masonry_opt.solvers.registry import Solver, find_solver
+
+
+def standing(scene: Scene) -> Result:
+    """How a scene stands under its dead load alone; its live loads are left aside.
+
+    The load factor of the result is a margin, in median block weights. Its live load takes one such weight
+    off the normal force of every joint, as if all were pressed apart: with n = n' + λ and n' at yield,
+    statics under the dead load are eq. (9) with the live load B e, where e is that normal force in every
+    joint. So λ is the most by which all normal forces exceed what their shear and moment need. Positive, the
+    scene stands with that margin; negative, no state of equilibrium exists, whatever the flow rule, and the
+    mechanism is one that the dead load drives.
+
+    Returns
+    -------
+    Result
+        With the margin as load factor. Where there is none (joints that crush; blocks that wedge; smooth
+        joints): "unstable under dead load", with the mechanism, or "unlimited" if the scene stands; "solver
+        failed" if that could not be decided.
+
+    Raises
+    ------
+    CaseError
+        If the scene is wrong.
+    """
+    assembly, effort, solver = assemble(scene), Effort(), find_solver("cvxpy", None)
+    pressed = replace(assembly, problem=_pressed_apart(assembly.problem))
+    solution = _margin(pressed.problem, solver, effort)
+    if solution is None:
+        solution = _yes_or_no(assembly, solver, effort)
+    return make_result(
+        pressed,
+        solution,
+        effort,
+        method="static",
+        model=solver.language,
+        solver=solver.name,
+        message=message(solution.reasons),
+    )
+
+
+def _pressed_apart(problem: Problem) -> Problem:
+    of_normal = (np.arange(3 * problem.joints) < problem.joints).astype(float)
+    return replace(problem, live=problem.B @ of_normal)
+
+
+def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None:
+    """Eq. (9) with that live load; None where it has no answer. (More pressure crushes joints of limited
+    strength, so that no such margin says whether they hold.)"""
+    if len(pressed.crushing) or not pressed.live_norm:
+        return None
+    solution = associative(Task(pressed, solver, effort=effort))
+    return solution if solution.load_factor is not None and solution.accept(pressed) else None
+
+
+def _yes_or_no(assembly: Assembly, solver: Solver, effort: Effort) -> Solution:
+    solution = Solution(Status.UNLIMITED, Kind.ASSOCIATIVE)
+    try:
+        falling = falling_mechanism(assembly.problem, solver, effort)
+    except DeadLoadUndecided as word:
+        solution.end(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, word=str(word))
+        return solution
+    if falling is not None:
+        solution.d = falling
+        solution.end(Status.UNSTABLE, Code.FALLS, blocks=movers(assembly, falling))
+    return solution

@@ -1,0 +1,162 @@
+"""A number of a scene on one side of which it holds: what is known of it."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, field
+from typing import Any
+
+import pandas as pd
+
+from masonry_opt.answer.result import Result
+from masonry_opt.answer.status import Status
+from masonry_opt.errors import printable
+from masonry_opt.explain.sentences import numeral
+
+#: How a scene without a load factor is counted: it falls by itself, or nothing makes it collapse.
+FALLS, UNLIMITED = -math.inf, math.inf
+
+#: Statuses of scenes that no load makes collapse.
+ANY_LOAD = (Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One value tried.
+
+    Attributes
+    ----------
+    value: of the number.
+    holds: whether the scene stands, or carries the load.
+    number: its load factor, or its margin under dead load (see :func:`~.standing.standing`): -inf where it
+        falls and there is none, inf where it carries any load.
+    result: the state and mechanism there.
+    """
+
+    value: float
+    holds: bool
+    number: float
+    result: Result = field(repr=False)
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """The least (or the greatest) value of a number at which a scene holds.
+
+    Attributes
+    ----------
+    least: whether the scene holds from the value on upwards; else up to it.
+    load: the load factor to be carried; None if the scene is to stand under its dead load alone.
+    value: the threshold. Where the load factor (margin) runs through what is asked, this is where; at a jump,
+        the end at which the scene holds.
+    interval: lower and upper end, between which the scene begins (or ceases) to hold. Both were solved.
+    holds, fails: the ends as they were solved. ``holds.result`` and ``fails.result`` have the state, the
+        mechanism and their residuals.
+    jump: load factors (margins) at the ends, of which holds comes last, if they differ although the ends do
+        not: the mechanism changes, joints lock, or the scene itself changes at once. None if they do not.
+    contradictions: values tried below a least (above a greatest) at which the scene holds all the same: it
+        does not fall only on one side of the threshold.
+    trials: every value tried, in order.
+    """
+
+    least: bool
+    load: float | None
+    value: float
+    holds: Trial
+    fails: Trial
+    jump: tuple[float, float] | None
+    contradictions: tuple[float, ...]
+    trials: tuple[Trial, ...] = field(repr=False)
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Lower and upper end."""
+        return min(self.holds.value, self.fails.value), max(self.holds.value, self.fails.value)
+
+    @property
+    def evaluations(self) -> int:
+        """How many scenes were solved."""
+        return len(self.trials)
+
+    @property
+    def history(self) -> pd.DataFrame:
+        """One row a trial: ``value``, ``holds``, ``load_factor`` or, under dead load, ``margin``."""
+        return pd.DataFrame(
+            {
+                "value": [trial.value for trial in self.trials],
+                "holds": [trial.holds for trial in self.trials],
+                self._measure.replace(" ", "_"): [trial.number for trial in self.trials],
+            }
+        )
+
+    @property
+    def _measure(self) -> str:
+        return "margin" if self.load is None else "load factor"
+
+    def __str__(self) -> str:
+        does = "stands under its dead load" if self.load is None else f"carries λ = {self.load:g}"
+        kind = "least" if self.least else "greatest"
+        lines = {
+            f"{kind} value": f"{numeral(self.value, '.9g')}, at which the scene {does}",
+            "holds": self._end(self.holds),
+            "fails": self._end(self.fails),
+            "scenes solved": str(self.evaluations),
+        }
+        if self.jump:
+            before, after = map(_worded, self.jump)
+            lines["jump"] = f"the {self._measure} goes from {before} to {after} at once"
+        if self.contradictions:
+            values = ", ".join(f"{value:.6g}" for value in self.contradictions)
+            side = "below" if self.least else "above"
+            lines["warning"] = f"the scene holds {side} this value too, at {values}: search there by itself"
+        return printable("\n".join(f"{name:<16} {value}" for name, value in lines.items()))
+
+    def _end(self, end: Trial) -> str:
+        known = math.isfinite(end.number)
+        worst = end.result.certificate.worst if known and end.result.certificate else None
+        residual = "" if worst is None else f" (largest residual {worst:.0e})"
+        said = _worded(end.number) if known else str(end.result.status)
+        return f"at {end.value:.9g}: {self._measure + ' ' if known else ''}{said}{residual}"
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything but single results, as plain numbers, strings and lists (what is not finite as None)."""
+        return {
+            "kind": "least" if self.least else "greatest",
+            "load": self.load,
+            "value": self.value,
+            "interval": list(self.interval),
+            "jump": [_plain(number) for number in self.jump] if self.jump else None,
+            "contradictions": list(self.contradictions),
+            "evaluations": self.evaluations,
+            "holds": _end_as_dict(self.holds),
+            "fails": _end_as_dict(self.fails),
+            "trials": [
+                {"value": trial.value, "holds": trial.holds, "number": _plain(trial.number)}
+                for trial in self.trials
+            ],
+        }
+
+    def to_json(self) -> str:
+        """``as_dict`` as one JSON object."""
+        return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
+
+
+def _worded(number: float) -> str:
+    if number == FALLS:
+        return "none (it falls by itself)"
+    return "any" if number == UNLIMITED else numeral(number, ".6g")
+
+
+def _end_as_dict(end: Trial) -> dict[str, Any]:
+    certificate = end.result.certificate
+    return {
+        "value": end.value,
+        "number": _plain(end.number),
+        "status": str(end.result.status),
+        "certificate": certificate.as_dict() if certificate else None,
+    }
+
+
+def _plain(number: float) -> float | None:
+    return number if math.isfinite(number) else None

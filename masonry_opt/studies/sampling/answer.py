@@ -1,0 +1,190 @@
+"""What a sample of a scene's load factor says, in tables, words and pictures."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from masonry_opt.answer.status import Status
+from masonry_opt.errors import OptionError, printable
+from masonry_opt.explain.sentences import numeral
+from masonry_opt.studies.margins.threshold import ANY_LOAD
+from masonry_opt.studies.sampling.estimates import fragility, quantiles, sensitivity
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: Probabilities of the quantiles that are told unless others are asked for, and the confidence of intervals.
+PROBABILITIES, CONFIDENCE = (0.05, 0.5, 0.95), 0.95
+
+#: Of what matters, so much is printed.
+_PRINTED = 5
+
+
+@dataclass(frozen=True)
+class Sample:
+    """The load factors of a scene whose numbers were drawn.
+
+    A run counts by what it ended in: a scene that falls by itself collapses at any load, one that no load
+    makes collapse at none. A run that failed (``undecided``: not converged, refused, ...) counts as
+    collapsed at any load, so that no probability of collapse is too low by it.
+
+    Intervals are those of independent runs (``sequence="random"``), whatever the distribution. Scrambled
+    points of few numbers come nearer to the truth than the intervals say: of a block that slides or
+    overturns, 128 of Sobol's are out by a ninth of what independent ones are.
+
+    Attributes
+    ----------
+    case: case file or title of the scene.
+    table: frame, one row a run, in the order of the draws: the numbers drawn, then the columns of
+        ``mo.sweep``.
+    drawn: names of the columns that were drawn.
+    distributions: of each number, in words.
+    """
+
+    case: str
+    table: pd.DataFrame = field(repr=False)
+    drawn: tuple[str, ...] = field(repr=False)
+    distributions: Mapping[str, str]
+
+    @property
+    def runs(self) -> int:
+        """How many scenes were solved."""
+        return len(self.table)
+
+    @property
+    def load_factors(self) -> np.ndarray:
+        """Load factor of each run, shape (n,): -inf where it counts as collapsed at any load, inf at none."""
+        status, found = self.table["status"], self.table["load_factor"].to_numpy(dtype=float)
+        any_load = status.isin([str(word) for word in ANY_LOAD]).to_numpy()
+        return np.where(np.isfinite(found), found, np.where(any_load, math.inf, -math.inf))
+
+    @property
+    def falling(self) -> int:
+        """Runs whose scene falls by itself."""
+        return int((self.table["status"] == str(Status.UNSTABLE)).sum())
+
+    @property
+    def unlimited(self) -> int:
+        """Runs whose scene no load makes collapse."""
+        return int(np.isposinf(self.load_factors).sum())
+
+    @property
+    def undecided(self) -> int:
+        """Runs that failed, counted as collapsed at any load."""
+        return int(np.isneginf(self.load_factors).sum()) - self.falling
+
+    def quantiles(
+        self, probabilities: Sequence[float] = PROBABILITIES, confidence: float = CONFIDENCE
+    ) -> pd.DataFrame:
+        """Quantiles of the load factor (see :func:`~.estimates.quantiles`).
+
+        Raises OptionError if a probability is not between 0 and 1.
+        """
+        return quantiles(self.load_factors, _shares("probabilities", probabilities), _share(confidence))
+
+    def fragility(self, loads: Sequence[float] | None = None, confidence: float = CONFIDENCE) -> pd.DataFrame:
+        """Probability of collapse at load factors (see :func:`~.estimates.fragility`); by default at those
+        that were found, where it rises, and a little to either side."""
+        if loads is None:
+            found = np.unique(self.load_factors[np.isfinite(self.load_factors)])
+            aside = 0.05 * (np.ptp(found) or found.max() or 1.0) if len(found) else 1.0
+            ends = (found[0] - aside, found[-1] + aside) if len(found) else (0.0, 1.0)
+            loads = [max(float(ends[0]), 0.0), *found.tolist(), float(ends[1])]
+        return fragility(self.load_factors, loads, _share(confidence))
+
+    def sensitivity(self, confidence: float = CONFIDENCE) -> pd.DataFrame:
+        """Which of the numbers drawn matter: rank correlations (see :func:`~.estimates.sensitivity`)."""
+        return sensitivity(self.table[list(self.drawn)], self.load_factors, _share(confidence))
+
+    def plot(self, kind: str = "distribution") -> Figure:
+        """Draw the "distribution" of the load factor, its "fragility" curve or the "sensitivity" to what was
+        drawn, as a matplotlib figure without pyplot's state.
+
+        Raises OptionError if there is no such kind.
+        """
+        # Charts are slow to import: only when they are needed.
+        from masonry_opt.studies.sampling.charts import KINDS
+
+        if kind not in KINDS:
+            raise OptionError(f"kind '{kind}' is unknown; choose from: {', '.join(KINDS)}")
+        return KINDS[kind](self)
+
+    def __str__(self) -> str:
+        lines = {
+            "case": self.case,
+            "drawn": "; ".join(f"{name} = {text}" for name, text in self.distributions.items()),
+            "runs": f"{self.runs}{self._counted()}",
+        }
+        text = [f"{name:<16} {value}" for name, value in lines.items()]
+        for row in self.quantiles().to_dict("records"):
+            limits = f"({_worded(row['lower'])} to {_worded(row['upper'])} with {CONFIDENCE:.0%} confidence)"
+            text.append(f"{row['probability']:<6.0%} of λ below {_worded(row['value'])} {limits}")
+        matters = self.sensitivity().dropna()
+        for row in matters.head(_PRINTED).to_dict("records"):
+            text.append(
+                f"rank correlation {numeral(row['rank_correlation'], '+.3f')} with {row['parameter']} "
+                f"({numeral(row['lower'], '+.3f')} to {numeral(row['upper'], '+.3f')})"
+            )
+        return printable("\n".join(text))
+
+    def _counted(self) -> str:
+        counted = [
+            (self.falling, "fall by themselves"),
+            (self.unlimited, "no load makes collapse"),
+            (self.undecided, "failed, counted as collapsed at any load"),
+        ]
+        return "".join(f"; {count} ({count / self.runs:.1%}) {what}" for count, what in counted if count)
+
+    def as_dict(self) -> dict[str, Any]:
+        """All but the single runs, as plain numbers, strings, lists and dictionaries (not finite: None)."""
+        frames = {
+            "quantiles": self.quantiles(),
+            "fragility": self.fragility(),
+            "sensitivity": self.sensitivity(),
+        }
+        return {
+            "case": self.case,
+            "distributions": dict(self.distributions),
+            "runs": self.runs,
+            "falling": self.falling,
+            "unlimited": self.unlimited,
+            "undecided": self.undecided,
+            "confidence": CONFIDENCE,
+        } | {name: _records(frame) for name, frame in frames.items()}
+
+    def to_json(self) -> str:
+        """``as_dict`` as one JSON object."""
+        return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
+
+
+def _records(frame: pd.DataFrame) -> list[dict[str, Any]]:
+    return [
+        {
+            str(key): None if isinstance(value, float) and not math.isfinite(value) else value
+            for key, value in row.items()
+        }
+        for row in frame.to_dict("records")
+    ]
+
+
+def _worded(value: float) -> str:
+    if math.isfinite(value):
+        return numeral(value, ".5f")
+    return "unknown" if math.isnan(value) else "none" if value < 0 else "any load"
+
+
+def _shares(name: str, values: Sequence[float]) -> list[float]:
+    if not all(0 < value < 1 for value in values):
+        raise OptionError(f"{name} must lie between 0 and 1 (found {list(values)})")
+    return list(values)
+
+
+def _share(confidence: float) -> float:
+    return _shares("confidence", [confidence])[0]

@@ -1,0 +1,35 @@
+"""A sample in a folder: its tables, and a chart of each."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+
+from masonry_opt.errors import OutputError
+from masonry_opt.files import write_whole
+from masonry_opt.studies.many.table import write_table
+from masonry_opt.studies.sampling.answer import Sample
+from masonry_opt.studies.sampling.charts import KINDS
+
+
+def write_sample(sample: Sample, folder: Path, parquet: bool = False) -> None:
+    """Write the runs, what they say, and charts, each file whole or not at all.
+
+    Raises OutputError if a file cannot be written.
+    """
+    write_table(sample.table, folder, parquet)
+    tables = {
+        "quantiles": sample.quantiles(),
+        "fragility": sample.fragility(),
+        "sensitivity": sample.sensitivity(),
+    }
+    try:
+        for name, frame in tables.items():
+            write_whole(folder / f"{name}.csv", frame.to_csv(index=False, lineterminator="\n"))
+        for kind in KINDS:
+            for suffix in ("png", "svg"):
+                content = io.BytesIO()
+                sample.plot(kind).savefig(content, format=suffix, dpi=150)
+                write_whole(folder / f"{kind}.{suffix}", content.getvalue())
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written: {error.strerror}") from None

@@ -1,0 +1,184 @@
+"""Least and greatest values against closed forms; thresholds that are none, or more than one."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from scenes import CASES, block_on_floor
+
+import masonry_opt as mo
+from masonry_opt.studies.margins.standing import standing
+
+
+def tilted(scene: mo.Scene, degrees: float) -> mo.Scene:
+    angle = math.radians(degrees)
+    return scene.model_copy(update={"gravity": (math.sin(angle), -math.cos(angle))})
+
+
+def wide(width: float) -> mo.Scene:
+    """λ = width / 4, by rocking."""
+    return block_on_floor(width, 4.0, friction=2.0)
+
+
+def test_friction_of_a_block_on_a_slope_is_the_tangent():
+    found = mo.least(lambda mu: tilted(block_on_floor(2.0, 1.0, friction=mu), 25), 0.01, 2)
+    assert found.value == pytest.approx(math.tan(math.radians(25)), rel=1e-8)
+    lower, upper = found.interval
+    assert lower <= found.value <= upper <= lower * (1 + 1e-6)
+    assert found.fails.number < 0 <= found.holds.number + 1e-9
+    assert not found.jump
+    assert not found.contradictions
+
+
+def test_greatest_tilt_of_a_block_is_its_slenderness():
+    found = mo.most(lambda degrees: tilted(block_on_floor(1.0, 2.5, friction=0.9), degrees), 0, 45)
+    assert found.value == pytest.approx(math.degrees(math.atan(1 / 2.5)), rel=1e-8)
+    assert found.holds.value <= found.value <= found.fails.value
+
+
+def test_ends_are_a_state_and_a_mechanism():
+    """Of the dead load alone, from the matrices."""
+    found = mo.most(lambda degrees: tilted(block_on_floor(1.0, 2.5, friction=0.9), degrees), 0, 45)
+    problem = found.holds.result.assembly.problem
+    q = found.holds.result.solution.q.copy()
+    q[: problem.joints] += found.holds.number
+    np.testing.assert_allclose(problem.B @ q + problem.dead, 0, atol=1e-8)
+    assert problem.slacks(q).min() > -1e-8
+    thinner, d = found.fails.result.assembly.problem, found.fails.result.solution.d
+    assert thinner.dead @ d > 0
+    assert found.fails.result.certificate.flow < 1e-8
+
+
+@pytest.mark.parametrize("method", ["static", "mcp"])
+def test_least_friction_that_carries_a_load(method):
+    """λ is the friction, up to the block's slenderness."""
+    found = mo.least(
+        lambda mu: block_on_floor(1, 2, friction=mu), 0.05, 1, load=0.3, method=method, samples=2
+    )
+    assert found.value == pytest.approx(0.3, rel=1e-7)
+    assert found.fails.number < 0.3 <= found.holds.number + 1e-9
+    assert found.history.columns.tolist() == ["value", "holds", "load_factor"]
+
+
+def test_a_load_factor_that_jumps_is_named():
+    found = mo.least(
+        lambda t: wide(1.0 if t < 0.37 else 2.0), 0, 1, load=0.3, method="static", samples=2, tolerance=1e-3
+    )
+    assert found.jump == pytest.approx((0.25, 0.5))
+    assert found.fails.value < 0.37 <= found.holds.value == found.value
+    assert found.value == pytest.approx(0.37, rel=1e-3)
+
+
+def test_falling_by_itself_is_a_jump_only_where_a_load_was_carried_at_once():
+    def steep(t):
+        return tilted(block_on_floor(1.0, 2.5, friction=0.9), 30) if t < 0.5 else wide(1.2)
+
+    asked = {"method": "static", "samples": 0, "tolerance": 0.01}
+    assert mo.least(steep, 0, 1, load=0.1, **asked).jump == (-math.inf, pytest.approx(0.3))
+    # Leaning back, λ falls to nothing as the block comes to stand on its edge.
+    leaning = mo.most(
+        lambda t: tilted(wide(1.0), t), 0, 30, load=0.0, method="static", samples=0, tolerance=1e-4
+    )
+    assert leaning.value == pytest.approx(math.degrees(math.atan(0.25)), rel=1e-4)
+    assert leaning.fails.number == -math.inf
+    assert not leaning.jump
+
+
+def test_a_hole_is_told():
+    """It holds from 0.65 on, and in the middle of what is below."""
+
+    def width(t):
+        return wide(2.0 if t >= 0.65 or 0.1 < t < 0.35 else 1.0)
+
+    asked = {"load": 0.3, "method": "static", "samples": 4, "tolerance": 0.01}
+    found = mo.least(width, 0, 1, **asked)
+    assert found.value == pytest.approx(0.65, rel=0.01)
+    assert found.contradictions == (0.2,)
+    found = mo.most(lambda t: width(1 - t), 0, 1, **asked)
+    assert found.value == pytest.approx(0.35, rel=0.01)
+    assert found.contradictions == pytest.approx((0.8,))
+
+
+@pytest.mark.parametrize(
+    ("search", "lower", "upper", "found"),
+    [
+        (mo.least, 1.5, 3.0, "lower 'lower'"),
+        (mo.least, 0.5, 1.0, "raise 'upper'"),
+        (mo.most, 1.5, 3.0, "raise 'upper'"),
+        (mo.most, 0.5, 1.0, "lower 'lower'"),
+        (mo.most, 0.5, 3.0, "ask for 'least'"),
+        (mo.least, 3.0, 0.5, "less than upper"),
+        (mo.least, float("nan"), 3.0, "must be a number"),
+    ],
+)
+def test_what_to_do_is_said(search, lower, upper, found):
+    with pytest.raises(mo.OptionError, match=found):
+        search(wide, lower, upper, load=0.3, method="static", samples=1)
+
+
+def test_both_ends_alike_and_another_between():
+    with pytest.raises(mo.OptionError, match=r"carries the load at 0\.5:"):
+        mo.least(lambda t: wide(2 if 0.3 < t < 0.7 else 1), 0, 1, load=0.3, method="static", samples=1)
+
+
+def test_wrong_arguments():
+    with pytest.raises(mo.OptionError, match="function"):
+        mo.least(wide(1.0), 0, 1)
+    with pytest.raises(mo.OptionError, match="'load'"):
+        mo.least(wide, 1, 2, method="static")
+    with pytest.raises(mo.CaseError, match="at -1: "):
+        mo.least(lambda mu: block_on_floor(friction=mu), -1, 1)
+
+
+def test_joints_that_crush_are_decided_without_a_margin():
+    """A block of weight 1 on a base 1 wide stands if strength times width is its weight."""
+
+    def strong(strength):
+        scene = block_on_floor(1.0, 2.0)
+        joints = scene.joints.model_copy(update={"strength": strength})
+        return scene.model_copy(update={"joints": joints})
+
+    found = mo.least(strong, 0.5, 2, tolerance=1e-2, samples=0)
+    assert found.value == pytest.approx(1.0, rel=1e-2)
+    assert not found.jump
+
+
+def test_smooth_joints_have_no_margin():
+    smooth = tilted(block_on_floor(friction=0.0), 10)
+    assert standing(smooth).status is mo.Status.UNSTABLE
+    assert mo.least(
+        lambda mu: tilted(block_on_floor(friction=mu), 10), 0, 1, samples=0
+    ).value == pytest.approx(math.tan(math.radians(10)), rel=1e-6)
+
+
+def test_a_scene_without_room_stands():
+    """All joints are smooth, so nothing presses the block against its wall: the margin is zero until the
+    weight, which moves outwards from the middle, is past the edge; rounding must not make it fall."""
+
+    def eccentric(by):
+        scene = block_on_floor(friction=0.0, weight_at=(0.5 - by, 1.0))
+        wall = mo.Block(name="wall", vertices=[(1, 0), (2, 0), (2, 2), (1, 2)], fixed=True)
+        return scene.model_copy(update={"blocks": [*scene.blocks, wall]})
+
+    found = mo.most(eccentric, 0.1, 0.8, samples=2, tolerance=1e-3)
+    assert found.value == pytest.approx(0.5, rel=1e-3)
+    assert abs(found.trials[0].number) < 1e-8
+
+
+def test_the_answer_as_json():
+    found = mo.least(wide, 1.0, 2.0, load=0.3, method="static", samples=0, tolerance=1e-3)
+    read = json.loads(found.to_json())
+    assert read["kind"] == "least"
+    assert read["value"] == pytest.approx(1.2)
+    assert read["interval"][0] < read["value"] <= read["interval"][1]
+    assert len(read["trials"]) == read["evaluations"] == found.evaluations
+
+
+def test_a_path_will_do():
+    other = CASES / "ferris_tinloi" / "wall_2.toml"
+    wall = CASES / "ferris_tinloi" / "wall_1.toml"
+    found = mo.least(lambda t: wall if t > 0.5 else other, 0, 1, load=0.6, method="static", tolerance=0.1)
+    assert found.jump == pytest.approx((0.58, 0.64286), abs=1e-4)

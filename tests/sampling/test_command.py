@@ -1,0 +1,45 @@
+"""`sweep --sample`, as a user runs it."""
+
+from __future__ import annotations
+
+import pandas as pd
+import pytest
+from scenes import block_on_floor, run_command
+
+import masonry_opt as mo
+
+
+@pytest.fixture
+def case(tmp_path):
+    mo.save(block_on_floor(1.0, 2.0), tmp_path / "block.toml")
+    return tmp_path / "block.toml"
+
+
+def test_a_sample_is_written_and_told(case, tmp_path, monkeypatch, capsys):
+    asked = ("--sample", "joints.friction=lognormal:0.4:25%", "-n", "4", "--seed", "3", "--method", "static")
+    code, out, _ = run_command(
+        monkeypatch, capsys, "sweep", case, *asked, "--workers", "1", "--out", tmp_path / "out"
+    )
+    assert code == 0
+    assert "rank correlation" in out
+    kept = pd.read_csv(tmp_path / "out" / "runs.csv")
+    pd.testing.assert_series_equal(
+        kept["load_factor"], kept["joints.friction"].clip(upper=0.5), check_names=False, rtol=1e-7
+    )
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        (),
+        ("--sample", "joints.friction=gamma:1:2"),
+        ("--sample", "joints.friction=normal:0.1:1"),
+        ("--sample", "joints.friction=normal:1:0.01", "--vary", "joints.friction=0.3,0.4"),
+        ("--sample", "joints.friction=normal:1:0.01", "--by", "stone"),
+    ],
+)
+def test_what_is_wrong_is_said(case, asked, tmp_path, monkeypatch, capsys):
+    code, out, err = run_command(monkeypatch, capsys, "sweep", case, *asked, "--out", tmp_path / "out")
+    assert (code, out) == (2, "")
+    assert err.startswith("error: ")
+    assert not (tmp_path / "out").exists()

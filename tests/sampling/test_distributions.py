@@ -1,0 +1,110 @@
+"""What a user writes as a distribution, and points drawn from several."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from masonry_opt.errors import OptionError
+from masonry_opt.studies.sampling.distributions import distribution, lognormal, parse
+from masonry_opt.studies.sampling.draws import SEQUENCES, scores
+
+
+def test_a_lognormal_has_the_mean_and_deviation_given():
+    law = lognormal(0.65, 0.0975)
+    assert (law.mean(), law.std()) == pytest.approx((0.65, 0.0975))
+    # Its logarithm is normal: the median is the mean over the root of 1 + (deviation / mean)².
+    assert law.median() == pytest.approx(0.65 / math.sqrt(1 + 0.15**2))
+
+
+@pytest.mark.parametrize(
+    ("given", "same"),
+    [
+        (("lognormal", 0.6, "75%"), stats.lognorm(math.sqrt(math.log(1.5625)), scale=0.6 / 1.25)),
+        (("normal", 2.0, "10 %"), stats.norm(2.0, 0.2)),
+        (("normal", 2.0, 0.3), stats.norm(2.0, 0.3)),
+        (["uniform", 1, 3], stats.uniform(1, 2)),
+        (stats.expon(scale=2), stats.expon(scale=2)),
+    ],
+)
+def test_quantiles(given, same):
+    law = distribution("x", given)
+    at = np.array([0.05, 0.5, 0.9])
+    np.testing.assert_allclose(law.quantile(at), same.ppf(at), rtol=1e-7)
+    assert law.below(1.5) == pytest.approx(same.cdf(1.5), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        "lognormal",
+        ("lognormal", 0.6),
+        ("gamma", 1, 2),
+        ("lognormal", 0.0, 0.1),
+        ("normal", 1, 0),
+        ("normal", 1, math.nan),
+        ("normal", "1", 1),
+        ("uniform", 2, 1),
+        ("uniform", 1, "15%"),
+        0.6,
+    ],
+)
+def test_what_is_no_distribution_is_refused(given):
+    with pytest.raises(OptionError, match=r"'joints\.friction'"):
+        distribution("joints.friction", given)
+
+
+def test_a_distribution_as_text():
+    assert parse("joints.friction=lognormal:0.65:15%") == ("joints.friction", ("lognormal", 0.65, "15%"))
+    assert parse("block.A.weight=uniform:1:2") == ("block.A.weight", ("uniform", 1.0, 2.0))
+    for wrong in ("joints.friction", "joints.friction=normal:1", "=normal:1:2"):
+        with pytest.raises(OptionError, match="NAME="):
+            parse(wrong)
+
+
+@pytest.mark.parametrize("sequence", SEQUENCES)
+def test_more_points_begin_with_the_same(sequence):
+    groups = [[0], [1, 2, 3]]
+    few, many = (scores(count, groups, 0.5, sequence, 7) for count in (10, 16))
+    np.testing.assert_array_equal(few, many[:10])
+    assert not np.array_equal(few, scores(10, groups, 0.5, sequence, 8))
+
+
+@pytest.mark.parametrize("sequence", SEQUENCES)
+@pytest.mark.parametrize("correlation", [0.0, 0.7, 1.0])
+def test_correlation_is_what_was_asked(sequence, correlation):
+    count = 2048
+    found = np.corrcoef(scores(count, [[0, 1, 2], [3, 4], [5]], correlation, sequence, 3), rowvar=False)
+    asked = np.eye(6)
+    asked[:3, :3] = asked[3:5, 3:5] = correlation
+    np.fill_diagonal(asked, 1.0)
+    # The deviation of a correlation of independent points is (1 − ρ²) / √n.
+    assert np.abs(found - asked).max() < 4 / math.sqrt(count)
+    if correlation == 1:
+        np.testing.assert_allclose(found[:3, :3], 1.0)
+
+
+@pytest.mark.parametrize("sequence", SEQUENCES)
+def test_each_score_is_standard_normal(sequence):
+    found = scores(1024, [[0, 1], [2]], 0.4, sequence, 0)
+    for column in found.T:
+        assert stats.kstest(column, "norm").pvalue > 1e-3
+
+
+def test_sobol_spreads_single_numbers_more_evenly_than_chance():
+    """Of 256 points of a scrambled net each of 256 equal intervals has one."""
+    found = stats.norm.cdf(scores(256, [[0], [1]], 0.0, "sobol", 1))
+    for column in found.T:
+        assert sorted(np.floor(256 * column).astype(int)) == list(range(256))
+
+
+def test_of_many_numbers_no_two_move_as_one():
+    """Independent points of n runs have correlations of deviation 1/√n; the largest of 3403 is some four."""
+    many = scores(128, [[k] for k in range(83)], 0.0, None, 0)
+    found = np.corrcoef(many, rowvar=False) - np.eye(83)
+    assert np.abs(found).max() < 5 / math.sqrt(128)
+    few = [[k] for k in range(10)]
+    np.testing.assert_array_equal(scores(8, few, 0.0, None, 0), scores(8, few, 0.0, "sobol", 0))

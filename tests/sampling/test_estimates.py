@@ -1,0 +1,86 @@
+"""Intervals of quantiles, probabilities and correlations against their definitions."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+
+from masonry_opt.studies.sampling.estimates import fragility, quantiles, sensitivity
+
+
+@pytest.mark.parametrize("n", [60, 199, 1000])
+@pytest.mark.parametrize("p", [0.05, 0.5, 0.95])
+@pytest.mark.parametrize("confidence", [0.9, 0.95])
+def test_ranks_of_a_quantile_cover_it(n, p, confidence):
+    """The number K below the quantile is binomial: it lies between ranks l and u if l ≤ K < u. One rank
+    nearer on either side would not do."""
+    row = quantiles(np.arange(1.0, n + 1), [p], confidence).iloc[0]
+    below, beside = stats.binom(n, p), (1 - confidence) / 2
+    first = 0 if math.isnan(row["lower"]) else int(row["lower"])
+    last = n + 1 if math.isnan(row["upper"]) else int(row["upper"])
+    assert below.cdf(first - 1) <= beside < below.cdf(first)
+    assert below.sf(last - 1) <= beside < below.sf(last - 2)
+    assert row["lower"] <= row["value"] <= row["upper"] or math.isnan(row["lower"] + row["upper"])
+    assert row["value"] == math.ceil(n * p)
+
+
+def test_a_small_sample_has_no_limit():
+    """The least of n values lies above the 5 % quantile with probability 0.95ⁿ: below 2.5 % from 72 on."""
+    for n, known in ((71, False), (72, True)):
+        row = quantiles(np.arange(1.0, n + 1), [0.05], 0.95).iloc[0]
+        assert math.isfinite(row["lower"]) == known == (0.95**n <= 0.025)
+
+
+def test_quantiles_count_what_has_no_load_factor():
+    values = np.concatenate([np.full(10, -math.inf), np.arange(80.0), np.full(10, math.inf)])
+    found = quantiles(values, [0.05, 0.5, 0.95], 0.95)
+    assert found["value"].tolist() == [-math.inf, 39.0, math.inf]
+
+
+def test_probability_of_collapse_has_clopper_and_pearsons_interval():
+    values = np.concatenate([[-math.inf], np.linspace(0.1, 0.9, 28), [math.inf]])
+    loads = [0.0, 0.1, 0.5, 0.9, 2.0]
+    found = fragility(values, loads, 0.9)
+    for load, row in zip(loads, found.to_dict("records"), strict=True):
+        collapsed = int((values <= load).sum())
+        interval = stats.binomtest(collapsed, 30).proportion_ci(0.9, method="exact")
+        assert row["probability"] == collapsed / 30
+        assert (row["lower"], row["upper"]) == pytest.approx((interval.low, interval.high))
+
+
+def test_probabilities_at_the_ends():
+    found = fragility(np.arange(1.0, 11.0), [0.0, 20.0], 0.95)
+    assert found["probability"].tolist() == [0, 1]
+    assert found["upper"].iloc[0] == pytest.approx(1 - 0.025**0.1)
+    assert found["lower"].iloc[1] == pytest.approx(0.025**0.1)
+
+
+def test_rank_correlation():
+    rng = np.random.default_rng(5)
+    drawn = pd.DataFrame({"idle": rng.random(200), "strong": rng.random(200), "fixed": np.ones(200)})
+    values = np.exp(drawn["strong"].to_numpy()) + 0.2 * rng.random(200)
+    values[:5] = -math.inf
+    found = sensitivity(drawn, values, 0.95)
+    assert found["parameter"].tolist() == ["strong", "idle", "fixed"]
+    for row in found.head(2).to_dict("records"):
+        known = stats.spearmanr(drawn[row["parameter"]], values).statistic
+        assert row["rank_correlation"] == pytest.approx(known)
+        half = stats.norm.ppf(1 - 0.05 / 3 / 2) * math.sqrt((1 + known**2 / 2) / 197)
+        assert math.atanh(row["upper"]) - math.atanh(row["lower"]) == pytest.approx(2 * half)
+        assert row["lower"] < known < row["upper"]
+    assert found.iloc[2].drop("parameter").isna().all()
+
+
+def test_interval_of_a_rank_correlation_covers_it():
+    """Of a bivariate normal distribution of correlation ρ Spearman's is (6/π) asin(ρ/2)."""
+    rng, known, covered = np.random.default_rng(0), 6 / math.pi * math.asin(0.3), 0
+    for _ in range(150):
+        x, own = rng.standard_normal((2, 60))
+        y = 0.6 * x + 0.8 * own
+        row = sensitivity(pd.DataFrame({"x": x}), y, 0.95).iloc[0]
+        covered += row["lower"] <= known <= row["upper"]
+    assert covered >= stats.binom(150, 0.95).ppf(1e-3)

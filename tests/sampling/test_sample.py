@@ -1,0 +1,219 @@
+"""Samples of a block's load factor, min(μ, b/h), against its distribution; what is drawn for which joint."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+from scenes import block_on_floor, small_wall
+from scipy import stats
+
+import masonry_opt as mo
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.studies.many.runs import COLUMNS
+from masonry_opt.studies.sampling.distributions import lognormal
+from masonry_opt.studies.sampling.sample import Draws
+from masonry_opt.studies.sampling.spread import Spread, with_values
+
+FRICTION, SLENDER = lognormal(0.4, 0.1), 0.5
+ASKED = {"method": "static", "seed": 1}
+
+
+def uncertain(n, **more):
+    return mo.sample(
+        block_on_floor(1.0, 2.0),
+        {"joints.friction": ("lognormal", 0.4, "25%"), "joints.cohesion": ("uniform", 0.0, 1e-9)},
+        n=n,
+        **(ASKED | more),
+    )
+
+
+@pytest.fixture(scope="module")
+def block():
+    return uncertain(48, workers=1)
+
+
+def with_load_factors(values, statuses="optimal"):
+    """A sample as if it had been run."""
+    values = np.asarray(values, dtype=float)
+    table = pd.DataFrame({"x": np.arange(len(values)), "load_factor": values, "status": statuses})
+    return mo.Sample(case="made", table=table, drawn=("x",), distributions={"x": "made"})
+
+
+def test_every_run_is_the_closed_form(block):
+    drawn = block.table["joints.friction"].to_numpy()
+    np.testing.assert_allclose(block.table["load_factor"], np.minimum(drawn, SLENDER), rtol=1e-7)
+    assert block.table.columns.tolist() == ["joints.friction", "joints.cohesion", *COLUMNS]
+    assert (block.falling, block.unlimited, block.undecided) == (0, 0, 0)
+
+
+def test_quantiles_hold_those_of_the_distribution(block):
+    for row in block.quantiles([0.05, 0.25, 0.5, 0.75, 0.95]).to_dict("records"):
+        known = min(FRICTION.ppf(row["probability"]), SLENDER)
+        lower = -math.inf if math.isnan(row["lower"]) else row["lower"]
+        upper = math.inf if math.isnan(row["upper"]) else row["upper"]
+        assert lower - 1e-7 <= known <= upper + 1e-7
+
+
+def test_fragility_is_the_distribution(block):
+    loads = [0.25, 0.3, 0.35, 0.4, 0.45, 0.499, 0.501]
+    curve = block.fragility(loads)
+    known = np.where(np.array(loads) < SLENDER, FRICTION.cdf(loads), 1.0)
+    assert ((curve["lower"] <= known) & (known <= curve["upper"])).all()
+    # Of a power of two of points of a scrambled net every interval [0, u) has its share but for one point; 48
+    # is the sum of two.
+    assert np.abs(curve["probability"] - known).max() <= 2 / 48 + 1e-12
+
+
+def test_what_matters_is_the_friction(block):
+    found = block.sensitivity().set_index("parameter")
+    assert found["rank_correlation"]["joints.friction"] > 0.98  # ties where the block overturns
+    assert found["lower"]["joints.cohesion"] < 0 < found["upper"]["joints.cohesion"]
+
+
+def test_two_workers_make_the_same_table(block):
+    """And of fewer runs the first: all but the seconds."""
+    other = uncertain(8, workers=2)
+    pd.testing.assert_frame_equal(
+        other.table.drop(columns="seconds"), block.table.drop(columns="seconds").head(8)
+    )
+
+
+def test_the_answer_as_json(block):
+    read = json.loads(block.to_json())
+    assert read["runs"] == 48
+    assert read["distributions"]["joints.friction"] == "lognormal(0.4, 0.1)"
+    assert [row["probability"] for row in read["quantiles"]] == [0.05, 0.5, 0.95]
+
+
+@pytest.mark.parametrize("kind", ["distribution", "fragility", "sensitivity"])
+def test_pictures(block, kind):
+    axes = block.plot(kind).axes[0]
+    assert axes.get_xlabel()
+    assert axes.has_data()
+    with pytest.raises(mo.OptionError, match="kind"):
+        block.plot("histogram")
+
+
+def test_failed_runs_count_as_collapsed():
+    statuses = ["optimal"] * 6 + [
+        str(mo.Status.UNSTABLE),
+        str(mo.Status.JAMMED),
+        str(mo.Status.CYCLING),
+        "refused",
+    ]
+    found = with_load_factors([1, 2, 3, 4, 5, 6, *[np.nan] * 4], statuses)
+    assert (found.falling, found.unlimited, found.undecided) == (1, 1, 2)
+    assert found.fragility([0.0, 3.0, 10.0])["probability"].tolist() == [0.3, 0.6, 0.9]
+    assert "2 (20.0%) failed" in str(found)
+
+
+def test_all_kinds_of_samples_are_drawn():
+    for values in ([1.0], [2.0] * 5, [np.nan] * 3):
+        found = with_load_factors(values)
+        for kind in ("distribution", "fragility", "sensitivity"):
+            assert found.plot(kind).axes
+        assert str(found)
+
+
+def test_values_that_are_no_friction_are_refused_before_any_run():
+    with pytest.raises(mo.OptionError, match=f"below 0: {stats.norm(0.1, 0.1).cdf(0):.2g}"):
+        mo.sample(block_on_floor(), {"joints.friction": ("normal", 0.1, 0.1)}, n=64)
+
+
+@pytest.mark.parametrize(
+    ("distributions", "asked", "found"),
+    [
+        ({"joints.frictoin": ("normal", 0.6, 0.01)}, {}, "joints.friction"),
+        ({}, {}, "uncertain"),
+        ({"joints.friction": ("normal", 0.6, 0.01)}, {"by": "stone"}, "choose from"),
+        ({"joints.friction": ("normal", 0.6, 0.01)}, {"correlation": 0.5}, "by='joint'"),
+        ({"joints.friction": ("normal", 0.6, 0.01)}, {"by": "joint", "correlation": 2}, "between 0 and 1"),
+        ({"joints.friction": ("normal", 0.6, 0.01)}, {"sequence": "latin"}, "choose from"),
+        ({"joints.friction": ("normal", 0.6, 0.01)}, {"n": 0}, "1 or more"),
+        ({"block.A.weight": ("normal", 1, 0.01)}, {"by": "joint"}, "joints.friction"),
+    ],
+)
+def test_what_is_wrong_is_said(distributions, asked, found):
+    with pytest.raises(mo.OptionError, match=found):
+        mo.sample(block_on_floor(), distributions, **asked)
+
+
+def test_courses_are_joints_at_one_height():
+    """A wall of 4 courses of 1.75: bed joints below each course, head joints at half its height."""
+    scene = small_wall(courses=4, length=3)
+    joints = assemble(scene).joints
+    spread = Spread(scene, "joints.friction", "course", 1.0)
+    assert [unit.name for unit in spread.units] == [f"course.{k}.friction" for k in range(1, 9)]
+    assert [len(group) for group in spread.groups] == [1] * 8
+    assert sum(len(unit.pairs) for unit in spread.units) == len(joints.first)
+    heights = np.unique(joints.middle[:, 1].round(6))
+    np.testing.assert_allclose(np.diff(heights), 0.875)
+
+
+def test_correlation_along_courses_is_what_was_asked():
+    scene = small_wall(courses=3, length=3)
+    draws = Draws(scene, {"joints.friction": ("normal", 0.6, 0.06)}, "course", 0.7)
+    table = draws.table(2048, 0, "sobol")
+    course = np.array([unit.course for unit in draws.spreads["joints.friction"].units])
+    asked = np.where(course[:, None] == course, 0.7, 0.0)
+    np.fill_diagonal(asked, 1.0)
+    found = np.corrcoef(table.to_numpy(), rowvar=False)
+    assert np.abs(found - asked).max() < 4 / math.sqrt(2048)
+    np.testing.assert_allclose(table.mean(), 0.6, atol=4 * 0.06 / math.sqrt(2048))
+    np.testing.assert_allclose(table.std(), 0.06, rtol=4 / math.sqrt(2 * 2048))
+
+
+def test_each_joint_has_its_own():
+    scene = small_wall(courses=3, length=2)
+    own = assemble(scene)
+    first, second = own.names(own.joints.first[:1]) + own.names(own.joints.second[:1])
+    scene = scene.model_copy(update={"exceptions": [mo.Joint(between=(second, first), friction=0.123)]})
+    spread = Spread(scene, "joints.friction", "joint", 0.0)
+    assert len(spread.units) == len(own.joints.first) - 1
+    values = {unit.name: 0.5 + 0.001 * number for number, unit in enumerate(spread.units)}
+    friction = assemble(with_values(scene, [spread], values)).problem.friction
+    assert friction[0] == 0.123
+    np.testing.assert_allclose(friction[1:], 0.5 + 0.001 * np.arange(len(spread.units)))
+
+
+def test_cohesion_and_friction_by_joint():
+    scene = small_wall(courses=2, length=2)
+    spreads = [Spread(scene, f"joints.{name}", "joint", 0.0) for name in ("friction", "cohesion")]
+    values = {unit.name: 0.3 for unit in spreads[0].units} | {unit.name: 0.2 for unit in spreads[1].units}
+    joints = assemble(with_values(scene, spreads, values)).joints
+    np.testing.assert_allclose(joints.friction, 0.3)
+    np.testing.assert_allclose(joints.cohesion, 0.2)
+
+
+def test_a_sample_by_course_is_run_with_what_was_drawn():
+    scene = small_wall(courses=2, length=2)
+    name = next(block.name for block in scene.blocks if not block.fixed)
+    given = {"joints.friction": ("lognormal", 0.5, "10%"), f"block.{name}.weight": ("uniform", 1.0, 1.1)}
+    found = mo.sample(scene, given, n=2, by="course", method="static", workers=1)
+    draws = Draws(scene, given, "course", None)
+    for values, row in zip(
+        draws.table(2, 0, "sobol").to_dict("records"), found.table.to_dict("records"), strict=True
+    ):
+        assert {name: row[name] for name in values} == values
+        alone = mo.solve(draws.scene(values), "static")
+        assert row["load_factor"] == pytest.approx(alone.load_factor, rel=1e-9)
+
+
+def test_a_folder_holds_tables_and_charts_and_goes_on(tmp_path):
+    few = uncertain(4, workers=1, out=tmp_path)
+    seconds = few.table["seconds"].tolist()
+    more = uncertain(6, workers=1, out=tmp_path)
+    assert more.table["seconds"].tolist()[:4] == seconds  # the runs made before are not made again
+    kept = pd.read_csv(tmp_path / "runs.csv")
+    assert kept.columns.tolist() == more.table.columns.tolist()
+    np.testing.assert_array_equal(kept["load_factor"], more.table["load_factor"])
+    names = {path.name for path in tmp_path.iterdir()}
+    for kind in ("distribution", "fragility", "sensitivity"):
+        assert {f"{kind}.png", f"{kind}.svg"} <= names
+    assert {"quantiles.csv", "fragility.csv", "sensitivity.csv"} <= names
+    with pytest.raises(mo.OptionError, match="method"):
+        uncertain(4, workers=1, out=tmp_path, method="kinematic")

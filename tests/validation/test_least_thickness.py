@@ -1,0 +1,57 @@
+"""Least thickness of a semicircular arch of n voussoirs that cannot slide: Milankovitch (1907), Heyman.
+
+The thrust passes the extrados at the crown and at the springings, at R + t/2, and must not leave the
+intrados, r = R - t/2, at any joint between. With R = 1, η = t/R and a weight of 1 per angle, the sectors
+between the crown and a joint at the angle β weigh β, and their moment about the joint's intrados is
+β r sin β - ℓ (1 - cos β), with ℓ = 1 + η²/12 for their centroids. The crown's thrust H has the lever
+1 + η/2 - r cos β. Balance about the springing's extrados gives H = π/2 - ℓ / (1 + η/2). With an even number
+of voussoirs there is a joint at the crown, and β runs over the multiples of π/n.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import masonry_opt as mo
+from masonry_opt.studies.paper.continuous_arch import least_thickness_ratio
+
+
+def closed_form(voussoirs: int) -> float:
+    """t/R for an even number of voussoirs."""
+    joints = math.pi / voussoirs * np.arange(1, voussoirs // 2)
+
+    def spare_thrust(eta: float) -> float:
+        inner, outer, lever = 1 - eta / 2, 1 + eta / 2, 1 + eta**2 / 12
+        needed = (joints * inner * np.sin(joints) - lever * (1 - np.cos(joints))) / (
+            outer - inner * np.cos(joints)
+        )
+        return math.pi / 2 - lever / outer - float(needed.max())
+
+    return float(brentq(spare_thrust, 0.02, 0.3, xtol=1e-13))
+
+
+def arch(voussoirs: int, thickness: float) -> mo.Scene:
+    made = mo.Arch(radius=1, angles=(180, 0), thickness=thickness, voussoirs=voussoirs, unit_weight=1)
+    return mo.Scene(joints=mo.JointDefaults(friction=math.inf), blocks=made.blocks())
+
+
+@pytest.mark.parametrize("voussoirs", [8, 30])
+def test_least_thickness_of_so_many_voussoirs(voussoirs):
+    found = mo.least(lambda thickness: arch(voussoirs, thickness), 0.03, 0.3, samples=2)
+    assert found.value == pytest.approx(closed_form(voussoirs), rel=1e-7)
+    lower, upper = found.interval
+    assert upper <= lower * (1 + 1e-6)
+    assert found.fails.number < 0 < found.holds.number + 1e-9
+    assert not found.jump
+
+
+def test_voussoirs_come_to_milankovitchs_thickness_from_below():
+    """With more joints there are more at which the thrust might leave: 0.1075."""
+    ratios = [closed_form(voussoirs) for voussoirs in (8, 30, 240, 2400)]
+    assert all(ratio <= least_thickness_ratio("sector") for ratio in ratios)
+    assert ratios[-1] == pytest.approx(0.1075, abs=5e-5)
+    assert ratios[-1] == pytest.approx(least_thickness_ratio("sector"), rel=1e-5)
