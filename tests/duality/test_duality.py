@@ -40,7 +40,7 @@ def test_a_disagreement_does_not_pass():
         wrong = table.copy()
         wrong.loc[2, column] = 2e-6
         assert not mo.DualityReport(wrong).passed
-        assert str(mo.DualityReport(wrong)).endswith("NOT agree")
+        assert "NOT agree" in str(mo.DualityReport(wrong)).splitlines()[0]
 
 
 @pytest.fixture(scope="module")

@@ -368,17 +368,21 @@ def test_messages_show_what_they_quote(error):
     assert str(error("a\x1b[31m\u202e\ud800é\nλ")) == "a\\x1b[31m\\u202e\\ud800é\nλ"
 
 
-def test_ctrl_c_while_the_libraries_load_is_a_message():
-    """They take seconds, of which an interrupt may fall into any."""
-    program = """
+@pytest.mark.parametrize(
+    ("library", "words"), [("pandas", ""), ("cvxpy", ": before the first λ; nothing was written")]
+)
+def test_ctrl_c_while_the_libraries_load_is_a_message(library, words):
+    """They take seconds, of which an interrupt may fall into any: those of the command, or of the solve."""
+    program = f"""
 import sys
 class Interrupted:
     def find_spec(self, name, *_):
-        if name == "cvxpy":
+        if name == "{library}":
             raise KeyboardInterrupt
 sys.meta_path.insert(0, Interrupted())
 from masonry_opt.command import main
 main()
 """
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stdout, done.stderr) == (130, "", "error: interrupted\n")
+    command = [sys.executable, "-c", program, "solve", str(WALL_1)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", f"error: interrupted{words}\n")
