@@ -1,4 +1,7 @@
-"""The one way from scenes to results: assemble, see that it stands, run, accept; once or many times."""
+"""The one way from scenes to results: assemble, see that it stands, run, accept; once or many times.
+
+What declares or solves a program is imported where it is used: the modelling languages take seconds.
+"""
 
 from __future__ import annotations
 
@@ -12,18 +15,9 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.explain.diagnosis import DeadLoadUndecided, falling_mechanism
-from masonry_opt.explain.holding import what_would_hold
-from masonry_opt.explain.no_load_factor import (
-    held_by_wedging,
-    movers,
-    name_locking_joints,
-    settle_existence,
-)
 from masonry_opt.explain.sense import warnings_of
 from masonry_opt.explain.sentences import message, sentences
 from masonry_opt.explain.summary import summary_text
-from masonry_opt.methods.associative import KINEMATIC, STATIC, associative
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble, with_joints_of
 from masonry_opt.problem.kept import Kept
@@ -33,6 +27,9 @@ from masonry_opt.solvers.registry import Solver
 #: Joints up to which the associative load factor is computed where a method leaves none: the loop, to
 #: which larger scenes go, begins with it.
 _BESIDE_UP_TO = 8000
+
+#: Methods whose answer is associative itself.
+_ASSOCIATIVE = ("static", "kinematic")
 
 #: A load factor this little below zero is zero.
 _NEGATIVE = 1e-6
@@ -70,23 +67,7 @@ class Session:
         effort: where what was done before is counted; one of its own by default.
         """
         effort = effort or Effort()
-        with effort.measure("scene"):
-            assembly = self._assembled(scene)
-        problem = assembly.problem
-        refuse_unsuited(self.method, assembly)
-        solution = self._unless_it_stands(assembly, effort)
-        if solution is None:
-            task = Task(problem, self.solver, self.options, effort, progress, self.kept)
-            solution = self.method.run(task)
-            solution.accept(problem)
-            if solution.load_factor is not None and solution.load_factor < -_NEGATIVE:
-                held_by_wedging(assembly, solution)
-            is_associative = self.method in (STATIC, KINEMATIC)
-            if not is_associative:
-                _set_beside(task, solution)
-            if solution.load_factor is None:
-                settle_existence(assembly, solution, effort, is_associative)
-                name_locking_joints(assembly, solution, self.solver)
+        assembly, solution = self.answer(scene, progress, effort)
         result = make_result(
             assembly,
             solution,
@@ -100,6 +81,20 @@ class Session:
         result = replace(result, warnings=warnings, warning_sentences=sentences(warnings))
         return replace(result, summary=summary_text(result))
 
+    def answer(self, scene: Scene, progress: Progress, effort: Effort) -> tuple[Assembly, Solution]:
+        """The same, without names, frames and words: they take as long as the solver on small scenes."""
+        with effort.measure("scene"):
+            assembly = self._assembled(scene)
+        problem = assembly.problem
+        refuse_unsuited(self.method, assembly)
+        solution = self._unless_it_stands(assembly, effort)
+        if solution is None:
+            task = Task(problem, self.solver, self.options, effort, progress, self.kept)
+            solution = self.method.run(task)
+            solution.accept(problem)
+            _judge(assembly, task, solution, is_associative=self.method.name in _ASSOCIATIVE)
+        return assembly, solution
+
     def _assembled(self, scene: Scene) -> Assembly:
         assembly = with_joints_of(self._last, scene) if self._last is not None else None
         if assembly is None:
@@ -110,6 +105,8 @@ class Session:
 
     def _unless_it_stands(self, assembly: Assembly, effort: Effort) -> Solution | None:
         """Why there is no load factor of a scene that does not stand under its dead load."""
+        from masonry_opt.explain.diagnosis import DeadLoadUndecided, falling_mechanism
+
         problem, own, solver = assembly.problem, Effort(), self.dead_load
         solution = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE)
         with effort.measure("dead_load"):
@@ -123,6 +120,9 @@ class Session:
                 effort.credit(own)
         if falling is None:
             return None
+        from masonry_opt.explain.holding import what_would_hold
+        from masonry_opt.explain.no_load_factor import movers
+
         solution.d = falling
         solution.add(Code.FALLS, blocks=movers(assembly, falling))
         with effort.measure("dead_load"):
@@ -151,11 +151,27 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
         )
 
 
+def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: bool) -> None:
+    """Give a Coulomb answer the associative one; refuse a load factor below zero; say why there is none."""
+    if not is_associative:
+        _set_beside(task, solution)
+    if solution.load_factor is not None and solution.load_factor >= -_NEGATIVE:
+        return
+    from masonry_opt.explain.no_load_factor import held_by_wedging, name_locking_joints, settle_existence
+
+    if solution.load_factor is not None:
+        held_by_wedging(assembly, solution)
+    settle_existence(assembly, solution, task.effort, is_associative)
+    name_locking_joints(assembly, solution, task.solver)
+
+
 def _set_beside(task: Task, solution: Solution) -> None:
     """Give a Coulomb answer the associative load factor, which none exceeds, unless its method has it.
 
     Where it is proven that no load factor exists, statics carry any multiple of the load: none is computed.
     """
+    from masonry_opt.methods.associative import associative
+
     problem, effort = task.problem, task.effort
     wanted = solution.associative is None and not solution.proven_none
     if wanted and problem.joints <= _BESIDE_UP_TO:

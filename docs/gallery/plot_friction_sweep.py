@@ -24,7 +24,7 @@ frames = {
 print(frames["mcp"][columns].to_string(index=False, float_format="{:.4f}".format))
 
 # %%
-# At 0.2 the arch does not stand. From there on each step of friction helps less and less, unless sliding is
+# At 0.2 the arch does not stand. Up to 0.5 friction helps, and beyond that next to nothing, unless sliding is
 # taken to open joints (dashed): then every joint that slides lifts what it bears, the more the rougher it
 # is, and the load factor seems to rise on and on.
 figure = Figure(figsize=(7, 4.2), layout="constrained")
@@ -38,7 +38,7 @@ for method, label, line, colour in (
 axes.set(xlabel="friction μ = tan φ", ylabel="load factor λ", xlim=(0.18, 0.82), ylim=(0, None))
 axes.legend(loc="lower right", frameon=False)
 axes.grid(color="0.9")
-figure
+figure  # noqa: B018
 
 # %%
 both = (

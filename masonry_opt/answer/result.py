@@ -198,10 +198,6 @@ def make_result(
 ) -> Result:
     """Put the scene's names and units to a solution."""
     problem, scene = assembly.problem, assembly.scene
-    certificate = None
-    if solution.load_factor is not None and solution.q is not None and solution.d is not None:
-        slope = problem.dilatancy if solution.slope is None else solution.slope
-        certificate = certify(problem, solution.load_factor, solution.q, solution.d, slope, solution.parabola)
     lp = solution.size
     return Result(
         case=scene.origin if scene.origin != "scene" else scene.title or "scene",
@@ -213,7 +209,7 @@ def make_result(
         message=message,
         kind=solution.kind,
         load_factor=solution.load_factor,
-        certificate=certificate,
+        certificate=certificate_of(problem, solution),
         infeasibility=solution.infeasibility if solution.load_factor is None else None,
         joints=_joint_frame(assembly, solution),
         blocks=_block_frame(assembly, solution),
@@ -223,8 +219,8 @@ def make_result(
         lp_solves=effort.lp_solves,
         nlp_solves=effort.nlp_solves,
         stationary=solution.stationary,
-        associative=solution.load_factor if solution.kind is Kind.ASSOCIATIVE else solution.associative,
-        exact=_is_exact(problem, solution),
+        associative=solution.associative_value,
+        exact=is_exact(problem, solution),
         bound=solution.bound,
         seconds=effort.seconds,
         solvers=effort.solvers,
@@ -241,7 +237,16 @@ def make_result(
     )
 
 
-def _is_exact(problem: Problem, solution: Solution) -> bool:
+def certificate_of(problem: Problem, solution: Solution) -> Certificate | None:
+    """Residuals of a solution under the flow rule it claims; None without a load factor."""
+    if solution.load_factor is None or solution.q is None or solution.d is None:
+        return None
+    slope = problem.dilatancy if solution.slope is None else solution.slope
+    return certify(problem, solution.load_factor, solution.q, solution.d, slope, solution.parabola)
+
+
+def is_exact(problem: Problem, solution: Solution) -> bool:
+    """Whether a solution is an exact state under the joints' own flow rule."""
     if solution.load_factor is None or solution.q is None or solution.d is None:
         return False
     forces = solution.load_factor, solution.q, solution.d

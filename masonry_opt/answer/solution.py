@@ -59,6 +59,11 @@ class Solution:
     size: LpSize | None = None
 
     @property
+    def associative_value(self) -> float | None:
+        """Load factor with associative flow: its own if it claims that; None if nobody computed it."""
+        return self.load_factor if self.kind is Kind.ASSOCIATIVE else self.associative
+
+    @property
     def proven_none(self) -> bool:
         """Whether it is proven that no load factor exists."""
         return self.infeasibility is not None and self.infeasibility.proven

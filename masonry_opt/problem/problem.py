@@ -288,7 +288,18 @@ class Problem:
 
     def departure(self, d: np.ndarray, p: np.ndarray, slope: np.ndarray) -> np.ndarray:
         """What velocities and rates leave of the flow rule with that slope, Bᵀd − D p, shape (3c,)."""
-        return self.B.T @ d - self.C(slope).T @ p
+        if slope is self.friction:
+            flow = self.true_yield
+        elif slope is self.dilatancy:
+            flow = self._own_flow
+        else:
+            flow = self.C(slope)
+        return self.B.T @ d - flow.T @ p
+
+    @cached_property
+    def _own_flow(self) -> sp.csr_array:
+        """Transposed, the flow rule of the joints themselves."""
+        return self.C(self.dilatancy)
 
     def slip(self, p: np.ndarray) -> np.ndarray:
         """Sliding of either sense, shape (k,), in rates p, shape (faces,)."""

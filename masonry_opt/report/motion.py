@@ -10,7 +10,7 @@ import shapely
 from masonry_opt.answer.result import Result
 
 #: Rates below this share of the fastest corner's velocity are nothing.
-STILL = 2e-3
+_STILL = 2e-3
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ def joint_motion(result: Result) -> JointMotion:
     half = np.where(joints.length > 0, joints.length / 2, result.assembly.problem.length_unit)
     in_a_point = joints.length == 0
     opening, turning = frame["opening"].to_numpy(), frame["rotation"].to_numpy() * half
-    still = STILL * fastest(result)
+    still = _STILL * fastest(result)
     # Opening at the joint's start and end: the first block's edge runs from start to end.
     nearer = opening - np.where(in_a_point, 0.0, np.abs(turning))
     touches = nearer <= still
@@ -72,8 +72,9 @@ class Velocities:
 
 def fastest(result: Result) -> float:
     """Speed of the fastest corner; 1 where nothing moves."""
-    movable, shapes = result.assembly.movable, result.assembly.geometry
-    corners, block = shapely.get_coordinates(shapes.polygons[movable], return_index=True)
-    vx, vy, omega = result.blocks[["vx", "vy", "omega"]].to_numpy()[block].T
-    x, y = (corners - shapes.centroid[movable[block]]).T
-    return float(np.hypot(vx - omega * y, vy + omega * x).max()) or 1.0
+    polygons, motion = result.assembly.geometry.polygons, Velocities(result)
+    speeds = [
+        np.hypot(*motion.at(block, shapely.get_coordinates(polygons[block])).T).max()
+        for block in result.assembly.movable
+    ]
+    return float(max(speeds)) or 1.0

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from copy import copy
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.linalg import lsqr
 
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
@@ -105,6 +107,13 @@ class EdgeForm:
         rocking = 2 * problem.joints
         self.G = (problem.R[rocking:] @ self.from_edges)[:, :rocking].tocsr()
         self._whole_moment = problem.crushing_moment[problem.faces - self.G.shape[0] :]
+
+    @cached_property
+    def least_forces(self) -> np.ndarray:
+        """Least x that carries the dead load, whatever the joints' law, shape (3, c)."""
+        found = lsqr(self.A, -self.problem.dead, atol=1e-8, btol=1e-8, iter_lim=300)
+        forces: np.ndarray = found[0].reshape(3, -1)
+        return forces
 
     def under(self, law: Problem) -> EdgeForm:
         """The same, of joints under the law of another problem."""

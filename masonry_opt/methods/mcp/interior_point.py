@@ -15,7 +15,6 @@ from enum import StrEnum
 from math import inf, isfinite, sqrt
 
 import numpy as np
-from scipy.sparse.linalg import lsqr
 
 from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate, Products, Residuals, moved
 from masonry_opt.methods.mcp.newton import Elimination, NewtonSystem, Parts, SingularError
@@ -128,7 +127,7 @@ def start(form: EdgeForm) -> Iterate:
     """Least forces that carry the dead load, edges and slacks raised to the mean weight or a tenth of the
     largest force at least; no load, no motion, unit rates."""
     problem = form.problem
-    forces = lsqr(form.A, -problem.dead, atol=1e-8, btol=1e-8, iter_lim=300)[0].reshape(3, -1)
+    forces = form.least_forces.copy()
     weight = float(np.hypot(problem.dead[0::3], problem.dead[1::3]).mean()) or 1.0
     least = max(weight, 0.1 * float(np.abs(forces).max()))
     forces[:2] = np.maximum(forces[:2], least)

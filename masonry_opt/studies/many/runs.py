@@ -8,9 +8,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from masonry_opt.analysis import prepare
-from masonry_opt.answer.result import Result
+from masonry_opt.answer.result import certificate_of, is_exact
+from masonry_opt.answer.solution import Solution
+from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, MasonryError
+from masonry_opt.explain.sentences import message
 from masonry_opt.methods.registry import DEFAULT
+from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.mechanism import mechanism
 from masonry_opt.studies.many.parameters import Parameters
@@ -93,20 +97,20 @@ class Runner:
         began = time.perf_counter()
         row = dict(task.values) | dict.fromkeys(COLUMNS)
         try:
-            row |= columns(self._solved(task))
+            row |= columns(*self._solved(task))
         except MasonryError as error:
             row = refused(task, error)
         except Exception as error:  # whatever it is, it is this run's result, and the others go on
             row = _without_result(task, CRASHED, f"{type(error).__name__}: {error}")
         return row | {"seconds": time.perf_counter() - began}
 
-    def _solved(self, task: Task) -> Result:
+    def _solved(self, task: Task) -> tuple[Assembly, Solution]:
         scene = task.scene
         if scene is None:
             if self._parameters is None:
                 raise CaseError("the run has no scene")
             scene = self._parameters.at(task.values)
-        return self._session.solve(scene)
+        return self._session.answer(scene, lambda _: None, Effort())
 
 
 def refused(task: Task, error: MasonryError) -> dict[str, Any]:
@@ -124,18 +128,19 @@ def _without_result(task: Task, status: str, message: str) -> dict[str, Any]:
     return dict(task.values) | dict.fromkeys(COLUMNS) | said
 
 
-def columns(result: Result) -> dict[str, Any]:
-    """What a row keeps of a result."""
+def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
+    """What a row keeps of a solution."""
+    problem = assembly.problem
     row: dict[str, Any] = {
-        "load_factor": result.load_factor,
-        "status": str(result.status),
-        "reason": str(result.reasons[0].code) if result.reasons else "",
-        "exact": result.exact,
-        "associative": result.associative,
-        "blocks": result.size.blocks,
-        "joints": result.size.joints,
-        "message": result.message,
+        "load_factor": solution.load_factor,
+        "status": str(solution.status),
+        "reason": str(solution.reasons[0].code) if solution.reasons else "",
+        "exact": is_exact(problem, solution),
+        "associative": solution.associative_value,
+        "blocks": problem.blocks,
+        "joints": problem.joints,
+        "message": message(solution.reasons),
     }
-    if result.certificate is not None:
-        row |= result.certificate.as_dict()
-    return row | mechanism(result)
+    if certificate := certificate_of(problem, solution):
+        row |= certificate.as_dict()
+    return row | mechanism(assembly, solution)
