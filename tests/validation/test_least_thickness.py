@@ -17,6 +17,7 @@ import pytest
 from scipy.optimize import brentq
 
 import masonry_opt as mo
+from masonry_opt.studies.margins.standing import standing
 from masonry_opt.studies.paper.continuous_arch import least_thickness_ratio
 
 
@@ -55,3 +56,10 @@ def test_voussoirs_come_to_milankovitchs_thickness_from_below():
     assert all(ratio <= least_thickness_ratio("sector") for ratio in ratios)
     assert ratios[-1] == pytest.approx(0.1075, abs=5e-5)
     assert ratios[-1] == pytest.approx(least_thickness_ratio("sector"), rel=1e-5)
+
+
+def test_a_long_arch_has_a_margin_next_to_its_least_thickness():
+    """Its thrust is some 250 voussoir weights, beside which a margin of zero is to be found."""
+    thickness = closed_form(500)
+    margins = [standing(arch(500, thickness * factor)).required() for factor in (1 - 1e-6, 1 + 1e-6)]
+    assert margins[0] < 0 < margins[1]
