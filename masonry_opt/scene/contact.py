@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -186,7 +187,7 @@ def _refuse_overlaps(scene: Scene, geometry: Geometry, pairs: np.ndarray) -> Non
         )
 
 
-def _properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dict[str, np.ndarray]:
+def _properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dict[str, Any]:
     """Properties of joints by name, as :class:`Joints` has them."""
     defaults = scene.joints
     friction = np.full(len(first), defaults.friction)

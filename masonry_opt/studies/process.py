@@ -9,6 +9,7 @@ import multiprocessing
 import os
 import signal
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from multiprocessing.context import BaseContext
 from multiprocessing.process import BaseProcess
@@ -39,8 +40,25 @@ def started(function: Callable[..., None], arguments: tuple[Any, ...]) -> BasePr
     CONTEXT.set_forkserver_preload(list(_PRELOADED))
     process: BaseProcess = CONTEXT.Process(target=function, args=arguments, daemon=True)  # type: ignore[attr-defined]
     with _main_hidden():
+        _start_server()
         process.start()
     return process
+
+
+def _start_server() -> None:
+    """Start the server, out of the reach of Ctrl-C, which would end it in a traceback."""
+    if _HOW != "forkserver":
+        return
+    from multiprocessing import forkserver
+
+    if threading.current_thread() is not threading.main_thread():
+        forkserver.ensure_running()
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        forkserver.ensure_running()
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def settle_in() -> None:

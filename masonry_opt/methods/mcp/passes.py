@@ -32,6 +32,7 @@ class Passes:
 
     def __init__(self, problem: Problem, like: Passes | None = None) -> None:
         self._problem, self._unit = problem, _unit_of_load(problem)
+        self._elimination: Elimination
         if like is not None and problem.same_matrices(like._problem):
             self._elimination = like._elimination.under(problem)
         else:

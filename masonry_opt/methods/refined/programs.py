@@ -101,16 +101,18 @@ class Refiner:
         self, problem: Problem, effort: Effort, like: Refiner | None = None, passes: Passes | None = None
     ) -> None:
         self.problem, self.effort = problem, effort
-        self.passes = passes or Passes(problem, None if like is None else like.passes)
+        self.passes: Passes = passes or Passes(problem, None if like is None else like.passes)
         forces_lp = motion_lp = None
         if like is not None and np.array_equal(like.problem.dilatancy, problem.dilatancy):
             forces_lp = like._under(problem)
         if like is not None and forces_lp is not None:
-            self._forces, self._motion, motion_lp = like._forces, like._motion, like._kinematics.lp
+            motion_lp = like._kinematics.lp
+            self._forces: PyomoForces = like._forces
+            self._motion: PyomoMotion = like._motion
         else:
             self._forces, self._motion = PyomoForces(problem), PyomoMotion(problem)
         forces, motion = self._forces.program, self._motion.program
-        self._statics = HighsSession(
+        self._statics: HighsSession = HighsSession(
             forces,
             effort,
             _PURPOSE,
@@ -118,7 +120,7 @@ class Refiner:
             room=[(forces.within_yield, forces.room)],
             lp=forces_lp,
         )
-        self._kinematics = HighsSession(
+        self._kinematics: HighsSession = HighsSession(
             motion,
             effort,
             _PURPOSE,
