@@ -51,7 +51,7 @@ def test_what_came_before_changes_no_digit(method, options):
         assert one.blocks.equals(other.blocks)
 
 
-@pytest.mark.parametrize("method", ["static", "mcp"])
+@pytest.mark.parametrize("method", ["static", pytest.param("mcp", marks=pytest.mark.slow)])
 def test_every_property_of_joints_may_change(method):
     """One after the other in one session: numbers that become zero, joints that cannot slide, strength."""
     session = prepare(method, keeps=True)

@@ -86,11 +86,11 @@ class Refiner:
     ----------
     like: a refiner of a problem that differs in the joints' law alone: its declared programs serve here too,
         with other friction and cohesion. Nothing else of it does.
+    passes: over the problem, if there are any already.
 
     Attributes
     ----------
     effort: where time and programs are counted.
-    passes: over the problem.
     deadline: of ``time.perf_counter``, from which on every program raises OutOfTime.
     why: why ``first`` last found nothing.
     undecided: programs that the solver neither solved nor found infeasible in the last round of
@@ -101,7 +101,7 @@ class Refiner:
         self, problem: Problem, effort: Effort, like: Refiner | None = None, passes: Passes | None = None
     ) -> None:
         self.problem, self.effort = problem, effort
-        self.passes: Passes = passes or Passes(problem, None if like is None else like.passes)
+        self._like, self._passes = like, passes
         forces_lp = motion_lp = None
         if like is not None and np.array_equal(like.problem.dilatancy, problem.dilatancy):
             forces_lp = like._under(problem)
@@ -132,6 +132,13 @@ class Refiner:
         self.undecided = 0
         self.why = Code.NO_STATICS
         self.deadline = inf
+
+    @property
+    def passes(self) -> Passes:
+        """Passes over the problem."""
+        if self._passes is None:
+            self._passes = Passes(self.problem, None if self._like is None else self._like.passes)
+        return self._passes
 
     def _under(self, law: Problem) -> LinearProgram | None:
         """The static program under the friction and cohesion of another problem; None where a friction is
