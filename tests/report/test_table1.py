@@ -87,10 +87,10 @@ def test_table1_says_which_value_misses(tmp_path, monkeypatch):
     table = table1(tmp_path, walls=[1])
     assert len(table.missed) == 3
     missed = "\n".join(table.missed)
-    assert "wall 1 (cvxpy, clarabel): nonassociative: 0.5, published 0.6" in missed
-    assert "wall 1 (pyomo, newton): mcp: 0.5, published 0.499" in missed
+    assert "wall 1 (cvxpy, clarabel): nonassociative: 0.5, derived by hand 0.6" in missed
+    assert "wall 1 (pyomo, newton): mcp: 0.5, derived by hand 0.499" in missed
     assert "each ends in one of its own; ours is higher" in missed
-    assert "wall 1: joints: 1, published 2" in missed
+    assert "wall 1: joints: 1, derived by hand 2" in missed
     assert missed in report_text("Table 1", table).replace("\n  ", "\n")
     assert set(table.tables["table1_residuals"]["method"]) == {"loop", "mcp", "mpec", "refined"}
 

@@ -10,7 +10,7 @@ from scenes import ALL_CASES, CASES
 
 import masonry_opt as mo
 from masonry_opt.methods.loop.options import PAPER
-from masonry_opt.studies.paper.table1 import SEARCH
+from masonry_opt.studies.paper.table1 import SEED
 
 #: The method that must meet a reference of that name, and its options.
 METHODS: dict[str, tuple[str, dict[str, Any]]] = {
@@ -19,7 +19,7 @@ METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     "coulomb": ("refined", {}),
     "mcp": ("mcp", {}),
     "mpec": ("mpec", {}),
-    "refined": ("refined", SEARCH),
+    "refined": ("refined", {"search": 120.0, "seed": SEED}),
 }
 
 #: References that are found by more than one solve, and the test that does.
@@ -54,6 +54,8 @@ def test_reference(path: Path, name: str) -> None:
     assert name in METHODS, f"{path.name}: say in METHODS how '{name}' is computed"
     method, options = METHODS[name]
     reference = scene.reference[name]
+    if name == "refined":  # a search need not go on when it is there
+        options = options | {"until": reference.value * (1 + reference.tolerance)}
     result = mo.solve(scene, method, **options)
     assert result.status.usable, result.message
     margin = reference.tolerance * abs(reference.value)
