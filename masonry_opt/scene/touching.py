@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from scipy.spatial import cKDTree
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.geometry import Geometry
@@ -152,8 +151,11 @@ def _ends_at(
     of_ends = np.concatenate([pairs[along.pair]] * 2)
     if not len(points) or not len(ends):
         return np.zeros(len(points), dtype=bool)
-    near = cKDTree(ends).query_ball_point(points, 2 * tolerance)
-    return np.array([(of_ends[at] == block).any() for block, at in zip(blocks, near, strict=True)])
+    tree = shapely.STRtree(shapely.points(ends))
+    at, near = tree.query(shapely.points(points), predicate="dwithin", distance=2 * tolerance)
+    found = np.zeros(len(points), dtype=bool)
+    found[at[(of_ends[near] == blocks[at][:, None]).any(axis=1)]] = True
+    return found
 
 
 def _too_fine(scene: Scene, corners: np.ndarray) -> CaseError:
