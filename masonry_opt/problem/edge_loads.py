@@ -25,7 +25,7 @@ class EdgeForces:
         scene's units.
     bare: of each edge load, the length of its line along which it meets no free edge of a movable block, and
         does nothing.
-    pieces: where they act.
+    pieces: where they act, but for those of no load.
     """
 
     dead: np.ndarray
@@ -119,7 +119,8 @@ def edge_forces(scene: Scene, shapes: Geometry, joints: Joints) -> EdgeForces:
                 )
                 intensity = scene.thickness * _intensity(load, np.array(piece) / length, direction)
                 ends = start + np.outer(piece, (end - start) / length)
-                pieces.append(LoadedPiece(number - 1, int(block), ends, intensity))
+                if intensity.any():
+                    pieces.append(LoadedPiece(number - 1, int(block), ends, intensity))
         if not met:
             raise _nothing_there(scene, number, length, bool(movable.any()), bool(len(found)))
         bare.append(math.fsum(high - low for low, high in _without((0.0, length), met, shapes.tolerance)))

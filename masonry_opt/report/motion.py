@@ -1,4 +1,4 @@
-"""How blocks and joints move in a result's mechanism."""
+"""How blocks and joints move in a mechanism."""
 
 from __future__ import annotations
 
@@ -8,9 +8,14 @@ import numpy as np
 import shapely
 
 from masonry_opt.answer.result import Result
+from masonry_opt.answer.solution import Solution
+from masonry_opt.problem.assembly import Assembly
 
 #: Rates below this share of the fastest corner's velocity are nothing.
 _STILL = 2e-3
+
+#: Normal forces below this share of the largest are nothing, as for ``utilisation``.
+_NOTHING = 1e-6
 
 
 @dataclass(frozen=True)
@@ -19,7 +24,7 @@ class JointMotion:
 
     Attributes
     ----------
-    slides: joints that slip while they touch, shape (c,).
+    slides: joints that slip while they touch, and do not crush, shape (c,).
     hinges: joints that open about one edge, shape (c,).
     hinge: that edge, or corner, where ``hinges``, shape (c, 2).
     separates: joints that open along their whole length, shape (c,).
@@ -33,24 +38,41 @@ class JointMotion:
     crushes: np.ndarray
 
 
-def joint_motion(result: Result) -> JointMotion:
-    """Which joints slide, hinge, separate and crush, from a result that has a mechanism."""
-    frame, joints = result.joints, result.assembly.joints
+def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
+    """Which joints slide, hinge, separate and crush, in a solution that has a mechanism.
+
+    The opening that the flow rule of the answer gives to sliding (associative flow: the friction) makes it
+    neither hinge nor separation. What opens in the middle and carries nothing separates, whatever an edge of
+    it does.
+    """
+    assert solution.d is not None
+    problem, joints = assembly.problem, assembly.joints
+    slope = np.zeros(problem.joints)
+    # Blocks that fall under their dead load do so by associative flow.
+    own = problem.friction if solution.load_factor is None else problem.dilatancy
+    slope[problem.sliding] = own if solution.slope is None else solution.slope
+    opening, slip, _ = (problem.B.T @ solution.d).reshape(3, -1)
+    slip = np.abs(slip)
+    omega = np.zeros(len(assembly.scene.blocks))
+    omega[assembly.movable] = solution.d[2::3] / problem.length_unit
     # A corner on an edge turns about itself: by how much is measured on a joint of usual length.
-    half = np.where(joints.length > 0, joints.length / 2, result.assembly.problem.length_unit)
     in_a_point = joints.length == 0
-    opening, turning = frame["opening"].to_numpy(), frame["rotation"].to_numpy() * half
-    still = _STILL * fastest(result)
-    # Opening at the joint's start and end: the first block's edge runs from start to end.
-    nearer = opening - np.where(in_a_point, 0.0, np.abs(turning))
-    touches = nearer <= still
-    hinge = np.where((turning > 0)[:, None], joints.start, joints.end)
+    half = np.where(in_a_point, problem.length_unit, joints.length / 2)
+    turning = (omega[joints.first] - omega[joints.second]) * half
+    still = _STILL * _fastest(assembly, solution.d)
+    # Opening of the edge that opens less: the first block's edge runs from start to end.
+    apart = opening - slope * slip
+    nearer = apart - np.where(in_a_point, 0.0, np.abs(turning))
+    touches, crushes = nearer <= still, nearer < -still
+    if solution.q is not None:
+        n = solution.q[: problem.joints]
+        touches &= (n > _NOTHING * np.abs(n).max(initial=0.0)) | (apart <= still)
     return JointMotion(
-        slides=touches & (np.abs(frame["slip"].to_numpy()) > still),
+        slides=touches & (slip > still) & ~crushes,
         hinges=touches & (np.abs(turning) > still),
-        hinge=hinge,
+        hinge=np.where((turning > 0)[:, None], joints.start, joints.end),
         separates=~touches,
-        crushes=nearer < -still,
+        crushes=crushes,
     )
 
 
@@ -70,22 +92,28 @@ class Velocities:
         return np.array([vx, vy]) + omega * np.column_stack([-arm[:, 1], arm[:, 0]])
 
 
-def corner_speeds(result: Result) -> np.ndarray:
-    """Speed of the fastest corner of each movable block, shape (b,)."""
-    geometry, movable = result.assembly.geometry, result.assembly.movable
-    points, block = shapely.get_coordinates(geometry.polygons[movable], return_index=True)
-    arm = points - geometry.centroid[movable][block]
-    vx, vy, omega = result.blocks[["vx", "vy", "omega"]].to_numpy()[block].T
-    speeds = np.zeros(len(movable))
-    np.maximum.at(speeds, block, np.hypot(vx - omega * arm[:, 1], vy + omega * arm[:, 0]))
-    return speeds
-
-
 def fastest(result: Result) -> float:
-    """Speed of the fastest corner; 1 where nothing moves."""
-    return float(corner_speeds(result).max()) or 1.0
+    """Speed of the fastest corner of a result that has a mechanism; 1 where nothing moves."""
+    assert result.solution.d is not None
+    return _fastest(result.assembly, result.solution.d)
 
 
 def moving_blocks(result: Result) -> np.ndarray:
     """Which of the movable blocks take part in the mechanism, shape (b,)."""
-    return corner_speeds(result) > _STILL * fastest(result)
+    assert result.solution.d is not None
+    return _corner_speeds(result.assembly, result.solution.d) > _STILL * fastest(result)
+
+
+def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
+    """Speed of the fastest corner of each movable block, shape (b,), under block velocities (3b,)."""
+    movable, shapes = assembly.movable, assembly.geometry
+    corners, block = shapely.get_coordinates(shapes.polygons[movable], return_index=True)
+    vx, vy, omega = d.reshape(-1, 3)[block].T
+    x, y = (corners - shapes.centroid[movable[block]]).T / assembly.problem.length_unit
+    speeds = np.zeros(len(movable))
+    np.maximum.at(speeds, block, np.hypot(vx - omega * y, vy + omega * x))
+    return speeds
+
+
+def _fastest(assembly: Assembly, d: np.ndarray) -> float:
+    return float(_corner_speeds(assembly, d).max()) or 1.0

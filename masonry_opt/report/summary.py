@@ -101,7 +101,7 @@ def _mechanism(result: Result) -> str:
     """How many blocks move, and what the joints do."""
     if result.solution.d is None:
         return ""
-    motion, moving = joint_motion(result), int(moving_blocks(result).sum())
+    motion, moving = joint_motion(result.assembly, result.solution), int(moving_blocks(result).sum())
     counts = {
         "slide": motion.slides,
         "hinge": motion.hinges,
@@ -109,7 +109,7 @@ def _mechanism(result: Result) -> str:
         "crush": motion.crushes,
     }
     done = [(int(joints.sum()), verb) for verb, joints in counts.items()]
-    said = [f"{count} {verb}{'s' if count == 1 else ''}" for count, verb in done if count]
+    said = [f"{count} {verb}{_third(verb) if count == 1 else ''}" for count, verb in done if count]
     joints = f"; of the joints {', '.join(said)}" if said else ""
     return f"{moving} of {result.size.blocks} block{_s(result.size.blocks)}{joints}"
 
@@ -228,6 +228,11 @@ def _programs(result: Result) -> str:
         return f"none: {result.iterations} Newton steps" if result.iterations else ""
     nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""
     return f"{result.lp_solves} linear{nonlinear} ({result.iterations} solver iterations)"
+
+
+def _third(verb: str) -> str:
+    """What a verb has at its end when one does it."""
+    return "es" if verb.endswith("sh") else "s"
 
 
 def _s(count: int) -> str:

@@ -59,11 +59,11 @@ def _arrows(result: Result, forces: Forces, pen: Pen) -> list[str]:
 def _edge_arrows(result: Result, kind: str, pen: Pen) -> list[str]:
     """Of loads along edges: arrows that end on the edge, and the line of their tails."""
     assembly, view = result.assembly, pen.view
-    most = max((np.hypot(*piece.intensity.T).max() for piece in assembly.loaded_pieces), default=0.0)
+    listed = assembly.scene.edge_loads
+    pieces = [piece for piece in assembly.loaded_pieces if listed[piece.load].kind == kind]
+    most = max((np.hypot(*piece.intensity.T).max() for piece in pieces), default=0.0)
     drawn = []
-    for piece in assembly.loaded_pieces:
-        if assembly.scene.edge_loads[piece.load].kind != kind:
-            continue
+    for piece in pieces:
         shares = np.linspace(0.0, 1.0, 4)[:, None]
         tips = view.at((1 - shares) * piece.ends[0] + shares * piece.ends[1])
         steps = (1 - shares) * piece.intensity[0] + shares * piece.intensity[1]

@@ -157,16 +157,15 @@ KINDS = {
 
 
 def joints_by_kind(result: Result) -> dict[str, np.ndarray]:
-    """Which joints have the mark of each kind that occurs; what slides and crushes is marked as crushing."""
-    moves = joint_motion(result)
+    """Which joints have the mark of each kind that occurs."""
+    moves = joint_motion(result.assembly, result.solution)
     marked = {kind: getattr(moves, kind) for kind in KINDS}
-    marked["slides"] = moves.slides & ~moves.crushes
     return {kind: np.flatnonzero(which) for kind, which in marked.items() if which.any()}
 
 
 def draw_mechanism(result: Result, pen: Pen) -> str:
     """Marks on the joints that move, which lie midway between their blocks."""
-    joints, hinge = result.assembly.joints, joint_motion(result).hinge
+    joints, hinge = result.assembly.joints, joint_motion(result.assembly, result.solution).hinge
     motions = joint_motions(result, pen.view)
     size = mark_size(result)
     lines, dots = pen.lines(joints.start, joints.end), pen.lines(hinge, hinge)

@@ -21,10 +21,12 @@ def caption(result: Result) -> str:
     if not has_mechanism(result):
         return f"{size}, at rest: no motion was found."
     if result.load_factor is not None:
-        return f"{size}. The mechanism of collapse, magnified."
-    if result.status is Status.UNSTABLE:
-        return f"{size}. How the scene falls under its dead load, magnified."
-    return f"{size}. The last motion tried, magnified: no collapse."
+        moved = "The mechanism of collapse, magnified."
+    elif result.status is Status.UNSTABLE:
+        moved = "How the scene falls under its dead load, magnified."
+    else:
+        moved = "The last motion tried, magnified: no collapse."
+    return f'{size}. <span class="mechanism">{moved}</span>'
 
 
 def marks(result: Result) -> list[str]:

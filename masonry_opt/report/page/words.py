@@ -22,7 +22,7 @@ _RESIDUALS = {
 
 def text(words: str) -> str:
     """Words that may stand in HTML, whatever they hold."""
-    return escape(printable(words))
+    return escape(printable(words)).replace("\n", "<br>")
 
 
 def title_of(result: Result) -> str:
@@ -35,7 +35,8 @@ def headline(result: Result) -> str:
     """The load factor, or that there is none."""
     if result.load_factor is None:
         return '<span class="none">no load factor</span>'
-    return f"<small>load factor</small> λ = {numeral(result.load_factor, '.5g')}"
+    tilt = "" if result.tilt_angle is None else f" <small>tilted by {result.tilt_angle:.2f}°</small>"
+    return f"<small>load factor</small> λ = {numeral(result.load_factor, '.5g')}{tilt}"
 
 
 def answer(result: Result) -> str:

@@ -63,8 +63,8 @@ def legend_handles(result: Result, marked: str = "") -> list[Handle]:
     handles = block_handles()
     if not _moves(result):
         return handles
-    motion = joint_motion(result)
-    if (motion.slides & ~motion.crushes).any():
+    motion = joint_motion(result.assembly, result.solution)
+    if motion.slides.any():
         handles.append(Line2D([], [], color=SLIDES, linewidth=2.2, label="sliding joint"))
     if marked:
         handles.append(Line2D([], [], color=MARKED, linewidth=4.0, label=marked))
@@ -96,7 +96,11 @@ def _displaced(result: Result) -> Place:
 
 
 def _mark_joints(result: Result, axes: Axes, marked: Collection[int]) -> None:
-    joints, place, motion = result.assembly.joints, _displaced(result), joint_motion(result)
+    joints, place, motion = (
+        result.assembly.joints,
+        _displaced(result),
+        joint_motion(result.assembly, result.solution),
+    )
 
     def midway(joint: int, point: np.ndarray) -> np.ndarray:
         """Where a point of a joint is drawn: midway between its two blocks."""
@@ -129,9 +133,9 @@ def _mark_joints(result: Result, axes: Axes, marked: Collection[int]) -> None:
 
 
 def _kinds(motion: JointMotion) -> dict[str, np.ndarray]:
-    """Which joints have a line of each colour; one that slides and crushes is drawn as crushing."""
+    """Which joints have a line of each colour."""
     return {
         SEPARATES: motion.separates,
-        SLIDES: motion.slides & ~motion.crushes,
+        SLIDES: motion.slides,
         CRUSHES: motion.crushes,
     }

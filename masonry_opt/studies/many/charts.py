@@ -14,12 +14,19 @@ from matplotlib.figure import Figure
 
 from masonry_opt.errors import OutputError
 from masonry_opt.files import write_whole
-from masonry_opt.studies.many.mechanism import HINGING, MIXED, NONE, SEPARATING, SLIDING
+from masonry_opt.report.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SLIDES
+from masonry_opt.studies.many.mechanism import CRUSHING, HINGING, MIXED, NONE, SEPARATING, SLIDING
 from masonry_opt.studies.palette import COLOURS
 
-_LOOKS = dict(
-    zip((SLIDING, HINGING, MIXED, SEPARATING, NONE), zip(COLOURS, "so^Dv", strict=False), strict=False)
-)
+#: Colour and mark of each mechanism: that of the joints that give it its name, in pictures too.
+_LOOKS = {
+    SLIDING: (SLIDES, "s"),
+    HINGING: (HINGES, "o"),
+    CRUSHING: (CRUSHES, "P"),
+    MIXED: (MARKED, "^"),
+    SEPARATING: (SEPARATES, "D"),
+    NONE: (LIVE, "v"),
+}
 
 #: Values of the second number up to which each has a line of its own; stretches of one mechanism up to which
 #: each is named in the chart.

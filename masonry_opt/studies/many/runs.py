@@ -37,6 +37,7 @@ COLUMNS = (
     "slides",
     "hinges",
     "separates",
+    "crushes",
     "blocks",
     "joints",
     "message",
@@ -46,7 +47,7 @@ COLUMNS = (
 #: Kinds of the columns of a table that are no real numbers.
 KINDS = {
     **dict.fromkeys(("status", "reason", "mechanism", "message"), "object"),
-    **dict.fromkeys(("slides", "hinges", "separates", "blocks", "joints"), "Int64"),
+    **dict.fromkeys(("slides", "hinges", "separates", "crushes", "blocks", "joints"), "Int64"),
     "exact": "boolean",
 }
 

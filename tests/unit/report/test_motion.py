@@ -3,21 +3,56 @@
 from __future__ import annotations
 
 import pytest
-from scenes import block_on_floor
+from scenes import CASES, block_on_floor
 
 import masonry_opt as mo
 from masonry_opt.report.motion import joint_motion
 
 
+def motion_of(result):
+    return joint_motion(result.assembly, result.solution)
+
+
 @pytest.mark.parametrize(
     ("width", "friction", "slides", "hinges"), [(1, 0.8, False, True), (4, 0.5, True, False)]
 )
-def test_a_block_slides_or_hinges(width, friction, slides, hinges):
-    motion = joint_motion(mo.solve(block_on_floor(width, 2, friction)))
+@pytest.mark.parametrize("method", ["mcp", "static"])
+def test_a_block_slides_or_hinges(width, friction, slides, hinges, method):
+    """By associative flow it is lifted as it slides, which makes it no block that comes off."""
+    motion = motion_of(mo.solve(block_on_floor(width, 2, friction), method))
     assert (motion.slides[0], motion.hinges[0]) == (slides, hinges)
+    assert not motion.separates.any()
+
+
+def test_a_block_that_dilates_a_little_slides():
+    scene = block_on_floor(4, 2, 0.5)
+    scene = scene.model_copy(update={"joints": mo.JointDefaults(friction=0.5, dilatancy=0.1)})
+    motion = motion_of(mo.solve(scene))
+    assert (motion.slides[0], motion.separates[0]) == (True, False)
 
 
 def test_block_overturns_about_its_far_toe():
     result = mo.solve(block_on_floor(1, 2, 0.8))
-    toe = joint_motion(result).hinge[0] + result.assembly.geometry.origin
+    toe = motion_of(result).hinge[0] + result.assembly.geometry.origin
     assert toe == pytest.approx([1, 0])
+
+
+def test_the_mechanism_of_a_crushing_block_is_one():
+    """Pressed down in its middle until the joint's whole length crushes."""
+    block = mo.Block(name="A", vertices=[(0, 0), (2, 0), (2, 1), (0, 1)], weight=1, live=(0, -1))
+    floor = mo.Block(name="floor", vertices=[(-1, -1), (3, -1), (3, 0), (-1, 0)], fixed=True)
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.5, strength=2.0), blocks=[block, floor])
+    result = mo.solve(scene, "static")
+    assert result.load_factor == pytest.approx(3.0, rel=1e-6)  # 2.0 × 2 - 1
+    motion = motion_of(result)
+    assert (motion.crushes[0], motion.slides[0], motion.hinges[0]) == (True, False, False)
+
+
+def test_what_opens_and_carries_nothing_separates():
+    """A keystone that is pulled out: a joint keeps an edge in touch, but presses on nothing."""
+    result = mo.solve(CASES / "closed_forms" / "keystone.toml")
+    motion = motion_of(result)
+    idle = result.joints["n"].abs().to_numpy() < 1e-9
+    opens = result.joints["opening"].to_numpy() > 0.01
+    assert (idle & opens).any()
+    assert motion.separates[idle & opens].all()

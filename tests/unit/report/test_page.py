@@ -13,7 +13,6 @@ import shapely
 from scenes import CASES, WALLS, block_on_floor, on_a_corner, overhanging, pressed_down, small_wall
 
 import masonry_opt as mo
-from masonry_opt.report.motion import joint_motion
 from masonry_opt.report.page.carried import UTILISATION, resultants
 from masonry_opt.report.page.drawing import joints_by_kind
 from masonry_opt.report.page.page import page, write_page
@@ -160,10 +159,9 @@ def test_marks_of_joints_are_only_of_what_occurs():
 
 def test_a_joint_that_slides_and_crushes_is_marked_once():
     result = mo.solve(small_wall(strength=3.0), "static")
-    moves, marked = joint_motion(result), joints_by_kind(result)
-    both = np.flatnonzero(moves.slides & moves.crushes)
+    marked, slip = joints_by_kind(result), result.joints["slip"].abs().to_numpy()
+    both = marked["crushes"][slip[marked["crushes"]] > 0.01 * slip.max()]
     assert len(both)
-    assert np.isin(both, marked["crushes"]).all()
     assert not np.isin(both, marked.get("slides", [])).any()
     assert '<g class="crushes"' in page(result)
 
@@ -228,3 +226,14 @@ def test_a_notebook_shows_a_picture_that_clashes_with_no_other():
     view = view_of(result)
     share = re.search(r'<g transform="matrix\(1 0\.00000 -?0\.00000 1 (\d+) -?0\)"', text)
     assert float(share[1]) == pytest.approx(START * FULL * 4 * view.scale, abs=1)
+
+
+def test_an_edge_load_of_nothing_is_not_drawn(tmp_path):
+    """Such as a sweep from zero on has."""
+    scene = block_on_floor(4, 2, 0.5)
+    none = mo.EdgeLoad(**{"from": (0, 0), "to": (0, 2)}, pressure=0.0)
+    loaded = mo.solve(scene.model_copy(update={"edge_loads": [none]}))
+    assert loaded.load_factor == mo.solve(scene).load_factor
+    assert not loaded.assembly.loaded_pieces
+    loaded.save(tmp_path / "a.svg")
+    assert "-9223372036854775808" not in page(loaded)

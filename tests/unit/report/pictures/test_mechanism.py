@@ -23,7 +23,7 @@ def beside_a_wall():
 
 def test_a_face_that_separates_does_not_slide():
     result = mo.solve(beside_a_wall())
-    motion = joint_motion(result)
+    motion = joint_motion(result.assembly, result.solution)
     on = {second: number for number, second in enumerate(result.joints["second"])}
     assert motion.slides.tolist() == [number == on["floor"] for number in range(2)]
     assert motion.separates.tolist() == [number == on["wall"] for number in range(2)]
