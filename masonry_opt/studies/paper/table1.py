@@ -34,6 +34,10 @@ SEED = 8
 #: on a slow machine and a busy one.
 _SEARCH = 120.0
 
+#: First ε of the MPEC, where the relaxations from the usual .03 on down to it only take time: on wall 6 half of
+#: 2,500 iterations, for the same state. (Not so on wall 5, where they lead to the published state.)
+_FIRST_EPSILON = {6: 3e-5}
+
 #: Columns of the table: method, options, and the reference of the case file they are held against.
 _RUNS: dict[str, tuple[str, dict[str, Any], str]] = {
     "CVXPY + Clarabel": ("static", {}, "associative"),
@@ -98,6 +102,8 @@ def _solved(scenes: dict[int, Scene], progress: ProgressLine) -> dict[int, dict[
         if method == "refined":
             known = scenes[number].reference[reference]
             options = {**options, "until": known.value * (1 + (known.tolerance or 0.0))}
+        if method == "mpec" and number in _FIRST_EPSILON:
+            options = {**options, "epsilon": _FIRST_EPSILON[number]}
         arguments.append((scenes[number], method, options))
     progress(f"{len(parts)} solves")
     solved: dict[int, dict[str, Result]] = {number: {} for number in scenes}
