@@ -63,12 +63,14 @@ def sweep(
     Returns
     -------
     pandas.DataFrame
-        One row a run, the last of ``vary`` changing fastest: the values, ``load_factor`` (None without one),
-        ``status``, ``reason`` (code), ``exact``, ``associative``, the residuals of its certificate
+        One row a run, the last of ``vary`` changing fastest: the values, ``load_factor`` (NaN without one),
+        ``status``, ``reason`` (code), ``any_load`` (whether no load makes it collapse: of a
+        Coulomb method, proven), ``exact``, ``associative``, the residuals of its certificate
         (``equilibrium``, ``yield``, ``flow``, ``complementarity``), ``mechanism`` ("sliding", "hinging",
         "mixed", "separating"; "none") and how many joints ``slides``, ``hinges``, ``separates``, ``blocks``,
         ``joints``, ``message`` and ``seconds``. A run that fails is a row like any other, with status
-        "refused" where its values make no scene.
+        "refused" where its values make no scene. (Another error of a function of one's own ends the sweep;
+        with ``out`` the runs before it are kept.)
 
     Raises
     ------
