@@ -68,6 +68,16 @@ class Solution:
         """Whether it is proven that no load factor exists."""
         return self.infeasibility is not None and self.infeasibility.proven
 
+    @property
+    def carries_any_load(self) -> bool:
+        """Whether the scene stands, and no multiple of the live load makes it collapse: it is proven that no
+        load factor exists, or the program of associative flow, which alone decides there, has no end. Of a
+        Coulomb method a status proves nothing."""
+        if self.status is Status.UNSTABLE:
+            return False
+        endless = self.kind is Kind.ASSOCIATIVE and self.status in (Status.UNLIMITED, Status.LOCKED)
+        return endless or self.proven_none
+
     def take(self, state: State) -> None:
         """Keep a state's forces and velocities."""
         self.q, self.d = state.q, state.d

@@ -15,6 +15,7 @@ class Status(StrEnum):
     NO_STATE = "not converged: a sub-problem has no equilibrium state"
     HOMOTOPY = "not converged: the relaxation could not be followed to its end"
     UNSTABLE = "unstable under dead load"
+    STANDS = "stands under dead load"
     UNLIMITED = "unlimited: the live load cannot cause collapse"
     LOCKED = "unlimited: dilatancy locks the blocks"
     JAMMED = "unlimited: friction jams the blocks"

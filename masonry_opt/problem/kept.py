@@ -18,15 +18,10 @@ class Kept:
     Parameters
     ----------
     keeps: whether anything is kept; for a single analysis nothing is.
-
-    Attributes
-    ----------
-    built: how many were built.
     """
 
     def __init__(self, keeps: bool = False) -> None:
         self.keeps = keeps
-        self.built = 0
         self._held: dict[Hashable, tuple[Problem, Any]] = {}
 
     def of(self, key: Hashable, problem: Problem, build: Callable[[], _T], renew: Callable[[_T], _T]) -> _T:
@@ -36,7 +31,6 @@ class Kept:
             before, held = self._held[key]
             if problem.same_matrices(before):
                 return renew(held)
-        self.built += 1
         built = build()
         if self.keeps:
             self._held[key] = problem, built

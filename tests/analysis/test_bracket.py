@@ -224,3 +224,23 @@ def test_rates_are_derived_where_kinematics_bound_them():
     contracting = replace(problem, dilatancy=np.full(len(problem.sliding), -0.01))
     of = limits(contracting, 0.2, 100.0, Effort())
     assert (of.rates_derived, of.rates) == (False, 100.0)
+
+
+@pytest.mark.parametrize(("seconds", "programs"), [(0.5, 1), (600.0, 2)])
+def test_limits_of_forces_are_found_only_for_a_program_that_follows(monkeypatch, seconds, programs):
+    """The first program raises the bound by next to all of the gap, the next by nothing."""
+    called = []
+
+    def raised(problem, highest, of, *rest):
+        called.append("program")
+        return 0.149, None
+
+    def counted(*of):
+        called.append("limits")
+        return limits_from(*of)
+
+    monkeypatch.setattr(method, "relaxed", raised)
+    monkeypatch.setattr(method, "limits_from", counted)
+    monkeypatch.setattr(method, "RADII", RADII[:1])
+    mo.solve(TWO_BLOCKS, "global", time_limit=seconds)
+    assert called == ["program", "limits", "program"][: 2 * programs - 1]

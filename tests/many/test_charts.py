@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from masonry_opt.studies.chart_files import chart_files
 from masonry_opt.studies.many.charts import against, heat_map
 
 
@@ -49,3 +50,11 @@ def test_a_heat_map_has_a_cell_for_each_run():
     assert cells.get_array().filled(-1).tolist() == [[1, 3], [2, -1]]
     assert axes.get_xlim() == (0.5, 2.5)
     assert axes.get_ylim() == (0, 4)
+
+
+def test_files_are_the_same_from_run_to_run():
+    swept = frame(["sliding", "hinging"], [0.1, 0.2])
+    one, other = (chart_files(against(swept, ["joints.friction"]), "chart") for _ in range(2))
+    assert list(one) == ["chart.png", "chart.svg"]
+    assert one == other
+    assert b"<dc:date>" not in one["chart.svg"]

@@ -12,7 +12,7 @@ from scenes import CASES, block_on_floor, run_command
 import masonry_opt as mo
 from masonry_opt.errors import OutputError
 from masonry_opt.studies.many import journal
-from masonry_opt.studies.many.runs import Study
+from masonry_opt.studies.many.runs import CRASHED, DIED, REFUSED, Study, Task
 from masonry_opt.studies.many.sweep import grid
 from masonry_opt.studies.many.table import table
 
@@ -88,6 +88,28 @@ def test_a_folder_of_something_else_is_refused(tmp_path, changed, what):
     keys = {"scene": block_on_floor(), "method": "static", "workers": 1, "out": tmp_path} | changed
     with pytest.raises(mo.OptionError, match=f"other {what}"):
         mo.sweep(keys.pop("scene"), vary, **keys)
+
+
+def test_what_may_end_otherwise_is_made_again(tmp_path):
+    """A crash, as for want of memory, is no answer; a refusal is."""
+    study, kept = (
+        Study(block_on_floor(), "static"),
+        journal.Journal(tmp_path, Study(block_on_floor(), "static")),
+    )
+    for number, status in enumerate((CRASHED, DIED, REFUSED)):
+        kept.add(Task({"joints.friction": 0.1 * number}), {"status": status})
+    again = journal.Journal(tmp_path, study)
+    found = [again.find(Task({"joints.friction": 0.1 * number})) for number in range(3)]
+    assert found == [None, None, {"status": REFUSED}]
+
+
+def test_an_error_of_a_function_keeps_the_runs_before(tmp_path):
+    def breaks(friction):
+        return block_on_floor(friction=1 / (0.4 - friction) - 2)
+
+    with pytest.raises(ZeroDivisionError):
+        mo.sweep(breaks, {"friction": [0.0, 0.1, 0.4, 0.2]}, method="static", workers=1, out=tmp_path)
+    assert len((tmp_path / journal.NAME).read_text().splitlines()) == 1 + 2
 
 
 def test_a_full_disk_keeps_what_was_made(swept, tmp_path, monkeypatch):

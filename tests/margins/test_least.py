@@ -10,6 +10,9 @@ import pytest
 from scenes import CASES, block_on_floor
 
 import masonry_opt as mo
+from masonry_opt.answer.reasons import Code
+from masonry_opt.errors import NoLoadFactorError
+from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.margins.standing import standing
 
 
@@ -42,14 +45,43 @@ def test_greatest_tilt_of_a_block_is_its_slenderness():
 def test_ends_are_a_state_and_a_mechanism():
     """Of the dead load alone, from the matrices."""
     found = mo.most(lambda degrees: tilted(block_on_floor(1.0, 2.5, friction=0.9), degrees), 0, 45)
-    problem = found.holds.result.assembly.problem
-    q = found.holds.result.solution.q.copy()
-    q[: problem.joints] += found.holds.number
+    problem, q = found.holds.result.assembly.problem, found.holds.result.solution.q
     np.testing.assert_allclose(problem.B @ q + problem.dead, 0, atol=1e-8)
     assert problem.slacks(q).min() > -1e-8
     thinner, d = found.fails.result.assembly.problem, found.fails.result.solution.d
     assert thinner.dead @ d > 0
-    assert found.fails.result.certificate.flow < 1e-8
+    assert found.fails.certificate.flow < 1e-8
+
+
+def test_a_margin_is_not_passed_off_as_a_load_factor():
+    """Of a block that λ would tilt over, at μ = 0.9: its ends have no λ, and no angle that goes with one."""
+    block = mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 2), (0, 2)], weight=1)
+    floor = mo.Block(name="floor", vertices=[(-1, -1), (2, -1), (2, 0), (-1, 0)], fixed=True)
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.9), blocks=[block, floor], tilt="right")
+    assert mo.solve(scene, "static").tilt_angle == pytest.approx(math.degrees(math.atan(0.5)), abs=1e-6)
+    found = mo.most(lambda degrees: tilted(scene, degrees), 0, 45, samples=0, tolerance=1e-3)
+    for trial in found.trials:
+        result = trial.result
+        assert (result.load_factor, result.tilt_angle, result.as_dict()["load_factor"]) == (None, None, None)
+        assert result.status is (mo.Status.STANDS if trial.holds else mo.Status.UNSTABLE)
+        assert (result.solution.q is None, result.solution.d is None) == (not trial.holds, trial.holds)
+        assert str(result).splitlines()[-1].split()[:2] == ["margin", f"{trial.number:.6g}"]
+    assert "load factor λ" not in found.fails.result.plot().axes[0].get_title()
+    assert [reason.code for reason in found.fails.result.reasons] == [Code.FALLS]
+
+
+def test_a_load_is_not_carried_because_a_run_ended_as_unlimited():
+    """A keystone pulled up weighs 1; rougher than its faces lean the paper's loop ends as "locked"."""
+    keystone = Parameters(mo.load(CASES / "closed_forms" / "keystone.toml"))
+
+    def rough(mu):
+        return keystone.at({"joints.friction": mu})
+
+    asked = {"load": 1.5, "samples": 0, "tolerance": 0.5}
+    with pytest.raises(NoLoadFactorError, match="could not be decided"):
+        mo.least(rough, 0.3, 0.75, method="nonassociative", preset="paper", **asked)
+    found = mo.least(rough, 0.3, 0.75, method="static", **asked)
+    assert (found.holds.number, found.fails.number) == (math.inf, pytest.approx(1.0, abs=1e-6))
 
 
 @pytest.mark.parametrize("method", ["static", "mcp"])

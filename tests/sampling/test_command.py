@@ -36,6 +36,10 @@ def test_a_sample_is_written_and_told(case, tmp_path, monkeypatch, capsys):
         ("--sample", "joints.friction=normal:0.1:1"),
         ("--sample", "joints.friction=normal:1:0.01", "--vary", "joints.friction=0.3,0.4"),
         ("--sample", "joints.friction=normal:1:0.01", "--by", "stone"),
+        ("--vary", "joints.friction=0.3,0.4", "--runs", "128"),
+        ("--vary", "joints.friction=0.3,0.4", "--seed", "0"),
+        ("--vary", "joints.friction=0.3,0.4", "--by", "joint", "--correlation", "0.5"),
+        ("--vary", "joints.friction=0.3,0.4", "--sequence", "sobol"),
     ],
 )
 def test_what_is_wrong_is_said(case, asked, tmp_path, monkeypatch, capsys):

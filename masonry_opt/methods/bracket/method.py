@@ -68,6 +68,8 @@ def global_search(task: Task) -> Solution:
     problem, options, effort = task.problem, task.options, task.effort
     began = time.perf_counter()
     upper = associative(task.with_options(None, find_solver("cvxpy", None)))
+    if upper.load_factor is None:
+        upper.kind = Kind.EXACT  # of what is asked here its status alone decides nothing
     if upper.load_factor is None and upper.status is not Status.LOCKED:
         return upper
     search = _SEARCHING * options.time_limit if problem.joints > _MANY_JOINTS else None
@@ -109,6 +111,7 @@ def _raise(task: Task, solution: Solution, best: float, highest: float, of: Limi
 
     Below what one program proves there is no state: the next looks only above, where forces have less room,
     and the same products prove more. They are kept while that pays."""
+    ends = began + task.options.time_limit
     distances, before = Distances(task.problem), 0
     for radii in RADII:
         near, moves = distances.within(radii)
@@ -117,9 +120,12 @@ def _raise(task: Task, solution: Solution, best: float, highest: float, of: Limi
             continue
         gains = True
         while gains:
-            left = began + task.options.time_limit - time.perf_counter()
+            left = ends - time.perf_counter()
             if before and left < LEAST_TIME:
                 return
+            if (solution.bound or 0.0) > of.lowest:
+                of = limits_from(of, task.problem, solution.bound or 0.0, highest, task.effort)
+                left = ends - time.perf_counter()
             before = products
             bound, size = relaxed(task.problem, highest, of, near, moves, left, task.effort)
             step = Relaxation(bound, of.lowest, best, *radii, products, time.perf_counter() - began)
@@ -131,8 +137,6 @@ def _raise(task: Task, solution: Solution, best: float, highest: float, of: Limi
             if _closed(solution.bound, best):
                 return
             gains = solution.bound - last > _WORTH_REPEATING * (best - last)
-            if solution.bound > last:
-                of = limits_from(of, task.problem, solution.bound, highest, task.effort)
 
 
 def _closed(bound: float, load_factor: float | None) -> bool:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-import io
 from pathlib import Path
 
 import pandas as pd
 
 from masonry_opt.errors import OptionError, OutputError, printable
 from masonry_opt.files import write_whole
+from masonry_opt.studies.chart_files import chart_files
 from masonry_opt.studies.compare import draw_matplotlib, frames
 from masonry_opt.studies.compare.charts import charts
 from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
@@ -17,8 +17,6 @@ from masonry_opt.studies.compare.judge import TARGET
 from masonry_opt.studies.compare.known_answers import ASSOCIATIVE, COULOMB
 from masonry_opt.studies.compare.page import page
 from masonry_opt.studies.compare.text import number
-
-_DPI = 150
 
 
 def write_report(comparison: Comparison, folder: Path) -> list[Path]:
@@ -30,12 +28,7 @@ def write_report(comparison: Comparison, folder: Path) -> list[Path]:
     files: dict[str, str | bytes] = {"summary.csv": comparison.summary.to_csv(index=False)}
     drawn = charts(comparison.summary)
     for chart in drawn:
-        figure = draw_matplotlib.draw(chart)
-        for kind in ("png", "svg"):
-            stream = io.BytesIO()
-            figure.savefig(stream, format=kind, dpi=_DPI, metadata={"Date": None} if kind == "svg" else None)
-            figure.set_layout_engine("none")  # laid out: the next kind looks the same
-            files[f"{chart.name}.{kind}"] = stream.getvalue()
+        files |= chart_files(draw_matplotlib.draw(chart), chart.name)
     with contextlib.suppress(OptionError):  # the table and the pictures need no extra
         files["report.html"] = page(comparison, drawn)
     try:

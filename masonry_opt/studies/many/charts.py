@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from matplotlib.figure import Figure
 from masonry_opt.errors import OutputError
 from masonry_opt.files import write_whole
 from masonry_opt.report.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SLIDES
+from masonry_opt.studies.chart_files import chart_files
 from masonry_opt.studies.many.mechanism import CRUSHING, HINGING, MIXED, NONE, SEPARATING, SLIDING
 from masonry_opt.studies.palette import COLOURS
 
@@ -54,12 +54,10 @@ def write_charts(frame: pd.DataFrame, names: Sequence[str], folder: Path) -> lis
         figures["heat_map"] = heat_map(frame, names[0], names[1])
     written = []
     for name, figure in figures.items():
-        for suffix in ("png", "svg"):
-            content = io.BytesIO()
-            figure.savefig(content, format=suffix, dpi=150)
-            path = folder / f"{name}.{suffix}"
+        for file, content in chart_files(figure, name).items():
+            path = folder / file
             try:
-                write_whole(path, content.getvalue())
+                write_whole(path, content)
             except OSError as error:
                 raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
             written.append(path)

@@ -50,11 +50,23 @@ def sweep(
             show_default=False,
         ),
     ] = None,
-    runs: Annotated[int, typer.Option("-n", "--runs", min=1, help="With --sample: runs.")] = RUNS,
-    seed: Annotated[int, typer.Option(min=0, help="With --sample: of the draws.")] = 0,
+    runs: Annotated[
+        int | None,
+        typer.Option(
+            "-n", "--runs", min=1, help=f"With --sample: runs. Default: {RUNS}.", show_default=False
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None,
+        typer.Option(min=0, help="With --sample: of the draws. Default: 0.", show_default=False),
+    ] = None,
     by: Annotated[
-        str, typer.Option(help=f"With --sample, of properties of joints: {', '.join(BY)}.")
-    ] = "scene",
+        str | None,
+        typer.Option(
+            help=f"With --sample, of properties of joints: {', '.join(BY)}. Default: {BY[0]}.",
+            show_default=False,
+        ),
+    ] = None,
     correlation: Annotated[
         float | None,
         typer.Option(help="With --by: between joints (of one course).", show_default=False),
@@ -88,6 +100,17 @@ def sweep(
     """
     if bool(vary) == bool(sample):
         raise OptionError("give --vary NAME=FROM:TO:COUNT or --sample NAME=lognormal:MEAN:DEVIATION")
+    drawing: dict[str, Any] = {
+        "n": runs,
+        "seed": seed,
+        "by": by,
+        "correlation": correlation,
+        "sequence": sequence,
+    }
+    drawing = {name: given for name, given in drawing.items() if given is not None}
+    if vary and drawing:
+        named = ", ".join("--runs" if name == "n" else f"--{name}" for name in drawing)
+        raise OptionError(f"{named}: goes with --sample, not with --vary, whose values are given")
     values = dict(map(_values, vary or []))
     distributions = dict(map(parse, sample or []))
     if len(values) + len(distributions) < len(vary or sample or []):
@@ -118,18 +141,7 @@ def sweep(
                     **dict(map(name_and_value, option or [])),
                 }
                 if sample:
-                    said = str(
-                        sample_scene(
-                            case,
-                            distributions,
-                            n=runs,
-                            seed=seed,
-                            by=by,
-                            correlation=correlation,
-                            sequence=sequence,
-                            **common,
-                        )
-                    )
+                    said = str(sample_scene(case, distributions, **drawing, **common))
                 else:
                     said = _said(sweep_scene(case, values, **common))
         except KeyboardInterrupt:

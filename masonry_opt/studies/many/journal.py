@@ -12,7 +12,7 @@ from masonry_opt.errors import OptionError, OutputError
 from masonry_opt.files import write_whole
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.machine import versions
-from masonry_opt.studies.many.runs import DIED, Study, Task
+from masonry_opt.studies.many.runs import CRASHED, DIED, Study, Task
 
 #: Its name in a study's folder.
 NAME = "journal.jsonl"
@@ -56,10 +56,10 @@ class Journal:
             )
 
     def find(self, task: Task) -> dict[str, Any] | None:
-        """The row of a task, if it was made; not of one whose worker died, which something else than the run
-        may have killed."""
+        """The row of a task, if it was made; not of one that crashed or whose worker died, which something
+        else than the run (want of memory) may have ended."""
         row = self._rows.get(_key(task))
-        return None if row is None or row["status"] == DIED else dict(row)
+        return None if row is None or row["status"] in (CRASHED, DIED) else dict(row)
 
     def add(self, task: Task, row: dict[str, Any]) -> None:
         """Keep a row: in the file when this returns."""

@@ -27,6 +27,7 @@ COLUMNS = (
     "load_factor",
     "status",
     "reason",
+    "any_load",
     "exact",
     "associative",
     "equilibrium",
@@ -48,7 +49,7 @@ COLUMNS = (
 KINDS = {
     **dict.fromkeys(("status", "reason", "mechanism", "message"), "object"),
     **dict.fromkeys(("slides", "hinges", "separates", "crushes", "blocks", "joints"), "Int64"),
-    "exact": "boolean",
+    **dict.fromkeys(("any_load", "exact"), "boolean"),
 }
 
 
@@ -136,6 +137,7 @@ def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
         "load_factor": solution.load_factor,
         "status": str(solution.status),
         "reason": str(solution.reasons[0].code) if solution.reasons else "",
+        "any_load": solution.carries_any_load,
         "exact": is_exact(problem, solution),
         "associative": solution.associative_value,
         "blocks": problem.blocks,

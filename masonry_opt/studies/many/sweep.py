@@ -64,11 +64,13 @@ def sweep(
     -------
     pandas.DataFrame
         One row a run, the last of ``vary`` changing fastest: the values, ``load_factor`` (NaN without one),
-        ``status``, ``reason`` (code), ``exact``, ``associative``, the residuals of its certificate
-        (``equilibrium``, ``yield``, ``flow``, ``complementarity``), ``mechanism`` ("sliding", "hinging",
-        "crushing", "mixed", "separating"; "none") and how many joints ``slides``, ``hinges``, ``separates``,
-        ``crushes``, ``blocks``, ``joints``, ``message`` and ``seconds``. A run that fails is a row like any
-        other, with status "refused" where its values make no scene.
+        ``status``, ``reason`` (code), ``any_load`` (whether no load makes it collapse: of a Coulomb method,
+        proven), ``exact``, ``associative``, the residuals of its certificate (``equilibrium``, ``yield``,
+        ``flow``, ``complementarity``), ``mechanism`` ("sliding", "hinging", "crushing", "mixed",
+        "separating"; "none") and how many joints ``slides``, ``hinges``, ``separates``, ``crushes``,
+        ``blocks``, ``joints``, ``message`` and ``seconds``. A run that fails is a row like any other, with
+        status "refused" where its values make no scene. (Another error of a function of one's own ends the
+        sweep; with ``out`` the runs before it are kept.)
 
     Raises
     ------

@@ -15,8 +15,8 @@ from masonry_opt.answer.status import Status
 from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.margins.standing import standing
-from masonry_opt.studies.margins.threshold import ANY_LOAD, FALLS, UNLIMITED, Threshold, Trial
+from masonry_opt.studies.margins.standing import standing, under_dead_load
+from masonry_opt.studies.margins.threshold import FALLS, UNLIMITED, Threshold, Trial
 
 #: A scene of a number.
 Make = Callable[[float], "Scene | str | Path"]
@@ -190,7 +190,8 @@ class _Search:
         number = result.load_factor
         if number is None:
             number = FALLS if result.status is Status.UNSTABLE else UNLIMITED
-        return Trial(value, number >= -_ROUNDING, number, result)
+        holds = number >= -_ROUNDING
+        return Trial(value, holds, number, under_dead_load(result, holds), result.certificate)
 
     def _carrying(self, value: float, scene: Scene) -> Trial:
         assert self.load is not None
@@ -199,7 +200,7 @@ class _Search:
             number = result.load_factor
         elif result.status is Status.UNSTABLE:
             number = FALLS
-        elif result.status in ANY_LOAD:
+        elif result.solution.carries_any_load:
             number = UNLIMITED
         elif result.associative is not None and result.associative < self.load:
             number = result.associative  # which no Coulomb answer exceeds
@@ -208,7 +209,8 @@ class _Search:
                 f"at {value:.9g}: whether the load is carried could not be decided: {result.status}: "
                 f"{result.message}; narrow the range, or name another method"
             )
-        return Trial(value, number >= self.load - _ROUNDING * max(1.0, abs(self.load)), number, result)
+        holds = number >= self.load - _ROUNDING * max(1.0, abs(self.load))
+        return Trial(value, holds, number, result, result.certificate)
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
         """Bring the ends together, by false position (of which the end that stays counts half: Illinois)

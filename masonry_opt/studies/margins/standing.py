@@ -15,11 +15,12 @@ from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.explain.diagnosis import DeadLoadUndecided, falling_mechanism
 from masonry_opt.explain.no_load_factor import movers
-from masonry_opt.explain.sentences import message
+from masonry_opt.explain.sentences import message, numeral
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.problem.problem import Problem
+from masonry_opt.report.summary import summary_text
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import Solver, find_solver
 
@@ -42,8 +43,8 @@ def standing(scene: Scene) -> Result:
     -------
     Result
         With the margin as load factor. Where there is none (joints that crush; blocks that wedge; smooth
-        joints): "unstable under dead load", with the mechanism, or "unlimited" if the scene stands; "solver
-        failed" if that could not be decided.
+        joints): "unstable under dead load", with the mechanism, or "stands under dead load"; "solver failed"
+        if that could not be decided.
 
     Raises
     ------
@@ -66,9 +67,46 @@ def standing(scene: Scene) -> Result:
     )
 
 
+def under_dead_load(result: Result, stands: bool) -> Result:
+    """What a result of :func:`standing` says of the dead load itself: the forces that carry it, or the
+    mechanism that it drives. No load factor, which would be the margin, and no tilt that goes with one."""
+    margin, found, problem = result.load_factor, result.solution, result.assembly.problem
+    solution = replace(found, load_factor=None)
+    assembly = replace(
+        result.assembly,
+        problem=replace(problem, live=np.zeros_like(problem.live)),
+        scene=result.assembly.scene.model_copy(update={"tilt": None}),
+    )
+    if margin is not None and stands:
+        assert found.q is not None
+        solution.status, solution.q, solution.d = Status.STANDS, found.q + margin * _of_normal(problem), None
+    elif margin is not None:
+        assert found.d is not None
+        solution.q = None
+        solution.end(Status.UNSTABLE, Code.FALLS, blocks=movers(assembly, found.d))
+    effort = Effort()
+    shown = make_result(
+        assembly,
+        solution,
+        effort,
+        method=result.method,
+        model=result.model,
+        solver=result.solver,
+        message=message(solution.reasons),
+    )
+    shown = replace(shown, seconds=result.seconds, solvers=result.solvers, lp_solves=result.lp_solves)
+    of_margin = "none" if margin is None else f"{numeral(margin, '.6g')} median block weights"
+    said = f"{summary_text(shown)}\n{'margin':<16} {of_margin}"
+    return replace(shown, summary=said, details=said)
+
+
+def _of_normal(problem: Problem) -> np.ndarray:
+    """One in place of each normal force, shape (3c,)."""
+    return (np.arange(3 * problem.joints) < problem.joints).astype(float)
+
+
 def _pressed_apart(problem: Problem) -> Problem:
-    of_normal = (np.arange(3 * problem.joints) < problem.joints).astype(float)
-    return replace(problem, live=problem.B @ of_normal)
+    return replace(problem, live=problem.B @ _of_normal(problem))
 
 
 def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None:
@@ -88,7 +126,7 @@ def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None
 
 
 def _yes_or_no(assembly: Assembly, solver: Solver, effort: Effort) -> Solution:
-    solution = Solution(Status.UNLIMITED, Kind.ASSOCIATIVE)
+    solution = Solution(Status.STANDS, Kind.ASSOCIATIVE)
     try:
         falling = falling_mechanism(assembly.problem, solver, effort)
     except DeadLoadUndecided as word:

@@ -9,16 +9,13 @@ from typing import Any
 
 import pandas as pd
 
+from masonry_opt.answer.certificate import Certificate
 from masonry_opt.answer.result import Result
-from masonry_opt.answer.status import Status
 from masonry_opt.errors import printable
 from masonry_opt.explain.sentences import numeral
 
 #: How a scene without a load factor is counted: it falls by itself, or nothing makes it collapse.
 FALLS, UNLIMITED = -math.inf, math.inf
-
-#: Statuses of scenes that no load makes collapse.
-ANY_LOAD = (Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
 
 
 @dataclass(frozen=True)
@@ -31,13 +28,16 @@ class Trial:
     holds: whether the scene stands, or carries the load.
     number: its load factor, or its margin under dead load (see :func:`~.standing.standing`): -inf where it
         falls and there is none, inf where it carries any load.
-    result: the state and mechanism there.
+    result: the state and mechanism there. Under dead load it has no load factor: either the forces that
+        carry that load, or the mechanism that it drives.
+    certificate: residuals of the number; None where it is not finite.
     """
 
     value: float
     holds: bool
     number: float
     result: Result = field(repr=False)
+    certificate: Certificate | None = field(repr=False)
 
 
 @dataclass(frozen=True)
@@ -51,8 +51,8 @@ class Threshold:
     value: the threshold. Where the load factor (margin) runs through what is asked, this is where; at a jump,
         the end at which the scene holds.
     interval: lower and upper end, between which the scene begins (or ceases) to hold. Both were solved.
-    holds, fails: the ends as they were solved. ``holds.result`` and ``fails.result`` have the state, the
-        mechanism and their residuals.
+    holds, fails: the ends as they were solved. ``holds.result`` and ``fails.result`` have the state and
+        the mechanism, ``certificate`` has the residuals.
     jump: load factors (margins) at the ends, of which holds comes last, if they differ although the ends do
         not: the mechanism changes, joints lock, or the scene itself changes at once. None if they do not.
     contradictions: values tried below a least (above a greatest) at which the scene holds all the same: it
@@ -114,7 +114,7 @@ class Threshold:
 
     def _end(self, end: Trial) -> str:
         known = math.isfinite(end.number)
-        worst = end.result.certificate.worst if known and end.result.certificate else None
+        worst = end.certificate.worst if known and end.certificate else None
         residual = "" if worst is None else f" (largest residual {worst:.0e})"
         said = _worded(end.number) if known else str(end.result.status)
         return f"at {end.value:.9g}: {self._measure + ' ' if known else ''}{said}{residual}"
@@ -149,12 +149,11 @@ def _worded(number: float) -> str:
 
 
 def _end_as_dict(end: Trial) -> dict[str, Any]:
-    certificate = end.result.certificate
     return {
         "value": end.value,
         "number": _plain(end.number),
         "status": str(end.result.status),
-        "certificate": certificate.as_dict() if certificate else None,
+        "certificate": end.certificate.as_dict() if end.certificate else None,
     }
 
 

@@ -34,8 +34,8 @@ SEED = 8
 #: on a slow machine and a busy one.
 _SEARCH = 120.0
 
-#: First ε of the MPEC, where the relaxations from the usual .03 on down to it only take time: on wall 6 half of
-#: 2,500 iterations, for the same state. (Not so on wall 5, where they lead to the published state.)
+#: First ε of the MPEC, where the relaxations from the usual .03 on down to it only take time: on wall 6 half
+#: of 2,500 iterations, for the same state. (Not so on wall 5, where they lead to the published state.)
 _FIRST_EPSILON = {6: 3e-5}
 
 #: Columns of the table: method, options, and the reference of the case file they are held against.

@@ -14,7 +14,6 @@ import pandas as pd
 from masonry_opt.answer.status import Status
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.explain.sentences import numeral
-from masonry_opt.studies.margins.threshold import ANY_LOAD
 from masonry_opt.studies.sampling.estimates import fragility, quantiles, sensitivity
 
 if TYPE_CHECKING:
@@ -31,9 +30,10 @@ _PRINTED = 5
 class Sample:
     """The load factors of a scene whose numbers were drawn.
 
-    A run counts by what it ended in: a scene that falls by itself collapses at any load, one that no load
-    makes collapse at none. A run that failed (``undecided``: not converged, refused, ...) counts as
-    collapsed at any load, so that no probability of collapse is too low by it.
+    A run counts by what it ended in: a scene that falls by itself collapses at any load, one that is proven
+    to carry any load at none. Any other run without a load factor (``undecided``: not converged, refused,
+    unlimited without a proof, ...) counts as collapsed at any load, so that no probability of collapse is
+    too low by it.
 
     Intervals are those of independent runs (``sequence="random"``), whatever the distribution. Scrambled
     points of few numbers come nearer to the truth than the intervals say: of a block that slides or
@@ -61,8 +61,8 @@ class Sample:
     @property
     def load_factors(self) -> np.ndarray:
         """Load factor of each run, shape (n,): -inf where it counts as collapsed at any load, inf at none."""
-        status, found = self.table["status"], self.table["load_factor"].to_numpy(dtype=float)
-        any_load = status.isin([str(word) for word in ANY_LOAD]).to_numpy()
+        found = self.table["load_factor"].to_numpy(dtype=float)
+        any_load = self.table["any_load"].fillna(False).to_numpy(dtype=bool)
         return np.where(np.isfinite(found), found, np.where(any_load, math.inf, -math.inf))
 
     @property
@@ -72,12 +72,12 @@ class Sample:
 
     @property
     def unlimited(self) -> int:
-        """Runs whose scene no load makes collapse."""
+        """Runs whose scene is proven to carry any load."""
         return int(np.isposinf(self.load_factors).sum())
 
     @property
     def undecided(self) -> int:
-        """Runs that failed, counted as collapsed at any load."""
+        """Runs that decide nothing, counted as collapsed at any load."""
         return int(np.isneginf(self.load_factors).sum()) - self.falling
 
     def quantiles(
@@ -138,7 +138,7 @@ class Sample:
         counted = [
             (self.falling, "fall by themselves"),
             (self.unlimited, "no load makes collapse"),
-            (self.undecided, "failed, counted as collapsed at any load"),
+            (self.undecided, "undecided, counted as collapsed at any load"),
         ]
         return "".join(f"; {count} ({count / self.runs:.1%}) {what}" for count, what in counted if count)
 

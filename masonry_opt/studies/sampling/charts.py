@@ -115,7 +115,7 @@ def _title(sample: Sample) -> str:
     counted = [
         (sample.falling, "fall by themselves"),
         (sample.unlimited, "never collapse"),
-        (sample.undecided, "failed"),
+        (sample.undecided, "undecided"),
     ]
     told = "".join(f", {count} {what}" for count, what in counted if count)
     return f"{Path(sample.case).stem}: {sample.runs} runs{told}"

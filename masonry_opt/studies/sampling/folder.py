@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import io
 from pathlib import Path
 
 from masonry_opt.errors import OutputError
 from masonry_opt.files import write_whole
+from masonry_opt.studies.chart_files import chart_files
 from masonry_opt.studies.many.table import write_table
 from masonry_opt.studies.sampling.answer import Sample
 from masonry_opt.studies.sampling.charts import KINDS
@@ -27,9 +27,7 @@ def write_sample(sample: Sample, folder: Path, parquet: bool = False) -> None:
         for name, frame in tables.items():
             write_whole(folder / f"{name}.csv", frame.to_csv(index=False, lineterminator="\n"))
         for kind in KINDS:
-            for suffix in ("png", "svg"):
-                content = io.BytesIO()
-                sample.plot(kind).savefig(content, format=suffix, dpi=150)
-                write_whole(folder / f"{kind}.{suffix}", content.getvalue())
+            for file, content in chart_files(sample.plot(kind), kind).items():
+                write_whole(folder / file, content)
     except OSError as error:
         raise OutputError(f"{folder}: cannot be written: {error.strerror}") from None
