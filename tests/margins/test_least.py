@@ -58,11 +58,13 @@ def test_a_margin_is_not_passed_off_as_a_load_factor():
     block = mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 2), (0, 2)], weight=1)
     floor = mo.Block(name="floor", vertices=[(-1, -1), (2, -1), (2, 0), (-1, 0)], fixed=True)
     scene = mo.Scene(joints=mo.JointDefaults(friction=0.9), blocks=[block, floor], tilt="right")
+    scene = scene.model_copy(update={"reference": {"associative": mo.Reference(value=0.5, source="by hand")}})
     assert mo.solve(scene, "static").tilt_angle == pytest.approx(math.degrees(math.atan(0.5)), abs=1e-6)
     found = mo.most(lambda degrees: tilted(scene, degrees), 0, 45, samples=0, tolerance=1e-3)
     for trial in found.trials:
         result = trial.result
         assert (result.load_factor, result.tilt_angle, result.as_dict()["load_factor"]) == (None, None, None)
+        assert not result.assembly.scene.reference
         assert result.status is (mo.Status.STANDS if trial.holds else mo.Status.UNSTABLE)
         assert (result.solution.q is None, result.solution.d is None) == (not trial.holds, trial.holds)
         assert str(result).splitlines()[-1].split()[:2] == ["margin", f"{trial.number:.6g}"]

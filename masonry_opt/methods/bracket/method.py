@@ -120,13 +120,11 @@ def _raise(task: Task, solution: Solution, best: float, highest: float, of: Limi
             continue
         gains = True
         while gains:
-            left = ends - time.perf_counter()
-            if before and left < LEAST_TIME:
+            if before and ends - time.perf_counter() < LEAST_TIME:
                 return
             if (solution.bound or 0.0) > of.lowest:
                 of = limits_from(of, task.problem, solution.bound or 0.0, highest, task.effort)
-                left = ends - time.perf_counter()
-            before = products
+            before, left = products, ends - time.perf_counter()
             bound, size = relaxed(task.problem, highest, of, near, moves, left, task.effort)
             step = Relaxation(bound, of.lowest, best, *radii, products, time.perf_counter() - began)
             solution.history.append(step)

@@ -69,13 +69,13 @@ def standing(scene: Scene) -> Result:
 
 def under_dead_load(result: Result, stands: bool) -> Result:
     """What a result of :func:`standing` says of the dead load itself: the forces that carry it, or the
-    mechanism that it drives. No load factor, which would be the margin, and no tilt that goes with one."""
+    mechanism that it drives. No load factor, which would be the margin, and no tilt or reference for one."""
     margin, found, problem = result.load_factor, result.solution, result.assembly.problem
     solution = replace(found, load_factor=None)
     assembly = replace(
         result.assembly,
         problem=replace(problem, live=np.zeros_like(problem.live)),
-        scene=result.assembly.scene.model_copy(update={"tilt": None}),
+        scene=result.assembly.scene.model_copy(update={"tilt": None, "reference": {}}),
     )
     if margin is not None and stands:
         assert found.q is not None
