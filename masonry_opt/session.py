@@ -20,7 +20,7 @@ from masonry_opt.explain.sentences import message, sentences
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble, with_joints_of
 from masonry_opt.problem.kept import Kept
-from masonry_opt.report.summary import details_text, summary_text
+from masonry_opt.report.summary import texts
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import Solver
 
@@ -79,7 +79,8 @@ class Session:
         )
         warnings = warnings_of(assembly, result.infeasibility)
         result = replace(result, warnings=warnings, warning_sentences=sentences(warnings))
-        return replace(result, summary=summary_text(result), details=details_text(result))
+        summary, details = texts(result)
+        return replace(result, summary=summary, details=details)
 
     def answer(self, scene: Scene, progress: Progress, effort: Effort) -> tuple[Assembly, Solution]:
         """The same, without names, frames and words: they take as long as the solver on small scenes."""

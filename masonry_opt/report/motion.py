@@ -76,6 +76,11 @@ def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
     )
 
 
+def has_mechanism(result: Result) -> bool:
+    """Whether there is a motion to show."""
+    return bool(result.blocks["vx"].notna().all())
+
+
 class Velocities:
     """Velocities of points of the scene's blocks, fixed ones included."""
 
@@ -101,7 +106,8 @@ def fastest(result: Result) -> float:
 def moving_blocks(result: Result) -> np.ndarray:
     """Which of the movable blocks take part in the mechanism, shape (b,)."""
     assert result.solution.d is not None
-    return _corner_speeds(result.assembly, result.solution.d) > _STILL * fastest(result)
+    speeds = _corner_speeds(result.assembly, result.solution.d)
+    return speeds > _STILL * _largest(speeds)
 
 
 def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
@@ -116,4 +122,8 @@ def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
 
 
 def _fastest(assembly: Assembly, d: np.ndarray) -> float:
-    return float(_corner_speeds(assembly, d).max()) or 1.0
+    return _largest(_corner_speeds(assembly, d))
+
+
+def _largest(speeds: np.ndarray) -> float:
+    return float(speeds.max()) or 1.0

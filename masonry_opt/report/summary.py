@@ -33,14 +33,11 @@ _TRIED = (Code.PASS_LOST, Code.LOOP_TOOK_OVER, Code.BEGAN_AGAIN)
 _LABEL = 16
 
 
-def summary_text(result: Result) -> str:
-    """What falls, at what load, how sure that is, and what looks unintended."""
-    return _text([*_plain(result), *_warnings(result)])
-
-
-def details_text(result: Result) -> str:
-    """The same, with how it was found: residuals, programs, solvers, times."""
-    return _text([*_plain(result), *_technical(result), *_warnings(result)])
+def texts(result: Result) -> tuple[str, str]:
+    """What falls, at what load, how sure that is, and what looks unintended; and the same with how it was
+    found: residuals, programs, solvers, times."""
+    plain, warnings = _plain(result), _warnings(result)
+    return _text([*plain, *warnings]), _text([*plain, *_technical(result), *warnings])
 
 
 def _text(lines: list[str]) -> str:

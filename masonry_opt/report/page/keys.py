@@ -8,10 +8,10 @@ from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.problem.loads import loads
 from masonry_opt.report.colours import BLOCK, DEAD, FIXED, FURTHER_DEAD, HATCH, IDLE, LIVE, THRUST
+from masonry_opt.report.motion import has_mechanism
 from masonry_opt.report.page.arrows import MOST_ARROWS
 from masonry_opt.report.page.carried import UTILISATION, has_forces, resultants
 from masonry_opt.report.page.drawing import KINDS, joints_by_kind
-from masonry_opt.report.page.view import has_mechanism
 
 
 def caption(result: Result) -> str:

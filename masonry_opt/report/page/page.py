@@ -14,11 +14,12 @@ import numpy as np
 from masonry_opt.answer.result import Result
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import refuse_unwritable, write_whole
+from masonry_opt.report.motion import has_mechanism
 from masonry_opt.report.page.arrows import draw_loads
 from masonry_opt.report.page.carried import draw_thrust, draw_utilisation, has_forces
 from masonry_opt.report.page.drawing import Pen, draw_blocks, draw_mechanism, svg
 from masonry_opt.report.page.keys import caption, keys
-from masonry_opt.report.page.view import START, View, has_mechanism, view_of
+from masonry_opt.report.page.view import START, View, view_of
 from masonry_opt.report.page.words import answer, certificate, described, text, title_of
 
 #: What the panel says of a joint: column of ``Result.joints``, words.

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from masonry_opt.answer.result import Result
-from masonry_opt.report.motion import Velocities, fastest
+from masonry_opt.report.motion import Velocities, fastest, has_mechanism
 
 #: The picture's longer side. Coordinates are whole numbers, which keeps large scenes short.
 SIDE = 10_000
@@ -49,11 +49,6 @@ class View:
     def at(self, points: np.ndarray) -> np.ndarray:
         """Where points of the scene are in the picture, shape (..., 2)."""
         return np.rint((points - [self.left, self.top]) * [self.scale, -self.scale]).astype(int)
-
-
-def has_mechanism(result: Result) -> bool:
-    """Whether there is a motion to show."""
-    return bool(result.blocks["vx"].notna().all())
 
 
 def view_of(result: Result) -> View:

@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from masonry_opt.answer.result import Result
 from masonry_opt.report.colours import CRUSHES, HINGES, MARKED, SEPARATES, SLIDES
-from masonry_opt.report.motion import JointMotion, Velocities, fastest, joint_motion
+from masonry_opt.report.motion import JointMotion, Velocities, fastest, has_mechanism, joint_motion
 from masonry_opt.report.pictures.arrows import draw_loads
 from masonry_opt.report.pictures.blocks import (
     Handle,
@@ -50,10 +50,10 @@ def draw_mechanism(result: Result, axes: Axes, marked: Collection[int] = ()) -> 
     Joints ``marked``, by their numbers in ``result.joints``, stand out.
     """
     frame(axes, result.assembly)
-    if _moves(result):
+    if has_mechanism(result):
         draw_at_rest(axes, result.assembly)
     draw_blocks(axes, result.assembly, _displaced(result))
-    if _moves(result):
+    if has_mechanism(result):
         _mark_joints(result, axes, marked)
     title_result(axes, result)
 
@@ -61,7 +61,7 @@ def draw_mechanism(result: Result, axes: Axes, marked: Collection[int] = ()) -> 
 def legend_handles(result: Result, marked: str = "") -> list[Handle]:
     """What a legend shows of a drawn result; ``marked`` says what its marked joints are."""
     handles = block_handles()
-    if not _moves(result):
+    if not has_mechanism(result):
         return handles
     motion = joint_motion(result.assembly, result.solution)
     if motion.slides.any():
@@ -81,14 +81,9 @@ def legend_handles(result: Result, marked: str = "") -> list[Handle]:
     return handles
 
 
-def _moves(result: Result) -> bool:
-    """Whether there is a motion to draw."""
-    return bool(result.blocks["vx"].notna().all())
-
-
 def _displaced(result: Result) -> Place:
     """Blocks moved by the mechanism, magnified."""
-    if not _moves(result):
+    if not has_mechanism(result):
         return at_rest(result.assembly)
     motion, origin = Velocities(result), result.assembly.geometry.origin
     scale = _DISPLACEMENT * size_of(result.assembly) / fastest(result)

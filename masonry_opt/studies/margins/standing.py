@@ -20,7 +20,7 @@ from masonry_opt.methods.associative import associative
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.problem.problem import Problem
-from masonry_opt.report.summary import summary_text
+from masonry_opt.report.summary import texts
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import Solver, find_solver
 
@@ -96,7 +96,7 @@ def under_dead_load(result: Result, stands: bool) -> Result:
     )
     shown = replace(shown, seconds=result.seconds, solvers=result.solvers, lp_solves=result.lp_solves)
     of_margin = "none" if margin is None else f"{numeral(margin, '.6g')} median block weights"
-    said = f"{summary_text(shown)}\n{'margin':<16} {of_margin}"
+    said = f"{texts(shown)[0]}\n{'margin':<16} {of_margin}"
     return replace(shown, summary=said, details=said)
 
 
