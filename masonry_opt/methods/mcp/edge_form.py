@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -49,12 +49,12 @@ class Iterate:
     room: np.ndarray
     crushed: np.ndarray
 
-    @property
+    @cached_property
     def products(self) -> Products:
         """z p of all faces."""
         return Products(self.x[:2] * self.opening, self.z * self.slip, self.room * self.crushed)
 
-    @property
+    @cached_property
     def energy(self) -> float:
         """z·p, the sum of all products."""
         return float(sum(product.sum() for product in self.products))
@@ -94,6 +94,7 @@ class EdgeForm:
     from_edges: turns x, flat, into joint forces q, shape (3c, 3c).
     A, At: equilibrium of blocks under x, shape (3b, 3c), and its transpose.
     G: chords of crushing in the forces at the two edges, shape (chords, 2c).
+    sliding: which joints can slide, as an index.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -104,6 +105,9 @@ class EdgeForm:
         )
         self.A = (problem.B @ self.from_edges).tocsr()
         self.At = self.A.T.tocsr()
+        # Where all joints can slide a slice takes them, without a copy.
+        every = len(problem.sliding) == problem.joints
+        self.sliding: np.ndarray | slice = slice(None) if every else problem.sliding
         rocking = 2 * problem.joints
         self.G = (problem.R[rocking:] @ self.from_edges)[:, :rocking].tocsr()
         self._whole_moment = problem.crushing_moment[problem.faces - self.G.shape[0] :]
@@ -125,14 +129,17 @@ class EdgeForm:
 
     def slacks(self, x: np.ndarray, slope: np.ndarray) -> np.ndarray:
         """Slope · n ∓ s of the joints that can slide, shape (2, k); the true slacks but for cohesion."""
-        n, s = (x[0] + x[1])[self.problem.sliding], x[2, self.problem.sliding]
-        return np.stack([slope * n - s, slope * n + s])
+        normal, shear = slope * (x[0] + x[1])[self.sliding], x[2, self.sliding]
+        both = np.empty((2, len(normal)))
+        np.subtract(normal, shear, out=both[0])
+        np.add(normal, shear, out=both[1])
+        return both
 
     def follow(self, slip: np.ndarray, slope: np.ndarray) -> np.ndarray:
         """Motion of edges and shear that sliding rates, shape (2, k), cause, shape (3, c)."""
         motion = np.zeros((3, self.problem.joints))
-        motion[:2, self.problem.sliding] = slope * slip.sum(axis=0)
-        motion[2, self.problem.sliding] = slip[1] - slip[0]
+        motion[:2, self.sliding] = slope * (slip[0] + slip[1])
+        motion[2, self.sliding] = slip[1] - slip[0]
         return motion
 
     def chords(self, x: np.ndarray) -> np.ndarray:
@@ -190,14 +197,13 @@ class EdgeForm:
 def moved(at: Iterate, lengths: tuple[float, float], by: Iterate) -> Iterate:
     """An iterate after steps of these lengths in the unknowns of statics and of kinematics."""
     forces, motion = lengths
-    return replace(
-        at,
-        load_factor=at.load_factor + forces * by.load_factor,
-        x=at.x + forces * by.x,
-        z=at.z + forces * by.z,
-        d=at.d + motion * by.d,
-        opening=at.opening + motion * by.opening,
-        slip=at.slip + motion * by.slip,
-        room=at.room + forces * by.room,
-        crushed=at.crushed + motion * by.crushed,
+    return Iterate(
+        at.load_factor + forces * by.load_factor,
+        at.x + forces * by.x,
+        at.z + forces * by.z,
+        at.d + motion * by.d,
+        at.opening + motion * by.opening,
+        at.slip + motion * by.slip,
+        at.room + forces * by.room,
+        at.crushed + motion * by.crushed,
     )

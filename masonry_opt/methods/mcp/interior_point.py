@@ -292,7 +292,9 @@ def _advance(
     elimination: Elimination, at: Iterate, schedule: _Schedule, step: NewtonStep
 ) -> tuple[Iterate, NewtonStep]:
     """Predict, centre, correct, and go."""
-    system = NewtonSystem(elimination, at, schedule.slope, schedule.friction, schedule.diagonal)
+    system = NewtonSystem(
+        elimination, at, schedule.slope, schedule.friction, schedule.diagonal, schedule.rules.exact
+    )
     products = at.products
     predictor = _direction(system, at, schedule, Products(*(-own for own in products)))
     predicted = moved(at, predictor.lengths, predictor.step).energy
@@ -382,7 +384,7 @@ def _onto_kinematics(elimination: Elimination, at: Iterate, schedule: _Schedule)
     nothing where they stand still. The same equations as a step's, with the flow rule's slope in both."""
     form, slope = elimination.form, schedule.slope
     nothing = np.zeros_like(schedule.residuals.statics)
-    system = NewtonSystem(elimination, at, slope, slope, schedule.diagonal, full=True)
+    system = NewtonSystem(elimination, at, slope, slope, schedule.diagonal, _ON_KINEMATICS, full=True)
     moves = at
     for _ in range(_PROJECTIONS):
         left = form.residuals(moves, slope)

@@ -25,9 +25,8 @@ from masonry_opt.problem.problem import Problem
 #: like a proximal term: what it leaves, refinement takes off, or the next step.
 _CUT = 1e12
 
-#: Refinements of a solution at most, the error at which they end, and that beyond which a full factorisation
-#: is made instead.
-_REFINEMENTS, _EXACT, _MOST_ERROR = 6, 1e-12, 1e-8
+#: Refinements of a solution at most, and the error beyond which a full factorisation is made instead.
+_REFINEMENTS, _MOST_ERROR = 6, 1e-8
 
 #: Joints up to which a full factorisation (10 to 25 times the price of elimination) is made: at any step
 #: whose elimination leaves too large an error, and for the projection at the end of a pass.
@@ -155,6 +154,7 @@ class NewtonSystem:
     slope: opening per unit slip of the flow rule, shape (k,).
     friction: slope of the shear limits in the matrix, shape (k,); the true one is Newton's.
     regularisation: added to the diagonal of the blocks' matrix.
+    exact: error of a solution at which its refinement ends.
     full: whether the equations are factorised as they stand, with pivoting, where that is affordable; else
         only once elimination leaves too large an error.
     """
@@ -164,6 +164,7 @@ class NewtonSystem:
     slope: np.ndarray
     friction: np.ndarray
     regularisation: float
+    exact: float
     full: bool = False
 
     def __post_init__(self) -> None:
@@ -171,7 +172,7 @@ class NewtonSystem:
         problem = self._form.problem
         self._affordable = problem.joints <= _FULL_UP_TO
         self.full = self.full and problem.joints <= _FULL_ONCE_UP_TO
-        self._sliding = problem.sliding
+        self._sliding = self._form.sliding
         self._rocking = self.at.opening / self.at.x[:2]
         self._crushing: sp.csr_array | None = None
         if len(problem.crushing):
@@ -179,10 +180,6 @@ class NewtonSystem:
             self._crushing = (self._form.G.T @ crushing @ self._form.G).tocsr()
         self._scale = 1 / np.maximum(self.at.z, self.at.slip)
         self._most = _CUT * self.at.energy / max(float(self.at.d @ self.at.d), 1.0)
-        self._edges, self._across = self._of_edges()
-        self._faces = np.minimum(self.at.z / self.at.slip, self._most)
-        both = (self._edges + self._across).sum(axis=0)[self._sliding]
-        self._pivot = self._faces.sum(axis=0) / 2 + 2 * self.friction * self.slope * both
 
     def solve(self, right: Parts) -> tuple[Parts, float]:
         """A solution and its error: the largest residual over the largest entry of the right-hand side.
@@ -198,7 +195,7 @@ class NewtonSystem:
             if not now < error:
                 break
             error, best = now, solution
-            if now <= _EXACT * max(size, 1e-8):
+            if now <= self.exact * max(size, 1e-8):
                 break
             solution = solution.plus(self._approximate(left))
         if error > _MOST_ERROR * size and self._affordable and not self.full:
@@ -236,9 +233,11 @@ class NewtonSystem:
         slip = rates - self.at.slip * self._form.slacks(forces, self.friction) / self.at.z
         return Parts(velocities, slip, forces, load)
 
-    def _of_edges(self) -> tuple[np.ndarray, np.ndarray]:
-        """Stiffness of each edge, shape (2, c), and what the two of a joint that can crush share, (c,)."""
+    def _of_edges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Stiffness of each edge, shape (2, c), what the two of a joint that can crush share, shape (c,), and
+        the determinant of both, shape (c,)."""
         edges, across = np.minimum(1 / self._rocking, self._most), np.zeros(self._rocking.shape[1])
+        determinant = edges[0] * edges[1]
         if self._crushing is not None:
             joints = self._form.problem.crushing
             # The inverse of 1/edges + what crushing adds, two by two.
@@ -248,35 +247,48 @@ class NewtonSystem:
             shared = self._crushing.diagonal(len(across))[joints]
             # Where one chord outweighs all else, what it adds has no determinant but rounding.
             rest = np.maximum(added.prod(axis=0) - shared**2, 0.0)
-            determinant = own.prod(axis=0) + (own * added[::-1]).sum(axis=0) + rest
-            edges[:, joints] = np.stack([second, first]) / determinant
-            across[joints] = -shared / determinant
-        return edges, across
+            inverse = 1 / (own.prod(axis=0) + (own * added[::-1]).sum(axis=0) + rest)
+            edges[:, joints] = np.stack([second, first]) * inverse
+            across[joints] = -shared * inverse
+            determinant[joints] = inverse
+        return edges, across, determinant
 
-    def _stiff(self, motion: np.ndarray) -> np.ndarray:
-        """Forces x that move edges and shear so, shape (3, c) each: the inverse of the joints' compliance.
+    @cached_property
+    def _stiffness(self) -> np.ndarray:
+        """What turns motions of edges and shear into forces x, joint by joint, shape (3, 3, c): the inverse
+        of the joints' compliance.
 
         With v = z/p of each sliding face and x/u of each edge, and T what these forces take off the sliding
-        of both senses: x₂ = v₂ (u₂ − ψ T), x₃ = v₃ (u₃ − ψ T), and μ n ∓ s = v (T ∓ u_s)/2 give T without a
-        difference of large numbers. While sliding contracts (ψ < 0) its pivot may be small: refinement, or
-        the full factors, catch that.
+        of both senses: x₂ = v₂ (u₂ − ψ T), x₃ = v₃ (u₃ − ψ T), and μ n ∓ s = v (T ∓ u_s)/2. Each entry is
+        written so that large numbers of one sign are added. While sliding contracts (ψ < 0) the pivot may be
+        small: refinement, or the full factors, catch that.
         """
-        forces = self._edges * motion[:2] + self._across * motion[1::-1]
-        shear = motion[2] * self._most  # of joints whose friction is unlimited
-        slip, (plus, minus) = motion[2, self._sliding], self._faces
-        sliding = (
-            2 * self.friction * forces.sum(axis=0)[self._sliding] + slip * (plus - minus) / 2
-        ) / self._pivot
-        forces[:, self._sliding] -= self.slope * sliding * (self._edges + self._across)[:, self._sliding]
-        shear[self._sliding] = ((sliding + slip) * minus - (sliding - slip) * plus) / 4
-        return np.vstack([forces, shear])
+        edges, across, determinant = self._of_edges()
+        stiffness = np.zeros((3, 3, len(across)))
+        stiffness[0, 0], stiffness[1, 1], stiffness[0, 1] = *edges, across
+        stiffness[2, 2] = self._most  # of joints whose friction is unlimited
+        of, faces = self._form.sliding, np.minimum(self.at.z / self.at.slip, self._most)
+        mean, half, both = faces.sum(axis=0) / 2, (faces[0] - faces[1]) / 2, (edges + across)[:, of]
+        follows = 2 * self.friction * self.slope
+        wedges = follows * (both[0] + both[1])
+        share, wedged = 1 / (mean + wedges), follows * determinant[of]
+        stiffness[0, 0, of] = (edges[0, of] * mean + wedged) * share
+        stiffness[1, 1, of] = (edges[1, of] * mean + wedged) * share
+        stiffness[0, 1, of] = (across[of] * mean - wedged) * share
+        stiffness[1, 0] = stiffness[0, 1]
+        stiffness[:2, 2][:, of] = -self.slope * half * share * both
+        stiffness[2, :2][:, of] = -self.friction * half * share * both
+        stiffness[2, 2, of] = (faces[0] * faces[1] + mean * wedges) * share / 2
+        return stiffness
+
+    def _stiff(self, motion: np.ndarray) -> np.ndarray:
+        """Forces x that move edges and shear so, shape (3, c) each."""
+        forces: np.ndarray = np.einsum("ijc,jc->ic", self._stiffness, motion)
+        return forces
 
     @cached_property
     def _factors(self) -> Factors:
-        columns = [
-            self._stiff(np.repeat(unit[:, None], self._form.problem.joints, axis=1)) for unit in np.eye(3)
-        ]
-        return self.elimination.factors(np.stack(columns, axis=-1).transpose(1, 0, 2), self.regularisation)
+        return self.elimination.factors(self._stiffness.transpose(2, 0, 1), self.regularisation)
 
     def _by_full_factors(self, right: Parts) -> Parts:
         try:
@@ -295,39 +307,39 @@ class NewtonSystem:
     @cached_property
     def _full_factors(self) -> tuple[object, np.ndarray]:
         """Factors with pivoting of the equations as they stand, and what their rows are scaled by."""
-        problem, at = self._form.problem, self.at
-        eye = sp.eye_array(problem.joints, format="csr")[self._sliding]
-        shear = sp.vstack([-eye, eye])
-
-        def both(slope: np.ndarray) -> sp.csr_array:
-            leaning = sp.diags_array(slope) @ eye
-            normal = sp.vstack([leaning, leaning])
-            return sp.hstack([normal, normal, shear], format="csr")
-
-        rocking = np.append(self._rocking.ravel(), np.zeros(problem.joints))
-        compliance = sp.diags_array(rocking)
+        problem, at, form = self._form.problem, self.at, self._form
+        c, k = problem.joints, len(problem.sliding)
+        size = 3 * c + 2 * k + self.elimination.size
+        edges = np.stack([problem.sliding, c + problem.sliding])
+        shear, slip = 2 * c + problem.sliding, 3 * c + np.arange(2 * k).reshape(2, k)
+        block, load = 3 * c + 2 * k + np.arange(3 * problem.blocks), size - 1
+        A, rocking = form.A.tocoo(), self._rocking.ravel()
+        sliding, loaded = np.broadcast_to(slip[:, None], (2, 2, k)), np.broadcast_to(edges, (2, 2, k))
+        entries = [
+            (np.arange(2 * c), np.arange(2 * c), rocking),
+            (loaded, sliding, -self.slope),
+            (shear, slip, np.array([[1.0], [-1.0]])),
+            (A.col, block[A.row], A.data),
+            (sliding, loaded, at.slip[:, None] * self.friction),
+            (slip, shear, at.slip * np.array([[-1.0], [1.0]])),
+            (slip, slip, at.z),
+            (block[A.row], A.col, A.data),
+            (block, load, problem.live),
+            (load, block, problem.live),
+        ]
+        diagonal = np.append(rocking, np.zeros(c))
         if self._crushing is not None:
-            no_shear = sp.csr_array((problem.joints, problem.joints))
-            compliance = compliance + sp.block_diag([self._crushing, no_shear])
-        live = sp.csr_array(problem.live[:, None])
-        matrix = sp.block_array(
-            [
-                [compliance, -both(self.slope).T, self._form.At, None],
-                [
-                    sp.diags_array(at.slip.ravel()) @ both(self.friction),
-                    sp.diags_array(at.z.ravel()),
-                    None,
-                    None,
-                ],
-                [self._form.A, None, None, live],
-                [None, None, live.T, None],
-            ],
-            format="csr",
+            crushing = self._crushing.tocoo()
+            entries.append((crushing.row, crushing.col, crushing.data))
+            diagonal[: 2 * c] += self._crushing.diagonal()
+        row, column, value = (
+            np.concatenate([part.ravel() for part in parts])
+            for parts in zip(*(np.broadcast_arrays(*entry) for entry in entries), strict=True)
         )
         rows = np.concatenate(
-            [1 / np.maximum(1.0, compliance.diagonal()), self._scale.ravel(), np.ones(self.elimination.size)]
+            [1 / np.maximum(1.0, diagonal), self._scale.ravel(), np.ones(self.elimination.size)]
         )
         try:
-            return splu(sp.csc_matrix(sp.diags_array(rows) @ matrix)), rows
+            return splu(sp.csc_matrix((rows[row] * value, (row, column)), shape=(size, size))), rows
         except RuntimeError as error:
             raise SingularError(str(error)) from None

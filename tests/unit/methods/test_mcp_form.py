@@ -146,7 +146,7 @@ def newton_system(form: EdgeForm, at: Iterate, full: bool = False, blend: float 
     problem = form.problem
     slope = problem.dilatancy - 0.1 * problem.friction
     friction = blend * problem.friction + (1 - blend) * slope
-    return NewtonSystem(Elimination(form), at, slope, friction, 1e-10, full=full)
+    return NewtonSystem(Elimination(form), at, slope, friction, 1e-10, 1e-12, full=full)
 
 
 @pytest.mark.parametrize("blend", [1.0, 0.4])
@@ -196,7 +196,7 @@ def test_equations_are_the_derivatives_of_residuals_and_products(form, rng):
     the true friction law and strength; openings and rates of crushing keep their products with forces."""
     problem, at, step = form.problem, interior(form, rng), random_parts(form, rng)
     slope = problem.dilatancy - 0.1 * problem.friction
-    system = NewtonSystem(Elimination(form), at, slope, problem.friction, 1e-10)
+    system = NewtonSystem(Elimination(form), at, slope, problem.friction, 1e-10, 1e-12)
 
     def value(length: float) -> np.ndarray:
         x = at.x + length * step.joints
