@@ -80,7 +80,7 @@ def test_parquet_and_csv_are_the_table_to_the_last_digit(swept, tmp_path):
     read = pd.read_parquet(parquet)
     # Texts have a type of their own in newer releases of pandas; missing ones stay missing.
     assert read.isna().equals(frame.isna())
-    texts = frame.columns[frame.dtypes == object]
+    texts = frame.select_dtypes("object").columns
     pd.testing.assert_frame_equal(read.drop(columns=texts), frame.drop(columns=texts), check_exact=True)
     assert read[texts].fillna("").to_numpy().tolist() == frame[texts].fillna("").to_numpy().tolist()
     written = pd.read_csv(csv, dtype=str, keep_default_na=False)
@@ -89,14 +89,15 @@ def test_parquet_and_csv_are_the_table_to_the_last_digit(swept, tmp_path):
         assert written[name].tolist() == digits
 
 
-@pytest.mark.parametrize("of", ["sweep", "sample"])
-def test_parquet_that_cannot_be_written_is_told_before_any_run(tmp_path, monkeypatch, of):
+def sample(**keys):
+    drawn = {"joints.friction": ("uniform", 0.3, 0.5)}
+    return mo.sample(block_on_floor(), drawn, n=2, method="static", workers=1, **keys)
+
+
+@pytest.mark.parametrize("runs", [sweep, sample])
+def test_parquet_that_cannot_be_written_is_told_before_any_run(tmp_path, monkeypatch, runs):
     monkeypatch.setattr(table, "find_spec", lambda name: None)
     out = tmp_path / "out"
     with pytest.raises(mo.OptionError, match="pip install"):
-        if of == "sweep":
-            sweep(out=out, parquet=True)
-        else:
-            drawn = {"joints.friction": ("uniform", 0.3, 0.5)}
-            mo.sample(block_on_floor(), drawn, n=2, method="static", out=out, parquet=True)
+        runs(out=out, parquet=True)
     assert not out.exists()
