@@ -28,5 +28,5 @@ class Status(StrEnum):
 
     @property
     def live_load_acts(self) -> bool:
-        """Whether what was found, forces or a motion, is of the live load too: else of the dead load alone."""
+        """Whether the live load acts on what was found, forces or a motion; else the dead load alone."""
         return self not in (Status.UNSTABLE, Status.STANDS)

@@ -7,8 +7,9 @@ import pytest
 from scenes import CASES, block_on_floor, run_command
 
 import masonry_opt as mo
+from masonry_opt.studies.endings import CRASHED, DIED, REFUSED
 from masonry_opt.studies.many import journal
-from masonry_opt.studies.many.runs import CRASHED, DIED, REFUSED, Study, Task
+from masonry_opt.studies.many.runs import Study, Task
 from masonry_opt.studies.many.sweep import grid
 from masonry_opt.studies.many.table import table
 

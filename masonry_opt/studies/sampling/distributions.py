@@ -129,8 +129,8 @@ def _spread(name: str, kind: str, value: object, mean: float) -> float:
     number = _number(name, kind, value)
     if kind != "uniform" and mean and number > abs(mean):
         raise OptionError(
-            f"distribution of '{name}': a standard deviation of {number:g} is more than the mean, {mean:g}: if "
-            f"per cent of the mean are meant, write '{number:g}%'; if it is meant as it stands, "
+            f"distribution of '{name}': a standard deviation of {number:g} is more than the mean, {mean:g}: "
+            f"if per cent of the mean are meant, write '{number:g}%'; if it is meant as it stands, "
             f"'{100 * number / abs(mean):.6g}%'"
         )
     return number
