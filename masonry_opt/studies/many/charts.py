@@ -12,13 +12,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
-from masonry_opt.errors import OutputError
-from masonry_opt.files import write_whole
 from masonry_opt.report.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SLIDES
 from masonry_opt.studies.chart_files import chart_files
 from masonry_opt.studies.load_factor_axis import LABEL, ends
 from masonry_opt.studies.many.mechanism import CRUSHING, HINGING, MIXED, NONE, SEPARATING, SLIDING
 from masonry_opt.studies.palette import COLOURS
+from masonry_opt.studies.writing import write_files
 
 #: Colour and mark of each mechanism: that of the joints that give it its name, in pictures too.
 _LOOKS = {
@@ -58,16 +57,8 @@ def write_charts(frame: pd.DataFrame, names: Sequence[str], folder: Path) -> lis
     figures = {"load_factor": against(frame, names)}
     if len(names) == 2 and frame["load_factor"].notna().any():
         figures["heat_map"] = heat_map(frame, names[0], names[1])
-    written = []
-    for name, figure in figures.items():
-        for file, content in chart_files(figure, name).items():
-            path = folder / file
-            try:
-                write_whole(path, content)
-            except OSError as error:
-                raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
-            written.append(path)
-    return written
+    contents = [chart_files(figure, name) for name, figure in figures.items()]
+    return [path for files in contents for path in write_files(folder, files)]
 
 
 def against(frame: pd.DataFrame, names: Sequence[str]) -> Figure:

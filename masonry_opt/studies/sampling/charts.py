@@ -30,7 +30,7 @@ def distribution(sample: Sample) -> Figure:
     if len(finite):
         shown = ends(finite)
         # Of a load factor that does not change one bar in the middle, not the rounding.
-        bins = "auto" if shown == (finite.min(), finite.max()) else np.linspace(*shown, _BARS)
+        bins = "auto" if shown == (finite.min(), finite.max()) else np.linspace(*shown, _BARS).tolist()
         axes.hist(finite, bins=bins, color=_RUNS, alpha=0.55, edgecolor="white", linewidth=0.8)
     top = max(axes.get_ylim()[1], 1.0)
     for step, row in enumerate(sample.quantiles().to_dict("records")):
@@ -50,8 +50,8 @@ def distribution(sample: Sample) -> Figure:
         )
     axes.set_ylim(0, 1.36 * top)
     if len(finite):
-        aside = 0.05 * (shown[1] - shown[0])
-        axes.set_xlim(shown[0] - aside, shown[1] + aside)
+        margin = 0.05 * (shown[1] - shown[0])
+        axes.set_xlim(shown[0] - margin, shown[1] + margin)
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_xlabel(LABEL)
     axes.set_ylabel("runs")
