@@ -25,3 +25,8 @@ class Status(StrEnum):
     def usable(self) -> bool:
         """Whether there is a load factor to use."""
         return self in (Status.OPTIMAL, Status.CONVERGED)
+
+    @property
+    def live_load_acts(self) -> bool:
+        """Whether the live load acts on what was found, forces or a motion; else the dead load alone."""
+        return self not in (Status.UNSTABLE, Status.STANDS)

@@ -1,4 +1,8 @@
-"""Parts of one study, each in a process of its own."""
+"""Parts of one study, each in a process of its own.
+
+Not by the engine of :mod:`~masonry_opt.studies.many.engine`, which makes rows of scenes alone: a part is any
+function, and an error that it raises is its caller's.
+"""
 
 from __future__ import annotations
 

@@ -18,11 +18,12 @@ from masonry_opt.studies.compare.case_scenes import find_scenes
 from masonry_opt.studies.compare.charts import charts
 from masonry_opt.studies.compare.comparison import RunLimits, run_plan
 from masonry_opt.studies.compare.judge import FAILED, VerdictReason
-from masonry_opt.studies.compare.measure import CRASHED, TIME_LIMIT, Ended
+from masonry_opt.studies.compare.measure import TIME_LIMIT, Ended
 from masonry_opt.studies.compare.page import page
 from masonry_opt.studies.compare.plan import plan
 from masonry_opt.studies.compare.report import summary_text, write_report
 from masonry_opt.studies.compare.store import Store
+from masonry_opt.studies.endings import CRASHED
 
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 PLAN = plan(["static"], ["cvxpy"], ["clarabel", "highs"], [1e-4, 1e-8])

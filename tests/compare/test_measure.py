@@ -14,16 +14,14 @@ from scenes import CASES, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.studies.compare.measure import (
-    CRASHED,
-    DIED,
     FINISHED,
     MEMORY_LIMIT,
-    REFUSED,
     TIME_LIMIT,
     run_limited,
 )
 from masonry_opt.studies.compare.plan import Pair
 from masonry_opt.studies.compare.worker import run_pair
+from masonry_opt.studies.endings import CRASHED, DIED, REFUSED
 
 
 def test_a_run_over_its_time_is_killed():

@@ -20,6 +20,7 @@ SLOW = {
     "friction_sweep",
     "least_thickness",
     "openings",
+    "six_walls",
     "uncertain_friction",
 }
 

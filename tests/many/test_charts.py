@@ -42,12 +42,46 @@ def test_runs_without_a_load_factor_are_marked():
     assert against(swept[:1], ["joints.friction"]).axes
 
 
+def test_a_load_factor_that_does_not_change_is_not_drawn_as_if_it_did():
+    swept = frame(["hinging"] * 4, [0.25, 0.25 + 1e-10, 0.25 - 1e-10, np.nan])
+    (axes,) = against(swept, ["joints.friction"]).axes
+    low, high = axes.get_ylim()
+    assert 0.005 <= high - low <= 0.01
+    assert low < 0.25 - 1e-10
+    assert high > 0.25 + 1e-10
+    falls = frame([None], [np.nan])
+    (axes,) = against(falls, ["joints.friction"]).axes
+    assert len(axes.get_yticks()) == 0
+    swept = swept.assign(b=[1.0, 1.0, 2.0, 2.0], a=[1.0, 2.0] * 2)
+    (cells,) = heat_map(swept, "a", "b").axes[0].collections
+    assert cells.norm.vmax - cells.norm.vmin == pytest.approx(0.005, abs=1e-8)
+
+
+@pytest.mark.parametrize("statuses", [1, 2, 4])
+def test_crosses_lie_below_all_values_on_a_strip_without_numbers(statuses):
+    swept = frame(["sliding"] * 6, [0.1, 0.4] + [np.nan] * 4)
+    swept.loc[2:, "status"] = [f"status {number % statuses}" for number in range(4)]
+    figure = against(swept, ["joints.friction"])
+    (axes,) = figure.axes
+    top = axes.patches[0].get_height()
+    crosses = [line.get_ydata()[0] for line in axes.lines if "no load factor" in str(line.get_label())]
+    assert len(crosses) == statuses
+    assert max(crosses) < top
+    low, high = axes.get_ylim()
+    assert (0.1 - low) / (high - low) > top
+    assert (axes.get_yticks() > low + top * (high - low)).all()
+
+
 def test_a_heat_map_has_a_cell_for_each_run():
     load_factors = [1.0, 2.0, 3.0, np.nan]
     swept = pd.DataFrame({"a": [1.0, 1.0, 2.0, 2.0], "b": [1.0, 3.0] * 2, "load_factor": load_factors})
-    axes = heat_map(swept, "a", "b").axes[0]
+    figure = heat_map(swept, "a", "b")
+    axes = figure.axes[0]
     (cells,) = axes.collections
     assert cells.get_array().filled(-1).tolist() == [[1, 3], [2, -1]]
+    assert (cells.norm.vmin, cells.norm.vmax) == (1, 3)
+    assert len(figure.legends) == 1
+    assert not heat_map(swept.fillna(4), "a", "b").legends
     assert axes.get_xlim() == (0.5, 2.5)
     assert axes.get_ylim() == (0, 4)
 

@@ -8,7 +8,7 @@ import time
 
 import pandas as pd
 import pytest
-from scenes import block_on_floor
+from scenes import block_on_floor, small_wall
 
 import masonry_opt as mo
 
@@ -54,6 +54,22 @@ def test_a_cluster_that_loses_a_worker_ends_in_the_same_table(cluster):
 
     frame = mo.sweep(block_on_floor(), VARY, method="static", dask=address, progress=kill_one)
     assert seen[-1] == len(frame) == 60
+    pd.testing.assert_frame_equal(
+        frame.drop(columns="seconds"), expected.drop(columns="seconds"), check_exact=True
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("method", ["static", "mcp"])
+def test_threads_of_one_worker_share_no_session(method):
+    """Each has a session of its own: programs are renewed by one thread while another solves."""
+    wall = small_wall(3, 2)
+    vary = {"joints.friction": [0.2 + 0.03 * number for number in range(16)]}
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=4, processes=False, dashboard_address=None, silence_logs="ERROR"
+    ) as scheduler:
+        frame = mo.sweep(wall, vary, method=method, dask=scheduler.scheduler_address)
+    expected = mo.sweep(wall, vary, method=method, workers=1)
     pd.testing.assert_frame_equal(
         frame.drop(columns="seconds"), expected.drop(columns="seconds"), check_exact=True
     )

@@ -9,10 +9,11 @@ import pytest
 from scenes import block_on_floor
 
 import masonry_opt as mo
+from masonry_opt.studies.endings import DIED, REFUSED
 from masonry_opt.studies.many import processes
 from masonry_opt.studies.many.engine import MOST_DEATHS, engine
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.many.runs import COLUMNS, DIED, REFUSED, Runner, Study, Task
+from masonry_opt.studies.many.runs import COLUMNS, Runner, Study, Task
 
 STUDY = Study(block_on_floor(), "static")
 TASKS = [Task({"joints.friction": 0.1 + 0.05 * number}) for number in range(12)]

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import errno
-from pathlib import Path
-
 import pandas as pd
 import pytest
 from scenes import CASES, block_on_floor, run_command
 
 import masonry_opt as mo
-from masonry_opt.errors import OutputError
+from masonry_opt.studies.endings import CRASHED, DIED, REFUSED
 from masonry_opt.studies.many import journal
-from masonry_opt.studies.many.runs import CRASHED, DIED, REFUSED, Study, Task
+from masonry_opt.studies.many.runs import Study, Task
 from masonry_opt.studies.many.sweep import grid
 from masonry_opt.studies.many.table import table
 
@@ -110,22 +107,6 @@ def test_an_error_of_a_function_keeps_the_runs_before(tmp_path):
     with pytest.raises(ZeroDivisionError):
         mo.sweep(breaks, {"friction": [0.0, 0.1, 0.4, 0.2]}, method="static", workers=1, out=tmp_path)
     assert len((tmp_path / journal.NAME).read_text().splitlines()) == 1 + 2
-
-
-def test_a_full_disk_keeps_what_was_made(swept, tmp_path, monkeypatch):
-    opened = Path.open
-
-    def full(self, mode="r", *rest, **keys):
-        if self.name == journal.NAME and "a" in mode and len(self.read_bytes().splitlines()) == 1 + 3:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        return opened(self, mode, *rest, **keys)
-
-    with monkeypatch.context() as disk:
-        disk.setattr(Path, "open", full)
-        with pytest.raises(OutputError, match="No space left"):
-            sweep(out=tmp_path)
-    assert len((tmp_path / journal.NAME).read_text().splitlines()) == 1 + 3
-    same(sweep(out=tmp_path), swept)
 
 
 def test_runs_that_fail_are_rows():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 from scenes import block_on_floor, run_command
@@ -21,6 +22,18 @@ def test_friction_that_carries_a_load(case, monkeypatch, capsys):
     code, out, _ = run_command(monkeypatch, capsys, "least", case, *asked, "--json")
     assert code == 0
     assert json.loads(out)["value"] == pytest.approx(0.3, rel=1e-6)
+    found = json.loads(out)
+    code, out, _ = run_command(monkeypatch, capsys, "least", case, *asked)
+    # What is printed of the ends differs, from the load asked too, and is what was found.
+    printed = {
+        end: [float(number) for number in re.findall(rf"^{end} +at (\S+): load factor (\S+)", out, re.M)[0]]
+        for end in ("holds", "fails")
+    }
+    assert printed["fails"][1] < 0.3
+    assert printed["fails"][1] < printed["holds"][1]
+    for end, (value, number) in printed.items():
+        assert value == pytest.approx(found[end]["value"], rel=1e-8)
+        assert number == pytest.approx(found[end]["number"], rel=1e-6)
     code, out, _ = run_command(monkeypatch, capsys, "least", case, *asked, "-o", "beta=1")
     assert code == 2
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -26,6 +27,8 @@ def test_a_lognormal_has_the_mean_and_deviation_given():
         (("lognormal", 0.6, "75%"), stats.lognorm(math.sqrt(math.log(1.5625)), scale=0.6 / 1.25)),
         (("normal", 2.0, "10 %"), stats.norm(2.0, 0.2)),
         (("normal", 2.0, 0.3), stats.norm(2.0, 0.3)),
+        (("normal", 0.0, 3.0), stats.norm(0.0, 3.0)),
+        (("normal", -2.0, "150%"), stats.norm(-2.0, 3.0)),
         (["uniform", 1, 3], stats.uniform(1, 2)),
         (stats.expon(scale=2), stats.expon(scale=2)),
     ],
@@ -47,6 +50,7 @@ def test_quantiles(given, same):
         ("normal", 1, 0),
         ("normal", 1, math.nan),
         ("normal", "1", 1),
+        ("normal", -1, 1.5),
         ("uniform", 2, 1),
         ("uniform", 1, "15%"),
         0.6,
@@ -55,6 +59,19 @@ def test_quantiles(given, same):
 def test_what_is_no_distribution_is_refused(given):
     with pytest.raises(OptionError, match=r"'joints\.friction'"):
         distribution("joints.friction", given)
+
+
+@pytest.mark.parametrize("kind", ["lognormal", "normal"])
+def test_per_cent_given_as_a_number_are_told_from_it(kind):
+    """Of 15 for 15 per cent; what it says to write in its place is what it says."""
+    with pytest.raises(OptionError) as refused:
+        distribution("x", (kind, 0.65, 15))
+    meant, as_it_stands = re.findall(r"'([\d.]+%)'", str(refused.value))
+    assert meant == "15%"
+    law = distribution("x", (kind, 0.65, as_it_stands))
+    expected = lognormal(0.65, 15) if kind == "lognormal" else stats.norm(0.65, 15)
+    assert law.quantile(np.array([0.9])) == pytest.approx(expected.ppf(0.9), rel=1e-4)
+    assert distribution("x", (kind, 0.65, 0.65)).text == f"{kind}(0.65, 0.65)"
 
 
 def test_a_distribution_as_text():

@@ -75,6 +75,17 @@ def test_rank_correlation():
     assert found.iloc[2].drop("parameter").isna().all()
 
 
+def test_rounding_follows_nothing():
+    """Load factors that differ by the solver's last digits, in the order of what was drawn."""
+    drawn = pd.DataFrame({"x": np.arange(30.0)})
+    for level in (0.5, 0.0):
+        values = np.r_[-math.inf, level + 1e-10 * np.arange(29) * level]
+        found = sensitivity(drawn, values, 0.95)["rank_correlation"][0]
+        ties = stats.spearmanr(drawn["x"], np.r_[0.0, np.ones(29)]).statistic
+        assert found == pytest.approx(ties)
+        assert math.isnan(sensitivity(drawn[1:], values[1:], 0.95)["rank_correlation"][0])
+
+
 def test_interval_of_a_rank_correlation_covers_it():
     """Of a bivariate normal distribution of correlation ρ Spearman's is (6/π) asin(ρ/2)."""
     rng, known, covered = np.random.default_rng(0), 6 / math.pi * math.asin(0.3), 0

@@ -136,6 +136,16 @@ def test_all_kinds_of_samples_are_drawn():
         assert str(found)
 
 
+def test_a_load_factor_that_does_not_change_is_drawn_as_one():
+    found = with_load_factors((0.5 + 1e-10 * np.arange(20)).tolist())
+    (bar,) = (bar for bar in found.plot("distribution").axes[0].patches if bar.get_height())
+    assert bar.get_height() == 20
+    assert bar.get_width() == pytest.approx(0.01 / 11, rel=1e-3)
+    low, high = found.plot("fragility").axes[0].get_xlim()
+    assert (low, high) == pytest.approx((0.4945, 0.5055), abs=1e-8)
+    assert not found.plot("sensitivity").axes[0].patches
+
+
 def test_values_that_are_no_friction_are_refused_before_any_run():
     with pytest.raises(mo.OptionError, match=f"below 0: {stats.norm(0.1, 0.1).cdf(0):.2g}"):
         mo.sample(block_on_floor(), {"joints.friction": ("normal", 0.1, 0.1)}, n=64)

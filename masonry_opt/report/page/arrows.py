@@ -22,11 +22,14 @@ _LEAST, _HEAD = 0.35, 0.22
 
 
 def draw_loads(result: Result, pen: Pen) -> str:
-    """Arrows of the live load and of dead loads beside the weights, from the points where they act."""
+    """Arrows of the live load, if it acts, and of dead loads beside the weights, from where they act."""
     assembly = result.assembly
     given = loads(assembly.scene, assembly.geometry, assembly.movable)
     drawn = ""
-    for kind, forces, colour in (("dead", given.dead, FURTHER_DEAD), ("live", given.live, LIVE)):
+    kinds = [("dead", given.dead, FURTHER_DEAD)]
+    if result.status.live_load_acts:
+        kinds.append(("live", given.live, LIVE))
+    for kind, forces, colour in kinds:
         paths = _arrows(result, forces, pen) + _edge_arrows(result, kind, pen)
         drawn += group(f"loads {kind}", paths, fill="none", stroke=colour, stroke_width=1.6)
     return drawn

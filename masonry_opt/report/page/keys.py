@@ -86,10 +86,10 @@ def _blocks_and_loads(result: Result) -> list[str]:
         ),
     ]
     given = loads(assembly.scene, assembly.geometry, assembly.movable)
-    for kind, forces, colour, words in (
-        ("live", given.live, LIVE, "live load, times λ"),
-        ("dead", given.dead, FURTHER_DEAD, "further dead load"),
-    ):
+    kinds = [("dead", given.dead, FURTHER_DEAD, "further dead load")]
+    if result.status.live_load_acts:
+        kinds.insert(0, ("live", given.live, LIVE, "live load, times λ"))
+    for kind, forces, colour, words in kinds:
         count = int(forces.force.any(axis=1).sum())
         if count or any(load.kind == kind for load in assembly.scene.edge_loads):
             drawn = f" (resultant of {count})" if count > MOST_ARROWS else ""

@@ -27,8 +27,8 @@ _LONE, _OF_BLOCK = 8, 0.6
 _ALONG, _SPACE = 8, 0.3
 
 
-def draw_loads(axes: Axes, assembly: Assembly, place: Place) -> list[Handle]:
-    """Draw weights, further dead loads and live loads, each kind to a scale of its own."""
+def draw_loads(axes: Axes, assembly: Assembly, place: Place, live: bool = True) -> list[Handle]:
+    """Draw weights, further dead loads and, if they act, live loads, each kind to a scale of its own."""
     given = loads(assembly.scene, assembly.geometry, assembly.movable)
     handles: list[Handle] = []
     if given.weight.force.any():
@@ -43,6 +43,8 @@ def draw_loads(axes: Axes, assembly: Assembly, place: Place) -> list[Handle]:
         ("dead", given.dead, FURTHER_DEAD, 0.04, "further dead load"),
         ("live", given.live, LIVE, 0.02, "live load, times λ"),
     ):
+        if kind == "live" and not live:
+            continue
         pieces = [piece for piece in assembly.loaded_pieces if _kind(assembly, piece) == kind]
         if kind == "live" and _many_parallel(forces):
             _draw_direction(axes, assembly, forces, colour)

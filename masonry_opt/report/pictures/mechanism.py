@@ -38,7 +38,8 @@ def draw_kind(result: Result, axes: Axes, names: bool) -> Legend:
     """Draw a mechanism with its loads, and say what a legend shows of it."""
     draw_mechanism(result, axes)
     place = _displaced(result)
-    handles = legend_handles(result) + draw_loads(axes, result.assembly, place)
+    handles = legend_handles(result)
+    handles += draw_loads(axes, result.assembly, place, live=result.status.live_load_acts)
     if names:
         draw_names(axes, result.assembly, place)
     return Legend(handles)

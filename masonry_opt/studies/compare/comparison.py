@@ -17,10 +17,11 @@ from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown, best_known, improve, lowest_exact, merged
 from masonry_opt.studies.compare.case_scenes import CaseScene
 from masonry_opt.studies.compare.known_answers import ANSWER, ASSOCIATIVE
-from masonry_opt.studies.compare.measure import CRASHED, DIED, FINISHED, Ended, run_limited
+from masonry_opt.studies.compare.measure import FINISHED, Ended, run_limited
 from masonry_opt.studies.compare.plan import Plan, PlannedRun
 from masonry_opt.studies.compare.store import Store, row
 from masonry_opt.studies.compare.worker import bound_scene, run_pair
+from masonry_opt.studies.endings import CRASHED, DIED
 from masonry_opt.studies.machine import versions_hash
 
 #: A run that took longer (seconds), or was killed, is not repeated: its scatter is small beside it.

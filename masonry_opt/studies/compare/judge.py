@@ -12,7 +12,8 @@ from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
 from masonry_opt.studies.compare.known_answers import ANSWER, ASSOCIATIVE, CLAIMS, COULOMB, known_claims
 from masonry_opt.studies.compare.limits import residuals_over_limit
-from masonry_opt.studies.compare.measure import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT
+from masonry_opt.studies.compare.measure import FINISHED, MEMORY_LIMIT, TIME_LIMIT
+from masonry_opt.studies.endings import CRASHED, DIED
 
 #: Verdicts, best first. The first two are a success; only the first is drawn as a point of time and error.
 #: certified: a load factor whose certificate holds, not contradicted by what is known of the scene.

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from masonry_opt.answer.status import Status
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.measure import REFUSED
+from masonry_opt.studies.endings import REFUSED
 
 ASSOCIATIVE, COULOMB = "associative", "Coulomb"
 

@@ -20,7 +20,7 @@ from masonry_opt.studies.atlas.random_scenes import KINDS, random_scene
 from masonry_opt.studies.compare.case_scenes import content_of
 from masonry_opt.studies.compare.judge import question_of
 from masonry_opt.studies.compare.known_answers import ANSWER, CLAIMS
-from masonry_opt.studies.compare.measure import REFUSED
+from masonry_opt.studies.endings import REFUSED
 
 
 def write_atlas(folder: Path, cases: Path = Path("cases")) -> dict[Path, dict[str, str]]:

@@ -1,4 +1,9 @@
-"""Runs a function in a process of its own, within limits of time and memory, on one thread."""
+"""Runs a function in a process of its own, within limits of time and memory, on one thread.
+
+Not by the engine of :mod:`~masonry_opt.studies.many.engine`, whose workers make many runs, several at once,
+and keep programs between them: seconds and memory would not be the run's own, no limit would end one run
+alone, and what a solver leaves behind would meet the next.
+"""
 
 from __future__ import annotations
 
@@ -11,17 +16,11 @@ from pathlib import Path
 from typing import Any
 
 from masonry_opt.errors import MasonryError
+from masonry_opt.studies.endings import CRASHED, DIED, REFUSED
 from masonry_opt.studies.process import CONTEXT, settle_in, started
 
-#: How a process can end.
-FINISHED, TIME_LIMIT, MEMORY_LIMIT, REFUSED, CRASHED, DIED = (
-    "finished",
-    "time limit",
-    "memory limit",
-    "refused",
-    "crashed",
-    "died",
-)
+#: How a process can end beside :mod:`~masonry_opt.studies.endings`.
+FINISHED, TIME_LIMIT, MEMORY_LIMIT = "finished", "time limit", "memory limit"
 
 #: Seconds between two looks at a process's memory.
 _LOOK = 0.02

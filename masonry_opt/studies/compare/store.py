@@ -12,8 +12,9 @@ from masonry_opt.effort import PARTS
 from masonry_opt.errors import OptionError, OutputError
 from masonry_opt.files import write_whole
 from masonry_opt.studies.compare.case_scenes import CaseScene
-from masonry_opt.studies.compare.measure import DIED, MEMORY_LIMIT, TIME_LIMIT, Ended
+from masonry_opt.studies.compare.measure import MEMORY_LIMIT, TIME_LIMIT, Ended
 from masonry_opt.studies.compare.plan import Pair, PlannedRun
+from masonry_opt.studies.endings import DIED
 
 #: What a run is: a line with the same is not measured again.
 _KEY = ("scene", "content", "versions", "method", "model", "solver", "tolerance", "repeat")

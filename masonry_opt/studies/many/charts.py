@@ -10,13 +10,14 @@ import pandas as pd
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch, Rectangle
 
-from masonry_opt.errors import OutputError
-from masonry_opt.files import write_whole
 from masonry_opt.report.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SLIDES
 from masonry_opt.studies.chart_files import chart_files
+from masonry_opt.studies.load_factor_axis import LABEL, ends
 from masonry_opt.studies.many.mechanism import CRUSHING, HINGING, MIXED, NONE, SEPARATING, SLIDING
 from masonry_opt.studies.palette import COLOURS
+from masonry_opt.studies.writing import write_files
 
 #: Colour and mark of each mechanism: that of the joints that give it its name, in pictures too.
 _LOOKS = {
@@ -41,7 +42,11 @@ _SYMBOLS = {
     "joints.cohesion": "cohesion c",
 }
 
-_LOAD_FACTOR = "load factor λ"
+#: Cells without a load factor.
+_GREY = "0.8"
+
+#: Height of a row of crosses, and least space above and below the values, as shares of the chart.
+_ROW, _PADDING = 0.04, 0.05
 
 
 def write_charts(frame: pd.DataFrame, names: Sequence[str], folder: Path) -> list[Path]:
@@ -52,16 +57,8 @@ def write_charts(frame: pd.DataFrame, names: Sequence[str], folder: Path) -> lis
     figures = {"load_factor": against(frame, names)}
     if len(names) == 2 and frame["load_factor"].notna().any():
         figures["heat_map"] = heat_map(frame, names[0], names[1])
-    written = []
-    for name, figure in figures.items():
-        for file, content in chart_files(figure, name).items():
-            path = folder / file
-            try:
-                write_whole(path, content)
-            except OSError as error:
-                raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
-            written.append(path)
-    return written
+    contents = [chart_files(figure, name) for name, figure in figures.items()]
+    return [path for files in contents for path in write_files(folder, files)]
 
 
 def against(frame: pd.DataFrame, names: Sequence[str]) -> Figure:
@@ -78,7 +75,8 @@ def against(frame: pd.DataFrame, names: Sequence[str]) -> Figure:
         else:
             _points(axes, frame, name, joined=len(names) == 1)
         _failures(axes, frame, name)
-    panels[0].set_ylabel(_LOAD_FACTOR)
+    panels[0].set_ylabel(LABEL)
+    _set_height(panels[0], frame)
     handles, labels = _listed(panels)
     if labels:
         # As many beside each other as there is room for.
@@ -144,20 +142,40 @@ def _lines(axes: Axes, frame: pd.DataFrame, name: str, other: str) -> None:
 
 
 def _failures(axes: Axes, frame: pd.DataFrame, name: str) -> None:
-    """Crosses at the foot of the chart where there is no load factor, with the status."""
+    """Crosses where there is no load factor, with the status, on a strip at the foot of the chart: they have
+    no height."""
     failed = frame[frame["load_factor"].isna()]
-    if len(failed) and len(failed) < len(frame):
-        axes.margins(y=0.15)  # room for them below
+    if failed.empty:
+        return
+    strip = Rectangle((0, 0), 1, _foot(frame), transform=axes.transAxes, color="0.92", zorder=0)
+    axes.add_patch(strip)
     for number, (status, group) in enumerate(failed.groupby("status", sort=False)):
         axes.plot(
             group[name],
-            np.full(len(group), 0.03 + 0.04 * number),
+            np.full(len(group), _ROW * (number + 0.75)),
             "x",
             color="0.2",
             alpha=1 / (1 + 0.5 * number),
             transform=axes.get_xaxis_transform(),
             label=f"no load factor: {status}",
         )
+
+
+def _foot(frame: pd.DataFrame) -> float:
+    """Height of the strip of those without a load factor, as a share of the chart."""
+    rows = frame.loc[frame["load_factor"].isna(), "status"].nunique()
+    return _ROW * (rows + 0.5) if rows else 0.0
+
+
+def _set_height(axes: Axes, frame: pd.DataFrame) -> None:
+    """The axis of λ: all values above the strip at the foot, no zoom into rounding, no numbers for none."""
+    least, greatest = ends(frame["load_factor"])
+    below = _foot(frame) + _PADDING
+    height = (greatest - least) / (1 - below - _PADDING)
+    axes.set_ylim(least - below * height, greatest + _PADDING * height)
+    ticks, top = axes.get_yticks(), axes.get_ylim()[1]
+    known = frame["load_factor"].notna().any()
+    axes.set_yticks(ticks[(ticks >= least - _PADDING * height) & (ticks <= top) & known])
 
 
 def _listed(panels: Sequence[Axes]) -> tuple[list[Artist], list[str]]:
@@ -170,17 +188,20 @@ def _listed(panels: Sequence[Axes]) -> tuple[list[Artist], list[str]]:
 
 
 def heat_map(frame: pd.DataFrame, across: str, up: str) -> Figure:
-    """λ over two numbers; grey where there is no load factor."""
+    """λ over two numbers; grey where there is no load factor, as is said beside the map."""
     values = frame.pivot(index=up, columns=across, values="load_factor").astype(float)
+    least, greatest = ends(frame["load_factor"])
     figure = Figure(figsize=(6.4, 4.8), layout="constrained")
     axes = figure.add_subplot()
-    axes.set_facecolor("0.8")
+    axes.set_facecolor(_GREY)
     x, y = _edges(values.columns.to_numpy(float)), _edges(values.index.to_numpy(float))
-    drawn = axes.pcolormesh(x, y, np.ma.masked_invalid(values.to_numpy()), cmap="viridis")
-    figure.colorbar(drawn, ax=axes, label=_LOAD_FACTOR)
+    known = np.ma.masked_invalid(values.to_numpy())
+    drawn = axes.pcolormesh(x, y, known, cmap="viridis", vmin=least, vmax=greatest)
+    figure.colorbar(drawn, ax=axes, label=LABEL)
     axes.set(xlabel=label(across), ylabel=label(up))
     if values.isna().any(axis=None):
-        axes.set_title("grey: no load factor", fontsize=9)
+        grey = Patch(facecolor=_GREY, edgecolor="0.4", label="no load factor")
+        figure.legend(handles=[grey], loc="outside lower center", fontsize=8, frameon=False)
     return figure
 
 

@@ -11,8 +11,9 @@ from typing import Any
 from masonry_opt.errors import OptionError, OutputError
 from masonry_opt.files import write_whole
 from masonry_opt.scene.scene import Scene
+from masonry_opt.studies.endings import CRASHED, DIED
 from masonry_opt.studies.machine import versions
-from masonry_opt.studies.many.runs import CRASHED, DIED, Study, Task
+from masonry_opt.studies.many.runs import Study, Task
 
 #: Its name in a study's folder.
 NAME = "journal.jsonl"

@@ -16,11 +16,9 @@ from masonry_opt.explain.sentences import message
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
+from masonry_opt.studies.endings import CRASHED, DIED, REFUSED
 from masonry_opt.studies.many.mechanism import mechanism
 from masonry_opt.studies.many.parameters import Parameters
-
-#: Status of a run whose values make no scene, or whose scene or options are refused, and of one that died.
-REFUSED, CRASHED, DIED = "refused", "crashed", "died"
 
 #: Columns of a row beside the values, in order. ``seconds`` alone depends on machine and time.
 COLUMNS = (

@@ -9,13 +9,13 @@ from typing import Any
 
 import pandas as pd
 
-from masonry_opt.errors import CaseError, OptionError, OutputError
-from masonry_opt.files import write_whole
+from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.engine import engine
 from masonry_opt.studies.many.journal import Journal
 from masonry_opt.studies.many.parameters import is_of_joints
 from masonry_opt.studies.many.runs import COLUMNS, KINDS, Study, Task, refused
+from masonry_opt.studies.writing import write_files
 
 #: Called with how many runs are done, and of how many.
 Progress = Callable[[int, int], None]
@@ -101,12 +101,7 @@ def write_table(frame: pd.DataFrame, folder: Path, parquet: bool = False) -> lis
     if parquet:
         refuse_parquet()
         contents["runs.parquet"] = frame.to_parquet(None, index=False)
-    for name, content in contents.items():
-        try:
-            write_whole(folder / name, content)
-        except OSError as error:
-            raise OutputError(f"{folder / name}: cannot be written: {error.strerror}") from None
-    return [folder / name for name in contents]
+    return write_files(folder, contents)
 
 
 def refuse_parquet() -> None:

@@ -60,7 +60,7 @@ def least(
 
         def progress(trial: Trial) -> None:
             does = "holds" if trial.holds else "fails"
-            status.update(f"{name} = {trial.value:.9g}: {does} ({numeral(trial.number, '.6g')})")
+            status.update(f"{name} = {trial.value:.9g}: {does} ({numeral(trial.number, '.9g')})")
 
         try:
             found = search(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -116,8 +117,11 @@ class Threshold:
         known = math.isfinite(end.number)
         worst = end.certificate.worst if known and end.certificate else None
         residual = "" if worst is None else f" (largest residual {worst:.0e})"
-        said = _worded(end.number) if known else str(end.result.status)
-        return f"at {end.value:.9g}: {self._measure + ' ' if known else ''}{said}{residual}"
+        # As many digits as tell the ends apart, and what fails from the load that it does not carry.
+        near = [number for number in (self.holds.number, self.load) if number is not None]
+        said = numeral(end.number, _telling(self.fails.number, near, 6)) if known else str(end.result.status)
+        value = f"{end.value:{_telling(self.fails.value, [self.holds.value], 9)}}"
+        return f"at {value}: {self._measure + ' ' if known else ''}{said}{residual}"
 
     def as_dict(self) -> dict[str, Any]:
         """Everything but single results, as plain numbers, strings and lists (what is not finite as None)."""
@@ -140,6 +144,13 @@ class Threshold:
     def to_json(self) -> str:
         """``as_dict`` as one JSON object."""
         return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
+
+
+def _telling(number: float, others: Sequence[float], least: int) -> str:
+    """The format of fewest significant digits, from so many on, in which a number is none of some others."""
+    formats = [f".{digits}g" for digits in range(least, 18)]
+    told = (form for form in formats if all(f"{number:{form}}" != f"{other:{form}}" for other in others))
+    return next(told, formats[-1])
 
 
 def _worded(number: float) -> str:

@@ -14,6 +14,7 @@ import pandas as pd
 from masonry_opt.answer.status import Status
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.explain.sentences import numeral
+from masonry_opt.studies.load_factor_axis import ends
 from masonry_opt.studies.sampling.estimates import fragility, quantiles, sensitivity
 
 if TYPE_CHECKING:
@@ -94,9 +95,9 @@ class Sample:
         that were found, where it rises, and a little to either side."""
         if loads is None:
             found = np.unique(self.load_factors[np.isfinite(self.load_factors)])
-            aside = 0.05 * (np.ptp(found) or found.max() or 1.0) if len(found) else 1.0
-            ends = (found[0] - aside, found[-1] + aside) if len(found) else (0.0, 1.0)
-            loads = [max(float(ends[0]), 0.0), *found.tolist(), float(ends[1])]
+            least, greatest = ends(found)
+            aside = 0.05 * (greatest - least) if len(found) else 0.0
+            loads = [max(least - aside, 0.0), *found.tolist(), greatest + aside]
         return fragility(self.load_factors, loads, _share(confidence))
 
     def sensitivity(self, confidence: float = CONFIDENCE) -> pd.DataFrame:

@@ -8,12 +8,16 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from masonry_opt.studies.load_factor_axis import LABEL, ends
 from masonry_opt.studies.palette import COLOURS
 from masonry_opt.studies.sampling.answer import CONFIDENCE, Sample
 from masonry_opt.studies.sampling.estimates import LIMITS
 
 #: So many of the numbers drawn are shown, those that matter most.
 _SHOWN = 15
+
+#: Ends of bars, of a load factor that does not change.
+_BARS = 12
 
 _RUNS, _MARKS = COLOURS[0], COLOURS[1]
 
@@ -24,7 +28,9 @@ def distribution(sample: Sample) -> Figure:
     axes, finite = figure.add_subplot(), found[np.isfinite(found)]
     middle = (finite.min() + finite.max()) / 2 if len(finite) else 0.0
     if len(finite):
-        bins = "auto" if np.ptp(finite) > 0 else 1
+        shown = ends(finite)
+        # Of a load factor that does not change one bar in the middle, not the rounding.
+        bins = "auto" if shown == (finite.min(), finite.max()) else np.linspace(*shown, _BARS).tolist()
         axes.hist(finite, bins=bins, color=_RUNS, alpha=0.55, edgecolor="white", linewidth=0.8)
     top = max(axes.get_ylim()[1], 1.0)
     for step, row in enumerate(sample.quantiles().to_dict("records")):
@@ -33,18 +39,21 @@ def distribution(sample: Sample) -> Figure:
         # Each on a line of its own above the bars: quantiles may lie close together.
         height = top * (1.06 + 0.09 * step)
         known = np.isfinite([row["lower"], row["upper"]])
-        ends = [row[name] if there else row["value"] for name, there in zip(LIMITS, known, strict=True)]
-        axes.plot(ends, [height, height], color=_MARKS, linewidth=5, alpha=0.45, solid_capstyle="butt")
+        limits = [row[name] if there else row["value"] for name, there in zip(LIMITS, known, strict=True)]
+        axes.plot(limits, [height, height], color=_MARKS, linewidth=5, alpha=0.45, solid_capstyle="butt")
         axes.plot([row["value"]] * 2, [0, height], color=_MARKS, linewidth=1.3)
         aside, at = (6, "left") if row["value"] <= middle else (-6, "right")
         text = f"{row['probability']:.0%}: {row['value']:.4f}"
-        beyond = ends[1] if at == "left" else ends[0]
+        beyond = limits[1] if at == "left" else limits[0]
         axes.annotate(
             text, (beyond, height), (aside, 0), textcoords="offset points", ha=at, va="center", fontsize=9
         )
     axes.set_ylim(0, 1.36 * top)
+    if len(finite):
+        margin = 0.05 * (shown[1] - shown[0])
+        axes.set_xlim(shown[0] - margin, shown[1] + margin)
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_xlabel("load factor λ")
+    axes.set_xlabel(LABEL)
     axes.set_ylabel("runs")
     axes.set_title(f"{_title(sample)}\nquantiles, with {CONFIDENCE:.0%} confidence", fontsize=10)
     return figure
@@ -69,7 +78,7 @@ def fragility(sample: Sample) -> Figure:
     )
     axes.set_ylim(0, 1.02)
     axes.set_xlim(float(curve["load"].min()), float(curve["load"].max()))
-    axes.set_xlabel("load factor λ")
+    axes.set_xlabel(LABEL)
     axes.set_ylabel("probability of collapse")
     axes.set_title(_title(sample), fontsize=10)
     axes.grid(color="#DDDDDD", linewidth=0.6)
@@ -98,6 +107,8 @@ def sensitivity(sample: Sample) -> Figure:
         f"rank correlation with λ ({CONFIDENCE:.0%} confidence that all intervals hold; grey: may be none)"
     )
     left_out = f", the first {len(shown)} of {len(found)}" if len(found) > len(shown) else ""
+    if found.empty:
+        left_out = ": nothing drawn matters"
     axes.set_title(f"{_title(sample)}{left_out}", fontsize=10)
     return figure
 

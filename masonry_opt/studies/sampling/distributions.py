@@ -50,12 +50,15 @@ def distribution(name: str, given: Any) -> Distribution:
     name: of the number, for errors.
     given: ("normal", mean, standard deviation), ("lognormal", mean, standard deviation), both of the number
         itself and not of its logarithm, the standard deviation also as a text such as "15%", of the mean;
-        ("uniform", least, greatest); or a frozen distribution of scipy.stats.
+        ("uniform", least, greatest); or a frozen distribution of scipy.stats. A standard deviation above
+        the mean, which is likely to be meant in per cent, must be given in per cent; with a mean of zero
+        (of a normal distribution) any is taken.
 
     Raises
     ------
     OptionError
-        If it is none of these, or its values are out of range; the message names the number.
+        If it is none of these, its values are out of range, or a standard deviation is above the mean; the
+        message names the number.
     """
     if callable(getattr(given, "ppf", None)) and callable(getattr(given, "cdf", None)):
         return Distribution(_frozen_text(given), given.ppf, lambda value: float(given.cdf(value)))
@@ -123,7 +126,14 @@ def _spread(name: str, kind: str, value: object, mean: float) -> float:
     """The second number, of which a standard deviation may be a share of the mean."""
     if isinstance(value, str) and value.strip().endswith("%") and kind != "uniform":
         return abs(mean) / 100 * _number(name, kind, _read(value.strip()[:-1]))
-    return _number(name, kind, value)
+    number = _number(name, kind, value)
+    if kind != "uniform" and mean and number > abs(mean):
+        raise OptionError(
+            f"distribution of '{name}': a standard deviation of {number:g} is more than the mean, {mean:g}: "
+            f"if per cent of the mean are meant, write '{number:g}%'; if it is meant as it stands, "
+            f"'{100 * number / abs(mean):.6g}%'"
+        )
+    return number
 
 
 def _frozen_text(given: Any) -> str:

@@ -18,6 +18,9 @@ from scipy import stats
 #: Names of the confidence limits in tables.
 LIMITS = ["lower", "upper"]
 
+#: Load factors are known to this share of the largest.
+_ROUNDING = 1e-6
+
 
 def quantiles(values: np.ndarray, probabilities: Sequence[float], confidence: float) -> pd.DataFrame:
     """Quantiles of a distribution from a sample, shape (n,), which may hold -inf and inf.
@@ -65,6 +68,7 @@ def sensitivity(drawn: pd.DataFrame, values: np.ndarray, confidence: float) -> p
 
     The interval is Fisher's, with Bonett & Wright's (2000) variance (1 + r²/2) / (n − 3). All of them hold
     at once with the confidence (Bonferroni): of many numbers that do not matter some would else seem to.
+    Load factors that differ by rounding have one rank: it would else seem to follow what it does not.
 
     Returns
     -------
@@ -74,7 +78,9 @@ def sensitivity(drawn: pd.DataFrame, values: np.ndarray, confidence: float) -> p
     """
     n, rows = len(values), []
     each = 1 - (1 - confidence) / max(drawn.shape[1], 1)
-    ranks = stats.rankdata(values)
+    known = np.abs(values[np.isfinite(values)])
+    step = _ROUNDING * float(known.max(initial=0.0)) or 1.0
+    ranks = stats.rankdata(np.round(values / step))
     for name in drawn:
         own = stats.rankdata(drawn[name].to_numpy())
         if n < 2 or np.ptp(ranks) == 0 or np.ptp(own) == 0:

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from masonry_opt.errors import OutputError
-from masonry_opt.files import write_whole
 from masonry_opt.studies.chart_files import chart_files
 from masonry_opt.studies.many.table import write_table
 from masonry_opt.studies.sampling.answer import Sample
 from masonry_opt.studies.sampling.charts import KINDS
+from masonry_opt.studies.writing import write_files
 
 
 def write_sample(sample: Sample, folder: Path, parquet: bool = False) -> None:
@@ -23,11 +22,7 @@ def write_sample(sample: Sample, folder: Path, parquet: bool = False) -> None:
         "fragility": sample.fragility(),
         "sensitivity": sample.sensitivity(),
     }
-    try:
-        for name, frame in tables.items():
-            write_whole(folder / f"{name}.csv", frame.to_csv(index=False, lineterminator="\n"))
-        for kind in KINDS:
-            for file, content in chart_files(sample.plot(kind), kind).items():
-                write_whole(folder / file, content)
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be written: {error.strerror}") from None
+    texts = {f"{name}.csv": frame.to_csv(index=False, lineterminator="\n") for name, frame in tables.items()}
+    write_files(folder, texts)
+    for kind in KINDS:
+        write_files(folder, chart_files(sample.plot(kind), kind))

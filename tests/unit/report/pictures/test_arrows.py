@@ -9,6 +9,7 @@ from scenes import CASES, WALLS, block_on_floor
 
 import masonry_opt as mo
 from masonry_opt.report.colours import DEAD, FURTHER_DEAD, LIVE
+from masonry_opt.report.page.page import page
 
 
 def drawn(scene):
@@ -56,3 +57,28 @@ def test_nothing_that_is_drawn_of_loads_leaves_the_frame():
     (x0, x1), (y0, y1) = axes.get_xlim(), axes.get_ylim()
     assert (ends >= [x0, y0]).all()
     assert (ends <= [x1, y1]).all()
+
+
+@pytest.mark.parametrize("along_an_edge", [False, True])
+def test_a_state_under_dead_load_alone_is_shown_without_the_live_load(along_an_edge):
+    """Where a scene falls by itself, and at the ends of a margin; the scene itself is drawn with it."""
+    scene = block_on_floor(dead=(0.9, 0.0))
+    if along_an_edge:
+        push = mo.EdgeLoad(start=(0, 0), end=(0, 2), force=(1, 0), kind="live")
+        still = block_on_floor(dead=(0.9, 0.0), live=(0.0, 0.0))
+        scene = still.model_copy(update={"edge_loads": [push]})
+    falls = mo.solve(scene, "static")
+    margin = mo.least(lambda mu: block_on_floor(friction=mu, dead=(0.4, 0.0)), 0.1, 0.9, samples=0)
+    for result in (falls, margin.fails.result, margin.holds.result):
+        figure = result.plot()
+        assert len(arrows(figure.axes[0], LIVE)) == 0
+        assert len(arrows(figure.axes[0], FURTHER_DEAD)) == 1
+        assert "live load, times λ" not in legend(figure)
+        text = page(result)
+        assert "live load, times λ" not in text
+        assert "further dead load" in text
+        assert '<g class="loads live"' not in text
+    assert len(arrows(drawn(scene), LIVE)) > 0
+    carried = mo.solve(block_on_floor(), "static")
+    assert '<g class="loads live"' in page(carried)
+    assert "live load, times λ" in page(carried)

@@ -1,0 +1,135 @@
+"""Sweeps that go on for long: stopped by Ctrl-C in the middle, and in no more memory at the end."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from scenes import block_on_floor
+
+import masonry_opt as mo
+from masonry_opt.studies.many import journal
+
+RUNS = 40
+
+#: The command. Of a parent in the background a process inherits that Ctrl-C is ignored.
+COMMAND = """
+import signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
+from masonry_opt.command import main
+main()
+"""
+
+#: Prints the resident memory (bytes) of one runner after so many runs and after four times as many, each of
+#: which keeps so many bytes.
+MEMORY = """
+import gc, os, sys
+from scenes import block_on_floor
+from masonry_opt.studies.many.runs import Runner, Study, Task
+
+runs, keeps, kept = int(sys.argv[1]), int(sys.argv[2]), []
+runner = Runner(Study(block_on_floor(), sys.argv[3]))
+
+def run(first, last):
+    for number in range(first, last):
+        row = runner.run(Task({"joints.friction": 0.1 + 1e-4 * number}))
+        assert row["exact"] or row["status"] == "optimal", row
+        kept.append(b"x" * keeps)
+        if number % 10 == 9:
+            gc.collect()  # what is only not collected yet is not kept
+    with open("/proc/self/statm") as pages:
+        print(int(pages.read().split()[1]) * os.sysconf("SC_PAGE_SIZE"))
+
+run(0, runs)
+run(runs, 4 * runs)
+"""
+
+
+def environment():
+    return os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+
+
+def wait_for(what, process, seconds=120):
+    deadline = time.monotonic() + seconds
+    while not what():
+        assert time.monotonic() < deadline
+        assert process.poll() is None, process.stderr.read()
+        time.sleep(0.002)
+
+
+def is_gone(group):
+    """Whether no process of a group is left, in ten seconds."""
+    deadline = time.monotonic() + 10
+    while time.monotonic() < deadline:
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.05)
+    return False
+
+
+@pytest.mark.slow
+def test_ctrl_c_keeps_every_finished_run_and_the_same_command_makes_the_rest(tmp_path):
+    case, out = tmp_path / "block.toml", tmp_path / "out"
+    mo.save(block_on_floor(), case)
+    arguments = ["sweep", case, "--vary", f"joints.friction=0.1:0.9:{RUNS}", "--method", "static"]
+    command = [sys.executable, "-c", COMMAND, *arguments, "--workers", "2", "--out", out]
+    keys = {"env": environment(), "stderr": subprocess.PIPE, "text": True, "cwd": tmp_path}
+    interrupted = subprocess.Popen(command, start_new_session=True, **keys)
+    kept = out / journal.NAME
+
+    def lines():
+        return kept.read_bytes().splitlines(keepends=True) if kept.exists() else []
+
+    wait_for(lambda: len(lines()) > 5, interrupted)
+    os.killpg(interrupted.pid, signal.SIGINT)  # as a terminal does: its workers too
+    _, said = interrupted.communicate(timeout=60)
+    assert interrupted.returncode == 130, said
+    assert "Traceback" not in said
+    assert is_gone(interrupted.pid)
+    before = lines()
+    assert 1 + 5 <= len(before) < 1 + RUNS
+    assert all(line.endswith(b"\n") for line in before)
+    # The last may have come in just as it was stopped.
+    told = int(said.split("interrupted: ")[1].split()[0])
+    assert told in (len(before) - 1, len(before) - 2)
+    assert not (out / "runs.csv").exists()
+
+    again = subprocess.run(command, stdout=subprocess.PIPE, timeout=120, check=False, **keys)
+    assert again.returncode == 0, again.stderr
+    assert lines()[: len(before)] == before
+    assert len(lines()) == 1 + RUNS  # none of them twice
+    through = tmp_path / "through"
+    frictions = pd.read_csv(out / "runs.csv")["joints.friction"].tolist()
+    mo.sweep(case, {"joints.friction": frictions}, method="static", workers=1, out=through)
+    one, other = (
+        pd.read_csv(folder / "runs.csv", dtype=str).drop(columns="seconds") for folder in (out, through)
+    )
+    pd.testing.assert_frame_equal(one, other)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not Path("/proc/self/statm").exists(), reason="needs /proc")
+@pytest.mark.parametrize(
+    ("method", "keeps", "grows"), [("static", 0, False), ("static", 20_000, True), ("mcp", 0, False)]
+)
+def test_memory_does_not_grow_with_runs(method, keeps, grows):
+    """Less than 10 kB a run; a run that kept 20 kB would be seen."""
+    runs = 50
+    ended = subprocess.run(
+        [sys.executable, "-c", MEMORY, str(runs), str(keeps), method],
+        env=environment(),
+        capture_output=True,
+        text=True,
+        timeout=200,
+        check=True,
+    )
+    first, last = map(int, ended.stdout.split())
+    assert (last - first > 10_000 * 3 * runs) == grows
