@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 from scenes import CASES, block_on_floor
 
@@ -48,7 +49,7 @@ def test_the_mechanism_of_a_crushing_block_is_one():
     assert (motion.crushes[0], motion.slides[0], motion.hinges[0]) == (True, False, False)
 
 
-def test_what_opens_and_carries_nothing_separates():
+def test_what_opens_and_slips_and_carries_nothing_separates():
     """A keystone that is pulled out: a joint keeps an edge in touch, but presses on nothing."""
     result = mo.solve(CASES / "closed_forms" / "keystone.toml")
     motion = motion_of(result)
@@ -56,3 +57,18 @@ def test_what_opens_and_carries_nothing_separates():
     opens = result.joints["opening"].to_numpy() > 0.01
     assert (idle & opens).any()
     assert motion.separates[idle & opens].all()
+
+
+def test_a_block_that_turns_about_an_edge_hinges_whatever_presses_there():
+    """Three blocks of a pile of diamonds turn about a corner that they share with a neighbour at rest, on
+    which they do not press; a fourth comes off."""
+    result = mo.solve(CASES / "paterson_zwick" / "diamond_4.toml")
+    motion, joints = motion_of(result), result.joints
+    farther = (joints["opening"] + joints["rotation"].abs() * joints["length"] / 2).to_numpy()
+    nearer = (joints["opening"] - joints["rotation"].abs() * joints["length"] / 2).to_numpy()
+    stays = (np.abs(nearer) < 1e-6) & (joints["slip"].abs().to_numpy() < 1e-6) & (farther > 0.1)
+    idle = joints["n"].abs().to_numpy() < 1e-9
+    assert (stays & idle).sum() == 3
+    assert motion.hinges[stays].all()
+    assert not motion.separates[stays].any()
+    assert motion.separates.sum() == 1
