@@ -93,6 +93,7 @@ class Code(StrEnum):
     WEIGHTS_DIFFER = "weights differ"  # blocks, ratio: of the first one's weight per area to the median
     CORNERS_MEET = "corners meet"  # pairs: of blocks
     BARE_EDGE_LOAD = "bare edge load"  # number: counted from 1, length
+    ACTS_OUTSIDE = "acts outside"  # load: 'live' or 'dead', blocks, distance: of the first one's point to it
     FORCES_DIFFER = "forces differ"  # load: 'live' or 'dead', blocks, ratio: of the first one's to weight
 
 

@@ -25,6 +25,10 @@ _OTHER_UNITS = 300.0
 #: size below the weight: it is often a unit force.)
 _NO_FORCE = 3000.0
 
+#: Share of a block's size (the root of its area) by which a force may act outside of it: coordinates are
+#: rounded.
+_OUTSIDE = 0.02
+
 #: Share of a block's weight up to which a difference of forces is rounding.
 _ROUNDING = 1e-9
 
@@ -44,6 +48,7 @@ def warnings_of(assembly: Assembly, infeasibility: InfeasibilityCertificate | No
         *_corners(assembly),
         *_bare_edge_loads(assembly),
         *_far_away(assembly),
+        *_acting_outside(assembly),
         *_weights(assembly),
     ]
     return tuple(found)
@@ -146,6 +151,27 @@ def _far_away(assembly: Assembly) -> list[Reason]:
             size=float(size_of_rest[nearest]),
         )
     ]
+
+
+def _acting_outside(assembly: Assembly) -> list[Reason]:
+    """Forces that act at points outside of their blocks and of the notches of these; not those that act where
+    the weight is said to, which of a curved stone may lie outside of its straight edges."""
+    shapes, blocks = assembly.geometry, assembly.scene.blocks
+    found = []
+    for load in ("live", "dead"):
+        given = [(index, getattr(block, f"{load}_at")) for index, block in enumerate(blocks)]
+        placed = [(index, at) for index, at in given if at is not None and at != blocks[index].weight_at]
+        if not placed:
+            continue
+        index = np.array([index for index, _ in placed])
+        points = shapely.points(np.array([point for _, point in placed]) - shapes.origin)
+        distance = shapely.distance(shapely.convex_hull(shapes.polygons[index]), points)
+        order = np.argsort(-distance, kind="stable")
+        outside = order[(distance > _OUTSIDE * np.sqrt(shapes.area[index]))[order]]
+        if len(outside):
+            values = {"blocks": assembly.names(index[outside]), "distance": float(distance[outside[0]])}
+            found.append(reason(Code.ACTS_OUTSIDE, load=load, **values))
+    return found
 
 
 def _weights(assembly: Assembly) -> list[Reason]:
