@@ -317,13 +317,6 @@ def _left_out(assembly: Assembly, solution: Solution) -> tuple[str, ...]:
         left_out.append(f"crushing but by {how}: {_count(chords, 'joint')}")
     if joints.fixed_pairs:
         left_out.append(f"{_count(joints.fixed_pairs, 'joint')} between two fixed blocks: neither moves")
-    if joints.near_misses:
-        first, second = joints.near_misses[0]
-        left_out.append(
-            f"{_count(len(joints.near_misses), 'pair')} of blocks that face each other across a small gap "
-            f"and so do not touch, such as {assembly.scene.blocks[first].name!r} and "
-            f"{assembly.scene.blocks[second].name!r}: raise 'tolerance' if they should"
-        )
     return tuple(left_out)
 
 

@@ -45,6 +45,7 @@ def warnings_of(assembly: Assembly, infeasibility: InfeasibilityCertificate | No
         *_dilatancy(assembly),
         *_idle_supports(assembly),
         *_clamping(assembly, infeasibility),
+        *_small_gaps(assembly),
         *_corners(assembly),
         *_bare_edge_loads(assembly),
         *_far_away(assembly),
@@ -104,6 +105,16 @@ def _clamping(assembly: Assembly, infeasibility: InfeasibilityCertificate | None
     if not supports.any():
         return []
     return [reason(Code.HELD_BY_CLAMPING, pairs=assembly.pairs(clamped[supports]))]
+
+
+def _small_gaps(assembly: Assembly) -> list[Reason]:
+    """Blocks that nearly touch, widest gap first."""
+    joints = assembly.joints
+    if not joints.gaps:
+        return []
+    order = np.argsort(-np.array(joints.gaps), kind="stable")
+    pairs = [assembly.names(np.array(joints.near_misses[gap])) for gap in order]
+    return [reason(Code.SMALL_GAPS, pairs=pairs, widths=[joints.gaps[gap] for gap in order])]
 
 
 def _corners(assembly: Assembly) -> list[Reason]:

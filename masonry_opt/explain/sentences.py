@@ -165,6 +165,10 @@ def _where(v: dict[str, Any]) -> str:
     return f"joint {_pairs(v)}" if v["pairs"] else "[joints]"
 
 
+def _with_widths(v: dict[str, Any]) -> list[str]:
+    return [f"{a!r}–{b!r} ({width:.3g} wide)" for (a, b), width in zip(v["pairs"], v["widths"], strict=True)]
+
+
 def _s(v: dict[str, Any]) -> str:
     return "s" if len(v["blocks"]) == 1 else ""
 
@@ -315,6 +319,10 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.FAR_AWAY: lambda v: (
         f"{_blocks(v['blocks'])} stand{_s(v)} {v['distance']:.3g} away from the rest, whose size is "
         f"{v['size']:.3g}: are the coordinates in one unit?"
+    ),
+    Code.SMALL_GAPS: lambda v: (
+        f"blocks face each other across a small gap and do not touch: {_some(_with_widths(v))}; if they "
+        "should, raise 'tolerance' to that width"
     ),
     Code.CORNERS_MEET: lambda v: (
         f"{_pairs(v)} meet corner on corner, where nothing holds them: a joint needs an edge of either"

@@ -52,7 +52,6 @@ def _labelled(lines: dict[str, str]) -> list[str]:
 
 def facts(result: Result) -> dict[str, str]:
     """What is known of a result beside its load factor and status, in plain words, by a label each."""
-    gaps = result.assembly.joints.near_misses
     known = {
         "why": _why(result),
         "falls" if result.status is Status.UNSTABLE else "moves": _mechanism(result),
@@ -60,7 +59,6 @@ def facts(result: Result) -> dict[str, str]:
         "dilatancy": _dilatancy(result),
         "not credible": _stressed(result),
         "reference": _reference(result),
-        "gaps": result.size.left_out[-1] if gaps else "",  # where there are any they are said last
     }
     return {label: words for label, words in known.items() if words}
 

@@ -145,7 +145,7 @@ def _draw(axes: Axes, assembly: Assembly, names: bool) -> list[Handle]:
 def doubts(assembly: Assembly) -> Iterator[str]:
     """What a scene is refused for that can be drawn all the same, and what looks unintended in it."""
     try:
-        refuse_floating(assembly.scene, assembly.joints.first, assembly.joints.second)
+        refuse_floating(assembly.scene, assembly.geometry, assembly.joints.first, assembly.joints.second)
     except CaseError as error:
         yield str(error)
     yield from sentences(warnings_of(assembly, None))

@@ -172,9 +172,7 @@ def test_forces_that_act_outside_of_their_blocks(load, point, distance):
 def test_forces_on_the_straight_edges_of_an_arch_act_on_it(voussoirs):
     """Its weights, and with them the live loads, are those between two arcs."""
     for load in ({"live": (1, 0)}, {"point_loads": [{"voussoir": 1, "force": (0, -1)}]}):
-        arch = mo.Arch(
-            radius=1, angles=(180, 0), thickness=0.05, voussoirs=voussoirs, unit_weight=1, **load
-        )
+        arch = mo.Arch(radius=1, angles=(180, 0), thickness=0.05, voussoirs=voussoirs, unit_weight=1, **load)
         scene = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=arch.blocks())
         assert warned(scene, Code.ACTS_OUTSIDE) == []
 
@@ -194,6 +192,18 @@ def test_forces_may_act_in_a_notch_and_the_farthest_is_named_first():
     # 8 and 5 away.
     (found,) = warned(with_blocks(scene, beside), Code.ACTS_OUTSIDE)
     assert found["blocks"] == ["A", "B"]
+
+
+def test_small_gaps_are_told_with_both_blocks_and_their_width():
+    scene = with_blocks(
+        block_on_floor(),
+        rectangle("B", 1.0002, 0, 2, 2, weight=1),
+        rectangle("C", 2.0007, 0, 3, 2, weight=1),
+    )
+    (found,) = warned(scene, Code.SMALL_GAPS)
+    assert found["pairs"] == [["B", "C"], ["A", "B"]]
+    assert found["widths"] == pytest.approx([0.0007, 0.0002])
+    assert warned(scene.model_copy(update={"tolerance": 0.001}), Code.SMALL_GAPS) == []
 
 
 def clamped():
