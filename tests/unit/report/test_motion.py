@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scenes import CASES, block_on_floor
+from scenes import CASES, block_on_floor, overhanging
 
 import masonry_opt as mo
 from masonry_opt.report.motion import joint_motion
@@ -72,3 +72,26 @@ def test_a_block_that_turns_about_an_edge_hinges_whatever_presses_there():
     assert motion.hinges[stays].all()
     assert not motion.separates[stays].any()
     assert motion.separates.sum() == 1
+
+
+def test_a_block_that_falls_off_an_edge_turns_about_it():
+    """By hand: of 3 by 1, its centroid 1 beyond and 0.5 above the edge, it begins to turn as a pendulum does,
+    by 1 / ((3² + 1²) / 12 + 1² + 0.5²) = 0.48 of gravity; friction holds the edge."""
+    result = mo.solve(overhanging())
+    motion = motion_of(result)
+    assert result.blocks["omega"][0] == pytest.approx(-0.48, rel=1e-6)
+    assert (motion.hinges[0], motion.slides[0], motion.separates[0]) == (True, False, False)
+    assert motion.hinge[0] + result.assembly.geometry.origin == pytest.approx([0.5, 0])
+
+
+def test_a_block_that_slides_off_keeps_its_friction():
+    """On a slope of 1 in 2, friction 0.2, by associative flow: its speed is what gravity leaves along the
+    direction in which it slides and lifts off."""
+    block = mo.Block(name="A", vertices=[(0, 0), (2, 1), (1, 3), (-1, 2)], weight=1, live=(1, 0))
+    ground = mo.Block(name="ground", vertices=[(-4, -2), (6, 3), (6, -3)], fixed=True)
+    result = mo.solve(mo.Scene(joints=mo.JointDefaults(friction=0.2), blocks=[block, ground]))
+    motion = motion_of(result)
+    slope, friction_angle = np.arctan(0.5), np.arctan(0.2)
+    speed = np.hypot(result.blocks["vx"][0], result.blocks["vy"][0])
+    assert speed == pytest.approx(np.sin(slope - friction_angle), rel=1e-6)
+    assert (motion.slides[0], motion.hinges[0], motion.separates[0]) == (True, False, False)
