@@ -12,11 +12,11 @@ from pydantic import ValidationError
 
 from masonry_opt.answer.result import Result
 from masonry_opt.effort import Effort
-from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.errors import OptionError
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.methods.task import Method, Progress
 from masonry_opt.problem.kept import Kept
-from masonry_opt.scene.case_file import load
+from masonry_opt.scene.case_file import as_scene as as_scene  # for studies too
 from masonry_opt.scene.scene import Scene
 from masonry_opt.session import Session
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, SolverEntry, find_entry, find_solver
@@ -134,18 +134,6 @@ def refuse_options(
 ) -> None:
     """Raise OptionError for what :func:`solve` would refuse whatever the scene: to be asked before many."""
     prepare(method, model=model, solver=solver, tolerance=tolerance, **options)
-
-
-def as_scene(scene: Scene | str | Path) -> Scene:
-    """A scene, read from its case file if a path is given.
-
-    Raises CaseError if it is neither, or the case file is wrong.
-    """
-    if isinstance(scene, Scene):
-        return scene
-    if isinstance(scene, (str, Path)):
-        return load(scene)
-    raise CaseError(f"a scene is a Scene or the path of a case file (found {type(scene).__name__})")
 
 
 def _choose(name: str, options: Mapping[str, Any]) -> tuple[Method, Any]:

@@ -29,6 +29,7 @@ from masonry_opt.errors import (
     MasonryError,
     OptionError,
     OutputError,
+    ReaderGoneError,
     printable,
 )
 from masonry_opt.explain.sentences import numeral
@@ -72,7 +73,7 @@ Case = Annotated[Path, typer.Argument(help="Case file (.toml or .json).", show_d
 def about(version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False) -> None:
     """At what load does this masonry collapse? Limit analysis of rigid blocks with Coulomb joints."""
     if version:
-        print(package_version("masonry_opt"))
+        print_text(package_version("masonry_opt"))
         raise typer.Exit
 
 
@@ -277,6 +278,8 @@ def main() -> None:
         except SystemExit:
             sys.stdout.flush()
             raise
+    except (ReaderGoneError, BrokenPipeError):
+        _end(None, ReaderGoneError.exit_code)
     except MasonryError as error:
         _end(str(error), error.exit_code)
     except OSError as error:
@@ -291,10 +294,10 @@ def main() -> None:
         raise
 
 
-def _end(message: str, code: int) -> NoReturn:
-    """One line on standard error, and out."""
+def _end(message: str | None, code: int) -> NoReturn:
+    """One line on standard error, if there is anything to say, and out."""
     with contextlib.suppress(OSError):
-        if sys.stderr is not None:
+        if message is not None and sys.stderr is not None:
             print(f"error: {message}", file=sys.stderr, flush=True)
     try:
         if sys.stdout is not None:

@@ -15,6 +15,7 @@ from masonry_opt.scene.drawings.compas import read_compas
 from masonry_opt.scene.drawings.dxf import FIXED, read_dxf, write_dxf
 from masonry_opt.scene.geometry import geometry
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.tables import parse_file
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -91,6 +92,7 @@ def convert(
         return
     if out.suffix.lower() not in (".toml", ".json"):
         raise OutputError(f"{out}: a case file's name ends in .toml or .json")
+    _refuse_case_file(drawing)
     for name in ("friction", "unit_weight"):
         if name not in options:
             raise OptionError(f"a drawing says nothing of it: give {_option(name)}")
@@ -107,6 +109,17 @@ def convert(
     joints = find_joints(scene, geometry(scene))
     save(scene, out)
     _tell(scene, out, f", {len(joints.length)} joints")
+
+
+def _refuse_case_file(path: Path) -> None:
+    """Raise OptionError if what is given for a drawing is a case file."""
+    suffix = path.suffix.lower()
+    data = parse_file(path) if suffix == ".json" else None
+    if suffix == ".toml" or (isinstance(data, dict) and "joints" in data):
+        raise OptionError(
+            f"{path}: a case file already, and no drawing (.dxf) or COMPAS data (.json): solve it as it is "
+            f"(masonry-opt solve {path}), or draw its blocks to an OUT that ends in .dxf"
+        )
 
 
 def _tell(scene: Scene, out: Path, more: str = "") -> None:

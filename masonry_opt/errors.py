@@ -39,6 +39,13 @@ class OutputError(MasonryError):
     """What was asked for could not be written; the message says where and why."""
 
 
+class ReaderGoneError(OutputError):
+    """Who read standard output has read enough and closed it: nothing is wrong, and nothing is said."""
+
+    #: As of programs that the signal SIGPIPE ends.
+    exit_code = 128 + 13
+
+
 class NoLoadFactorError(MasonryError):
     """What was asked for needs a load factor and the scene has none; the message says why."""
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pyomo.environ as pyo
 
-from masonry_opt.analysis import as_scene, solve
+from masonry_opt.analysis import solve
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
 from masonry_opt.files import refuse_unwritable, write_whole
@@ -24,6 +24,7 @@ from masonry_opt.models.pyomo_static import PyomoStatic
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.report.program_files import WRITERS
+from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.session import refuse_unsuited
 

@@ -121,10 +121,12 @@ class Session:
                 effort.credit(own)
         if falling is None:
             return None
+        from masonry_opt.explain.diagnosis import as_it_falls
         from masonry_opt.explain.holding import what_would_hold
         from masonry_opt.explain.no_load_factor import movers
 
-        solution.d = falling
+        with effort.measure("dead_load"):
+            falling = solution.d = as_it_falls(assembly, falling, own)
         solution.add(Code.FALLS, blocks=movers(assembly, falling))
         with effort.measure("dead_load"):
             solution.reasons += what_would_hold(assembly, falling, solver, own)

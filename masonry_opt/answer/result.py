@@ -13,6 +13,7 @@ import pandas as pd
 
 from masonry_opt.answer.acceptance import Kind, passes
 from masonry_opt.answer.certificate import Certificate, certify
+from masonry_opt.answer.frames import block_frame, joint_frame
 from masonry_opt.answer.infeasibility import InfeasibilityCertificate
 from masonry_opt.answer.reasons import Reason
 from masonry_opt.answer.solution import Solution
@@ -20,8 +21,8 @@ from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.problem.chords import CHORDS, MISSED, parabola
-from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.problem.chords import CHORDS, MISSED
+from masonry_opt.problem.problem import Problem
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -264,8 +265,8 @@ def make_result(
         load_factor=solution.load_factor,
         certificate=certificate_of(problem, solution),
         infeasibility=solution.infeasibility if solution.load_factor is None else None,
-        joints=_joint_frame(assembly, solution),
-        blocks=_block_frame(assembly, solution),
+        joints=joint_frame(assembly, solution),
+        blocks=block_frame(assembly, solution),
         history=pd.DataFrame(solution.history).drop(columns="solved", errors="ignore"),
         flow_rule_matters=solution.flow_rule_matters,
         iterations=effort.iterations,
@@ -317,85 +318,11 @@ def _left_out(assembly: Assembly, solution: Solution) -> tuple[str, ...]:
         left_out.append(f"crushing but by {how}: {_count(chords, 'joint')}")
     if joints.fixed_pairs:
         left_out.append(f"{_count(joints.fixed_pairs, 'joint')} between two fixed blocks: neither moves")
-    if joints.near_misses:
-        first, second = joints.near_misses[0]
-        left_out.append(
-            f"{_count(len(joints.near_misses), 'pair')} of blocks that face each other across a small gap "
-            f"and so do not touch, such as {assembly.scene.blocks[first].name!r} and "
-            f"{assembly.scene.blocks[second].name!r}: raise 'tolerance' if they should"
-        )
     return tuple(left_out)
 
 
 def _count(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
-
-
-def _block_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
-    problem, shapes = assembly.problem, assembly.geometry
-    centroid = shapes.centroid[assembly.movable] + shapes.origin
-    velocity = np.full(3 * problem.blocks, np.nan) if solution.d is None else solution.d
-    return pd.DataFrame(
-        {
-            "block": assembly.names(assembly.movable),
-            "x": centroid[:, 0],
-            "y": centroid[:, 1],
-            "vx": velocity[0::3],
-            "vy": velocity[1::3],
-            "omega": velocity[2::3] / problem.length_unit,
-        }
-    )
-
-
-def _joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
-    problem, joints = assembly.problem, assembly.joints
-    nothing = np.full(3 * problem.joints, np.nan)
-    q = nothing if solution.q is None else solution.q
-    u = nothing if solution.d is None else problem.B.T @ solution.d
-    n, s, m = q.reshape(3, -1)
-    m = np.where(problem.in_a_point, 0.0, m)
-    opening, slip, rotation = u.reshape(3, -1)
-    if solution.d is not None:
-        turning = np.zeros(len(assembly.scene.blocks))
-        turning[assembly.movable] = solution.d[2::3]
-        rotation = turning[joints.first] - turning[joints.second]
-    force, length = problem.force_unit, problem.length_unit
-    middle = joints.middle + assembly.geometry.origin
-    return pd.DataFrame(
-        {
-            "first": assembly.names(joints.first),
-            "second": assembly.names(joints.second),
-            "x": middle[:, 0],
-            "y": middle[:, 1],
-            "length": joints.length,
-            "n": n * force,
-            "s": s * force,
-            "m": m * force * length,
-            "slip": slip,
-            "opening": opening,
-            "rotation": rotation / length,
-            "utilisation": _utilisation(problem, q),
-        }
-    )
-
-
-def _utilisation(problem: Problem, q: np.ndarray) -> np.ndarray:
-    """Largest of |s| over the true Coulomb limit and |m| over n L/2, or what crushing leaves of it, and of n
-    over f_c L; NaN where a joint is idle.
-
-    Forces below 1e-6 of the scene's largest normal force are nothing: limits are no smaller.
-    """
-    n, s, m = q.reshape(3, -1)
-    m = np.where(problem.in_a_point, 0.0, np.abs(m) / problem.half_length)
-    nothing = 1e-6 * (np.abs(n).max() or 1.0)
-    limit = ShearLimits.true(problem).at(n[problem.sliding])
-    most = n.copy()
-    most[problem.crushing] = parabola(n[problem.crushing], problem.crushing_force)
-    used = m / np.maximum(most, nothing)
-    used[problem.crushing] = np.maximum(used[problem.crushing], n[problem.crushing] / problem.crushing_force)
-    shear = np.abs(s[problem.sliding]) / np.maximum(limit, nothing)
-    used[problem.sliding] = np.maximum(used[problem.sliding], shear)
-    return np.where(np.stack([np.abs(n), np.abs(s), m]).max(axis=0) <= nothing, np.nan, used)
 
 
 def _plain(value: Any) -> Any:

@@ -5,16 +5,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import shapely
 
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
-from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyStanding
+from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyFalling, CvxpyStanding
 from masonry_opt.models.cvxpy_terms import ShearParameters
+from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine, has_optimum
-from masonry_opt.solvers.registry import Solver, in_cvxpy
+from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
 
 #: Power of a bounded mechanism, in median block weights, below which nothing moves.
 _NOTHING = 1e-7
@@ -70,6 +72,22 @@ def falling_mechanism(
     power, velocities = driven
     # A scene may stand so narrowly that no solver finds a state with room around it.
     return velocities if power > _NOTHING else None
+
+
+def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.ndarray:
+    """Block velocities (3b,) with which a scene begins to fall; the given ones, with which it can, if the
+    solver fails.
+
+    Mechanisms of most power lift blocks off corners that they turn about.
+    """
+    problem = assembly.problem
+    # Of the boxes round the blocks.
+    left, bottom, right, top = shapely.bounds(assembly.geometry.polygons[assembly.movable]).T
+    gyration = np.sqrt(((right - left) ** 2 + (top - bottom) ** 2) / 12) / problem.length_unit
+    model = CvxpyFalling(problem, ShearLimits.true(problem), gyration)
+    if not has_optimum(model.program, in_cvxpy(find_solver("cvxpy", None)), effort, DEAD_LOAD):
+        return falling
+    return np.asarray(model.mechanism.d.value)
 
 
 def no_optimum(problem: Problem, word: str, solver: Solver, effort: Effort) -> tuple[Status, Reason]:

@@ -25,6 +25,10 @@ _OTHER_UNITS = 300.0
 #: size below the weight: it is often a unit force.)
 _NO_FORCE = 3000.0
 
+#: Share of a block's size (the root of its area) by which a force may act outside of it: coordinates are
+#: rounded.
+_OUTSIDE = 0.02
+
 #: Share of a block's weight up to which a difference of forces is rounding.
 _ROUNDING = 1e-9
 
@@ -41,9 +45,11 @@ def warnings_of(assembly: Assembly, infeasibility: InfeasibilityCertificate | No
         *_dilatancy(assembly),
         *_idle_supports(assembly),
         *_clamping(assembly, infeasibility),
+        *_small_gaps(assembly),
         *_corners(assembly),
         *_bare_edge_loads(assembly),
         *_far_away(assembly),
+        *_acting_outside(assembly),
         *_weights(assembly),
     ]
     return tuple(found)
@@ -101,6 +107,16 @@ def _clamping(assembly: Assembly, infeasibility: InfeasibilityCertificate | None
     return [reason(Code.HELD_BY_CLAMPING, pairs=assembly.pairs(clamped[supports]))]
 
 
+def _small_gaps(assembly: Assembly) -> list[Reason]:
+    """Blocks that nearly touch, widest gap first."""
+    joints = assembly.joints
+    if not joints.gaps:
+        return []
+    order = np.argsort(-np.array(joints.gaps), kind="stable")
+    pairs = [assembly.names(np.array(joints.near_misses[gap])) for gap in order]
+    return [reason(Code.SMALL_GAPS, pairs=pairs, widths=[joints.gaps[gap] for gap in order])]
+
+
 def _corners(assembly: Assembly) -> list[Reason]:
     """Blocks that meet corner on corner, where no joint of each holds it."""
     pairs = [assembly.names(np.array(pair)) for pair in assembly.joints.corners]
@@ -146,6 +162,27 @@ def _far_away(assembly: Assembly) -> list[Reason]:
             size=float(size_of_rest[nearest]),
         )
     ]
+
+
+def _acting_outside(assembly: Assembly) -> list[Reason]:
+    """Forces that act at points outside of their blocks and of the notches of these; not those that act where
+    the weight is said to, which of a curved stone may lie outside of its straight edges."""
+    shapes, blocks = assembly.geometry, assembly.scene.blocks
+    found = []
+    for load in ("live", "dead"):
+        given = [(index, getattr(block, f"{load}_at")) for index, block in enumerate(blocks)]
+        placed = [(index, at) for index, at in given if at is not None and at != blocks[index].weight_at]
+        if not placed:
+            continue
+        index = np.array([index for index, _ in placed])
+        points = shapely.points(np.array([point for _, point in placed]) - shapes.origin)
+        distance = shapely.distance(shapely.convex_hull(shapes.polygons[index]), points)
+        order = np.argsort(-distance, kind="stable")
+        outside = order[(distance > _OUTSIDE * np.sqrt(shapes.area[index]))[order]]
+        if len(outside):
+            values = {"blocks": assembly.names(index[outside]), "distance": float(distance[outside[0]])}
+            found.append(reason(Code.ACTS_OUTSIDE, load=load, **values))
+    return found
 
 
 def _weights(assembly: Assembly) -> list[Reason]:

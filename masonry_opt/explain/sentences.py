@@ -165,6 +165,10 @@ def _where(v: dict[str, Any]) -> str:
     return f"joint {_pairs(v)}" if v["pairs"] else "[joints]"
 
 
+def _with_widths(v: dict[str, Any]) -> list[str]:
+    return [f"{a!r}–{b!r} ({width:.3g} wide)" for (a, b), width in zip(v["pairs"], v["widths"], strict=True)]
+
+
 def _s(v: dict[str, Any]) -> str:
     return "s" if len(v["blocks"]) == 1 else ""
 
@@ -316,6 +320,10 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
         f"{_blocks(v['blocks'])} stand{_s(v)} {v['distance']:.3g} away from the rest, whose size is "
         f"{v['size']:.3g}: are the coordinates in one unit?"
     ),
+    Code.SMALL_GAPS: lambda v: (
+        f"blocks face each other across a small gap and do not touch: {_some(_with_widths(v))}; if they "
+        "should, raise 'tolerance' to that width"
+    ),
     Code.CORNERS_MEET: lambda v: (
         f"{_pairs(v)} meet corner on corner, where nothing holds them: a joint needs an edge of either"
     ),
@@ -326,6 +334,10 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.WEIGHTS_DIFFER: lambda v: (
         f"the weight per area of {_blocks(v['blocks'])} is {v['ratio']:.3g} times the median of all blocks: "
         "are weights and lengths in one unit each?"
+    ),
+    Code.ACTS_OUTSIDE: lambda v: (
+        f"the {v['load']} force of {_blocks(v['blocks'])} acts {v['distance']:.3g} outside of the block: is "
+        f"'{v['load']}_at' in the scene's coordinates?"
     ),
     Code.FORCES_DIFFER: lambda v: (
         f"the {v['load']} force on {_blocks(v['blocks'])} is {v['ratio']:.3g} times the weight there: are "

@@ -42,8 +42,8 @@ def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
     """Which joints slide, hinge, separate and crush, in a solution that has a mechanism.
 
     The opening that the flow rule of the answer gives to sliding (associative flow: the friction) makes it
-    neither hinge nor separation. What opens in the middle and carries nothing separates, whatever an edge of
-    it does.
+    neither hinge nor separation. What opens in the middle and carries nothing separates if it slips: that an
+    edge then keeps its distance is chance. If it does not slip, it turns about that edge, a hinge.
     """
     assert solution.d is not None
     problem, joints = assembly.problem, assembly.joints
@@ -66,7 +66,8 @@ def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
     touches, crushes = nearer <= still, nearer < -still
     if solution.q is not None:
         n = solution.q[: problem.joints]
-        touches &= (n > _NOTHING * np.abs(n).max(initial=0.0)) | (apart <= still)
+        pressed = n > _NOTHING * np.abs(n).max(initial=0.0)
+        touches &= pressed | (apart <= still) | (slip <= still)
     return JointMotion(
         slides=touches & (slip > still) & ~crushes,
         hinges=touches & (np.abs(turning) > still),

@@ -52,7 +52,6 @@ def _labelled(lines: dict[str, str]) -> list[str]:
 
 def facts(result: Result) -> dict[str, str]:
     """What is known of a result beside its load factor and status, in plain words, by a label each."""
-    gaps = result.assembly.joints.near_misses
     known = {
         "why": _why(result),
         "falls" if result.status is Status.UNSTABLE else "moves": _mechanism(result),
@@ -60,7 +59,6 @@ def facts(result: Result) -> dict[str, str]:
         "dilatancy": _dilatancy(result),
         "not credible": _stressed(result),
         "reference": _reference(result),
-        "gaps": result.size.left_out[-1] if gaps else "",  # where there are any they are said last
     }
     return {label: words for label, words in known.items() if words}
 
@@ -117,22 +115,30 @@ def _certainty(result: Result) -> str:
         return ""
     if any(reason.code is Code.PROVEN for reason in result.reasons):
         return "exact, and proven: no state is lower"
-    problem = result.assembly.problem
-    associative = np.array_equal(problem.dilatancy, problem.friction)
-    if associative and not problem.dilatancy_depends_on_stress and result.kind is Kind.ASSOCIATIVE:
-        return "exact: these joints dilate as they slide, so no state is lower"
+    unique = _is_associative(result)
+    if unique and (result.kind is Kind.ASSOCIATIVE or result.exact):
+        return "exact: the flow rule of all joints is the associative one, so no state is lower"
     if result.kind is Kind.ASSOCIATIVE and not result.exact:
         return (
             "an upper bound, for joints that open as they slide: those that do not may collapse sooner "
             "(method 'mcp' tells)"
         )
     state = "an exact state" if result.exact else f"exact but for {_left(result)}"
+    if unique:
+        return state
     if bounds := [reason for reason in result.reasons if reason.code in _BOUNDS]:
         return "; ".join([state, *sentences(bounds)])
     searched = next((reason for reason in result.reasons if reason.code is Code.SEARCHED), None)
     if searched:
         return f"{state}, {sentences([searched])[0]}; lower ones may exist"
     return f"{state}; lower ones may exist (method 'refined' with search=10 looks for them)"
+
+
+def _is_associative(result: Result) -> bool:
+    """Whether the joints' own flow rule is the associative one: then all exact states have one load factor,
+    by the bound theorems."""
+    problem = result.assembly.problem
+    return np.array_equal(problem.dilatancy, problem.friction) and not problem.dilatancy_depends_on_stress
 
 
 def _left(result: Result) -> str:
@@ -146,6 +152,8 @@ def _left(result: Result) -> str:
 def _dilatancy(result: Result) -> str:
     """What dilatancy would add to a Coulomb answer."""
     if result.associative is None or result.load_factor is None or result.kind is Kind.ASSOCIATIVE:
+        return ""
+    if _is_associative(result):
         return ""
     value = numeral(result.associative, ".7f")
     if not result.load_factor:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import io
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import pandas as pd
 from rich import box
@@ -11,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from masonry_opt.errors import OutputError
+from masonry_opt.errors import OutputError, ReaderGoneError
 from masonry_opt.explain.sentences import numeral
 
 #: Columns shown as small numbers.
@@ -27,20 +29,18 @@ _RESIDUALS = (
 
 
 def print_text(text: str) -> None:
-    """Print a result; a full disk or a reader that went away is an error, told while it can be.
+    """Print a result; a full disk is an error, told while it can be.
 
-    Raises OutputError then.
+    Raises OutputError then, and ReaderGoneError if nobody reads any more.
     """
-    try:
+    with _printing():
         print(text, flush=True)
-    except OSError as error:
-        raise OutputError(f"standard output cannot be written: {error.strerror}") from None
 
 
 def print_result(text: str) -> None:
     """Print a result's lines: on a terminal the second, its answer, in bold, and warnings in yellow.
 
-    Raises OutputError as :func:`print_text`.
+    Raises as :func:`print_text`.
     """
     console = Console(highlight=False)
     if not console.is_terminal or console.no_color:
@@ -52,8 +52,17 @@ def print_result(text: str) -> None:
             line.stylize("bold yellow")
         elif number == 1:
             line.stylize("bold")
-    try:
+    with _printing():
         console.print(Text("\n").join(lines), soft_wrap=True)
+
+
+@contextmanager
+def _printing() -> Iterator[None]:
+    """Within it what cannot be printed ends in errors of this package."""
+    try:
+        yield
+    except BrokenPipeError:
+        raise ReaderGoneError("standard output was closed") from None
     except OSError as error:
         raise OutputError(f"standard output cannot be written: {error.strerror}") from None
 

@@ -103,6 +103,18 @@ def load_with_arch(path: str | Path) -> tuple[Scene, Arch | None]:
         raise wrong_file(error.__context__, path, case, CaseFile) from None
 
 
+def as_scene(scene: Scene | str | Path) -> Scene:
+    """A scene, read from its case file if a path is given.
+
+    Raises CaseError if it is neither, or the case file is wrong.
+    """
+    if isinstance(scene, Scene):
+        return scene
+    if isinstance(scene, (str, Path)):
+        return load(scene)
+    raise CaseError(f"a scene is a Scene or the path of a case file (found {type(scene).__name__})")
+
+
 def save(scene: Scene, path: str | Path) -> None:
     """Write a scene as a case file (TOML, or JSON if the name ends so), whole or not at all.
 

@@ -38,7 +38,8 @@ class Joints:
         ``inf`` where it does not depend on them, shape (joints, 2).
     strength: compressive, per unit length, ``inf`` where joints carry any pressure, shape (joints,).
     fixed_pairs: how many touching pairs were left out because both blocks are fixed.
-    near_misses: pairs of blocks (indices) whose edges face each other across a small gap.
+    near_misses: pairs of blocks (indices) whose edges face each other across a small gap only.
+    gaps: the width of each, at most which 'tolerance' must be for these to touch.
     corners: pairs of blocks (indices) that meet corner on corner, which has no normal and is no joint,
         where not both have a joint that ends there.
     """
@@ -56,6 +57,7 @@ class Joints:
     strength: np.ndarray
     fixed_pairs: int
     near_misses: list[tuple[int, int]]
+    gaps: list[float]
     corners: list[tuple[int, int]]
 
     @property
@@ -86,15 +88,15 @@ def find_joints(scene: Scene, geometry: Geometry, *, floating: bool = False) -> 
     both_fixed = fixed[pairs].all(axis=1)
     _refuse_overlaps(scene, geometry, pairs[~both_fixed])
     edges = Edges.of(scene, geometry, pairs)
-    along, near = shared_edges(scene, edges, geometry, pairs)
-    joined, near = ~both_fixed[along.pair], near[~both_fixed[near]]
+    along, gap = shared_edges(scene, edges, geometry, pairs)
+    joined, near = ~both_fixed[along.pair], np.flatnonzero(np.isfinite(gap) & ~both_fixed)
     fixed_pairs = len(np.unique(along.pair[~joined]))
     along = along.where(joined)
     points, corners = corners_on_edges(edges, geometry, pairs, along, np.flatnonzero(~both_fixed))
     found = along.with_points(points)
     first, second = pairs[found.pair, 0], pairs[found.pair, 1]
     if not floating:
-        refuse_floating(scene, first, second)
+        refuse_floating(scene, geometry, first, second)
     edge = found.end - found.start
     return Joints(
         first=first,
@@ -106,6 +108,7 @@ def find_joints(scene: Scene, geometry: Geometry, *, floating: bool = False) -> 
         **_properties(scene, first, second),
         fixed_pairs=fixed_pairs,
         near_misses=[(int(i), int(j)) for i, j in pairs[near]],
+        gaps=gap[near].tolist(),
         corners=[(int(i), int(j)) for i, j in pairs[corners]],
     )
 
@@ -139,7 +142,7 @@ def _near_pairs(scene: Scene, geometry: Geometry) -> np.ndarray:
     return np.unique(np.sort(both_ways[both_ways[:, 0] != both_ways[:, 1]], axis=1), axis=0)
 
 
-def refuse_floating(scene: Scene, first: np.ndarray, second: np.ndarray) -> None:
+def refuse_floating(scene: Scene, geometry: Geometry, first: np.ndarray, second: np.ndarray) -> None:
     """Raise CaseError if blocks touch nothing, or groups of blocks reach no support.
 
     Parameters
@@ -150,12 +153,9 @@ def refuse_floating(scene: Scene, first: np.ndarray, second: np.ndarray) -> None
     count = len(fixed)
     touched = np.zeros(count, dtype=bool)
     touched[first] = touched[second] = True
-    raise_for(
-        np.flatnonzero(~touched & ~fixed),
-        scene,
-        "touches no other block, neither along an edge nor with a corner on one: close the gap (or raise "
-        "'tolerance'), or take the block away",
-    )
+    alone = np.flatnonzero(~touched & ~fixed)
+    if len(alone):
+        raise_for(alone, scene, f"touches no other block{_nearest(scene, geometry, int(alone[0]))}")
     links = sp.coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
     _, group = connected_components(links, directed=False)
     supported = np.isin(group, group[fixed])
@@ -164,6 +164,21 @@ def refuse_floating(scene: Scene, first: np.ndarray, second: np.ndarray) -> None
         scene,
         "reaches no fixed block, neither itself nor through others: support it",
     )
+
+
+def _nearest(scene: Scene, geometry: Geometry, block: int) -> str:
+    """How far from a block that touches nothing the nearest is, and what to do."""
+    distance = shapely.distance(geometry.polygons[block], geometry.polygons)
+    distance[block] = np.inf
+    nearest = int(distance.argmin())
+    if not np.isfinite(distance[nearest]):
+        return ": support it"
+    name, gap = repr(scene.blocks[nearest].name), distance[nearest]
+    if gap <= geometry.tolerance:
+        return f": it meets {name} corner on corner alone, where a joint needs an edge of either"
+    small = gap <= NEAR_MISS * np.sqrt(geometry.area[[block, nearest]].min())
+    rounded = ", or raise 'tolerance' to that if coordinates were rounded" if small else ""
+    return f": {name}, the nearest, is {gap:.3g} away: close the gap{rounded}, or take the block away"
 
 
 def _refuse_overlaps(scene: Scene, geometry: Geometry, pairs: np.ndarray) -> None:

@@ -47,7 +47,9 @@ class Contacts:
 def shared_edges(
     scene: Scene, edges: Edges, geometry: Geometry, pairs: np.ndarray
 ) -> tuple[Contacts, np.ndarray]:
-    """The lengths of edge that pairs share, and which pairs face each other across a small gap only."""
+    """The lengths of edge that pairs share, and of each pair the width of a small gap if it faces each
+    other across no less, shape (pairs,): the tolerance at which it would touch; ``inf`` without one.
+    """
     reach = np.maximum(
         geometry.tolerance, NEAR_MISS * np.sqrt(geometry.area[pairs].min(axis=1, initial=np.inf))
     )
@@ -72,7 +74,10 @@ def shared_edges(
     gap = np.maximum(np.abs(y0 + slope * (low - x0)), np.abs(y0 + slope * (high - x0)))
     opposite = facing & (sine <= PARALLEL) & (high - low > geometry.tolerance)
     shared = opposite & (gap <= geometry.tolerance)
-    near = np.setdiff1d(pair[opposite & (gap <= reach[pair])], pair[shared])
+    width = np.full(len(pairs), np.inf)
+    near = opposite & (gap <= reach[pair])
+    np.minimum.at(width, pair[near], gap[near])
+    width[pair[shared]] = np.inf
 
     # Convex blocks meet along one line; of edges broken within the tolerance keep the longest.
     shared_at = np.flatnonzero(shared)
@@ -87,7 +92,7 @@ def shared_edges(
     # Counter-clockwise round the first block its interior lies to the left.
     inwards = (end - start) / np.hypot(*(end - start).T)[:, None]
     normal = np.column_stack([-inwards[:, 1], inwards[:, 0]])
-    return Contacts(pair[chosen], start, end, normal), near
+    return Contacts(pair[chosen], start, end, normal), width
 
 
 def corners_on_edges(

@@ -1,6 +1,16 @@
-"""Colours of every chart."""
+"""Colours of the series of a chart, in turn."""
 
 from __future__ import annotations
 
-#: Okabe & Ito's (2008), told apart by colour-blind readers; black last.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+from masonry_opt.report.colours import (
+    BLACK,
+    BLUE,
+    BLUISH_GREEN,
+    ORANGE,
+    REDDISH_PURPLE,
+    SKY_BLUE,
+    VERMILION,
+)
+
+#: Those of pictures and pages; black last.
+COLOURS = (BLUE, VERMILION, BLUISH_GREEN, REDDISH_PURPLE, ORANGE, SKY_BLUE, BLACK)

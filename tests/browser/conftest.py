@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
 
 import pytest
-from selenium import webdriver
-from selenium.webdriver.chrome.service import Service
+
+if TYPE_CHECKING:
+    from selenium import webdriver
 
 #: No window, no sandbox (which needs rights that containers lack), nothing that calls home.
 _SWITCHES = (
@@ -24,15 +26,18 @@ _SWITCHES = (
 
 @pytest.fixture(scope="module")
 def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[webdriver.Chrome]:
-    """Chromium, with a new and empty profile."""
+    """Chromium, with a new and empty profile, that logs what a page says and asks for."""
+    driven = pytest.importorskip("selenium.webdriver", reason="needs selenium")
+    service = pytest.importorskip("selenium.webdriver.chrome.service", reason="needs selenium")
     program, driver = shutil.which("chromium"), shutil.which("chromedriver")
     if program is None or driver is None:
         pytest.skip("needs the programs chromium and chromedriver")
-    options = webdriver.ChromeOptions()
+    options = driven.ChromeOptions()
     options.binary_location = program
     for switch in (*_SWITCHES, f"--user-data-dir={tmp_path_factory.mktemp('profile')}"):
         options.add_argument(switch)
-    running = webdriver.Chrome(options=options, service=Service(executable_path=driver))
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    running = driven.Chrome(options=options, service=service.Service(executable_path=driver))
     yield running
     running.quit()
 

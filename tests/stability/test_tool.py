@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -148,8 +149,48 @@ def test_reader_of_standard_output_went_away(monkeypatch, capsys, option):
     os.close(read)
     with os.fdopen(write, "w") as pipe:
         monkeypatch.setattr(sys, "stdout", pipe)
-        assert run(monkeypatch, "solve", WALL_1, *option) == 2
-    assert "standard output cannot be written: Broken pipe" in capsys.readouterr().err
+        assert run(monkeypatch, "solve", WALL_1, *option) == 141
+    assert capsys.readouterr().err == ""
+
+
+TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        pytest.param(arguments, id=" ".join(map(str, arguments[:1])), marks=marks)
+        for arguments, marks in [
+            (["solve", TWO_BLOCKS, "--json"], ()),
+            (["--version"], ()),
+            (["check", TWO_BLOCKS], pytest.mark.slow),
+            (["draw", TWO_BLOCKS, "two.png"], pytest.mark.slow),
+            (["export", TWO_BLOCKS, "two.lp"], pytest.mark.slow),
+            (["convert", TWO_BLOCKS, "two.dxf"], pytest.mark.slow),
+            (["sweep", TWO_BLOCKS, "--vary", "joints.friction=0.1:0.2:2", "--out", "runs"], pytest.mark.slow),
+            (["least", TWO_BLOCKS, "--vary", "joints.friction=0.01:1", "--load", "0.1"], pytest.mark.slow),
+        ]
+    ],
+)
+def test_commands_end_without_a_word_when_nobody_reads_their_output(tmp_path, arguments):
+    """As programs do that the signal for it ends; in a process of its own, with all it says as it ends."""
+    read, write = os.pipe()
+    os.close(read)
+    command = [sys.executable, "-c", "from masonry_opt.command import main; main()", *map(str, arguments)]
+    of_this_tree = os.environ | {"PYTHONPATH": str(CASES.parent)}
+    with os.fdopen(write, "w") as pipe:
+        ended = subprocess.run(
+            command,
+            stdout=pipe,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=120,
+            check=False,
+            cwd=tmp_path,
+            env=of_this_tree,
+        )
+    assert ended.returncode == 141
+    assert not re.search("Traceback|error|Broken pipe|Exception", ended.stderr)
 
 
 def test_closed_standard_output_and_error(monkeypatch, capsys):

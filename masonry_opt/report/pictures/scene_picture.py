@@ -11,7 +11,6 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
-from masonry_opt.analysis import as_scene
 from masonry_opt.errors import CaseError
 from masonry_opt.explain.sense import warnings_of
 from masonry_opt.explain.sentences import sentences
@@ -20,6 +19,7 @@ from masonry_opt.report.colours import HINGES, MARKED, SLIDES
 from masonry_opt.report.pictures.arrows import draw_loads
 from masonry_opt.report.pictures.blocks import Handle, at_rest, draw_blocks, draw_names, frame, set_title
 from masonry_opt.report.pictures.figure import Legend, Picture, finish, fit, refuse_picture, style
+from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.contact import refuse_floating
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.touching import NEAR_MISS
@@ -145,7 +145,7 @@ def _draw(axes: Axes, assembly: Assembly, names: bool) -> list[Handle]:
 def doubts(assembly: Assembly) -> Iterator[str]:
     """What a scene is refused for that can be drawn all the same, and what looks unintended in it."""
     try:
-        refuse_floating(assembly.scene, assembly.joints.first, assembly.joints.second)
+        refuse_floating(assembly.scene, assembly.geometry, assembly.joints.first, assembly.joints.second)
     except CaseError as error:
         yield str(error)
     yield from sentences(warnings_of(assembly, None))

@@ -154,6 +154,58 @@ def test_a_light_plate_may_carry_what_the_others_can():
     assert warned(plate, Code.FORCES_DIFFER) == []
 
 
+@pytest.mark.parametrize("load", ["live", "dead"])
+@pytest.mark.parametrize(
+    ("point", "distance"),
+    [((0.5, 1.0), None), ((1.0, 2.0), None), ((1.02, 1.0), None), ((1.1, 1.0), 0.1), ((4.0, 6.0), 5.0)],
+)
+def test_forces_that_act_outside_of_their_blocks(load, point, distance):
+    """Of a block 1 by 2: in its middle, on a corner, rounded, beside it, and 3 by 4 off its corner."""
+    force = {"dead": (0.0, -1.0)} if load == "dead" else {}
+    found = warned(block_on_floor(**force, **{f"{load}_at": point}), Code.ACTS_OUTSIDE)
+    assert [(values["load"], values["blocks"]) for values in found] == ([(load, ["A"])] if distance else [])
+    if distance:
+        assert found[0]["distance"] == pytest.approx(distance)
+
+
+@pytest.mark.parametrize("voussoirs", [2, 3, 12])
+def test_forces_on_the_straight_edges_of_an_arch_act_on_it(voussoirs):
+    """Its weights, and with them the live loads, are those between two arcs."""
+    for load in ({"live": (1, 0)}, {"point_loads": [{"voussoir": 1, "force": (0, -1)}]}):
+        arch = mo.Arch(radius=1, angles=(180, 0), thickness=0.05, voussoirs=voussoirs, unit_weight=1, **load)
+        scene = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=arch.blocks())
+        assert warned(scene, Code.ACTS_OUTSIDE) == []
+
+
+def test_forces_may_act_in_a_notch_and_the_farthest_is_named_first():
+    notched = mo.Block(
+        name="L",
+        vertices=[(0, 0), (3, 0), (3, 1), (1, 1), (1, 3), (0, 3)],
+        weight=1,
+        live=(1, 0),
+        live_at=(1.5, 1.5),
+    )
+    scene = block_on_floor(live_at=(9, 1))
+    beside = rectangle("B", 5, 0, 6, 1, weight=1, live=(1, 0), live_at=(0, 0))
+    floor = scene.blocks[1]
+    assert warned(scene.model_copy(update={"blocks": [notched, floor]}), Code.ACTS_OUTSIDE) == []
+    # 8 and 5 away.
+    (found,) = warned(with_blocks(scene, beside), Code.ACTS_OUTSIDE)
+    assert found["blocks"] == ["A", "B"]
+
+
+def test_small_gaps_are_told_with_both_blocks_and_their_width():
+    scene = with_blocks(
+        block_on_floor(),
+        rectangle("B", 1.0002, 0, 2, 2, weight=1),
+        rectangle("C", 2.0007, 0, 3, 2, weight=1),
+    )
+    (found,) = warned(scene, Code.SMALL_GAPS)
+    assert found["pairs"] == [["B", "C"], ["A", "B"]]
+    assert found["widths"] == pytest.approx([0.0007, 0.0002])
+    assert warned(scene.model_copy(update={"tolerance": 0.001}), Code.SMALL_GAPS) == []
+
+
 def clamped():
     """A block that only friction between parallel fixed faces holds, and one that lies on a support."""
     return mo.Scene(

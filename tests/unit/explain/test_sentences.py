@@ -56,6 +56,7 @@ VALUES = {
     "steps": 27,
     "time_limit": 60.0,
     "why": str(Code.NO_STATICS),
+    "widths": [1e-3],
     "word": "unknown",
 }
 

@@ -13,7 +13,7 @@ from masonry_opt.models import cvxpy_terms, pyomo_terms
 from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
 from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
 from masonry_opt.models.cvxpy_least_energy import CvxpyForcesFor, CvxpyMotionFor
-from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyStanding
+from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyFalling, CvxpyStanding
 from masonry_opt.models.cvxpy_static import CvxpyStatic
 from masonry_opt.models.pyomo_arrays import put, values
 from masonry_opt.models.pyomo_global import PyomoGlobal
@@ -37,6 +37,7 @@ STATIC = {
 #: Models that have mechanisms.
 KINEMATIC = {
     "eq. (10)": CvxpyKinematic,
+    "falling": lambda problem, limits: CvxpyFalling(problem, limits, np.ones(problem.blocks)),
     "driven": lambda problem, limits: CvxpyDriven(problem, problem.dead, limits),
     "motion for slacks": lambda problem, limits: CvxpyMotionFor(
         problem, np.ones(problem.faces), limits.slope

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
-from scenes import CASES, block_on_floor
+from scenes import CASES, block_on_floor, overhanging
 
 import masonry_opt as mo
 from masonry_opt.report.motion import joint_motion
@@ -48,7 +49,7 @@ def test_the_mechanism_of_a_crushing_block_is_one():
     assert (motion.crushes[0], motion.slides[0], motion.hinges[0]) == (True, False, False)
 
 
-def test_what_opens_and_carries_nothing_separates():
+def test_what_opens_and_slips_and_carries_nothing_separates():
     """A keystone that is pulled out: a joint keeps an edge in touch, but presses on nothing."""
     result = mo.solve(CASES / "closed_forms" / "keystone.toml")
     motion = motion_of(result)
@@ -56,3 +57,41 @@ def test_what_opens_and_carries_nothing_separates():
     opens = result.joints["opening"].to_numpy() > 0.01
     assert (idle & opens).any()
     assert motion.separates[idle & opens].all()
+
+
+def test_a_block_that_turns_about_an_edge_hinges_whatever_presses_there():
+    """Three blocks of a pile of diamonds turn about a corner that they share with a neighbour at rest, on
+    which they do not press; a fourth comes off."""
+    result = mo.solve(CASES / "paterson_zwick" / "diamond_4.toml")
+    motion, joints = motion_of(result), result.joints
+    farther = (joints["opening"] + joints["rotation"].abs() * joints["length"] / 2).to_numpy()
+    nearer = (joints["opening"] - joints["rotation"].abs() * joints["length"] / 2).to_numpy()
+    stays = (np.abs(nearer) < 1e-6) & (joints["slip"].abs().to_numpy() < 1e-6) & (farther > 0.1)
+    idle = joints["n"].abs().to_numpy() < 1e-9
+    assert (stays & idle).sum() == 3
+    assert motion.hinges[stays].all()
+    assert not motion.separates[stays].any()
+    assert motion.separates.sum() == 1
+
+
+def test_a_block_that_falls_off_an_edge_turns_about_it():
+    """By hand: of 3 by 1, its centroid 1 beyond and 0.5 above the edge, it begins to turn as a pendulum does,
+    by 1 / ((3² + 1²) / 12 + 1² + 0.5²) = 0.48 of gravity; friction holds the edge."""
+    result = mo.solve(overhanging())
+    motion = motion_of(result)
+    assert result.blocks["omega"][0] == pytest.approx(-0.48, rel=1e-6)
+    assert (motion.hinges[0], motion.slides[0], motion.separates[0]) == (True, False, False)
+    assert motion.hinge[0] + result.assembly.geometry.origin == pytest.approx([0.5, 0])
+
+
+def test_a_block_that_slides_off_keeps_its_friction():
+    """On a slope of 1 in 2, friction 0.2, by associative flow: its speed is what gravity leaves along the
+    direction in which it slides and lifts off."""
+    block = mo.Block(name="A", vertices=[(0, 0), (2, 1), (1, 3), (-1, 2)], weight=1, live=(1, 0))
+    ground = mo.Block(name="ground", vertices=[(-4, -2), (6, 3), (6, -3)], fixed=True)
+    result = mo.solve(mo.Scene(joints=mo.JointDefaults(friction=0.2), blocks=[block, ground]))
+    motion = motion_of(result)
+    slope, friction_angle = np.arctan(0.5), np.arctan(0.2)
+    speed = np.hypot(result.blocks["vx"][0], result.blocks["vy"][0])
+    assert speed == pytest.approx(np.sin(slope - friction_angle), rel=1e-6)
+    assert (motion.slides[0], motion.hinges[0], motion.separates[0]) == (True, False, False)

@@ -197,11 +197,30 @@ def test_two_polygons_of_many_sides_have_one_joint():
 @pytest.mark.parametrize("gap", [1e-4, 5e-4])
 def test_faces_that_nearly_touch_are_reported_and_joined_by_a_larger_tolerance(gap):
     apart = [square("A", 0, 0), square("B", 1 + gap, 0)]
-    assert joints_of(scene(*apart)).near_misses == [(0, 1)]
+    found = joints_of(scene(*apart))
+    assert found.near_misses == [(0, 1)]
+    assert found.gaps == pytest.approx([gap])
     assert pairs(scene(*apart)) == {("A", "floor"), ("B", "floor")}
     joined = scene(*apart, tolerance=1e-3)
     assert pairs(joined) == {("A", "floor"), ("B", "floor"), ("A", "B")}
-    assert joints_of(joined).near_misses == []
+    assert joints_of(joined).near_misses == joints_of(joined).gaps == []
+
+
+def test_a_gap_is_as_wide_as_the_tolerance_that_closes_it():
+    """Faces that are not quite parallel: 0.0002 apart at one end, 0.0008 at the other."""
+    leaning = mo.Block(name="B", vertices=[(1.0002, 0), (2, 0), (2, 1), (1.0008, 1)], weight=1)
+    (gap,) = joints_of(scene(square("A", 0, 0), leaning)).gaps
+    assert gap == pytest.approx(0.0008)
+    joined = pairs(scene(square("A", 0, 0), leaning, tolerance=0.00081))
+    assert ("A", "B") in joined
+    assert ("A", "B") not in pairs(scene(square("A", 0, 0), leaning, tolerance=0.00079))
+
+
+def test_a_block_in_the_air_is_told_with_the_nearest_and_how_far_that_is():
+    with pytest.raises(mo.CaseError, match=r"'B' touches no other block: 'A', the nearest, is 2\.5 away"):
+        joints_of(scene(square("A", 0, 0), square("B", 2.5, 3)))  # 1.5 to the right, 2 up
+    with pytest.raises(mo.CaseError, match=r"'B' touches no other block: it meets 'A'.*corner on corner"):
+        joints_of(scene(square("A", 0, 0), square("B", 1, 1)))
 
 
 def test_blocks_that_reach_no_support_through_others_are_refused():

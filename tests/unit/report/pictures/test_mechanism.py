@@ -68,7 +68,9 @@ def test_marked_joints_stand_out_and_are_drawn_once():
 def test_blocks_that_fall_are_drawn_falling_and_named_so():
     figure = mo.solve(overhanging()).plot()
     assert "no load factor" in figure.axes[0].get_title()
-    assert len(lines(figure.axes[0], SEPARATES)) == 1
+    # About the edge of what bears the block.
+    assert marks(figure.axes[0], HINGES) == pytest.approx(np.array([[0.5, 0]]), abs=1e-6)
+    assert not len(lines(figure.axes[0], SEPARATES))
 
 
 def test_titles_may_hold_anything(tmp_path):

@@ -122,6 +122,20 @@ def test_a_drawing_with_a_gap_is_refused(tmp_path, monkeypatch, capsys):
     assert not out.exists()
 
 
+@pytest.mark.parametrize("name", ["case.toml", "case.json"])
+@pytest.mark.parametrize("options", [[], NEEDED])
+def test_a_case_file_given_for_a_drawing_is_told_what_can_be_done_with_it(
+    tmp_path, monkeypatch, capsys, name, options
+):
+    case, out = tmp_path / name, tmp_path / "out.json"
+    mo.save(mo.load(WALLS[0]), case)
+    code, told, err = run_command(monkeypatch, capsys, "convert", case, out, *options)
+    assert (code, told) == (2, "")
+    assert f"masonry-opt solve {case}" in err
+    assert ".dxf" in err
+    assert not out.exists()
+
+
 @pytest.mark.parametrize(
     "names", [("wall.obj", "wall.toml"), ("wall.dxf", "wall.png"), ("wall.toml", "wall.dxf")]
 )

@@ -4,50 +4,15 @@ from __future__ import annotations
 
 import itertools
 import math
-import sys
 
-import ezdxf
 import numpy as np
 import pytest
 from scenes import WALLS
+from sheets import FLOOR, STONE, polylines, read
 
 import masonry_opt as mo
 from masonry_opt.scene.contact import find_joints
 from masonry_opt.scene.geometry import geometry
-
-FLOOR = [(-9, -1), (9, -1), (9, 0), (-9, 0)]
-STONE = [(0, 0), (4, 0), (4, 1), (0, 1)]
-
-
-@pytest.fixture
-def sheet(tmp_path):
-    """Draws what it is given in the model space of a new drawing, with a floor, and gives its path."""
-
-    def draw(make, floor=True, version="R2010", **header):
-        document = ezdxf.new(version)
-        for name, value in header.items():
-            document.header[f"${name}"] = value
-        space = document.modelspace()
-        if floor:
-            space.add_lwpolyline(FLOOR, close=True, dxfattribs={"layer": "Supports"})
-        make(space)
-        path = tmp_path / "sheet.dxf"
-        document.saveas(path)
-        return path
-
-    return draw
-
-
-def polylines(*rings, layer="stone"):
-    def make(space):
-        for ring in rings:
-            space.add_lwpolyline(ring, close=True, dxfattribs={"layer": layer})
-
-    return make
-
-
-def read(path, **more):
-    return mo.read_dxf(path, **({"friction": 0.5, "unit_weight": 2.0, "live": (1, 0)} | more))
 
 
 def movable(scene):
@@ -292,87 +257,6 @@ def test_units_are_scaled_only_if_asked_for(sheet):
         read(sheet(make, INSUNITS=0), to_metres=True)
 
 
-WRONG = {
-    "crosses itself": polylines([(0, 0), (4, 0), (0, 1), (4, 1)]),
-    "no area": polylines([(0, 0), (4, 0), (2, 0)]),
-    "twice": polylines(STONE, STONE),
-    "open": lambda space: space.add_lwpolyline(STONE, dxfattribs={"layer": "stone"}),
-    "a lone line": lambda space: space.add_line((0, 0), (1, 0), dxfattribs={"layer": "stone"}),
-    "a point": lambda space: space.add_line((1, 1), (1, 1), dxfattribs={"layer": "stone"}),
-    "a net": lambda space: [
-        space.add_line(a, b, dxfattribs={"layer": "stone"})
-        for a, b in [((0, 0), (1, 0)), ((1, 0), (1, 1)), ((1, 1), (0, 0)), ((1, 0), (2, 0)), ((2, 0), (1, 1))]
-    ],
-    "a reference": lambda space: space.add_blockref("stones", (0, 0), dxfattribs={"layer": "stone"}),
-    "an ellipse": lambda space: space.add_ellipse((0, 2), (1, 0), 0.5, dxfattribs={"layer": "stone"}),
-    "upright": lambda space: space.add_lwpolyline(
-        STONE, close=True, dxfattribs={"layer": "stone", "extrusion": (0, 1, 0)}
-    ),
-    "in space": lambda space: space.add_polyline3d(
-        [(0, 0, 0), (1, 0, 0), (1, 0, 1)], close=True, dxfattribs={"layer": "stone"}
-    ),
-    "a mesh": lambda space: space.add_polymesh((3, 3), dxfattribs={"layer": "stone"}),
-}
-
-
-@pytest.mark.parametrize("make", WRONG.values(), ids=WRONG)
-def test_what_is_no_block_is_named_by_layer_and_handle(sheet, make):
-    with pytest.raises(mo.CaseError, match=r"sheet\.dxf: [A-Z]+ [0-9A-F]+ on layer 'stone'"):
-        read(sheet(make))
-
-
-def test_drawings_without_blocks_or_supports(sheet):
-    with pytest.raises(mo.CaseError, match=r"sheet\.dxf: "):
-        read(sheet(lambda space: space.add_text("A"), floor=False))
-    with pytest.raises(mo.CaseError, match=r"sheet\.dxf: .*stone"):
-        read(sheet(polylines(STONE), floor=False))
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        {"friction": -1},
-        {"unit_weight": "heavy"},
-        {"live": (1,)},
-        {"tolerance": 0},
-        {"sagitta": -1},
-        {"layers": []},
-    ],
-)
-def test_wrong_values_are_named(sheet, wrong):
-    with pytest.raises(mo.CaseError, match=f"'{next(iter(wrong))}'"):
-        read(sheet(polylines(STONE)), **wrong)
-
-
-def test_a_sagitta_too_small_is_refused(sheet):
-    with pytest.raises(mo.CaseError, match=r"CIRCLE \w+ on layer '0'.*sagitta"):
-        read(sheet(lambda space: space.add_circle((0, 1), 1)), sagitta=1e-12)
-
-
-@pytest.mark.parametrize(
-    "content", [b"", b"\x00\xff" * 500, b"0\nSECTION\n2\nENTITIES\n", b"AutoCAD Binary DXF\r\n"]
-)
-def test_files_that_are_no_dxf(tmp_path, content):
-    path = tmp_path / "broken.dxf"
-    path.write_bytes(content)
-    with pytest.raises(mo.CaseError, match=r"broken\.dxf: "):
-        read(path)
-
-
-def test_paths_that_are_no_dxf(tmp_path):
-    (tmp_path / "folder.dxf").mkdir()
-    for path in (tmp_path / "folder.dxf", tmp_path / "missing.dxf", tmp_path / "wall.dwg", 5):
-        with pytest.raises(mo.CaseError):
-            read(path)
-
-
-def test_without_ezdxf_the_extra_is_named(sheet, monkeypatch):
-    path = sheet(polylines(STONE))
-    monkeypatch.setitem(sys.modules, "ezdxf", None)
-    with pytest.raises(mo.OptionError, match=r"masonry_opt\[drawings\]"):
-        read(path)
-
-
 def round_trip(scene, path, **more):
     mo.write_dxf(scene, path)
     return read(path, **more)
@@ -428,22 +312,6 @@ def test_stones_of_any_shape_come_back(tmp_path):
     assert before.area.sum() == pytest.approx(after.area.sum())
     assert [block.name for block in back.blocks if block.fixed] == ["floor"]
     assert len(joints_of(back).length) == len(joints_of(scene).length)
-
-
-def test_what_cannot_be_drawn_is_refused(tmp_path):
-    apart = mo.Block(name="apart", parts=[STONE, [(5, 0), (6, 0), (6, 1)]], weight=1)
-    floor = mo.Block(name="floor", vertices=FLOOR, fixed=True)
-    scene = mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[apart, floor])
-    with pytest.raises(mo.CaseError, match="'apart'"):
-        mo.write_dxf(scene, tmp_path / "apart.dxf")
-    with pytest.raises(mo.CaseError):
-        mo.write_dxf("wall", tmp_path / "wall.dxf")
-    wall = mo.load(WALLS[0])
-    with pytest.raises(mo.CaseError):
-        mo.write_dxf(wall, tmp_path / "wall.dwg")
-    with pytest.raises(mo.MasonryError, match=r"gone"):
-        mo.write_dxf(wall, tmp_path / "gone" / "wall.dxf")
-    assert not list(tmp_path.iterdir())
 
 
 def test_a_drawing_far_away_keeps_its_shape(sheet):

@@ -1,0 +1,81 @@
+"""What a solution says of each block and each joint, with names and in the case's units."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from masonry_opt.answer.solution import Solution
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.chords import parabola
+from masonry_opt.problem.problem import Problem, ShearLimits
+
+
+def block_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
+    """A row a movable block: its centroid, and its velocities (NaN without a mechanism)."""
+    problem, shapes = assembly.problem, assembly.geometry
+    centroid = shapes.centroid[assembly.movable] + shapes.origin
+    velocity = np.full(3 * problem.blocks, np.nan) if solution.d is None else solution.d
+    return pd.DataFrame(
+        {
+            "block": assembly.names(assembly.movable),
+            "x": centroid[:, 0],
+            "y": centroid[:, 1],
+            "vx": velocity[0::3],
+            "vy": velocity[1::3],
+            "omega": velocity[2::3] / problem.length_unit,
+        }
+    )
+
+
+def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
+    """A row a joint: its blocks, middle and length, and what it carries and how it moves (NaN where there are
+    no forces, or no mechanism)."""
+    problem, joints = assembly.problem, assembly.joints
+    nothing = np.full(3 * problem.joints, np.nan)
+    q = nothing if solution.q is None else solution.q
+    u = nothing if solution.d is None else problem.B.T @ solution.d
+    n, s, m = q.reshape(3, -1)
+    m = np.where(problem.in_a_point, 0.0, m)
+    opening, slip, rotation = u.reshape(3, -1)
+    if solution.d is not None:
+        turning = np.zeros(len(assembly.scene.blocks))
+        turning[assembly.movable] = solution.d[2::3]
+        rotation = turning[joints.first] - turning[joints.second]
+    force, length = problem.force_unit, problem.length_unit
+    middle = joints.middle + assembly.geometry.origin
+    return pd.DataFrame(
+        {
+            "first": assembly.names(joints.first),
+            "second": assembly.names(joints.second),
+            "x": middle[:, 0],
+            "y": middle[:, 1],
+            "length": joints.length,
+            "n": n * force,
+            "s": s * force,
+            "m": m * force * length,
+            "slip": slip,
+            "opening": opening,
+            "rotation": rotation / length,
+            "utilisation": _utilisation(problem, q),
+        }
+    )
+
+
+def _utilisation(problem: Problem, q: np.ndarray) -> np.ndarray:
+    """Largest of |s| over the true Coulomb limit and |m| over n L/2, or what crushing leaves of it, and of n
+    over f_c L; NaN where a joint is idle.
+
+    Forces below 1e-6 of the scene's largest normal force are nothing: limits are no smaller.
+    """
+    n, s, m = q.reshape(3, -1)
+    m = np.where(problem.in_a_point, 0.0, np.abs(m) / problem.half_length)
+    nothing = 1e-6 * (np.abs(n).max() or 1.0)
+    limit = ShearLimits.true(problem).at(n[problem.sliding])
+    most = n.copy()
+    most[problem.crushing] = parabola(n[problem.crushing], problem.crushing_force)
+    used = m / np.maximum(most, nothing)
+    used[problem.crushing] = np.maximum(used[problem.crushing], n[problem.crushing] / problem.crushing_force)
+    shear = np.abs(s[problem.sliding]) / np.maximum(limit, nothing)
+    used[problem.sliding] = np.maximum(used[problem.sliding], shear)
+    return np.where(np.stack([np.abs(n), np.abs(s), m]).max(axis=0) <= nothing, np.nan, used)
