@@ -16,7 +16,7 @@ from masonry_opt.errors import OptionError
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.methods.task import Method, Progress
 from masonry_opt.problem.kept import Kept
-from masonry_opt.scene.case_file import as_scene as as_scene  # for studies too
+from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.session import Session
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, SolverEntry, find_entry, find_solver

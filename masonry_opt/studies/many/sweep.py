@@ -12,9 +12,10 @@ from typing import Any
 
 import pandas as pd
 
-from masonry_opt.analysis import as_scene, refuse_options
+from masonry_opt.analysis import refuse_options
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.registry import DEFAULT
+from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.many.runs import COLUMNS, Study

@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from masonry_opt.analysis import as_scene, prepare
+from masonry_opt.analysis import prepare
 from masonry_opt.answer.status import Status
 from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError
 from masonry_opt.methods.registry import DEFAULT
+from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.margins.standing import standing, under_dead_load
 from masonry_opt.studies.margins.threshold import FALLS, UNLIMITED, Threshold, Trial

@@ -10,9 +10,10 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from masonry_opt.analysis import as_scene, refuse_options
+from masonry_opt.analysis import refuse_options
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.methods.registry import DEFAULT
+from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters, is_of_joints
 from masonry_opt.studies.many.runs import Study
