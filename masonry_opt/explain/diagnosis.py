@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import shapely
@@ -21,6 +21,9 @@ from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
 #: Power of a bounded mechanism, in median block weights, below which nothing moves.
 _NOTHING = 1e-7
 
+#: Slack, in median block weights, with which forces of another scene carry the dead load.
+_ROOM = 1e-6
+
 #: Share of the largest (velocity or force) below which a joint has no part in locking.
 _LITTLE = 1e-2
 
@@ -30,6 +33,16 @@ DEAD_LOAD, DIAGNOSIS = "dead load", "diagnosis"
 
 class DeadLoadUndecided(Exception):
     """The solver failed to say whether the scene stands; the message is its word."""
+
+
+@dataclass
+class _Standing:
+    """Eq. (9) without live load, ready to be solved, and forces (3c,) that last carried the dead load."""
+
+    model: CvxpyStanding
+    parameters: ShearParameters
+    engine: CvxpyEngine
+    forces: np.ndarray | None = None
 
 
 def falling_mechanism(
@@ -53,18 +66,23 @@ def falling_mechanism(
     chosen, limits = in_cvxpy(solver), ShearLimits.true(problem)
     kept = kept or Kept()
 
-    def declared() -> tuple[ShearParameters, CvxpyEngine]:
+    def declared() -> _Standing:
         parameters = ShearParameters(limits)
-        program = CvxpyStanding(problem, parameters).program
-        return parameters, CvxpyEngine(program, chosen, effort, DEAD_LOAD, repeats=kept.keeps)
+        model = CvxpyStanding(problem, parameters)
+        engine = CvxpyEngine(model.program, chosen, effort, DEAD_LOAD, repeats=kept.keeps)
+        return _Standing(model, parameters, engine)
 
-    def renewed(of: tuple[ShearParameters, CvxpyEngine]) -> tuple[ShearParameters, CvxpyEngine]:
-        of[0].set(limits)
-        of[1].renew(effort)
-        return of
+    def renewed(standing: _Standing) -> _Standing:
+        standing.parameters.set(limits)
+        standing.engine.renew(effort)
+        return standing
 
-    solved = kept.of((DEAD_LOAD, chosen.key), problem, declared, renewed)[1].solve()
+    standing = kept.of((DEAD_LOAD, chosen.key), problem, declared, renewed)
+    if standing.forces is not None and _carries(problem, standing.forces):
+        return None
+    solved = standing.engine.solve()
     if solved.optimal:
+        standing.forces = standing.model.statics.q.value
         return None
     driven = _driven(problem, problem.dead, limits, chosen, effort, DEAD_LOAD)
     if driven is None:
@@ -72,6 +90,12 @@ def falling_mechanism(
     power, velocities = driven
     # A scene may stand so narrowly that no solver finds a state with room around it.
     return velocities if power > _NOTHING else None
+
+
+def _carries(problem: Problem, q: np.ndarray) -> bool:
+    """Whether forces carry the dead load with room to spare: then no solver is needed to say that some do."""
+    room = float((problem.slacks(q) / problem.face_arm).min(initial=np.inf))
+    return room > _ROOM and float(np.abs(problem.unbalanced(0.0, q)).max()) < _ROOM
 
 
 def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.ndarray:
