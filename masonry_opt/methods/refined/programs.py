@@ -36,9 +36,6 @@ _LOWER = 1e-9
 _REPAIRS = 10
 _TIE_BREAK = 0.01
 
-#: What moving faces that do not hold λ up costs, beside those that do most.
-_LITTLE = 1e-3
-
 #: What HiGHS does here, as a result tells it.
 _PURPOSE = "refinement"
 
@@ -240,8 +237,7 @@ class Refiner:
         """
         if not state.strength.any():
             return None
-        cost = state.strength / state.strength.max() + _LITTLE
-        found = self.mechanism(cost, state.slack > _AT_YIELD)
+        found = self.mechanism(state.strength / state.strength.max(), state.slack > _AT_YIELD)
         if found is None:
             return None
         candidate = self.least(found[1] > _AT_WORK, found[0])
