@@ -233,7 +233,8 @@ class Refiner:
     def _moving_least(self, state: ExactState) -> ExactState | None:
         """A lower state on the mechanism that moves the faces that hold λ up least; None if it is none.
 
-        In place of a program for each face: where avoiding one of some hundred lowers λ, this mostly does.
+        In place of a program for each face: where avoiding one of some hundred lowers λ, this mostly does. A
+        mechanism that avoids them all costs nothing.
         """
         if not state.strength.any():
             return None
