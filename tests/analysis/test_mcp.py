@@ -6,7 +6,7 @@ import warnings
 
 import numpy as np
 import pytest
-from passes import GAP, assert_descended, assert_one_pass, one_pass
+from passes import EXACT, GAP, assert_descended, assert_one_pass, one_pass
 from scenes import CASES, WALLS, block_on_floor, irregular, small_wall, two_blocks
 from scenes import values_of as values
 
@@ -113,6 +113,26 @@ def test_two_blocks_end_at_the_least_of_their_states():
         result = mo.solve(scene, "mcp")
         assert_descended(result)
         assert result.load_factor == pytest.approx(0.15, rel=CLOSED_FORM)
+
+
+@pytest.mark.parametrize("dilatancy", [1e-6, 5e-6, 1e-3])
+def test_two_blocks_that_hardly_dilate_end_at_their_only_state(dilatancy):
+    """Fig. 6d: as A slides B rises, however little, and turns about the far end of its support: n = 0.75,
+    λ = 2.5 μ."""
+    result = mo.solve(dilating(two_blocks(), dilatancy / 0.1), "mcp")
+    assert result.load_factor == pytest.approx(0.25, rel=1e-5)
+
+
+@pytest.mark.parametrize("dilatancy", [1e-8, 1e-7])
+def test_an_exact_state_counts_more_than_a_lower_one_that_is_none(dilatancy):
+    """The same two blocks: the pass ends below 1.6 μ, in a state that is exact at no dilatancy alone."""
+    scene = dilating(two_blocks(), dilatancy / 0.1)
+    passed, result = one_pass(scene), mo.solve(scene, "mcp")
+    assert passed.load_factor < 0.16
+    assert passed.certificate.complementarity > EXACT * passed.load_factor
+    assert_descended(result)
+    fall = values(result, Code.EXACT)["fall"]
+    assert fall == pytest.approx(passed.load_factor - 0.25, abs=CLOSED_FORM)
 
 
 @pytest.mark.parametrize("friction", [1e-3, 1e-2, 0.3])

@@ -42,7 +42,7 @@ def test_a_search_ends_where_it_was_to_come():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [2, 5, 8])
+@pytest.mark.parametrize("seed", [0, 4, 5])
 def test_wall_6_comes_to_the_lowest_known(seed):
     """Published MPEC 0.29577; the lowest known before, 0.291785, was found in 77 s. Other seeds may stay
     0.02 % above for as long."""

@@ -56,7 +56,7 @@ class McpOptions(Options):
 
 def mcp(task: Task) -> Solution:
     """Load factor with the joints' own flow rule, from one interior-point pass, and on small scenes the
-    lowest of a few exact states, where one is as low.
+    lowest of a few exact states, where one is as low or the pass's state is not exact.
 
     Where a pass stalls another follows, by the next of the rules; where one grows without end, or none ends
     in a state that its certificate bears out, the loop takes over, and the reasons say so. Dilatancy that
@@ -118,7 +118,8 @@ def _exact(problem: Problem, state: State, effort: Effort) -> State | None:
 
 
 def _descended(task: Task, passes: Passes, solution: Solution) -> Solution:
-    """The lowest of a few exact states that a pass's forces lead to, if it is as low, else the pass's."""
+    """The lowest of a few exact states that a pass's forces lead to, if it is as low, else the pass's; but
+    for a pass's that is not exact itself any exact state will do: there need be none as low."""
     assert solution.load_factor is not None  # a pass ended
     assert solution.q is not None
     problem, effort = task.problem, task.effort
@@ -135,7 +136,8 @@ def _descended(task: Task, passes: Passes, solution: Solution) -> Solution:
     if exact is None:
         return solution
     fall = solution.load_factor - exact.load_factor
-    if fall < -_EVEN * abs(solution.load_factor):
+    higher = fall < -_EVEN * abs(solution.load_factor)
+    if higher and not replace(solution, kind=Kind.EXACT).failing(problem):
         return solution
     lower = replace(
         solution,

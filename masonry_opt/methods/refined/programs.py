@@ -5,8 +5,8 @@ joints' own flow rule; the faces with p > 0 are its support S.
 (b) Statics: minimise λ subject to equilibrium and yield with z = 0 on S.
 
 The state of (b) and the mechanism of (a) meet every condition exactly. The duals of z = 0 on S tell
-which faces hold λ up, and how strongly; another mechanism among the faces now at yield that avoids them, or
-the strongest of them, may lower it.
+which faces hold λ up, and how strongly; another mechanism among the faces now at yield, that moves them
+least, may lower it.
 """
 
 from __future__ import annotations
@@ -35,9 +35,6 @@ _LOWER = 1e-9
 #: How often forces are replaced by nearer ones in search of a first exact state, and λ's weight there.
 _REPAIRS = 10
 _TIE_BREAK = 0.01
-
-#: What moving faces that do not hold λ up costs, beside those that do most.
-_LITTLE = 1e-3
 
 #: What HiGHS does here, as a result tells it.
 _PURPOSE = "refinement"
@@ -224,36 +221,24 @@ class Refiner:
         return None
 
     def descend(self, state: ExactState) -> ExactState:
-        """Lower λ among the faces at yield until nothing tried lowers it: mechanisms that avoid all faces
-        that hold λ up, then those that move them least, each weighed by how strongly it does."""
+        """Lower λ among the faces at yield until the mechanism that moves those that hold λ up least, each
+        weighed by how strongly it does, lowers it no more."""
         while True:
             self.undecided = 0
-            lower = self.avoiding(state, state.holding) or self._moving_least(state)
+            lower = self._moving_least(state)
             if lower is None:
                 return state
             state = lower
 
-    def avoiding(self, state: ExactState, faces: np.ndarray) -> ExactState | None:
-        """A lower state whose mechanism avoids faces of the support; None if none is found."""
-        if len(faces) == 0:
-            return None
-        banned = state.slack > _AT_YIELD
-        banned[faces] = True
-        # Any mechanism will do; the least sum of rates keeps it finite and small.
-        return self._lower(state, np.ones(self.problem.faces), banned)
-
     def _moving_least(self, state: ExactState) -> ExactState | None:
         """A lower state on the mechanism that moves the faces that hold λ up least; None if it is none.
 
-        In place of a program for each face: where avoiding one of some hundred lowers λ, this mostly does.
+        In place of a program for each face: where avoiding one of some hundred lowers λ, this mostly does. A
+        mechanism that avoids them all costs nothing.
         """
         if not state.strength.any():
             return None
-        cost = state.strength / state.strength.max() + _LITTLE
-        return self._lower(state, cost, state.slack > _AT_YIELD)
-
-    def _lower(self, state: ExactState, cost: np.ndarray, banned: np.ndarray) -> ExactState | None:
-        found = self.mechanism(cost, banned)
+        found = self.mechanism(state.strength / state.strength.max(), state.slack > _AT_YIELD)
         if found is None:
             return None
         candidate = self.least(found[1] > _AT_WORK, found[0])
