@@ -13,7 +13,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
 from masonry_opt.files import refuse_unwritable, write_whole
 from masonry_opt.methods.bracket.limits import limits
-from masonry_opt.methods.bracket.method import GlobalOptions, a_little_above
+from masonry_opt.methods.bracket.method import a_little_above, assumed_rates
 from masonry_opt.methods.bracket.search import with_binaries
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.models.pyomo_kinematic import PyomoKinematic
@@ -62,7 +62,7 @@ def _mpec(assembly: Assembly) -> Declared:
 
 
 def _global(assembly: Assembly) -> Declared:
-    problem, assumed = assembly.problem, GlobalOptions().rate_bound
+    problem = assembly.problem
     associative = solve(assembly.scene, "static").required()
     if associative < 0:
         raise NoLoadFactorError(
@@ -70,7 +70,8 @@ def _global(assembly: Assembly) -> Declared:
             f"above {associative:g}: turn the live load round"
         )
     highest = a_little_above(associative)
-    of = limits(problem, highest, assumed, Effort())
+    known = solve(assembly.scene, "refined").solution.d
+    of = limits(problem, highest, assumed_rates(problem, known), Effort())
     rates = "follows from kinematics" if of.rates_derived else "is assumed"
     forces = "follow from statics" if of.forces_derived else "are assumed where statics set none"
     return with_binaries(problem, highest, of).program, [

@@ -41,7 +41,7 @@ class Session:
 
     With ``kept`` that keeps, scenes that differ from the one before in joint properties alone take their
     geometry from it, and its compiled programs with other parameters. What a scene's answer is does not
-    depend on the scenes before.
+    depend on the scenes before; but that it stands may be seen from their forces, where it does.
 
     Attributes
     ----------

@@ -24,20 +24,21 @@ class CvxpyStanding:
 class CvxpyFalling:
     """How blocks begin to fall: of all mechanisms that the dead load drives the one nearest to free fall.
 
-        max  f_D·d − c·p − ½ Σ wᵢ |dᵢ|²    s.t.    Bᵀ d = D(slope) p,    p ≥ 0
+        max  scale (f_D·d − c·p) − ½ Σ wᵢ |dᵢ|²    s.t.    Bᵀ d = D(slope) p,    p ≥ 0
 
     over the blocks i, with wᵢ = |f_D,i| in place of masses, and in |dᵢ| rotations times radii of gyration,
-    shape (b,): Gauss's principle of least constraint. Blocks that can stay in touch do.
+    shape (b,): Gauss's principle of least constraint. Blocks that can stay in touch do. Velocities are
+    ``scale`` times those that go with free fall at 1: of what hardly falls they would be rounding.
     """
 
-    def __init__(self, problem: Problem, limits: ShearLimits, gyration: np.ndarray) -> None:
+    def __init__(self, problem: Problem, limits: ShearLimits, gyration: np.ndarray, scale: float) -> None:
         mechanism = self.mechanism = Mechanism(problem, limits.slope)
         power = problem.dead @ mechanism.d - limits.cohesion @ mechanism.slip - mechanism.crushing
         # In the unit of force the median block's is one. Without weight there is no inertia: a little.
         size = np.maximum(np.hypot(problem.dead[0::3], problem.dead[1::3]), 1e-2)
         root = np.sqrt(size)[:, None] * np.column_stack([np.ones((len(size), 2)), gyration])
         inertia = cp.sum_squares(cp.multiply(root.ravel(), mechanism.d))
-        self.program = cp.Problem(cp.Maximize(power - inertia / 2), [mechanism.compatibility])
+        self.program = cp.Problem(cp.Maximize(scale * power - inertia / 2), [mechanism.compatibility])
 
 
 class CvxpyDriven:

@@ -21,8 +21,9 @@ from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
 #: Power of a bounded mechanism, in median block weights, below which nothing moves.
 _NOTHING = 1e-7
 
-#: Slack, in median block weights, with which forces of another scene carry the dead load.
-_ROOM = 1e-6
+#: Slack with which forces of another scene carry the dead load, and what they may leave of equilibrium: in
+#: median block weights, the second far less, so that forces that leave nothing are near.
+_ROOM, _LEFT = 1e-5, 1e-8
 
 #: Share of the largest (velocity or force) below which a joint has no part in locking.
 _LITTLE = 1e-2
@@ -37,12 +38,14 @@ class DeadLoadUndecided(Exception):
 
 @dataclass
 class _Standing:
-    """Eq. (9) without live load, ready to be solved, and forces (3c,) that last carried the dead load."""
+    """Eq. (9) without live load, ready to be solved; forces (3c,) that last carried the dead load, and
+    whether they carry it in this scene too."""
 
     model: CvxpyStanding
     parameters: ShearParameters
     engine: CvxpyEngine
     forces: np.ndarray | None = None
+    stands: bool = False
 
 
 def falling_mechanism(
@@ -73,12 +76,14 @@ def falling_mechanism(
         return _Standing(model, parameters, engine)
 
     def renewed(standing: _Standing) -> _Standing:
-        standing.parameters.set(limits)
-        standing.engine.renew(effort)
+        standing.stands = standing.forces is not None and _carries(problem, standing.forces)
+        if not standing.stands:
+            standing.parameters.set(limits)
+            standing.engine.renew(effort)
         return standing
 
     standing = kept.of((DEAD_LOAD, chosen.key), problem, declared, renewed)
-    if standing.forces is not None and _carries(problem, standing.forces):
+    if standing.stands:
         return None
     solved = standing.engine.solve()
     if solved.optimal:
@@ -95,7 +100,7 @@ def falling_mechanism(
 def _carries(problem: Problem, q: np.ndarray) -> bool:
     """Whether forces carry the dead load with room to spare: then no solver is needed to say that some do."""
     room = float((problem.slacks(q) / problem.face_arm).min(initial=np.inf))
-    return room > _ROOM and float(np.abs(problem.unbalanced(0.0, q)).max()) < _ROOM
+    return room > _ROOM and float(np.abs(problem.unbalanced(0.0, q)).max()) < _LEFT
 
 
 def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.ndarray:
@@ -108,10 +113,13 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
     # Of the boxes round the blocks.
     left, bottom, right, top = shapely.bounds(assembly.geometry.polygons[assembly.movable]).T
     gyration = np.sqrt(((right - left) ** 2 + (top - bottom) ** 2) / 12) / problem.length_unit
-    model = CvxpyFalling(problem, ShearLimits.true(problem), gyration)
+    weight = np.hypot(problem.dead[0::3], problem.dead[1::3])
+    inertia = float(weight @ (falling**2).reshape(-1, 3).sum(axis=1))
+    scale = min(max(inertia / float(problem.dead @ falling), 1.0), 1 / _NOTHING)
+    model = CvxpyFalling(problem, ShearLimits.true(problem), gyration, scale)
     if not has_optimum(model.program, in_cvxpy(find_solver("cvxpy", None)), effort, DEAD_LOAD):
         return falling
-    return np.asarray(model.mechanism.d.value)
+    return np.asarray(model.mechanism.d.value) / scale
 
 
 def no_optimum(problem: Problem, word: str, solver: Solver, effort: Effort) -> tuple[Status, Reason]:

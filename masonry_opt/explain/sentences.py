@@ -60,10 +60,10 @@ def _friction_would_hold(v: dict[str, Any]) -> str:
     return f"{slides}: the scene would stand {much}"
 
 
-def _rounded_up(value: float) -> str:
-    """Four digits of a number from one on, and no less than it: a little less would not do."""
-    unit = 10.0 ** (floor(log10(value)) - 3)
-    return f"{ceil(value / unit) * unit:.4g}"
+def _rounded_up(value: float, digits: int = 4) -> str:
+    """So many digits of a positive number, and no less than it: a little less would not do."""
+    unit = 10.0 ** (floor(log10(value)) + 1 - digits)
+    return f"{ceil(value / unit) * unit:.{digits}g}"
 
 
 def _wedged(v: dict[str, Any]) -> str:
@@ -114,7 +114,7 @@ def _exact(v: dict[str, Any]) -> str:
     if fall is None or abs(fall) < _ROUNDING:
         return "exact"
     return f"exact, {abs(fall):.1e} " + (
-        "below its start" if fall >= 0 else "above its start, which is not exact"
+        "below its start" if fall >= 0 else "above its start, which is not as exact"
     )
 
 
@@ -166,7 +166,10 @@ def _where(v: dict[str, Any]) -> str:
 
 
 def _with_widths(v: dict[str, Any]) -> list[str]:
-    return [f"{a!r}–{b!r} ({width:.3g} wide)" for (a, b), width in zip(v["pairs"], v["widths"], strict=True)]
+    return [
+        f"{a!r}–{b!r} ({_rounded_up(width, 2)} wide)"
+        for (a, b), width in zip(v["pairs"], v["widths"], strict=True)
+    ]
 
 
 def _s(v: dict[str, Any]) -> str:

@@ -93,6 +93,7 @@ def find_joints(scene: Scene, geometry: Geometry, *, floating: bool = False) -> 
     fixed_pairs = len(np.unique(along.pair[~joined]))
     along = along.where(joined)
     points, corners = corners_on_edges(edges, geometry, pairs, along, np.flatnonzero(~both_fixed))
+    near = np.setdiff1d(near, points.pair)
     found = along.with_points(points)
     first, second = pairs[found.pair, 0], pairs[found.pair, 1]
     if not floating:
@@ -177,7 +178,7 @@ def _nearest(scene: Scene, geometry: Geometry, block: int) -> str:
     if gap <= geometry.tolerance:
         return f": it meets {name} corner on corner alone, where a joint needs an edge of either"
     small = gap <= NEAR_MISS * np.sqrt(geometry.area[[block, nearest]].min())
-    rounded = ", or raise 'tolerance' to that if coordinates were rounded" if small else ""
+    rounded = ", or raise 'tolerance' above that if coordinates were rounded" if small else ""
     return f": {name}, the nearest, is {gap:.3g} away: close the gap{rounded}, or take the block away"
 
 

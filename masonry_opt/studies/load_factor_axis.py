@@ -8,7 +8,8 @@ from numpy.typing import ArrayLike
 #: What it is called.
 LABEL = "load factor λ"
 
-#: Least length of an axis, as a share of the largest load factor: less is rounding, not a change.
+#: Least length of an axis, as a share of the largest load factor: a shorter one would show rounding, or a
+#: change that matters to nobody, as a great one.
 _LEAST = 0.02
 
 

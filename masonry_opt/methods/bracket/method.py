@@ -6,6 +6,7 @@ import time
 from dataclasses import replace
 from typing import Annotated
 
+import numpy as np
 from pydantic import Field, Strict
 
 from masonry_opt.answer.acceptance import Kind
@@ -44,6 +45,9 @@ _MOST_PRODUCTS = 400_000
 #: Up to so many faces the search with binaries is worth its time.
 _MOST_BINARIES = 150
 
+#: What rates are assumed to sum to, at least, and over those of the state known (on walls 30 to 140).
+_LEAST_RATES, _OVER_KNOWN = 100.0, 10.0
+
 #: On scenes of more joints a bracket seldom closes, and this share of the time looks for a lower state first:
 #: it lowers the upper end, and with it what forces can be.
 _MANY_JOINTS, _SEARCHING = 60, 0.05
@@ -56,11 +60,12 @@ class GlobalOptions(Options):
     ----------
     time_limit: seconds for both ends (each program is given one at least).
     rate_bound: what slips and edge openings are assumed to sum to at most where kinematics set no limit, in
-        units of the live load's mean velocity. The bound then holds below it.
+        units of the live load's mean velocity. The bound then holds below it. By default ten times what they
+        sum to in the lowest state known, 100 at least.
     """
 
     time_limit: Annotated[float, Strict(), Field(gt=0, le=1e6)] = 60.0
-    rate_bound: Annotated[float, Strict(), Field(gt=0)] = 100.0
+    rate_bound: Annotated[float, Strict(), Field(gt=0)] | None = None
 
 
 def global_search(task: Task) -> Solution:
@@ -76,8 +81,8 @@ def global_search(task: Task) -> Solution:
     start = refined(task.with_options(RefinedOptions(search=search)))
     exact = start.kind is Kind.EXACT and start.load_factor is not None
     # Where dilatancy locks the associative flow, an exact state bounds λ instead.
-    known = [found.load_factor for found in (upper, *([start] if exact else []))]
-    if not (bounds := [load_factor for load_factor in known if load_factor is not None]):
+    ends_above = [found.load_factor for found in (upper, *([start] if exact else []))]
+    if not (bounds := [load_factor for load_factor in ends_above if load_factor is not None]):
         return upper
     best = min(bounds)
     highest = a_little_above(best)
@@ -86,7 +91,7 @@ def global_search(task: Task) -> Solution:
     if exact:
         solution.load_factor, solution.q, solution.d = start.load_factor, start.q, start.d
     ends = began + options.time_limit
-    of = limits(problem, highest, options.rate_bound, effort)
+    of = limits(problem, highest, options.rate_bound or assumed_rates(problem, solution.d), effort)
     solution.bound = min(best, 0.0)
     if best > 0:
         _raise(task, solution, best, highest, of, began)
@@ -99,6 +104,16 @@ def global_search(task: Task) -> Solution:
             solution = solution if lower.failing(problem) else lower
     _conclude(problem, solution, of, searched, options)
     return solution
+
+
+def assumed_rates(problem: Problem, d: np.ndarray | None) -> float:
+    """What slips and edge openings are assumed to sum to, from the velocities (3b,) of the lowest state."""
+    return max(_LEAST_RATES, _OVER_KNOWN * (0.0 if d is None else _rates(problem, d)))
+
+
+def _rates(problem: Problem, d: np.ndarray) -> float:
+    """The sum of slips and edge openings under block velocities (3b,)."""
+    return float(problem.rates(d, problem.dilatancy) @ edge_lengths(problem))
 
 
 def a_little_above(best: float) -> float:
@@ -153,8 +168,7 @@ def _conclude(
     solution.bound_derived = of.derived
     assumed = {"rates": None if of.rates_derived else of.rates, "forces": not of.forces_derived}
     said = {"bound": bound, "load_factor": load_factor, **assumed}
-    p = problem.rates(d, problem.dilatancy)
-    if not of.rates_derived and float(p @ edge_lengths(problem)) >= of.rates:
+    if not of.rates_derived and _rates(problem, d) >= of.rates:
         solution.end(Status.CONVERGED, Code.TOUCHES_IMPOSED, **said)
         # What holds among some states only, and not this one, is no bound.
         solution.bound = 0.0

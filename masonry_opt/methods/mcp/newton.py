@@ -172,7 +172,6 @@ class NewtonSystem:
         problem = self._form.problem
         self._affordable = problem.joints <= _FULL_UP_TO
         self.full = self.full and problem.joints <= _FULL_ONCE_UP_TO
-        self._sliding = self._form.sliding
         self._rocking = self.at.opening / self.at.x[:2]
         self._crushing: sp.csr_array | None = None
         if len(problem.crushing):
@@ -259,9 +258,9 @@ class NewtonSystem:
         of the joints' compliance.
 
         With v = z/p of each sliding face and x/u of each edge, and T what these forces take off the sliding
-        of both senses: x₂ = v₂ (u₂ − ψ T), x₃ = v₃ (u₃ − ψ T), and μ n ∓ s = v (T ∓ u_s)/2. Each entry is
-        written so that large numbers of one sign are added. While sliding contracts (ψ < 0) the pivot may be
-        small: refinement, or the full factors, catch that.
+        of both senses: x₂ = v₂ (u₂ − ψ T), x₃ = v₃ (u₃ − ψ T), and μ n ∓ s = v (T ∓ u_s)/2. Entries
+        are written so that large numbers of one sign are added (but for two of joints that crush). While
+        sliding contracts (ψ < 0) the pivot may be small: refinement, or the full factors, catch that.
         """
         edges, across, determinant = self._of_edges()
         stiffness = np.zeros((3, 3, len(across)))
@@ -336,6 +335,7 @@ class NewtonSystem:
             np.concatenate([part.ravel() for part in parts])
             for parts in zip(*(np.broadcast_arrays(*entry) for entry in entries), strict=True)
         )
+        row, column, value = row[value != 0], column[value != 0], value[value != 0]
         rows = np.concatenate(
             [1 / np.maximum(1.0, diagonal), self._scale.ravel(), np.ones(self.elimination.size)]
         )

@@ -107,12 +107,12 @@ def _name_changes(axes: Axes, x: np.ndarray, mechanisms: np.ndarray) -> None:
     above = axes.get_xaxis_transform()
     for first, last in stretches:
         begins = x[first] if first == 0 else (x[first - 1] + x[first]) / 2
-        ends = x[last] if last == len(x) - 1 else (x[last] + x[last + 1]) / 2
+        finishes = x[last] if last == len(x) - 1 else (x[last] + x[last + 1]) / 2
         if first:
             axes.axvline(begins, color="0.5", linewidth=0.8, linestyle=":")
         mechanism = str(mechanisms[first])
         axes.text(
-            (begins + ends) / 2,
+            (begins + finishes) / 2,
             1.02,
             mechanism,
             transform=above,
@@ -121,7 +121,7 @@ def _name_changes(axes: Axes, x: np.ndarray, mechanisms: np.ndarray) -> None:
             fontsize=8,
             color=_LOOKS[mechanism][0],
             # Side by side, names of short stretches would run into each other.
-            rotation=0 if (ends - begins) > 0.12 * (x[-1] - x[0]) else 45,
+            rotation=0 if (finishes - begins) > 0.12 * (x[-1] - x[0]) else 45,
         )
 
 

@@ -15,7 +15,6 @@ from matplotlib.figure import Figure
 
 from masonry_opt.analysis import solve
 from masonry_opt.answer.result import Result
-from masonry_opt.methods.bracket.method import GlobalOptions
 from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.palette import COLOURS
 from masonry_opt.studies.paper.example import ProgressLine, Report, or_nan
@@ -26,9 +25,6 @@ _SECONDS = 300.0
 
 #: Of states, which are found within 10 s or not for long.
 _SEARCH: dict[str, Any] = {"search": 10.0, "seed": SEED}
-
-#: What bounds of walls assume.
-_ASSUMED = f"Σ rates ≤ {GlobalOptions().rate_bound:g}"
 
 #: Where the axis of time begins, for states and bounds that are there sooner.
 _SOONEST = 0.05
@@ -48,7 +44,9 @@ class _Wall:
     @property
     def assumed(self) -> str:
         """What the bound assumes."""
-        return "nothing" if self.bracket.solution.bound_derived else _ASSUMED
+        if self.bracket.solution.bound_derived:
+            return "nothing"
+        return f"Σ rates ≤ {self.bracket.reasons[0].values.get('rates', np.nan):.0f}"
 
     def steps(self) -> pd.DataFrame:
         """λ and bound whenever either came nearer: seconds, end, value."""
@@ -69,7 +67,7 @@ def bracket(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
         captions={
             "bracket": "Least load factor of the six walls: from above the lowest exact state that "
             f"`refined` has found, from below what `global` certifies within {_SECONDS:g} s of all states "
-            f"with {_ASSUMED}",
+            "whose slips and edge openings sum to no more than the table says",
             "bracket_walls": "Both ends, and what the bound assumes (rates: slips and edge openings, in "
             "units of the live load's mean velocity)",
             "bracket_steps": "Every state and every bound that came nearer",
@@ -116,7 +114,7 @@ def _draw_wall(axes: Axes, wall: _Wall) -> None:
     steps = wall.steps()
     for end, label, colour, start in (
         ("λ", "lowest exact state found", COLOURS[1], np.nan),
-        ("bound", f"lower bound (of states with {_ASSUMED})", COLOURS[0], 0.0),
+        ("bound", "lower bound (assuming a largest sum of rates)", COLOURS[0], 0.0),
     ):
         of = steps[steps["end"] == end]
         seconds = np.concatenate([[_SOONEST], np.maximum(of["seconds"], _SOONEST), [1.2 * _SECONDS]])

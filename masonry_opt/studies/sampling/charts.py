@@ -29,7 +29,7 @@ def distribution(sample: Sample) -> Figure:
     middle = (finite.min() + finite.max()) / 2 if len(finite) else 0.0
     if len(finite):
         shown = ends(finite)
-        # Of a load factor that does not change one bar in the middle, not the rounding.
+        # Of a load factor that hardly changes bars as wide as if it did.
         bins = "auto" if shown == (finite.min(), finite.max()) else np.linspace(*shown, _BARS).tolist()
         axes.hist(finite, bins=bins, color=_RUNS, alpha=0.55, edgecolor="white", linewidth=0.8)
     top = max(axes.get_ylim()[1], 1.0)

@@ -79,7 +79,7 @@ def sensitivity(drawn: pd.DataFrame, values: np.ndarray, confidence: float) -> p
     n, rows = len(values), []
     each = 1 - (1 - confidence) / max(drawn.shape[1], 1)
     known = np.abs(values[np.isfinite(values)])
-    step = _ROUNDING * float(known.max(initial=0.0)) or 1.0
+    step = (_ROUNDING * float(np.median(known)) if len(known) else 0.0) or 1.0
     ranks = stats.rankdata(np.round(values / step))
     for name in drawn:
         own = stats.rankdata(drawn[name].to_numpy())
