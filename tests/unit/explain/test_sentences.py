@@ -115,7 +115,7 @@ WORDS = {
         reason(Code.TOO_LARGE, joints=9000),
         "with 9000 joints the loop is quicker than a pass",
     ),
-    Code.EXACT: (reason(Code.EXACT, fall=-1e-4), "exact, 1.0e-04 above its start, which is not exact"),
+    Code.EXACT: (reason(Code.EXACT, fall=-1e-4), "exact, 1.0e-04 above its start, which is not as exact"),
 }
 
 

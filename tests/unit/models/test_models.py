@@ -37,7 +37,7 @@ STATIC = {
 #: Models that have mechanisms.
 KINEMATIC = {
     "eq. (10)": CvxpyKinematic,
-    "falling": lambda problem, limits: CvxpyFalling(problem, limits, np.ones(problem.blocks)),
+    "falling": lambda problem, limits: CvxpyFalling(problem, limits, np.ones(problem.blocks), 1.0),
     "driven": lambda problem, limits: CvxpyDriven(problem, problem.dead, limits),
     "motion for slacks": lambda problem, limits: CvxpyMotionFor(
         problem, np.ones(problem.faces), limits.slope
