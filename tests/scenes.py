@@ -92,13 +92,14 @@ def irregular() -> mo.Scene:
     )
 
 
-def overhanging() -> mo.Scene:
-    """A block whose centroid lies beyond the edge that bears it: it falls under its own weight."""
+def overhanging(beyond: float = 1.0) -> mo.Scene:
+    """A block whose centroid lies so far beyond the edge that bears it: it falls under its own weight."""
+    edge = 1.5 - beyond
     return mo.Scene(
         joints=mo.JointDefaults(friction=0.6),
         blocks=[
             mo.Block(name="A", vertices=[(0, 0), (3, 0), (3, 1), (0, 1)], weight=1, live=(1, 0)),
-            mo.Block(name="base", vertices=[(-3, -1), (0.5, -1), (0.5, 0), (-3, 0)], fixed=True),
+            mo.Block(name="base", vertices=[(-3, -1), (edge, -1), (edge, 0), (-3, 0)], fixed=True),
         ],
     )
 

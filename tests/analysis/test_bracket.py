@@ -58,7 +58,8 @@ def test_brackets_of_running_bonds_close_below_the_rates_assumed(length, courses
     assert result.bound == pytest.approx(result.load_factor, rel=CLOSED)
     assert result.status is mo.Status.CONVERGED
     said = values_of(result, Code.WITHIN_IMPOSED)
-    assert (said["rates"], said["forces"]) == (100.0, False)
+    assert not said["forces"]
+    assert said["rates"] == pytest.approx(max(100.0, 10 * _sum_of_rates(result)))
     # What assumes anything is no end of the range.
     assert result.range == (None, result.load_factor)
 
@@ -94,16 +95,15 @@ def test_a_wall_is_bracketed_in_the_time_given():
     assert 0 <= result.bound < result.load_factor
     said = values_of(result, Code.OUT_OF_TIME_WITHIN_IMPOSED)
     assert (said["time_limit"], said["forces"]) == (2.0, False)
-    slip, opening = _motion_of_edges(result)
-    assert said["rates"] == pytest.approx(10 * (np.abs(slip).sum() + opening.sum()), rel=1e-9)
+    assert said["rates"] == pytest.approx(10 * _sum_of_rates(result))
     assert said["bound"] == result.bound
 
 
-def _motion_of_edges(result):
-    """Slip of each joint, and the opening of both its edges, in units of the live load's mean velocity."""
+def _sum_of_rates(result):
+    """Of slips and of openings of both edges of all joints that do not dilate."""
     problem = result.assembly.problem
-    opening, slip, rotation = (problem.B.T @ result.solution.d).reshape(3, -1)
-    return slip, np.concatenate([opening - problem.lever * rotation, opening + problem.lever * rotation])
+    opening, slip, _ = (problem.B.T @ result.solution.d).reshape(3, -1)  # one edge opens by more, one by less
+    return np.abs(slip).sum() + 2 * opening.sum()
 
 
 def test_an_answer_that_exceeds_the_assumed_rates_is_not_bounded():

@@ -110,3 +110,15 @@ def test_programs_are_compiled_once(monkeypatch, method, compiles):
     for friction in FRICTIONS:
         mo.solve(with_joints(WALL, friction=friction), method)
     assert counted["cvxpy"] == compiles * (1 + len(FRICTIONS))
+
+
+@pytest.mark.parametrize("order", [(0.8, 0.4, 0.6), (0.6, 0.8, 0.4), (0.4, 0.6, 0.8)])
+def test_what_carried_the_scene_before_is_no_proof_for_less_friction(order):
+    """A block on a slope of 1 in 2 stands if its friction is above 0.5, whichever stood before."""
+    block = mo.Block(name="A", vertices=[(0, 0), (2, 1), (1, 3), (-1, 2)], weight=1, live=(1, 0))
+    ground = mo.Block(name="ground", vertices=[(-4, -2), (6, 3), (6, -3)], fixed=True)
+    scene = mo.Scene(joints=mo.JointDefaults(friction=order[0]), blocks=[block, ground])
+    session = prepare("static", keeps=True)
+    for friction in order:
+        result = session.solve(with_joints(scene, friction=friction))
+        assert (result.status is mo.Status.UNSTABLE) == (friction < 0.5)
