@@ -13,8 +13,9 @@ from masonry_opt.explain.sentences import numeral, sentences
 from masonry_opt.explain.stressed_joints import stressed_joints
 from masonry_opt.report.motion import joint_motion, moving_blocks
 
-#: Percent of λ below which dilatancy adds nothing that can be told from rounding.
-_NOTHING = 1e-4
+#: Percent of λ below which dilatancy adds nothing that can be told from rounding, and the λ below which its
+#: percentage is one of rounding.
+_NOTHING, _ZERO = 1e-4, 1e-6
 
 #: What is known of lower states; said in place of what is said of all others.
 _BOUNDS = (
@@ -156,11 +157,11 @@ def _dilatancy(result: Result) -> str:
     if _is_associative(result):
         return ""
     value = numeral(result.associative, ".7f")
-    if not result.load_factor:
-        return f"joints that open as they slide would carry λ = {value}"
-    adds = 100 * (result.associative / result.load_factor - 1)
+    adds = 100 * (result.associative / max(result.load_factor, _ZERO) - 1)
     if adds <= _NOTHING:
         return "none needed: joints that open as they slide would carry no more"
+    if result.load_factor < _ZERO:
+        return f"joints that open as they slide would carry λ = {value}"
     return f"joints that open as they slide would carry {adds:.3g} % more (associative λ = {value})"
 
 

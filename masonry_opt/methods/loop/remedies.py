@@ -84,7 +84,7 @@ def _with(last: Attempt, **changed: Any) -> Attempt:
 REMEDIES: dict[Status | Shortfall, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
     Status.NO_STATE: (*(less_slope,) * 6, _accurately),
-    Status.CYCLING: (_accurately, _more_damping),
+    Status.CYCLING: (_accurately, _more_damping, _another_solver),
     Status.ITERATION_LIMIT: (_accurately, _more_damping),
     Shortfall.INEXACT: (_accurately,),
     Status.SOLVER_FAILED: (_accurately, _looser_solver, _another_solver),

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from math import inf
 
 import numpy as np
+from pyomo.common.gc_manager import PauseGC
 
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
@@ -107,7 +108,9 @@ class Refiner:
             self._forces: PyomoForces = like._forces
             self._motion: PyomoMotion = like._motion
         else:
-            self._forces, self._motion = PyomoForces(problem), PyomoMotion(problem)
+            # A collection amid all these new objects takes longer than to declare the programs.
+            with PauseGC():
+                self._forces, self._motion = PyomoForces(problem), PyomoMotion(problem)
         forces, motion = self._forces.program, self._motion.program
         self._statics: HighsSession = HighsSession(
             forces,

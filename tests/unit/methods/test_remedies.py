@@ -37,7 +37,7 @@ ORDER = {
         "alpha=0.0012",
         "alpha=0.00041",
     ],
-    Status.CYCLING: ["beta=0.3"],
+    Status.CYCLING: ["beta=0.3", "solver=highs-ipm"],
     Status.ITERATION_LIMIT: ["beta=0.3"],
     Status.SOLVER_FAILED: ["tolerance=1e-07", "solver=highs-ipm"],
     Status.LOCKED: ["start=cohesive"],

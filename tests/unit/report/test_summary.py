@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from scenes import block_on_floor, small_wall, two_blocks
 
@@ -33,3 +35,14 @@ def test_of_coulomb_s_joints_lower_states_and_dilatancy_are_spoken_of():
     dilating, coulomb = facts(mo.solve(associative(), "mcp")), facts(mo.solve(two_blocks(), "mcp"))
     assert coulomb["how sure"] != dilating["how sure"]
     assert "dilatancy" in coulomb
+
+
+def test_of_a_load_factor_that_is_rounding_no_percentage_is_given():
+    """The associative value alone, of a rounded zero as of zero itself; nothing where both are zero."""
+    solved = mo.solve(two_blocks(), "mcp")
+
+    def said(load_factor, associative):
+        return facts(replace(solved, load_factor=load_factor, associative=associative))["dilatancy"]
+
+    assert said(1e-13, 0.25) == said(-1e-13, 0.25) == said(0.0, 0.25) != said(0.2, 0.25)
+    assert said(1e-13, 1e-9) == said(0.25, 0.25) != said(0.0, 0.25)
