@@ -72,7 +72,7 @@ def solve(
     progress:
         Called with every step: :class:`~.mcp.interior_point.NewtonStep`,
         :class:`~.loop.history.Iteration` of the loop, :class:`~.mpec.Relaxation`,
-        :class:`~.refined.method.Refinement`.
+        :class:`~.refined.method.Refinement`, :class:`~.bracket.relaxation.Relaxation` of "global".
     **options:
         The method's own: :class:`~.mcp.method.McpOptions`, :class:`~.loop.options.LoopOptions`,
         :class:`~.mpec.MpecOptions`, :class:`~.refined.method.RefinedOptions`,
@@ -132,7 +132,11 @@ def prepare(
 def refuse_options(
     method: str, model: str | None, solver: str | None, tolerance: float | None, options: Mapping[str, Any]
 ) -> None:
-    """Raise OptionError for what :func:`solve` would refuse whatever the scene: to be asked before many."""
+    """Raise OptionError for what :func:`solve` would refuse whatever the scene, and for functions, which no
+    worker can be sent: to be asked before many."""
+    for name, value in options.items():
+        if callable(value):
+            raise OptionError(f"option '{name}': a function is for a single scene, not for many")
     prepare(method, model=model, solver=solver, tolerance=tolerance, **options)
 
 

@@ -22,7 +22,7 @@ from typer.core import TyperGroup
 
 from masonry_opt.analysis import solve as solve_scene
 from masonry_opt.answer.result import Result
-from masonry_opt.command_options import name_and_value
+from masonry_opt.command_options import method_options
 from masonry_opt.duality import check as check_duality
 from masonry_opt.errors import (
     InterruptedByUserError,
@@ -130,7 +130,7 @@ def solve(
     if plot is None and (names or plot_kind is not None):
         raise OptionError("--plot-kind and --names say how to draw: give --plot FILE too")
     save_picture = None if plot is None else _picture(plot, plot_kind or "mechanism", names)
-    options = dict(map(name_and_value, option or []))
+    options = method_options(option, solve_scene)
     errors = Console(stderr=True)
     steps: list[str] = []
     errors.quiet = quiet
@@ -147,7 +147,8 @@ def solve(
             result = solve_scene(
                 case, method, model=model, solver=solver, tolerance=tolerance, progress=progress, **options
             )
-            check_interrupt()
+            if not result.solution.interrupted:  # else it is the lowest state of a search
+                check_interrupt()
         except KeyboardInterrupt:
             last = f"the last was {steps[-1]}, not the answer" if steps else "before the first λ"
             raise InterruptedByUserError(f"interrupted: {last}; nothing was written") from None

@@ -2,13 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from inspect import Parameter, signature
 from json import loads as parse_json
 from typing import Any
 
 from masonry_opt.errors import OptionError
 
 
-def name_and_value(text: str) -> tuple[str, Any]:
+def method_options(texts: Sequence[str] | None, function: Callable[..., Any]) -> dict[str, Any]:
+    """The options that texts NAME=VALUE give to a method, for a function that passes them on.
+
+    Raises OptionError if a text is none, or names an argument of the function itself.
+    """
+    options = dict(map(_name_and_value, texts or []))
+    own = signature(function).parameters.values()
+    for argument in own:
+        if argument.kind is not Parameter.VAR_KEYWORD and argument.name in options:
+            raise OptionError(
+                f"option '{argument.name}': it is not the method's but the command's own, if any: see --help"
+            )
+    return options
+
+
+def _name_and_value(text: str) -> tuple[str, Any]:
     """The name and value of NAME=VALUE: a number, true, a list, ... as in JSON; else the text as it is.
 
     Raises OptionError if there is no "=".

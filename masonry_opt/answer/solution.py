@@ -69,6 +69,11 @@ class Solution:
         return self.infeasibility is not None and self.infeasibility.proven
 
     @property
+    def interrupted(self) -> bool:
+        """Whether the user ended the method, which gives what it had by then."""
+        return any(said.values.get("interrupted", False) for said in self.reasons)
+
+    @property
     def carries_any_load(self) -> bool:
         """Whether the scene stands, and no multiple of the live load makes it collapse: it is proven that no
         load factor exists, or the program of associative flow, which alone decides there, has no end. Of a

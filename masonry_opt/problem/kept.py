@@ -13,7 +13,8 @@ _T = TypeVar("_T")
 class Kept:
     """Programs and factors by what they are for, one each.
 
-    What is kept may change the time of an analysis, never its answer: whoever renews a program begins cold.
+    What is kept may change the time of an analysis, never its load factor: whoever renews a program begins
+    cold. (That a scene stands may be seen from forces kept of another, where a solver would be undecided.)
 
     Parameters
     ----------

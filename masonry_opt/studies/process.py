@@ -36,13 +36,27 @@ CONTEXT: BaseContext = multiprocessing.get_context(_HOW)
 
 def started(function: Callable[..., None], arguments: tuple[Any, ...]) -> BaseProcess:
     """A process that calls an importable function, its libraries on one thread each."""
-    os.environ.update(_ONE_THREAD)
     CONTEXT.set_forkserver_preload(list(_PRELOADED))
     process: BaseProcess = CONTEXT.Process(target=function, args=arguments, daemon=True)  # type: ignore[attr-defined]
-    with _main_hidden():
+    with _main_hidden(), _one_thread():
         _start_server()
         process.start()
     return process
+
+
+@contextlib.contextmanager
+def _one_thread() -> Iterator[None]:
+    """Within it processes that begin have libraries on one thread; this one's environment is its user's."""
+    before = {name: os.environ.get(name) for name in _ONE_THREAD}
+    os.environ.update(_ONE_THREAD)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 def _start_server() -> None:

@@ -114,6 +114,33 @@ def test_an_answer_that_exceeds_the_assumed_rates_is_not_bounded():
     assert result.bound == 0.0
 
 
+def test_an_answer_that_exceeds_the_assumed_forces_is_not_bounded():
+    """A block clamped between two fixed ones: statics carry any clamping, and little friction needs much of
+    it to bear the weight."""
+    blocks = [
+        mo.Block(name="left", vertices=[(-1, 0), (0, 0), (0, 1), (-1, 1)], fixed=True),
+        mo.Block(name="right", vertices=[(1, 0), (2, 0), (2, 1), (1, 1)], fixed=True),
+        mo.Block(name="clamped", vertices=[(0, 0), (1, 0), (1, 1), (0, 1)], weight=1.0),
+        mo.Block(name="on it", vertices=[(0, 1), (1, 1), (1, 2), (0, 2)], weight=1.0, live=(1.0, 0.0)),
+    ]
+    exceptions = [mo.Joint(between=("clamped", side), friction=0.02) for side in ("left", "right")]
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.3), blocks=blocks, exceptions=exceptions)
+    result = mo.solve(scene, "global", time_limit=5)
+    assert result.load_factor == pytest.approx(0.3, abs=1e-8)
+    # Both sides carry the weight of both blocks: 2 ≤ 2 μ n.
+    assert result.joints["n"].max() >= 50 * (1 - 1e-9)
+    assert values_of(result, Code.TOUCHES_IMPOSED)["forces"]
+    assert result.bound == 0.0
+
+
+def test_a_search_that_is_interrupted_ends_the_bracket_too(monkeypatch):
+    interrupted = mo.solve(TWO_BLOCKS, "refined").solution
+    interrupted.add(Code.SEARCHED, candidates=1, interrupted=True)
+    monkeypatch.setattr(method, "refined", lambda _: interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        mo.solve(TWO_BLOCKS, "global")
+
+
 def test_every_program_is_told_and_begins_where_the_last_ended(monkeypatch):
     """Forces with a joint's own blocks leave a gap: above it forces have less room, and they prove more."""
     monkeypatch.setattr(method, "RADII", ((0, 0), (0, 1)))
@@ -233,6 +260,13 @@ def test_rates_are_derived_where_kinematics_bound_them():
     contracting = replace(problem, dilatancy=np.full(len(problem.sliding), -0.01))
     of = limits(contracting, 0.2, 100.0, Effort())
     assert (of.rates_derived, of.rates) == (False, 100.0)
+
+
+def test_a_face_is_at_rest_only_where_a_ray_says_so(monkeypatch):
+    """HiGHS finds programs of the two blocks infeasible: its word alone proves nothing."""
+    problem = assemble(two_blocks()).problem
+    monkeypatch.setattr(HighsSession, "contradiction", lambda session: (1.0, np.array([1e-8])))
+    assert not limits(problem, 0.2, 100.0, Effort()).rates_derived
 
 
 @pytest.mark.parametrize(("seconds", "programs"), [(0.5, 1), (600.0, 2)])

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from masonry_opt.studies.chart_files import chart_files
-from masonry_opt.studies.many.charts import against, heat_map
+from masonry_opt.studies.many.charts import against, heat_map, write_charts
 
 
 def frame(mechanisms, load_factors):
@@ -84,6 +84,15 @@ def test_a_heat_map_has_a_cell_for_each_run():
     assert not heat_map(swept.fillna(4), "a", "b").legends
     assert axes.get_xlim() == (0.5, 2.5)
     assert axes.get_ylim() == (0, 4)
+
+
+@pytest.mark.parametrize("friction", [0.5, np.inf])
+def test_a_map_is_drawn_of_finite_values_alone(friction, tmp_path):
+    names = ["joints.friction", "arch.thickness"]
+    swept = pd.DataFrame([(0.3, 1.0), (0.3, 2.0), (friction, 1.0), (friction, 2.0)], columns=names)
+    swept = swept.assign(load_factor=1.0, status="optimal", mechanism="sliding")
+    drawn = {path.stem for path in write_charts(swept, names, tmp_path)}
+    assert drawn == {"load_factor"} | ({"heat_map"} if friction < np.inf else set())
 
 
 def test_files_are_the_same_from_run_to_run():

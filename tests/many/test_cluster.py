@@ -73,3 +73,14 @@ def test_threads_of_one_worker_share_no_session(method):
     pd.testing.assert_frame_equal(
         frame.drop(columns="seconds"), expected.drop(columns="seconds"), check_exact=True
     )
+
+
+def test_a_scheduler_without_workers_is_told(monkeypatch):
+    monkeypatch.setattr("masonry_opt.studies.many.cluster._PATIENCE", 1)
+    with (
+        distributed.LocalCluster(
+            n_workers=0, processes=False, dashboard_address=None, silence_logs="ERROR"
+        ) as scheduler,
+        pytest.raises(mo.OptionError, match="no worker"),
+    ):
+        mo.sweep(block_on_floor(), VARY, method="static", dask=scheduler.scheduler_address)

@@ -96,3 +96,11 @@ def test_a_scene_changed_since_it_was_read_is_what_it_is_now(on_piers):
     parameters = Parameters(changed)
     assert "arch.thickness" not in parameters.names
     assert parameters.at({"block.A.weight": 2.0}).blocks[0].weight == 2
+
+
+@pytest.mark.parametrize(
+    "names", [("joints.friction", "joints.friction_angle"), ("block.A.unit_weight", "block.A.weight")]
+)
+def test_two_names_of_one_thing_are_refused(names):
+    with pytest.raises(mo.OptionError, match=f"'{names[0]}' and '{names[1]}'|'{names[1]}' and '{names[0]}'"):
+        Parameters(two_blocks()).at(dict.fromkeys(names, 0.5))

@@ -160,6 +160,8 @@ def test_what_cannot_be_varied_is_told(scene, vary, said):
 def test_options_are_refused_before_the_first_run():
     with pytest.raises(mo.OptionError, match="no option 'bta'"):
         mo.sweep(block_on_floor(), VARY, method="nonassociative", bta=0.5)
+    with pytest.raises(mo.OptionError, match="option 'revise'"):
+        mo.sweep(block_on_floor(), VARY, method="nonassociative", revise=lambda *_: None)
 
 
 def test_the_command_writes_table_and_charts(monkeypatch, capsys, tmp_path):

@@ -40,6 +40,8 @@ def test_a_sample_is_written_and_told(case, tmp_path, monkeypatch, capsys):
         ("--vary", "joints.friction=0.3,0.4", "--seed", "0"),
         ("--vary", "joints.friction=0.3,0.4", "--by", "joint", "--correlation", "0.5"),
         ("--vary", "joints.friction=0.3,0.4", "--sequence", "sobol"),
+        ("--vary", "joints.friction=0.3,0.4", "-o", "out=elsewhere"),
+        ("--sample", "joints.friction=normal:1:0.01", "--method", "refined", "-o", "seed=1"),
     ],
 )
 def test_what_is_wrong_is_said(case, asked, tmp_path, monkeypatch, capsys):

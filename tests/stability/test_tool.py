@@ -96,6 +96,39 @@ def test_ctrl_c_in_other_commands(monkeypatch, capsys):
     assert capsys.readouterr().err == "error: interrupted: files already written are whole\n"
 
 
+def test_ctrl_c_ends_a_search_with_the_lowest_state_so_far(monkeypatch, capsys):
+    def interrupted(*arguments, progress, **options):
+        def follow(step):
+            progress(step)
+            if getattr(step, "origin", "start") != "start":
+                press_ctrl_c()
+
+        return mo.solve(*arguments, progress=follow, **options)
+
+    monkeypatch.setattr("masonry_opt.cli.solve_scene", interrupted)
+    wall_5 = CASES / "ferris_tinloi" / "wall_5.toml"
+    asked = ("--method", "refined", "-o", "search=60", "--json")
+    assert run(monkeypatch, "solve", wall_5, *asked) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["load_factor"] < 0.2138
+    (searched,) = [said for said in answer["reasons"] if said["code"] == "searched"]
+    assert searched["interrupted"]
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        ("solve", "-o", "tolerance=1e-8"),
+        ("solve", "-o", "progress=1"),
+        ("least", "--vary", "joints.friction=0.1:0.9", "--load", "0.1", "-o", "tolerance=1e-8"),
+    ],
+)
+def test_an_argument_of_the_command_is_no_option_of_the_method(monkeypatch, capsys, asked):
+    assert run(monkeypatch, asked[0], WALL_1, *asked[1:]) == OptionError.exit_code
+    told = capsys.readouterr().err
+    assert told.startswith(f"error: option '{asked[-1].partition('=')[0]}'")
+
+
 #: A command that is interrupted 0.2 s into a solve of IPOPT's, which takes longer on wall 6.
 IN_IPOPT = """
 import os, signal, sys, threading

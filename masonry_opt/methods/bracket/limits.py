@@ -1,4 +1,4 @@
-"""Largest forces and rates of all states with λ in an interval, proven from multipliers."""
+"""Largest forces and rates of all states with λ in an interval, proven from multipliers and dual rays."""
 
 from __future__ import annotations
 
@@ -18,6 +18,12 @@ _PURPOSE = "bounds"
 
 #: Where statics set no limit, forces are assumed to be at most so many times all loads.
 _TIMES_LOADS = 10.0
+
+#: By how much a state's forces may exceed their limits, relative and in median block weights: rounding.
+_ROUNDING = 1e-6
+
+#: A mechanism that only rates and velocities this large could make is none.
+_BEYOND = 1e9
 
 
 @dataclass(frozen=True)
@@ -45,6 +51,13 @@ class Limits:
     def derived(self) -> bool:
         """Whether nothing is assumed."""
         return self.forces_derived and self.rates_derived
+
+    def allow(self, q: np.ndarray, rates: float) -> bool:
+        """Whether a state's forces (3c,) and the sum of its rates stay below what is assumed."""
+        forces = np.abs(q).reshape(3, -1)[:2]
+        most = np.stack([self.normal, self.forces[2::3]])
+        within = self.forces_derived or bool((forces <= most + _ROUNDING * (1 + most)).all())
+        return within and (self.rates_derived or rates < self.rates)
 
 
 def limits(problem: Problem, highest: float, assumed_rates: float, effort: Effort) -> Limits:
@@ -154,7 +167,9 @@ def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
         session.set(program.cost, -_unit(faces, face))
         verdict = session.solve()
         if verdict is Verdict.INFEASIBLE:
-            continue  # at rest in every such mechanism: there is none
+            value, lacks = session.contradiction()
+            if value > _BEYOND * lacks.sum():
+                continue  # at rest in every such mechanism: there is none
         if verdict is not Verdict.OPTIMAL:
             return float(np.inf)
         least, lacks = session.least()

@@ -79,6 +79,8 @@ def global_search(task: Task) -> Solution:
         return upper
     search = _SEARCHING * options.time_limit if problem.joints > _MANY_JOINTS else None
     start = refined(task.with_options(RefinedOptions(search=search)))
+    if start.interrupted:
+        raise KeyboardInterrupt
     exact = start.kind is Kind.EXACT and start.load_factor is not None
     # Where dilatancy locks the associative flow, an exact state bounds λ instead.
     ends_above = [found.load_factor for found in (upper, *([start] if exact else []))]
@@ -160,15 +162,15 @@ def _conclude(
     problem: Problem, solution: Solution, of: Limits, searched: float | None, options: GlobalOptions
 ) -> None:
     """Status and reason from what was found; ``searched``: the bound of the program with binaries."""
-    load_factor, d = solution.load_factor, solution.d
-    if load_factor is None or d is None:
+    load_factor, q, d = solution.load_factor, solution.q, solution.d
+    if load_factor is None or q is None or d is None:
         solution.end(Status.SOLVER_FAILED, Code.NO_EXACT_STATE, time_limit=options.time_limit)
         return
     bound = solution.bound = min(solution.bound or 0.0, load_factor)
     solution.bound_derived = of.derived
     assumed = {"rates": None if of.rates_derived else of.rates, "forces": not of.forces_derived}
     said = {"bound": bound, "load_factor": load_factor, **assumed}
-    if not of.rates_derived and _rates(problem, d) >= of.rates:
+    if not of.allow(q, _rates(problem, d)):
         solution.end(Status.CONVERGED, Code.TOUCHES_IMPOSED, **said)
         # What holds among some states only, and not this one, is no bound.
         solution.bound = 0.0

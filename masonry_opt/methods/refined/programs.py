@@ -30,8 +30,8 @@ from masonry_opt.solvers.lp import LpSize, Verdict
 #: A rate above this takes part in a mechanism; a slack below this is at yield.
 _AT_WORK, _AT_YIELD = 1e-9, 1e-7
 
-#: λ must fall by this share to count as lower.
-_LOWER = 1e-9
+#: λ must fall by this share to count as lower; a dual above this holds it up.
+_LOWER, _HOLDS = 1e-9, 1e-9
 
 #: How often forces are replaced by nearer ones in search of a first exact state, and λ's weight there.
 _REPAIRS = 10
@@ -65,7 +65,7 @@ class ExactState:
     def holding(self) -> np.ndarray:
         """Faces that hold λ up, the strongest first."""
         order = np.argsort(-self.strength, kind="stable")
-        return order[self.strength[order] > _LOWER]
+        return order[self.strength[order] > _HOLDS]
 
 
 def is_lower(one: ExactState, other: ExactState) -> bool:
@@ -277,10 +277,15 @@ class Refiner:
         self._statics.set(program.load_cost, np.array([self.problem.live_norm]))
         self._statics.set(program.force_cost, np.zeros(3 * self.problem.joints))
 
-    def _solved(self, session: HighsSession) -> bool:
+    def time_left(self) -> float:
+        """Seconds to the deadline; raises OutOfTime if there are none."""
         left = self.deadline - time.perf_counter()
         if left <= 0:
             raise OutOfTime
+        return left
+
+    def _solved(self, session: HighsSession) -> bool:
+        left = self.time_left()
         verdict = session.solve(left)
         if verdict is Verdict.FAILED and time.perf_counter() >= self.deadline:
             raise OutOfTime

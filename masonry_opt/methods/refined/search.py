@@ -8,6 +8,7 @@ from itertools import count, islice
 
 import numpy as np
 
+from masonry_opt.methods.mcp.interior_point import NewtonStep
 from masonry_opt.methods.mcp.passes import Passes
 from masonry_opt.methods.mcp.rules import ATTEMPTS
 from masonry_opt.methods.refined.programs import ExactState, Refiner, is_lower
@@ -94,8 +95,11 @@ def _settled(refiner: Refiner, q: np.ndarray | None) -> ExactState | None:
 
 
 def _of_pass(refiner: Refiner, problem: Problem) -> np.ndarray | None:
+    def follow(_: NewtonStep) -> None:
+        refiner.time_left()
+
     with refiner.effort.measure("solve"):
-        state = Passes(problem, like=refiner.passes).run(ATTEMPTS[0])
+        state = Passes(problem, like=refiner.passes).run(ATTEMPTS[0], follow)
     return None if state is None else state.q
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import multiprocessing
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,6 +14,7 @@ from masonry_opt.answer.result import Result
 from masonry_opt.methods.loop.options import PAPER
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.cases import open_case
+from masonry_opt.studies.parts import in_processes
 
 WALLS = (1, 2, 3, 4, 5, 6)
 
@@ -146,17 +145,12 @@ def run_grid(
         If a case file is missing or wrong.
     """
     # Each wall in a process of its own, the largest first: the maps are the dearest of what is reproduced.
-    context = multiprocessing.get_context("forkserver")
-    with ProcessPoolExecutor(mp_context=context) as pool:
-        waiting = {
-            wall: pool.submit(run_wall, grid, cases, wall, dict(options))
-            for wall in sorted(walls, reverse=True)
-        }
-        rows: list[dict[str, object]] = []
-        for wall in walls:
-            progress(f"{grid.title}: wall {wall}")
-            rows += waiting[wall].result()
-    return pd.DataFrame(rows)
+    largest_first = sorted(walls, reverse=True)
+    found = {}
+    for part, rows in in_processes(run_wall, [(grid, cases, wall, dict(options)) for wall in largest_first]):
+        progress(f"{grid.title}: wall {largest_first[part]}")
+        found[largest_first[part]] = rows
+    return pd.DataFrame([row for wall in walls for row in found[wall]])
 
 
 def run_wall(grid: Grid, cases: Path, wall: int, options: Mapping[str, Any]) -> list[dict[str, object]]:

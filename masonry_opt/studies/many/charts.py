@@ -55,7 +55,9 @@ def write_charts(frame: pd.DataFrame, names: Sequence[str], folder: Path) -> lis
     Raises OutputError if one cannot be written.
     """
     figures = {"load_factor": against(frame, names)}
-    if len(names) == 2 and frame["load_factor"].notna().any():
+    # A map has no place for an infinite value, such as of friction.
+    finite = np.isfinite(frame[list(names)].to_numpy(float)).all()
+    if len(names) == 2 and finite and frame["load_factor"].notna().any():
         figures["heat_map"] = heat_map(frame, names[0], names[1])
     contents = [chart_files(figure, name) for name, figure in figures.items()]
     return [path for files in contents for path in write_files(folder, files)]

@@ -35,7 +35,7 @@ class Cluster:
             self._client = distributed.Client(address, timeout=_PATIENCE, set_as_default=False)
         except (OSError, ValueError) as error:
             raise OptionError(f"no Dask scheduler answers at '{address}': {error}") from None
-        self._distributed, self._study = distributed, study
+        self._distributed, self._study, self._address = distributed, study, address
         self._scattered: Any = None
 
     def __enter__(self) -> Self:
@@ -83,7 +83,14 @@ class Cluster:
     def _study_there(self) -> Any:
         """The study, scattered; again if all the workers that held it are gone."""
         if self._scattered is None or self._scattered.status != "finished":
-            (self._scattered,) = self._client.scatter([self._study], broadcast=True, hash=False)
+            try:
+                self._client.wait_for_workers(1, timeout=_PATIENCE)
+                (self._scattered,) = self._client.scatter([self._study], broadcast=True, hash=False)
+            except TimeoutError:
+                raise OptionError(
+                    f"the Dask scheduler at '{self._address}' has no worker: start one with 'dask worker "
+                    f"{self._address}'; runs already made are kept where 'out' is given"
+                ) from None
         return self._scattered
 
 

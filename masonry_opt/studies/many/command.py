@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from masonry_opt.command_options import name_and_value
+from masonry_opt.command_options import method_options
 from masonry_opt.errors import InterruptedByUserError, OptionError
 from masonry_opt.explain.sentences import numeral
 from masonry_opt.methods.registry import DEFAULT, METHODS
@@ -138,7 +138,7 @@ def sweep(
                     "workers": workers,
                     "dask": dask,
                     "progress": progress,
-                    **dict(map(name_and_value, option or [])),
+                    **method_options(option, sample_scene if sample else sweep_scene),
                 }
                 if sample:
                     said = str(sample_scene(case, distributions, **drawing, **common))

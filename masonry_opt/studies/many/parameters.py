@@ -72,10 +72,15 @@ class Parameters:
         return list(self._ways)
 
     def refuse_unknown(self, names: Mapping[str, object]) -> None:
-        """Raise OptionError, with what is near, for a name that the scene does not have."""
+        """Raise OptionError for a name that the scene does not have, with what is near, and for two names of
+        which one would take the other away."""
         for name in names:
             if name not in self._ways:
                 raise OptionError(f"{self.scene.origin}: no number is called '{name}'{self._near(name)}")
+            head, _, key = name.rpartition(".")
+            other = f"{head}.{_INSTEAD.get(key, '')}"
+            if other in names:
+                raise OptionError(f"'{name}' and '{other}' say the same of one thing: vary one of them")
 
     def at(self, values: Mapping[str, float]) -> Scene:
         """The scene with other values of its numbers.

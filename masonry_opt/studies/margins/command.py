@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from masonry_opt.command_options import name_and_value
+from masonry_opt.command_options import method_options
 from masonry_opt.errors import InterruptedByUserError, OptionError
 from masonry_opt.explain.sentences import numeral
 from masonry_opt.methods.registry import DEFAULT, METHODS
@@ -72,7 +72,7 @@ def least(
                 tolerance=tolerance,
                 samples=samples,
                 progress=progress,
-                **dict(map(name_and_value, option or [])),
+                **method_options(option, search),
             )
         except KeyboardInterrupt:
             raise InterruptedByUserError("interrupted: nothing was found") from None

@@ -84,6 +84,11 @@ def least(
     progress:
         Called with every :class:`~.threshold.Trial`.
 
+    Returns
+    -------
+    Threshold
+        The value, and the two nearest to it that were solved: one at which the scene holds, one at which not.
+
     Raises
     ------
     OptionError

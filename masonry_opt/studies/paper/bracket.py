@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +17,7 @@ from masonry_opt.studies.cases import open_case
 from masonry_opt.studies.palette import COLOURS
 from masonry_opt.studies.paper.example import ProgressLine, Report, or_nan
 from masonry_opt.studies.paper.table1 import SEED, WALLS, wall_file
+from masonry_opt.studies.parts import in_processes
 
 #: Seconds for both ends of one wall.
 _SECONDS = 300.0
@@ -61,8 +60,8 @@ def bracket(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
     for number in WALLS:
         open_case(cases, wall_file(number))
     progress(f"six walls, {_SECONDS:g} s each, on all cores")
-    with ProcessPoolExecutor(mp_context=get_context("forkserver")) as pool:
-        walls = list(pool.map(_both_ends, [cases] * len(WALLS), WALLS))
+    found = dict(in_processes(_both_ends, [(cases, number) for number in WALLS]))
+    walls = [found[place] for place in range(len(WALLS))]
     return Report(
         captions={
             "bracket": "Least load factor of the six walls: from above the lowest exact state that "

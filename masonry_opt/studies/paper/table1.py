@@ -27,7 +27,7 @@ from masonry_opt.studies.parts import in_processes
 WALLS = (1, 2, 3, 4, 5, 6)
 
 #: Of searches for lower states: by this seed walls 5 and 6 come to the lowest known within 11 candidates (of
-#: ten seeds nine do on wall 5 within 150, six on wall 6 within 60; see docs/solvers.md).
+#: twenty seeds nineteen do on wall 5 within 97, of ten six on wall 6 within 60; see docs/solvers.md).
 SEED = 5
 
 #: Seconds of a search at most. It ends where the lowest state known is reached, so that the table is the same

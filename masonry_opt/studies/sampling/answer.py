@@ -92,7 +92,10 @@ class Sample:
 
     def fragility(self, loads: Sequence[float] | None = None, confidence: float = CONFIDENCE) -> pd.DataFrame:
         """Probability of collapse at load factors (see :func:`~.estimates.fragility`); by default at those
-        that were found, where it rises, and a little to either side."""
+        that were found, where it rises, and a little to either side.
+
+        Raises OptionError if the confidence is not between 0 and 1.
+        """
         if loads is None:
             found = np.unique(self.load_factors[np.isfinite(self.load_factors)])
             least, greatest = ends(found)
@@ -101,7 +104,10 @@ class Sample:
         return fragility(self.load_factors, loads, _share(confidence))
 
     def sensitivity(self, confidence: float = CONFIDENCE) -> pd.DataFrame:
-        """Which of the numbers drawn matter: rank correlations (see :func:`~.estimates.sensitivity`)."""
+        """Which of the numbers drawn matter: rank correlations (see :func:`~.estimates.sensitivity`).
+
+        Raises OptionError if the confidence is not between 0 and 1.
+        """
         return sensitivity(self.table[list(self.drawn)], self.load_factors, _share(confidence))
 
     def plot(self, kind: str = "distribution") -> Figure:

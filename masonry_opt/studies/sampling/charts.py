@@ -129,4 +129,5 @@ def _title(sample: Sample) -> str:
         (sample.undecided, "undecided"),
     ]
     told = "".join(f", {count} {what}" for count, what in counted if count)
-    return f"{Path(sample.case).stem}: {sample.runs} runs{told}"
+    case = Path(sample.case).stem if sample.case.endswith(".toml") else sample.case
+    return f"{case}: {sample.runs} runs{told}"

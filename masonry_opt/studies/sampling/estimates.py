@@ -18,7 +18,7 @@ from scipy import stats
 #: Names of the confidence limits in tables.
 LIMITS = ["lower", "upper"]
 
-#: Load factors are known to this share of the largest.
+#: Load factors are known to this share of their median.
 _ROUNDING = 1e-6
 
 

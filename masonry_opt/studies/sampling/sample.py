@@ -88,6 +88,11 @@ def sample(
     parquet, workers, dask, progress:
         As of ``mo.sweep``.
 
+    Returns
+    -------
+    Sample
+        The table of all runs, with quantiles of the load factor, probabilities of collapse and what matters.
+
     Raises
     ------
     OptionError

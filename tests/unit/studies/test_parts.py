@@ -58,3 +58,11 @@ def test_nothing_goes_on_when_the_caller_is_interrupted(two_cores):
             raise KeyboardInterrupt
     assert time.perf_counter() - began < 30
     assert multiprocessing.active_children() == []
+
+
+def test_the_environment_of_the_caller_is_left_alone(two_cores, monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
+    assert dict(in_processes(os.getenv, [("OMP_NUM_THREADS",)] * 2)) == {0: "1", 1: "1"}
+    assert os.environ["OMP_NUM_THREADS"] == "3"
+    assert "MKL_NUM_THREADS" not in os.environ
