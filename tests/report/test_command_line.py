@@ -12,6 +12,7 @@ from scenes import CASES, WALLS, block_on_floor, overhanging, pressed_down, run_
 
 import masonry_opt as mo
 from masonry_opt import cli
+from masonry_opt.errors import OptionError
 from masonry_opt.report.terminal import print_result
 
 WALL_1 = WALLS[0]
@@ -224,6 +225,20 @@ def test_options_of_the_method_and_published_values(monkeypatch, capsys):
         code, out, err = run_command(monkeypatch, capsys, "solve", WALL_1, *LOOP, "-o", wrong)
         assert (code, out) == (2, "")
         assert words in err
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        ("solve", "-o", "tolerance=1e-8"),
+        ("solve", "-o", "progress=1"),
+        ("least", "--vary", "joints.friction=0.1:0.9", "--load", "0.1", "-o", "tolerance=1e-8"),
+    ],
+)
+def test_an_argument_of_the_command_is_no_option_of_the_method(monkeypatch, capsys, asked):
+    code, _, told = run_command(monkeypatch, capsys, asked[0], WALL_1, *asked[1:])
+    assert code == OptionError.exit_code
+    assert told.startswith(f"error: option '{asked[-1].partition('=')[0]}'")
 
 
 def test_version(monkeypatch, capsys):

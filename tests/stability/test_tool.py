@@ -1,4 +1,4 @@
-"""The tool under strain: interrupts, full disks, odd files and paths end in one line and an exit code."""
+"""The tool under strain: full disks, odd files and paths end in one line and an exit code."""
 
 from __future__ import annotations
 
@@ -6,17 +6,14 @@ import errno
 import json
 import os
 import re
-import signal
 import subprocess
 import sys
 import threading
-from types import SimpleNamespace
 
 import pytest
-from scenes import CASES, block_on_floor
+from scenes import CASES, run_command
 
 import masonry_opt as mo
-from masonry_opt.cli import main
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.files import write_whole
 from masonry_opt.problem.assembly import assemble
@@ -38,127 +35,10 @@ fixed = true
 """
 
 
-def run(monkeypatch, *arguments):
-    """Exit code of the command line."""
-    monkeypatch.setattr("sys.argv", ["masonry-opt", *map(str, arguments)])
-    try:
-        main()
-    except SystemExit as end:
-        return end.code or 0
-    return 0
-
-
 def in_file(tmp_path, content, name="case.toml"):
     path = tmp_path / name
     path.write_bytes(content if isinstance(content, bytes) else content.encode())
     return path
-
-
-# Interrupts
-
-
-def press_ctrl_c():
-    os.kill(os.getpid(), signal.SIGINT)
-
-
-def interrupted_after(steps, swallow):
-    """A stand-in for ``solve`` that is interrupted after some steps; a solver may swallow that."""
-
-    def solve(*_, progress, **__):
-        for number in range(steps):
-            progress(SimpleNamespace(load_factor=0.5 - 0.1 * number))
-        try:
-            press_ctrl_c()
-        except KeyboardInterrupt:
-            if not swallow:
-                raise
-        return mo.solve(block_on_floor(), "static")
-
-    return solve
-
-
-@pytest.mark.parametrize("swallow", [False, True])
-@pytest.mark.parametrize(("steps", "words"), [(0, "before the first λ"), (2, "namespace 2: λ = 0.400000")])
-def test_ctrl_c_ends_with_what_is_known(monkeypatch, capsys, steps, words, swallow):
-    monkeypatch.setattr("masonry_opt.cli.solve_scene", interrupted_after(steps, swallow))
-    assert run(monkeypatch, "solve", WALL_1) == 130
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert captured.err.startswith("error: interrupted")
-    assert words in captured.err
-    assert captured.err.count("\n") == 1
-    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-
-
-def test_ctrl_c_in_other_commands(monkeypatch, capsys):
-    monkeypatch.setattr("masonry_opt.cli.check_duality", lambda _: press_ctrl_c())
-    assert run(monkeypatch, "check", WALL_1) == 130
-    assert capsys.readouterr().err == "error: interrupted: files already written are whole\n"
-
-
-def test_ctrl_c_ends_a_search_with_the_lowest_state_so_far(monkeypatch, capsys):
-    def interrupted(*arguments, progress, **options):
-        def follow(step):
-            progress(step)
-            if getattr(step, "origin", "start") != "start":
-                press_ctrl_c()
-
-        return mo.solve(*arguments, progress=follow, **options)
-
-    monkeypatch.setattr("masonry_opt.cli.solve_scene", interrupted)
-    wall_5 = CASES / "ferris_tinloi" / "wall_5.toml"
-    asked = ("--method", "refined", "-o", "search=60", "--json")
-    assert run(monkeypatch, "solve", wall_5, *asked) == 0
-    answer = json.loads(capsys.readouterr().out)
-    assert answer["load_factor"] < 0.2138
-    (searched,) = [said for said in answer["reasons"] if said["code"] == "searched"]
-    assert searched["interrupted"]
-
-
-@pytest.mark.parametrize(
-    "asked",
-    [
-        ("solve", "-o", "tolerance=1e-8"),
-        ("solve", "-o", "progress=1"),
-        ("least", "--vary", "joints.friction=0.1:0.9", "--load", "0.1", "-o", "tolerance=1e-8"),
-    ],
-)
-def test_an_argument_of_the_command_is_no_option_of_the_method(monkeypatch, capsys, asked):
-    assert run(monkeypatch, asked[0], WALL_1, *asked[1:]) == OptionError.exit_code
-    told = capsys.readouterr().err
-    assert told.startswith(f"error: option '{asked[-1].partition('=')[0]}'")
-
-
-#: A command that is interrupted 0.2 s into a solve of IPOPT's, which takes longer on wall 6.
-IN_IPOPT = """
-import os, signal, sys, threading
-from masonry_opt import cli
-from masonry_opt.solvers.ipopt import CasadiIpopt
-
-solve = CasadiIpopt.solve
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a parent in the background ignores it
-
-def interrupted(self, epsilon):
-    threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
-    return solve(self, epsilon)
-
-CasadiIpopt.solve = interrupted
-sys.argv = ["masonry-opt", "solve", sys.argv[1], "--method", "mpec"]
-cli.main()
-"""
-
-
-def test_ctrl_c_in_ipopt_ends_with_what_is_known():
-    wall_6 = CASES / "ferris_tinloi" / "wall_6.toml"
-    command = [sys.executable, "-c", IN_IPOPT, str(wall_6)]
-    ended = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    assert ended.returncode == 130, ended.stderr
-    assert ended.stdout == ""
-    assert "Traceback" not in ended.stderr
-    # CasADi says in a line of its own that it was stopped, if IPOPT had begun.
-    last = ended.stderr.splitlines()[-1]
-    assert last.startswith("error: interrupted: the last was iteration ")
-    assert last.endswith("not the answer; nothing was written")
 
 
 # Output
@@ -172,8 +52,9 @@ def test_ctrl_c_in_ipopt_ends_with_what_is_known():
 def test_full_disk_behind_standard_output(monkeypatch, capsys, arguments):
     with open("/dev/full", "w") as full:
         monkeypatch.setattr(sys, "stdout", full)
-        assert run(monkeypatch, *arguments) == 2
-    assert "cannot be written: No space left on device" in capsys.readouterr().err
+        code, _, told = run_command(monkeypatch, capsys, *arguments)
+        assert code == 2
+    assert "cannot be written: No space left on device" in told
 
 
 @pytest.mark.parametrize("option", [[], ["--json"]])
@@ -182,8 +63,9 @@ def test_reader_of_standard_output_went_away(monkeypatch, capsys, option):
     os.close(read)
     with os.fdopen(write, "w") as pipe:
         monkeypatch.setattr(sys, "stdout", pipe)
-        assert run(monkeypatch, "solve", WALL_1, *option) == 141
-    assert capsys.readouterr().err == ""
+        code, _, told = run_command(monkeypatch, capsys, "solve", WALL_1, *option)
+        assert code == 141
+    assert told == ""
 
 
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
@@ -228,10 +110,11 @@ def test_commands_end_without_a_word_when_nobody_reads_their_output(tmp_path, ar
 
 def test_closed_standard_output_and_error(monkeypatch, capsys):
     monkeypatch.setattr(sys, "stdout", None)
-    assert run(monkeypatch, "solve", WALL_1) == 2
-    assert "standard output is closed" in capsys.readouterr().err
+    code, _, told = run_command(monkeypatch, capsys, "solve", WALL_1)
+    assert code == 2
+    assert "standard output is closed" in told
     monkeypatch.setattr(sys, "stderr", None)
-    assert run(monkeypatch, "solve", WALL_1) == 2
+    assert run_command(monkeypatch, capsys, "solve", WALL_1)[0] == 2
 
 
 def test_picture_that_cannot_be_written(monkeypatch, capsys, tmp_path):
@@ -241,19 +124,22 @@ def test_picture_that_cannot_be_written(monkeypatch, capsys, tmp_path):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr("tempfile.mkstemp", full)
-    assert run(monkeypatch, "solve", in_file(tmp_path, GOOD), "--plot", old) == 2
-    assert f"{old}: cannot be written: No space left on device" in capsys.readouterr().err
+    code, _, told = run_command(monkeypatch, capsys, "solve", in_file(tmp_path, GOOD), "--plot", old)
+    assert code == 2
+    assert f"{old}: cannot be written: No space left on device" in told
     assert old.read_bytes() == b"old"
 
 
 def test_unwritable_folder_is_told_before_long_work(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr("os.access", lambda path, mode: mode != os.W_OK)
     monkeypatch.setattr("masonry_opt.cli.solve_scene", lambda *_, **__: pytest.fail("solved all the same"))
-    assert run(monkeypatch, "solve", WALL_1, "--plot", tmp_path / "wall.png") == 2
-    assert "does not let files be written" in capsys.readouterr().err
+    code, _, told = run_command(monkeypatch, capsys, "solve", WALL_1, "--plot", tmp_path / "wall.png")
+    assert code == 2
+    assert "does not let files be written" in told
     (tmp_path / "folder.png").mkdir()
-    assert run(monkeypatch, "solve", WALL_1, "--plot", tmp_path / "folder.png") == 2
-    assert "is a folder" in capsys.readouterr().err
+    code, _, told = run_command(monkeypatch, capsys, "solve", WALL_1, "--plot", tmp_path / "folder.png")
+    assert code == 2
+    assert "is a folder" in told
 
 
 def test_writers_of_one_file_leave_it_whole(tmp_path):
@@ -288,9 +174,10 @@ def test_names_of_blocks_make_no_paths(monkeypatch, capsys, tmp_path):
     text += f'[reference]\nstatic = {{ value = 0.6, source = "{odd}" }}\n'
     path, folder = in_file(tmp_path, text), tmp_path / "out"
     folder.mkdir()
-    code = run(monkeypatch, "solve", path, "--method", "static", "--json", "--plot", folder / "picture.svg")
+    asked = ("--method", "static", "--json", "--plot", folder / "picture.svg")
+    code, out, _ = run_command(monkeypatch, capsys, "solve", path, *asked)
     assert code == 0
-    name = json.loads(capsys.readouterr().out)["block_results"][0]["block"]
+    name = json.loads(out)["block_results"][0]["block"]
     assert name == odd.replace("\\\\", "\\")
     assert list(folder.iterdir()) == [folder / "picture.svg"]
     assert sorted(entry.name for entry in tmp_path.iterdir()) == ["case.toml", "out"]
@@ -313,19 +200,20 @@ def test_names_of_blocks_make_no_paths(monkeypatch, capsys, tmp_path):
     ],
 )
 def test_odd_paths(path, words, monkeypatch, capsys):
-    assert run(monkeypatch, "solve", path) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert words in captured.err
+    code, out, told = run_command(monkeypatch, capsys, "solve", path)
+    assert (code, out) == (2, "")
+    assert words in told
 
 
 def test_pipes_and_circles_of_links(monkeypatch, capsys, tmp_path):
     os.mkfifo(tmp_path / "pipe.toml")
-    assert run(monkeypatch, "solve", tmp_path / "pipe.toml") == 2
-    assert "pipe or device" in capsys.readouterr().err
+    code, _, told = run_command(monkeypatch, capsys, "solve", tmp_path / "pipe.toml")
+    assert code == 2
+    assert "pipe or device" in told
     (tmp_path / "loop.toml").symlink_to("loop.toml")
-    assert run(monkeypatch, "solve", tmp_path / "loop.toml") == 2
-    assert "symbolic links" in capsys.readouterr().err
+    code, _, told = run_command(monkeypatch, capsys, "solve", tmp_path / "loop.toml")
+    assert code == 2
+    assert "symbolic links" in told
     with pytest.raises(CaseError, match="null"):
         mo.load("a\0.toml")
 
@@ -386,13 +274,12 @@ ODD_FILES = {
 def test_odd_files_end_in_a_short_message(name, monkeypatch, capsys, tmp_path):
     file, content, words = ODD_FILES[name]
     path = in_file(tmp_path, content, file)
-    assert run(monkeypatch, "solve", path) == 2
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert words in captured.err
-    assert str(path) in captured.err
-    assert len(captured.err) < 5000
-    assert all(letter == "\n" or letter.isprintable() for letter in captured.err)
+    code, out, told = run_command(monkeypatch, capsys, "solve", path)
+    assert (code, out) == (2, "")
+    assert words in told
+    assert str(path) in told
+    assert len(told) < 5000
+    assert all(letter == "\n" or letter.isprintable() for letter in told)
 
 
 def test_repeated_key_among_many_is_found_at_once(tmp_path):
@@ -440,23 +327,3 @@ def test_outlines_too_fine_to_compare():
 @pytest.mark.parametrize("error", [CaseError, OptionError])
 def test_messages_show_what_they_quote(error):
     assert str(error("a\x1b[31m\u202e\ud800é\nλ")) == "a\\x1b[31m\\u202e\\ud800é\nλ"
-
-
-@pytest.mark.parametrize(
-    ("library", "words"), [("pandas", ""), ("cvxpy", ": before the first λ; nothing was written")]
-)
-def test_ctrl_c_while_the_libraries_load_is_a_message(library, words):
-    """They take seconds, of which an interrupt may fall into any: those of the command, or of the solve."""
-    program = f"""
-import sys
-class Interrupted:
-    def find_spec(self, name, *_):
-        if name == "{library}":
-            raise KeyboardInterrupt
-sys.meta_path.insert(0, Interrupted())
-from masonry_opt.command import main
-main()
-"""
-    command = [sys.executable, "-c", program, "solve", str(WALL_1)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stdout, done.stderr) == (130, "", f"error: interrupted{words}\n")

@@ -71,7 +71,7 @@ class Parameters:
         """Names of all numbers that can be changed."""
         return list(self._ways)
 
-    def refuse_unknown(self, names: Mapping[str, object]) -> None:
+    def check_names(self, names: Mapping[str, object]) -> None:
         """Raise OptionError for a name that the scene does not have, with what is near, and for two names of
         which one would take the other away."""
         for name in names:
@@ -94,7 +94,7 @@ class Parameters:
         CaseError
             If the values make no scene; the message names them.
         """
-        self.refuse_unknown(values)
+        self.check_names(values)
         of_joints = {name: value for name, value in values.items() if is_of_joints(name)}
         others = {name: value for name, value in values.items() if name not in of_joints}
         try:

@@ -93,7 +93,7 @@ def sweep(
     else:
         study = Study(as_scene(scene), method, model, solver, tolerance, options)
         assert study.scene is not None
-        Parameters(study.scene).refuse_unknown(vary)
+        Parameters(study.scene).check_names(vary)
     folder = None if out is None else Path(out)
     frame = table(study, points, make=make, folder=folder, workers=workers, dask=dask, progress=progress)
     if folder is not None:

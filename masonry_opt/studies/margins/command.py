@@ -54,7 +54,7 @@ def least(
     """
     name, lower, upper = _range(vary)
     parameters = Parameters(load_scene(case))
-    parameters.refuse_unknown({name: lower})
+    parameters.check_names({name: lower})
     search = most if greatest else least_value
     with Console(stderr=True).status(f"{name}: {lower:g} to {upper:g}") as status:
 

@@ -129,5 +129,7 @@ def _title(sample: Sample) -> str:
         (sample.undecided, "undecided"),
     ]
     told = "".join(f", {count} {what}" for count, what in counted if count)
-    case = Path(sample.case).stem if sample.case.endswith(".toml") else sample.case
-    return f"{case}: {sample.runs} runs{told}"
+    case = Path(sample.case)
+    # A scene made in Python has a title in its place, which may have dots.
+    name = case.stem if case.suffix in (".toml", ".json") else sample.case
+    return f"{name}: {sample.runs} runs{told}"

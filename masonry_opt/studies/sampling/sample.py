@@ -162,7 +162,7 @@ class Draws:
         if not 0 <= self._correlation <= 1:
             raise OptionError(f"correlation must be between 0 and 1 (found {correlation!r})")
         self._parameters = Parameters(scene)
-        self._parameters.refuse_unknown(distributions)
+        self._parameters.check_names(distributions)
         self._by = by
         self.distributions: dict[str, Distribution] = {
             name: distribution(name, given) for name, given in distributions.items()

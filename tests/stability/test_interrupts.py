@@ -1,0 +1,127 @@
+"""Ctrl-C at any time ends in one line, exit code 130, and what is known by then."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+from types import SimpleNamespace
+
+import pytest
+from scenes import CASES, block_on_floor, run_command
+
+import masonry_opt as mo
+
+WALL_1 = CASES / "ferris_tinloi" / "wall_1.toml"
+
+
+def press_ctrl_c():
+    os.kill(os.getpid(), signal.SIGINT)
+
+
+def interrupted_after(steps, swallow):
+    """A stand-in for ``solve`` that is interrupted after some steps; a solver may swallow that."""
+
+    def solve(*_, progress, **__):
+        for number in range(steps):
+            progress(SimpleNamespace(load_factor=0.5 - 0.1 * number))
+        try:
+            press_ctrl_c()
+        except KeyboardInterrupt:
+            if not swallow:
+                raise
+        return mo.solve(block_on_floor(), "static")
+
+    return solve
+
+
+@pytest.mark.parametrize("swallow", [False, True])
+@pytest.mark.parametrize(("steps", "words"), [(0, "before the first λ"), (2, "namespace 2: λ = 0.400000")])
+def test_ctrl_c_ends_with_what_is_known(monkeypatch, capsys, steps, words, swallow):
+    monkeypatch.setattr("masonry_opt.cli.solve_scene", interrupted_after(steps, swallow))
+    code, out, told = run_command(monkeypatch, capsys, "solve", WALL_1)
+    assert (code, out) == (130, "")
+    assert told.startswith("error: interrupted")
+    assert words in told
+    assert told.count("\n") == 1
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_ctrl_c_in_other_commands(monkeypatch, capsys):
+    monkeypatch.setattr("masonry_opt.cli.check_duality", lambda _: press_ctrl_c())
+    ended = run_command(monkeypatch, capsys, "check", WALL_1)
+    assert ended == (130, "", "error: interrupted: files already written are whole\n")
+
+
+def test_ctrl_c_ends_a_search_with_the_lowest_state_so_far(monkeypatch, capsys):
+    def interrupted(*arguments, progress, **options):
+        def follow(step):
+            progress(step)
+            if getattr(step, "origin", "start") != "start":
+                press_ctrl_c()
+
+        return mo.solve(*arguments, progress=follow, **options)
+
+    monkeypatch.setattr("masonry_opt.cli.solve_scene", interrupted)
+    wall_5 = CASES / "ferris_tinloi" / "wall_5.toml"
+    asked = ("--method", "refined", "-o", "search=60", "--json")
+    code, out, _ = run_command(monkeypatch, capsys, "solve", wall_5, *asked)
+    assert code == 0
+    answer = json.loads(out)
+    assert answer["load_factor"] < 0.2138
+    (searched,) = [said for said in answer["reasons"] if said["code"] == "searched"]
+    assert searched["interrupted"]
+
+
+#: A command that is interrupted 0.2 s into a solve of IPOPT's, which takes longer on wall 6.
+IN_IPOPT = """
+import os, signal, sys, threading
+from masonry_opt import cli
+from masonry_opt.solvers.ipopt import CasadiIpopt
+
+solve = CasadiIpopt.solve
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a parent in the background ignores it
+
+def interrupted(self, epsilon):
+    threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+    return solve(self, epsilon)
+
+CasadiIpopt.solve = interrupted
+sys.argv = ["masonry-opt", "solve", sys.argv[1], "--method", "mpec"]
+cli.main()
+"""
+
+
+def test_ctrl_c_in_ipopt_ends_with_what_is_known():
+    wall_6 = CASES / "ferris_tinloi" / "wall_6.toml"
+    command = [sys.executable, "-c", IN_IPOPT, str(wall_6)]
+    ended = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert ended.returncode == 130, ended.stderr
+    assert ended.stdout == ""
+    assert "Traceback" not in ended.stderr
+    # CasADi says in a line of its own that it was stopped, if IPOPT had begun.
+    last = ended.stderr.splitlines()[-1]
+    assert last.startswith("error: interrupted: the last was iteration ")
+    assert last.endswith("not the answer; nothing was written")
+
+
+@pytest.mark.parametrize(
+    ("library", "words"), [("pandas", ""), ("cvxpy", ": before the first λ; nothing was written")]
+)
+def test_ctrl_c_while_the_libraries_load_is_a_message(library, words):
+    """They take seconds, of which an interrupt may fall into any: those of the command, or of the solve."""
+    program = f"""
+import sys
+class Interrupted:
+    def find_spec(self, name, *_):
+        if name == "{library}":
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Interrupted())
+from masonry_opt.command import main
+main()
+"""
+    command = [sys.executable, "-c", program, "solve", str(WALL_1)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", f"error: interrupted{words}\n")
