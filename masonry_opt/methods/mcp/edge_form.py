@@ -95,6 +95,7 @@ class EdgeForm:
     A, At: equilibrium of blocks under x, shape (3b, 3c), and its transpose.
     G: chords of crushing in the forces at the two edges, shape (chords, 2c).
     sliding: which joints can slide, as an index.
+    least_forces: least x that carries the dead load, whatever the joints' law, shape (3, c).
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -111,13 +112,8 @@ class EdgeForm:
         rocking = 2 * problem.joints
         self.G = (problem.R[rocking:] @ self.from_edges)[:, :rocking].tocsr()
         self._whole_moment = problem.crushing_moment[problem.faces - self.G.shape[0] :]
-
-    @cached_property
-    def least_forces(self) -> np.ndarray:
-        """Least x that carries the dead load, whatever the joints' law, shape (3, c)."""
-        found = lsqr(self.A, -self.problem.dead, atol=1e-8, btol=1e-8, iter_lim=300)
-        forces: np.ndarray = found[0].reshape(3, -1)
-        return forces
+        # Nothing of the joints' law, so that forms under other laws share them.
+        self.least_forces = lsqr(self.A, -problem.dead, atol=1e-8, btol=1e-8, iter_lim=300)[0].reshape(3, -1)
 
     def under(self, law: Problem) -> EdgeForm:
         """The same, of joints under the law of another problem."""
