@@ -70,7 +70,7 @@ def solve(
     tolerance:
         Feasibility and gap tolerance asked of the solver, for the same three (default 1e-9).
     progress:
-        Called with every step: :class:`~.mcp.interior_point.NewtonStep`,
+        Called with every step: :class:`~.mcp.history.NewtonStep`,
         :class:`~.loop.history.Iteration` of the loop, :class:`~.mpec.Relaxation`,
         :class:`~.refined.method.Refinement`, :class:`~.bracket.relaxation.Relaxation` of "global".
     **options:

@@ -254,7 +254,7 @@ def make_result(
     problem, scene = assembly.problem, assembly.scene
     lp = solution.size
     return Result(
-        case=scene.origin if scene.origin != "scene" else scene.title or "scene",
+        case=scene.called,
         method=method,
         model=model,
         solver=solver,

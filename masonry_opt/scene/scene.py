@@ -130,6 +130,11 @@ class Scene(SceneKeys):
         return self._origin
 
     @property
+    def called(self) -> str:
+        """What results call the scene: its case file, else its title, else ``"scene"``."""
+        return self._origin if self._origin != "scene" else self.title or "scene"
+
+    @property
     def case(self) -> SceneKeys | None:
         """The case file as it was read, its generators not expanded; None of a scene made in Python."""
         return self._case

@@ -136,22 +136,21 @@ class HighsSession:
 
     def least(self) -> tuple[float, np.ndarray]:
         """What the multipliers of the last optimum prove of its costs, see :meth:`LinearProgram.least`."""
-        cost = np.array(self._highs.getLp().col_cost_)
-        return self._with_costs(cost).least(np.array(self._highs.getSolution().row_dual))
+        return self._as_it_stands().least(np.array(self._highs.getSolution().row_dual))
 
     def contradiction(self) -> tuple[float, np.ndarray]:
         """What the dual ray of the last program, an infeasible one, proves: ``short·|x| ≥ value`` for every x
         that meets its rows and bounds, ``short`` being rounding; the value is 0 if there is no ray."""
         nothing = np.zeros(len(self.lp.cost))
         _, found, ray = self._highs.getDualRay()
-        return self._with_costs(nothing).least(np.array(ray)) if found else (0.0, nothing)
+        return replace(self._as_it_stands(), cost=nothing).least(np.array(ray)) if found else (0.0, nothing)
 
-    def _with_costs(self, cost: np.ndarray) -> LinearProgram:
-        """The program as it stands in HiGHS, with other costs."""
+    def _as_it_stands(self) -> LinearProgram:
+        """The program with the costs and bounds that it has in HiGHS now."""
         lp = self._highs.getLp()
         return replace(
             self.lp,
-            cost=cost,
+            cost=np.array(lp.col_cost_),
             row_lower=np.array(lp.row_lower_),
             row_upper=np.array(lp.row_upper_),
             low=np.array(lp.col_lower_),

@@ -1,4 +1,4 @@
-"""Ctrl-C at any time ends in one line, exit code 130, and what is known by then."""
+"""Ctrl-C at any time ends in one line and exit code 130, or in the lowest state of a search."""
 
 from __future__ import annotations
 

@@ -16,7 +16,8 @@ from masonry_opt.explain.existence import existence
 from masonry_opt.methods.loop.exact_end import motion_for
 from masonry_opt.methods.loop.method import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
-from masonry_opt.methods.mcp.interior_point import NewtonStep, Outcome
+from masonry_opt.methods.mcp.history import NewtonStep
+from masonry_opt.methods.mcp.interior_point import Outcome
 from masonry_opt.methods.mcp.passes import Passes
 from masonry_opt.methods.mcp.rules import ATTEMPTS
 from masonry_opt.methods.refined.programs import ExactState, Refiner

@@ -8,7 +8,7 @@ from itertools import count, islice
 
 import numpy as np
 
-from masonry_opt.methods.mcp.interior_point import NewtonStep
+from masonry_opt.methods.mcp.history import NewtonStep
 from masonry_opt.methods.mcp.passes import Passes
 from masonry_opt.methods.mcp.rules import ATTEMPTS
 from masonry_opt.methods.refined.programs import ExactState, Refiner, is_lower

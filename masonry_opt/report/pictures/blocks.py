@@ -21,6 +21,7 @@ from masonry_opt.errors import printable
 from masonry_opt.explain.sentences import numeral
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.report.colours import AT_REST, BLOCK, FIXED, HATCH
+from masonry_opt.scene.scene import Scene
 
 #: What a legend shows of a thing drawn.
 Handle = Line2D | Patch
@@ -70,15 +71,15 @@ def frame(axes: Axes, assembly: Assembly) -> None:
     axes.set_ylabel("y")
 
 
-def set_title(axes: Axes, title: str, line: str) -> None:
-    """A scene's title, wrapped, and a line below it."""
+def set_title(axes: Axes, scene: Scene, line: str) -> None:
+    """A scene's title or the name of its file, wrapped, and a line below it."""
+    title = scene.title or FilePath(scene.origin).stem
     # A title may hold dollar signs.
     axes.set_title(f"{printable(textwrap.fill(title, 60))}\n{line}", parse_math=False)
 
 
 def title_result(axes: Axes, result: Result) -> None:
     """What was analysed, and its load factor or why there is none."""
-    title = result.assembly.scene.title or FilePath(result.case).stem
     if result.load_factor is not None:
         line = f"load factor λ = {numeral(result.load_factor, '.5f')} ({result.method})"
         if result.tilt_angle is not None:
@@ -87,7 +88,7 @@ def title_result(axes: Axes, result: Result) -> None:
         moves = result.solution.d is not None and result.status is not Status.UNSTABLE
         tried = "; drawn: the last motion tried, no collapse" if moves else ""
         line = f"no load factor ({result.status}){tried}"
-    set_title(axes, title, line)
+    set_title(axes, result.assembly.scene, line)
 
 
 def say_no_forces(axes: Axes) -> None:

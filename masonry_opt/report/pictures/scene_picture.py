@@ -138,7 +138,7 @@ def _draw(axes: Axes, assembly: Assembly, names: bool) -> list[Handle]:
     handles += draw_loads(axes, assembly, place)
     if names:
         draw_names(axes, assembly, place)
-    set_title(axes, assembly.scene.title or Path(assembly.scene.origin).stem, counts(assembly))
+    set_title(axes, assembly.scene, counts(assembly))
     return handles
 
 

@@ -60,8 +60,8 @@ def bracket(cases: Path, progress: ProgressLine = lambda _: None) -> Report:
     for number in WALLS:
         open_case(cases, wall_file(number))
     progress(f"six walls, {_SECONDS:g} s each, on all cores")
-    found = dict(in_processes(_both_ends, [(cases, number) for number in WALLS]))
-    walls = [found[place] for place in range(len(WALLS))]
+    found = in_processes(_both_ends, [(cases, number) for number in WALLS])
+    walls = [both for _, both in sorted(found)]
     return Report(
         captions={
             "bracket": "Least load factor of the six walls: from above the lowest exact state that "

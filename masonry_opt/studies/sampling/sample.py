@@ -125,7 +125,7 @@ def sample(
         progress=progress,
     )
     found = Sample(
-        case=scene.origin if scene.origin != "scene" else scene.title or "scene",
+        case=scene.called,
         table=runs,
         drawn=tuple(map(str, values)),
         distributions={name: draws.told(name) for name in draws.distributions},
