@@ -1,5 +1,7 @@
 """What a user can put right: every error here ends as one message, never as a traceback."""
 
+from math import ceil, floor, log10
+
 
 def printable(text: str) -> str:
     """The text with everything but printable characters and line ends written as escapes.
@@ -12,6 +14,12 @@ def printable(text: str) -> str:
     return "".join(
         letter if letter == "\n" or letter.isprintable() else ascii(letter)[1:-1] for letter in text
     )
+
+
+def rounded_up(value: float, digits: int = 4) -> str:
+    """So many digits of a positive number, and no less than it: a little less would not do."""
+    unit = 10.0 ** (floor(log10(value)) + 1 - digits)
+    return f"{ceil(value / unit) * unit:.{digits}g}"
 
 
 class MasonryError(Exception):

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import ceil, floor, inf, log10, radians, tan
+from math import inf, radians, tan
 from typing import Any
 
 from masonry_opt.answer.reasons import Code, Reason
 from masonry_opt.answer.status import Status
+from masonry_opt.errors import rounded_up
 
 #: Of what a list names, so many are named.
 _NAMED = 5
@@ -47,7 +48,7 @@ def numeral(value: float, spec: str) -> str:
 def _friction_would_hold(v: dict[str, Any]) -> str:
     slides = f"{_pairs(v)} slide{'s' if len(v['pairs']) == 1 else ''}" if v["pairs"] else "joints slide"
     if v["factor"] is not None:
-        much = f"with all friction at least {_rounded_up(v['factor'])} times as high"
+        much = f"with all friction at least {rounded_up(v['factor'])} times as high"
     elif v["above"] > 1:
         much = f"if they could not: {v['above']:.4g} times the present friction does not do"
     else:
@@ -58,12 +59,6 @@ def _friction_would_hold(v: dict[str, Any]) -> str:
             f"hangs, {much}"
         )
     return f"{slides}: the scene would stand {much}"
-
-
-def _rounded_up(value: float, digits: int = 4) -> str:
-    """So many digits of a positive number, and no less than it: a little less would not do."""
-    unit = 10.0 ** (floor(log10(value)) + 1 - digits)
-    return f"{ceil(value / unit) * unit:.{digits}g}"
 
 
 def _wedged(v: dict[str, Any]) -> str:
@@ -167,7 +162,7 @@ def _where(v: dict[str, Any]) -> str:
 
 def _with_widths(v: dict[str, Any]) -> list[str]:
     return [
-        f"{a!r}–{b!r} ({_rounded_up(width, 2)} wide)"
+        f"{a!r}–{b!r} ({rounded_up(width, 2)} wide)"
         for (a, b), width in zip(v["pairs"], v["widths"], strict=True)
     ]
 
@@ -324,8 +319,8 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
         f"{v['size']:.3g}: are the coordinates in one unit?"
     ),
     Code.SMALL_GAPS: lambda v: (
-        f"blocks face each other across a small gap and do not touch: {_some(_with_widths(v))}; if they "
-        "should, raise 'tolerance' to that width"
+        f"blocks face each other across a small gap and do not touch along it: {_some(_with_widths(v))}; if "
+        f"they should, raise 'tolerance' to {rounded_up(max(v['widths']), 2)}"
     ),
     Code.CORNERS_MEET: lambda v: (
         f"{_pairs(v)} meet corner on corner, where nothing holds them: a joint needs an edge of either"

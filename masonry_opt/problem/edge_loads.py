@@ -12,7 +12,7 @@ from masonry_opt.scene.contact import Joints
 from masonry_opt.scene.edge_load import EdgeLoad
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.touching import PARALLEL
+from masonry_opt.scene.touching import LEAN
 
 
 @dataclass(frozen=True)
@@ -69,11 +69,11 @@ class _Segments:
         y0, y1 = (self.tail - start) @ across, (self.tip - start) @ across
         low, high = np.maximum(np.minimum(x0, x1), 0.0), np.minimum(np.maximum(x0, x1), length)
         slope = np.divide(y1 - y0, x1 - x0, out=np.full_like(y0, np.inf), where=x1 != x0)
-        found = np.flatnonzero((high - low > tolerance) & (np.abs(slope) <= PARALLEL))
+        found = np.flatnonzero(high - low > tolerance)
         # How far away the ends of what they share are.
         ends = np.column_stack([low, high])[found]
         away = np.abs(y0[found, None] + slope[found, None] * (ends - x0[found, None])).max(axis=1, initial=0)
-        near = away <= tolerance
+        near = away <= np.minimum(tolerance, LEAN * (high - low)[found])
         return found[near], ends[near]
 
 
@@ -105,7 +105,8 @@ def edge_forces(scene: Scene, shapes: Geometry, joints: Joints) -> EdgeForces:
             )
         found, spans = edges.along(start, end, shapes.tolerance)
         movable = ~fixed[edges.owner[found]]
-        covering, covered = covers.along(start, end, shapes.tolerance)
+        # A joint runs between the edges of its blocks, up to half the tolerance off each.
+        covering, covered = covers.along(start, end, 2 * shapes.tolerance)
         met: list[tuple[float, float]] = []
         for edge, span in zip(found[movable], spans[movable], strict=True):
             block = edges.owner[edge]

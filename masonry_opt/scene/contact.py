@@ -10,7 +10,7 @@ import scipy.sparse as sp
 import shapely
 from scipy.sparse.csgraph import connected_components
 
-from masonry_opt.errors import CaseError
+from masonry_opt.errors import CaseError, rounded_up
 from masonry_opt.scene.geometry import Geometry, raise_for
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.touching import NEAR_MISS, Edges, corners_on_edges, shared_edges
@@ -38,8 +38,8 @@ class Joints:
         ``inf`` where it does not depend on them, shape (joints, 2).
     strength: compressive, per unit length, ``inf`` where joints carry any pressure, shape (joints,).
     fixed_pairs: how many touching pairs were left out because both blocks are fixed.
-    near_misses: pairs of blocks (indices) whose edges face each other across a small gap only.
-    gaps: the width of each, at most which 'tolerance' must be for these to touch.
+    near_misses: pairs of blocks (indices) that share no length, and face each other across a small gap.
+    gaps: the largest width of each: the least 'tolerance' at which these share that length.
     corners: pairs of blocks (indices) that meet corner on corner, which has no normal and is no joint,
         where not both have a joint that ends there.
     """
@@ -69,9 +69,10 @@ class Joints:
 def find_joints(scene: Scene, geometry: Geometry, *, floating: bool = False) -> Joints:
     """Find the joints of a scene.
 
-    Two blocks share a joint wherever their edges run within the geometry's tolerance of each other along more
-    than that tolerance. Where a corner of one stands on an edge of the other, away from such a length, is a
-    joint without length, normal to the edge. Two fixed blocks share no joint.
+    Two blocks share a joint wherever their edges face each other and stay within the geometry's tolerance
+    along ten tolerances or more, at any angle (along less, if they stay within a tenth of that length): its
+    line and normal are those of the edges' bisector. Where a corner of one stands on an edge of the other,
+    away from such a length, is a joint without length, normal to the edge. Two fixed blocks share no joint.
 
     Parameters
     ----------
@@ -93,7 +94,6 @@ def find_joints(scene: Scene, geometry: Geometry, *, floating: bool = False) -> 
     fixed_pairs = len(np.unique(along.pair[~joined]))
     along = along.where(joined)
     points, corners = corners_on_edges(edges, geometry, pairs, along, np.flatnonzero(~both_fixed))
-    near = np.setdiff1d(near, points.pair)
     found = along.with_points(points)
     first, second = pairs[found.pair, 0], pairs[found.pair, 1]
     if not floating:
@@ -178,15 +178,19 @@ def _nearest(scene: Scene, geometry: Geometry, block: int) -> str:
     if gap <= geometry.tolerance:
         return f": it meets {name} corner on corner alone, where a joint needs an edge of either"
     small = gap <= NEAR_MISS * np.sqrt(geometry.area[[block, nearest]].min())
-    rounded = ", or raise 'tolerance' above that if coordinates were rounded" if small else ""
+    to = rounded_up(gap, 2)
+    rounded = f", or raise 'tolerance' to {to} if coordinates were rounded" if small else ""
     return f": {name}, the nearest, is {gap:.3g} away: close the gap{rounded}, or take the block away"
 
 
 def _refuse_overlaps(scene: Scene, geometry: Geometry, pairs: np.ndarray) -> None:
     common = shapely.intersection(geometry.polygons[pairs[:, 0]], geometry.polygons[pairs[:, 1]])
     area, perimeter = shapely.area(common), shapely.length(common)
-    # Mean width of a sliver: area over half its perimeter.
-    depth = np.divide(2 * area, perimeter, out=np.zeros_like(area), where=area > 0)
+    # A convex piece is at least as deep as its area over half its perimeter, and at most π times that.
+    mean = np.divide(2 * area, perimeter, out=np.zeros_like(area), where=area > 0)
+    depth = np.zeros_like(area)
+    for index in np.flatnonzero(mean > geometry.tolerance / np.pi):
+        depth[index] = max(map(_least_width, shapely.get_parts(common[index])))
     deep = np.flatnonzero(depth > geometry.tolerance)
     if len(deep):
         worst = deep[np.argmax(area[deep])]
@@ -195,12 +199,23 @@ def _refuse_overlaps(scene: Scene, geometry: Geometry, pairs: np.ndarray) -> Non
         x, y = (f"{0.0 if abs(value) <= geometry.tolerance else value:.6g}" for value in middle)
         # Rounding leaves slivers; what is deeper is no matter of tolerance.
         shallow = depth[worst] <= NEAR_MISS * np.sqrt(geometry.area[pairs[worst]].min())
-        rounded = ", or raise 'tolerance' if their coordinates were rounded" if shallow else ""
+        most = rounded_up(float(depth[deep].max()), 2)
+        rounded = f", or raise 'tolerance' to {most} if their coordinates were rounded" if shallow else ""
         more = f" ({len(deep) - 1} more pairs overlap)" if len(deep) > 1 else ""
         raise CaseError(
             f"{scene.origin}: blocks {one} and {other} overlap over an area of {area[worst]:.6g} round "
-            f"({x}, {y}): move them apart{rounded}{more}"
+            f"({x}, {y}), {depth[worst]:.3g} deep: move them apart{rounded}{more}"
         )
+
+
+def _least_width(piece: shapely.Geometry) -> float:
+    """The least distance of parallel lines that enclose a piece: how far apart its blocks must be moved."""
+    corners = shapely.get_coordinates(shapely.convex_hull(piece))
+    sides = np.diff(corners, axis=0)
+    if len(sides) < 3:
+        return 0.0
+    across = np.column_stack([-sides[:, 1], sides[:, 0]]) / np.hypot(*sides.T)[:, None]
+    return float(np.ptp(corners @ across.T, axis=0).min())
 
 
 def _properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dict[str, Any]:

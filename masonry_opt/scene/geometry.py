@@ -15,6 +15,10 @@ from masonry_opt.scene.scene import Scene
 #: joints, corners.
 RELATIVE_TOLERANCE = 1e-6
 
+#: Share of the tolerance within which corners lie on the outline without them: outlines off by so little are
+#: near each other where the blocks are.
+_STRAIGHT = 0.1
+
 
 @dataclass(frozen=True)
 class Geometry:
@@ -52,8 +56,8 @@ def geometry(scene: Scene) -> Geometry:
     """Polygons, areas and centroids of the blocks.
 
     Clockwise polygons are turned round, parts of a block are united, holes cut out. Corners that lie within
-    the tolerance of the outline without them are dropped for finding joints; area and centroid are those of
-    the polygons as given.
+    a tenth of the tolerance of the outline without them are dropped for finding joints; area and centroid are
+    those of the polygons as given.
 
     Raises
     ------
@@ -112,7 +116,7 @@ def _built_up(scene: Scene, index: int, origin: np.ndarray, tolerance: float) ->
 
 def _without_straight_corners(shape: shapely.Geometry, tolerance: float) -> shapely.Geometry:
     # Normalised rings begin at a leftmost, lowest corner, which no straight edge runs through.
-    plain = shapely.simplify(shapely.normalize(shape), tolerance, preserve_topology=True)
+    plain = shapely.simplify(shapely.normalize(shape), _STRAIGHT * tolerance, preserve_topology=True)
     return shapely.orient_polygons(plain)
 
 
@@ -136,7 +140,7 @@ def _outlines(
     )
     closed = np.insert(corners[turned], start + counts, corners[leftmost], axis=0)
     rings = shapely.linestrings(closed, indices=np.repeat(np.arange(len(counts)), counts + 1))
-    rings = shapely.simplify(rings, tolerance, preserve_topology=False)
+    rings = shapely.simplify(rings, _STRAIGHT * tolerance, preserve_topology=False)
     closed, owner = shapely.get_coordinates(rings, return_index=True)
     last = np.append(owner[1:] != owner[:-1], True)
     corners, owner = closed[~last], owner[~last]

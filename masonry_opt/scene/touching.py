@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,12 +12,13 @@ from masonry_opt.errors import CaseError
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.scene import Scene
 
-#: Facing edges nearer than this, over the root of the smaller block's area, were perhaps meant to touch, and
+#: Facing edges nearer than this, over the root of the smaller block's area, were surely meant to touch, and
 #: overlaps no deeper come of rounded coordinates.
-NEAR_MISS = 1e-3
+NEAR_MISS = 1e-2
 
-#: Edges that touch along a length are parallel up to this angle (radians).
-PARALLEL = 1e-3
+#: Edges touch along a length if they stay apart by no more than this share of it (and the tolerance): what is
+#: ten tolerances long may lean by any angle that the tolerance allows, what is shorter is held to that angle.
+LEAN = 0.1
 
 #: Pairs of edges compared (of blocks that are near each other, in each other's box).
 _MOST_EDGES = 20_000_000
@@ -47,8 +49,12 @@ class Contacts:
 def shared_edges(
     scene: Scene, edges: Edges, geometry: Geometry, pairs: np.ndarray
 ) -> tuple[Contacts, np.ndarray]:
-    """The lengths of edge that pairs share, and of each pair the width of a small gap if it faces each
-    other across no less, shape (pairs,): the tolerance at which it would touch; ``inf`` without one.
+    """The lengths of edge that pairs share, and of each pair that shares none the width of a small gap across
+    which it faces each other, shape (pairs,): the tolerance at which it would touch; ``inf`` without one.
+
+    Edges share the part of their bisector onto which both project, if their largest distance there is within
+    the tolerance. Parts that follow one another (an edge drawn in chords) are one length, or several where it
+    bends by more than the tolerance.
     """
     reach = np.maximum(
         geometry.tolerance, NEAR_MISS * np.sqrt(geometry.area[pairs].min(axis=1, initial=np.inf))
@@ -56,43 +62,106 @@ def shared_edges(
     near_edges = edges.combinations(pairs, reach, shapely.bounds(geometry.polygons))
     if near_edges is None:
         raise _too_fine(scene, edges.of_each(len(geometry.polygons)))
-    pair, i, j = near_edges
-
-    edge = edges.tip[i] - edges.tail[i]
-    length = np.hypot(edge[:, 0], edge[:, 1])
-    along = edge / length[:, None]
-    normal = np.column_stack([-along[:, 1], along[:, 0]])
-    other = edges.tip[j] - edges.tail[j]
-    facing = (other * along).sum(axis=1) < 0
-    sine = np.abs((other * normal).sum(axis=1)) / np.hypot(other[:, 0], other[:, 1])
-    # Positions of the other edge's ends along and across this edge.
-    from_tail, from_tip = edges.tail[j] - edges.tail[i], edges.tip[j] - edges.tail[i]
-    x0, x1 = (from_tip * along).sum(axis=1), (from_tail * along).sum(axis=1)
-    y0, y1 = (from_tip * normal).sum(axis=1), (from_tail * normal).sum(axis=1)
-    low, high = np.maximum(x0, 0.0), np.minimum(x1, length)
-    slope = np.divide(y1 - y0, x1 - x0, out=np.zeros_like(y0), where=x1 > x0)
-    gap = np.maximum(np.abs(y0 + slope * (low - x0)), np.abs(y0 + slope * (high - x0)))
-    opposite = facing & (sine <= PARALLEL) & (high - low > geometry.tolerance)
-    shared = opposite & (gap <= geometry.tolerance)
+    facing = _Facing.of(edges, *near_edges, shortest=geometry.tolerance)
+    shared = _joined(facing.where(facing.largest <= geometry.tolerance), geometry.tolerance)
+    leaning = facing.largest <= LEAN * facing.length
+    near = leaning & (facing.largest <= reach[facing.pair])
     width = np.full(len(pairs), np.inf)
-    near = opposite & (gap <= reach[pair])
-    np.minimum.at(width, pair[near], gap[near])
-    width[pair[shared]] = np.inf
-
-    # Convex blocks meet along one line; of edges broken within the tolerance keep the longest.
-    shared_at = np.flatnonzero(shared)
-    longest_first = np.lexsort((-(high - low)[shared_at], pair[shared_at]))
-    shared_at = shared_at[longest_first]
-    longest = np.append(True, pair[shared_at][1:] != pair[shared_at][:-1])[: len(shared_at)]
-    notched = ~geometry.convex[pairs].all(axis=1)
-    chosen = shared_at[longest | notched[pair[shared_at]]]
-    base = edges.tail[i[chosen]]
-    start = base + low[chosen, None] * along[chosen]
-    end = base + high[chosen, None] * along[chosen]
+    np.minimum.at(width, facing.pair[near], facing.largest[near])
+    width[shared.pair] = np.inf
     # Counter-clockwise round the first block its interior lies to the left.
-    inwards = (end - start) / np.hypot(*(end - start).T)[:, None]
+    inwards = (shared.end - shared.start) / shared.length[:, None]
     normal = np.column_stack([-inwards[:, 1], inwards[:, 0]])
-    return Contacts(pair[chosen], start, end, normal), width
+    return Contacts(shared.pair, shared.start, shared.end, normal), width
+
+
+@dataclass(frozen=True)
+class _Facing:
+    """Parts of the bisectors of facing edges onto which both edges project: their pairs, their ends in the
+    sense of the first block's edge, and the largest distance of the edges there."""
+
+    pair: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    largest: np.ndarray
+
+    @property
+    def length(self) -> np.ndarray:
+        return np.hypot(*(self.end - self.start).T)
+
+    def where(self, kept: np.ndarray) -> _Facing:
+        return _Facing(self.pair[kept], self.start[kept], self.end[kept], self.largest[kept])
+
+    @classmethod
+    def of(cls, edges: Edges, pair: np.ndarray, i: np.ndarray, j: np.ndarray, shortest: float) -> _Facing:
+        """Those of edges i of the pairs' first and j of their second blocks that are longer than that."""
+        one, other = edges.tip[i] - edges.tail[i], edges.tail[j] - edges.tip[j]
+        one, other = (edge / np.hypot(*edge.T)[:, None] for edge in (one, other))
+        kept = (one * other).sum(axis=1) > 0
+        pair, i, j, along = pair[kept], i[kept], j[kept], (one + other)[kept]
+        along /= np.hypot(*along.T)[:, None]
+        normal = np.column_stack([-along[:, 1], along[:, 0]])
+        base = edges.tail[i]
+        ends = [edges.tail[i], edges.tip[i], edges.tip[j], edges.tail[j]]
+        x, y = (np.stack([((end - base) * axis).sum(axis=1) for end in ends]) for axis in (along, normal))
+        low, high = np.maximum(x[0], x[2]), np.minimum(x[1], x[3])
+        at = np.stack([low, high])
+        first = y[0] + (at - x[0]) * ((y[1] - y[0]) / (x[1] - x[0]))
+        second = y[2] + (at - x[2]) * ((y[3] - y[2]) / (x[3] - x[2]))
+        middle = (first + second) / 2
+        start, end = (
+            base + along * position[:, None] + normal * across[:, None]
+            for position, across in zip(at, middle, strict=True)
+        )
+        return cls(pair, start, end, np.abs(first - second).max(axis=0)).where(high - low > shortest)
+
+
+def _joined(parts: _Facing, tolerance: float) -> _Facing:
+    """Parts that follow one another as one, where it is straight within the tolerance; and of all those that
+    are no corner of it."""
+    repeated = np.flatnonzero(np.bincount(parts.pair)[parts.pair] > 1) if len(parts.pair) else []
+    alone = np.setdiff1d(np.arange(len(parts.pair)), repeated)
+    found = [parts.where(alone)]
+    for pair in np.unique(parts.pair[repeated]):
+        found += [
+            _simplified(chain, tolerance) for chain in _chains(parts.where(parts.pair == pair), tolerance)
+        ]
+    whole = _Facing(
+        *(
+            np.concatenate([getattr(part, name) for part in found])
+            for name in ("pair", "start", "end", "largest")
+        )
+    )
+    whole = whole.where(whole.largest <= LEAN * whole.length)
+    return whole.where(np.argsort(whole.pair, kind="stable"))
+
+
+def _chains(parts: _Facing, tolerance: float) -> Iterator[_Facing]:
+    """The parts of one pair by chains of those that begin where another ends: nearer than two tolerances, for
+    what is too short to be a part may lie between."""
+    apart = np.hypot(*np.moveaxis(parts.end[:, None] - parts.start[None], 2, 0))
+    np.fill_diagonal(apart, np.inf)
+    after = {int(k): int(apart[k].argmin()) for k in np.flatnonzero(apart.min(axis=1) <= 2 * tolerance)}
+    left = set(range(len(parts.pair)))
+    # Begin with those that follow none; what is left then is a ring.
+    for first in [*sorted(left - set(after.values())), *sorted(left)]:
+        chain, at = [], first
+        while at in left:
+            left.remove(at)
+            chain.append(at)
+            at = after.get(at, -1)
+        if chain:
+            yield parts.where(np.array(chain))
+
+
+def _simplified(chain: _Facing, tolerance: float) -> _Facing:
+    """A chain's line without the corners that lie within half the tolerance of the line without them."""
+    inner = (chain.end[:-1] + chain.start[1:]) / 2
+    line = shapely.LineString(np.concatenate([chain.start[:1], inner, chain.end[-1:]]))
+    corners = shapely.get_coordinates(shapely.simplify(line, tolerance / 2, preserve_topology=False))
+    count = len(corners) - 1
+    largest = np.full(count, chain.largest.max())
+    return _Facing(np.full(count, chain.pair[0]), corners[:-1], corners[1:], largest)
 
 
 def corners_on_edges(

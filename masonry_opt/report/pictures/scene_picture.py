@@ -22,7 +22,6 @@ from masonry_opt.report.pictures.figure import Legend, Picture, finish, fit, ref
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.contact import refuse_floating
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.touching import NEAR_MISS
 
 #: Of small gaps.
 _DASHES = (0, (1.6, 1.1))
@@ -86,10 +85,10 @@ def near_misses(assembly: Assembly) -> list[np.ndarray]:
     """The lengths of edge, in the case's coordinates, along which blocks face each other across a small gap;
     shape (points, 2) each."""
     shapes, found = assembly.geometry, []
-    for pair in assembly.joints.near_misses:
+    for pair, gap in zip(assembly.joints.near_misses, assembly.joints.gaps, strict=True):
         one, other = shapes.polygons[list(pair)]
-        # A little farther than the search for them looks, which keeps their ends.
-        reach = 1.01 * max(shapes.tolerance, NEAR_MISS * float(np.sqrt(shapes.area[list(pair)].min())))
+        # A little more than the largest width, which keeps their ends.
+        reach = 1.01 * gap
         facing = shapely.intersection(shapely.boundary(one), shapely.buffer(other, reach))
         lines = shapely.get_parts(shapely.line_merge(facing))
         # Without stubs round corners.

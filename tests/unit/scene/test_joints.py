@@ -122,12 +122,12 @@ def test_impossible_geometry_is_refused_by_name(blocks, message):
 
 
 @pytest.mark.parametrize(
-    ("left", "rounded"), [(0.9, False), (1 - 1.01e-3, False), (1 - 0.99e-3, True), (1 - 1e-5, True)]
+    ("left", "rounded"), [(0.9, False), (1 - 1.01e-2, False), (1 - 0.99e-2, True), (1 - 1e-5, True)]
 )
 @pytest.mark.parametrize("shift", [0.0, 2000.0])
 def test_an_overlap_is_told_by_place_and_area_and_blamed_on_rounding_only_if_shallow(left, rounded, shift):
     """B over the right end of A, by 1 - left: its middle lies half of that left of x = 1, at half height.
-    Sliver or not is a matter of the mean width, which is the overlap but for its own square."""
+    Sliver or not is a matter of its least width, which is the overlap."""
     blocks = [square("A", shift, 0), square("B", shift + left, 0)]
     ground = [(shift - 5, -1), (shift + 5, -1), (shift + 5, 0), (shift - 5, 0)]
     floor = mo.Block(name="floor", vertices=ground, fixed=True)
