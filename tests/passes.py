@@ -33,7 +33,7 @@ def assert_one_pass(result):
 
 def assert_descended(result):
     assert result.status is mo.Status.CONVERGED
-    assert [reason.code for reason in result.reasons] == [Code.ONE_PASS, Code.EXACT]
+    assert [reason.code for reason in result.reasons] == [Code.ONE_PASS, Code.EXACT, Code.STATES_MET]
     assert result.solution.kind is Kind.EXACT
     assert values(result, Code.ONE_PASS)["steps"] == len(result.history)
     left = result.certificate

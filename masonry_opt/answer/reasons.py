@@ -48,6 +48,7 @@ class Code(StrEnum):
 
     # The one pass.
     ONE_PASS = "one pass"  # steps of all attempts, attempt: the last
+    OTHER_STARTS = "other starts"  # word
     PASS_STOPPED = "pass stopped"  # word, attempts
     PASS_LOST = "pass lost"
     LOOP_TOOK_OVER = "loop took over"  # word
@@ -67,6 +68,8 @@ class Code(StrEnum):
     EXACT = "exact"  # fall below the start; None without one
     STATIONARY = "stationary"
     UNDECIDED = "undecided"
+    # candidates, count: of different exact states among theirs; least, most: their load factors
+    STATES_MET = "states met"
     SEARCHED = "searched"  # candidates, interrupted: whether by the user
     NOT_REFINED = "not refined"  # why: one of the next three; residuals with the last
     NO_STATICS = "no statics"

@@ -61,6 +61,14 @@ def _friction_would_hold(v: dict[str, Any]) -> str:
     return f"{slides}: the scene would stand {much}"
 
 
+def _states_met(v: dict[str, Any]) -> str:
+    tried = f"{v['candidates']} candidates"
+    if v["count"] == 1:
+        return f"the only one that {tried} led to" if v["candidates"] > 1 else "the only one met"
+    highest = numeral(v["most"], ".4g")
+    return f"the lowest of {v['count']} that {tried} led to, up to λ = {highest}"
+
+
 def _wedged(v: dict[str, Any]) -> str:
     support = f"; support what moves, {_blocks(v['blocks'])}" if v["blocks"] else ""
     return (
@@ -253,6 +261,9 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.ONE_PASS: lambda v: (
         f"in {v['steps']} Newton steps" + (f", at attempt {v['attempt']}" if v["attempt"] > 1 else "")
     ),
+    Code.OTHER_STARTS: lambda v: (
+        f"no pass over the scene itself ended in a state ({v['word']}), but one from another start"
+    ),
     Code.PASS_STOPPED: lambda v: (
         f"no pass ended in a state ({v['attempts']} tried, the last: {v['word']}): method 'nonassociative' "
         "goes another way"
@@ -283,8 +294,9 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.EXACT: _exact,
     Code.STATIONARY: lambda v: "stationary: no mechanism tried among the faces at yield lowers it",
     Code.UNDECIDED: lambda v: "for some mechanisms the solver could not tell whether they lower it",
+    Code.STATES_MET: _states_met,
     Code.SEARCHED: lambda v: (
-        f"the lowest of {v['candidates']} candidates" + (", interrupted" if v["interrupted"] else "")
+        f"searched for, by {v['candidates']} candidates" + (", interrupted" if v["interrupted"] else "")
     ),
     Code.NOT_REFINED: _not_refined,
     Code.NO_STATICS: lambda v: "no statics bring every face of a mechanism to yield",

@@ -129,10 +129,12 @@ def _certainty(result: Result) -> str:
         return state
     if bounds := [reason for reason in result.reasons if reason.code in _BOUNDS]:
         return "; ".join([state, *sentences(bounds)])
-    searched = next((reason for reason in result.reasons if reason.code is Code.SEARCHED), None)
-    if searched:
-        return f"{state}, {sentences([searched])[0]}; lower ones may exist"
-    return f"{state}; lower ones may exist (method 'refined' with search=10 looks for them)"
+    met, searched = (
+        sentences([reason for reason in result.reasons if reason.code is code])
+        for code in (Code.STATES_MET, Code.SEARCHED)
+    )
+    looks = searched[0] if searched else "method 'refined' with search=10 looks for them"
+    return f"{', '.join([state, *met])}; lower ones may exist ({looks})"
 
 
 def _is_associative(result: Result) -> bool:
@@ -159,7 +161,7 @@ def _dilatancy(result: Result) -> str:
     value = numeral(result.associative, ".7f")
     adds = 100 * (result.associative / max(result.load_factor, _ZERO) - 1)
     if adds <= _NOTHING:
-        return "none needed: joints that open as they slide would carry no more"
+        return "joints that open as they slide would carry no more than this state"
     if result.load_factor < _ZERO:
         return f"joints that open as they slide would carry λ = {value}"
     return f"joints that open as they slide would carry {adds:.3g} % more (associative λ = {value})"

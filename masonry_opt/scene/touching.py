@@ -100,20 +100,17 @@ class _Facing:
         kept = (one * other).sum(axis=1) > 0
         pair, i, j, along = pair[kept], i[kept], j[kept], (one + other)[kept]
         along /= np.hypot(*along.T)[:, None]
-        normal = np.column_stack([-along[:, 1], along[:, 0]])
-        base = edges.tail[i]
-        ends = [edges.tail[i], edges.tip[i], edges.tip[j], edges.tail[j]]
-        x, y = (np.stack([((end - base) * axis).sum(axis=1) for end in ends]) for axis in (along, normal))
-        low, high = np.maximum(x[0], x[2]), np.minimum(x[1], x[3])
-        at = np.stack([low, high])
-        first = y[0] + (at - x[0]) * ((y[1] - y[0]) / (x[1] - x[0]))
-        second = y[2] + (at - x[2]) * ((y[3] - y[2]) / (x[3] - x[2]))
-        middle = (first + second) / 2
-        start, end = (
-            base + along * position[:, None] + normal * across[:, None]
-            for position, across in zip(at, middle, strict=True)
+        # Both edges run along the bisector, from x to x.
+        lines = [(edges.tail[i], edges.tip[i]), (edges.tip[j], edges.tail[j])]
+        x = [[((end - edges.tail[i]) * along).sum(axis=1) for end in line] for line in lines]
+        at = np.maximum(x[0][0], x[1][0]), np.minimum(x[0][1], x[1][1])
+        first, second = (
+            [start + ((to - x0) / (x1 - x0))[:, None] * (end - start) for to in at]
+            for (start, end), (x0, x1) in zip(lines, x, strict=True)
         )
-        return cls(pair, start, end, np.abs(first - second).max(axis=0)).where(high - low > shortest)
+        apart = [np.hypot(*(one - other).T) for one, other in zip(first, second, strict=True)]
+        start, end = ((one + other) / 2 for one, other in zip(first, second, strict=True))
+        return cls(pair, start, end, np.maximum(*apart)).where(at[1] - at[0] > shortest)
 
 
 def _joined(parts: _Facing, tolerance: float) -> _Facing:

@@ -162,7 +162,7 @@ def test_text_of_an_answer_without_programs(monkeypatch, capsys):
 def test_text_of_an_answer_that_descended(monkeypatch, capsys):
     code, out, _ = run_command(monkeypatch, capsys, "solve", WALL_1, "-v")
     assert code == 0
-    words = r"^status +converged: in \d+ Newton steps; exact, \d\.\de-04 below its start$"
+    words = r"^status +converged: in \d+ Newton steps; exact, \d\.\de-04 below its start; "
     assert re.search(words, out, re.MULTILINE)
     assert re.search(r"^programs +\d+ linear \(\d+ solver iterations\)$", out, re.MULTILINE)
     assert "complementarity problem: newton   refinement: highs" in out

@@ -21,7 +21,7 @@ from masonry_opt.methods.mcp.interior_point import Outcome
 from masonry_opt.methods.mcp.passes import Passes
 from masonry_opt.methods.mcp.rules import ATTEMPTS
 from masonry_opt.methods.refined.programs import ExactState, Refiner
-from masonry_opt.methods.refined.search import few, lower_of
+from masonry_opt.methods.refined.search import SMALL, Met, few, lower_of
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
@@ -60,7 +60,8 @@ def mcp(task: Task) -> Solution:
     lowest of a few exact states, where one is as low or the pass's state is not exact.
 
     Where a pass stalls another follows, by the next of the rules; where one grows without end, or none ends
-    in a state that its certificate bears out, the loop takes over, and the reasons say so. Dilatancy that
+    in a state that its certificate bears out, other starts are tried on small scenes, then the loop takes
+    over, and the reasons say so. Dilatancy that
     falls with stress, and scenes of more than 8000 joints, are for the loop at once.
     """
     problem, effort, options = task.problem, task.effort, task.options or McpOptions()
@@ -100,6 +101,11 @@ def mcp(task: Task) -> Solution:
                 return solution
             break
     word = "its certificate failed" if passes.outcome is Outcome.SOLVED else str(passes.outcome)
+    if options.descent and problem.joints <= SMALL:
+        solution.end(Status.CONVERGED, Code.OTHER_STARTS, word=word)
+        found = _descended(task, passes, solution)
+        if found.load_factor is not None:
+            return found
     if options.fallback:
         return _by_loop(task, solution, Code.LOOP_TOOK_OVER, word=word)
     solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, word=word, attempts=attempt)
@@ -119,10 +125,9 @@ def _exact(problem: Problem, state: State, effort: Effort) -> State | None:
 
 
 def _descended(task: Task, passes: Passes, solution: Solution) -> Solution:
-    """The lowest of a few exact states that a pass's forces lead to, if it is as low, else the pass's; but
-    for a pass's that is not exact itself any exact state will do: there need be none as low."""
-    assert solution.load_factor is not None  # a pass ended
-    assert solution.q is not None
+    """The lowest of a few exact states that a pass's forces, if it ended in any, lead to, if it is as low,
+    else the pass's; but for a pass's that is not exact itself any exact state will do: there need be none as
+    low."""
     problem, effort = task.problem, task.effort
     with effort.measure("build"):
         refiner = task.kept.of(
@@ -132,21 +137,24 @@ def _descended(task: Task, passes: Passes, solution: Solution) -> Solution:
             lambda before: Refiner(problem, effort, like=before, passes=passes),
         )
     exact: ExactState | None = None
-    for candidate in few(refiner, solution.q):
+    met = Met()
+    for candidate in few(refiner, solution.q, len(solution.history), met):
         exact = lower_of(exact, candidate.state)
     if exact is None:
         return solution
-    fall = solution.load_factor - exact.load_factor
-    higher = fall < -_EVEN * abs(solution.load_factor)
-    if higher and not replace(solution, kind=Kind.EXACT).failing(problem):
-        return solution
+    fall = None
+    if solution.load_factor is not None:
+        fall = solution.load_factor - exact.load_factor
+        higher = fall < -_EVEN * abs(solution.load_factor)
+        if higher and not replace(solution, kind=Kind.EXACT).failing(problem):
+            return solution
     lower = replace(
         solution,
         kind=Kind.EXACT,
         load_factor=exact.load_factor,
         q=exact.q,
         d=exact.d,
-        reasons=[*solution.reasons, reason(Code.EXACT, fall=fall)],
+        reasons=[*solution.reasons, reason(Code.EXACT, fall=fall), met.reason],
     )
     return solution if lower.failing(problem) else lower
 

@@ -15,7 +15,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.mcp.method import McpOptions, mcp
 from masonry_opt.methods.refined.programs import ExactState, OutOfTime, Refiner
-from masonry_opt.methods.refined.search import Candidate, few, lower_of, search
+from masonry_opt.methods.refined.search import Candidate, Met, few, lower_of, search
 from masonry_opt.methods.task import Options, Task, of_same_scene
 from masonry_opt.solvers.registry import find_solver
 
@@ -98,10 +98,11 @@ def refined(task: Task) -> Solution:
     try:
         if first.q is not None:
             # Of a result that is handed in its own descent is wanted, and no other pass's.
-            for candidate in islice(few(refiner, first.q), None if options.start is None else 1):
+            candidates = few(refiner, first.q, len(first.history), lowest.met)
+            for candidate in islice(candidates, None if options.start is None else 1):
                 lowest.see(candidate)
         if options.search is not None:
-            candidates = search(refiner, lowest.state, options.seed)
+            candidates = search(refiner, lowest.state, options.seed, lowest.met)
             while not lowest.arrived(options.until):
                 lowest.see(next(candidates))
     except OutOfTime:
@@ -120,7 +121,7 @@ class _Lowest:
     ----------
     state, stationary: it, and whether nothing that was tried lowers it; None and False so far.
     history: every state that was the lowest when it was seen.
-    candidates: how many were seen, such as led to no state among them.
+    met: the states of all that were seen.
     interrupted: whether the user ended the search.
     """
 
@@ -129,7 +130,7 @@ class _Lowest:
         self.state: ExactState | None = None
         self.stationary = self.interrupted = False
         self.history: list[Refinement] = []
-        self.candidates = 0
+        self.met = Met()
 
     def arrived(self, until: float | None) -> bool:
         """Whether the state is as low as was asked for."""
@@ -137,7 +138,6 @@ class _Lowest:
 
     def see(self, candidate: Candidate) -> None:
         """Keep a candidate's state if it is the lowest."""
-        self.candidates += 1
         state = candidate.state
         if state is None or lower_of(self.state, state) is not state:
             return
@@ -145,7 +145,7 @@ class _Lowest:
         seconds = time.perf_counter() - self._began
         programs = self._task.effort.lp_solves
         self.history.append(
-            Refinement(state.load_factor, candidate.origin, self.candidates, programs, seconds)
+            Refinement(state.load_factor, candidate.origin, self.met.candidates, programs, seconds)
         )
         self._task.progress(self.history[-1])
 
@@ -173,7 +173,8 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Refiner) ->
         return first
     fall = None if first.load_factor is None else first.load_factor - best.load_factor
     solution.add(Code.EXACT, fall=fall)
+    solution.reasons.append(lowest.met.reason)
     solution.add(Code.STATIONARY if lowest.stationary else Code.UNDECIDED)
     if task.options is not None and task.options.search is not None:
-        solution.add(Code.SEARCHED, candidates=lowest.candidates, interrupted=lowest.interrupted)
+        solution.add(Code.SEARCHED, candidates=lowest.met.candidates, interrupted=lowest.interrupted)
     return solution

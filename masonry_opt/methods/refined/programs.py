@@ -91,6 +91,7 @@ class Refiner:
     effort: where time and programs are counted.
     deadline: of ``time.perf_counter``, from which on every program raises OutOfTime.
     why: why ``first`` last found nothing.
+    newton_steps: of the passes of candidates.
     undecided: programs that the solver neither solved nor found infeasible in the last round of
         ``descend``: where there are any, that nothing lowers λ is not known.
     """
@@ -129,7 +130,7 @@ class Refiner:
             lp=motion_lp,
         )
         self._minimise_load_factor()
-        self.undecided = 0
+        self.undecided = self.newton_steps = 0
         self.why = Code.NO_STATICS
         self.deadline = inf
 

@@ -1,0 +1,60 @@
+"""Small scenes of many states: the default goes on to further starts, and says what it met."""
+
+from __future__ import annotations
+
+import pytest
+from scenes import two_blocks, values_of
+
+import masonry_opt as mo
+from masonry_opt.answer.reasons import Code
+from masonry_opt.studies.atlas.random_scenes import random_scene
+
+#: Exact states that searches of seconds end in, and the one that the pass's own forces lead to.
+LOW = {
+    ("wall", 50037): (1.84001, 8.14132),
+    ("tessellation", 100081): (2.44, 8.06),
+}
+
+
+@pytest.mark.parametrize(("scene", "states"), LOW.items(), ids=lambda value: str(value[0]))
+def test_the_default_ends_low_where_states_are_far_apart(scene, states):
+    least, most = states
+    result = mo.solve(random_scene(*scene))
+    assert result.exact
+    assert result.load_factor == pytest.approx(least, rel=1e-2)
+    met = values_of(result, Code.STATES_MET)
+    assert met["least"] == pytest.approx(result.load_factor, rel=1e-9)
+    assert met["most"] == pytest.approx(most, rel=1e-2)
+    assert met["count"] >= 2
+
+
+def test_one_state_is_said_to_be_the_only_one_met():
+    met = values_of(mo.solve(two_blocks()), Code.STATES_MET)
+    assert met["count"] == 1
+    assert met["least"] == met["most"] == pytest.approx(0.15, rel=1e-9)
+
+
+def test_further_starts_answer_where_no_pass_ends():
+    result = mo.solve(random_scene("tessellation", 200030))
+    assert result.exact
+    assert result.reasons[0].code is Code.OTHER_STARTS
+    assert result.load_factor == pytest.approx(14.67262, rel=1e-5)
+    assert result.load_factor < result.associative
+
+
+@pytest.mark.slow
+def test_of_random_scenes_one_in_a_hundred_ends_above_the_lowest_state_known():
+    """Seeds that played no part in choosing how many starts there are; held against searches of a second."""
+    above = []
+    for seed in range(300_000, 300_030):
+        for kind in ("wall", "arch", "stack", "tessellation"):
+            scene = random_scene(kind, seed)
+            if not 3 <= sum(not block.fixed for block in scene.blocks) <= 10:
+                continue
+            found = mo.solve(scene)
+            lowest = mo.solve(scene, "refined", search=1).load_factor
+            if lowest is not None:
+                above.append(found.required() / lowest - 1)
+    assert len(above) > 50
+    assert max(above) < 1.0
+    assert sum(each > 1e-2 for each in above) <= 1
