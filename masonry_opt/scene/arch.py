@@ -62,10 +62,10 @@ class Arch(Generator):
         sector, spread along the centreline, as in many closed forms. "straight": that of the polygon
         with straight edges. The polygon is what is drawn in any case.
     point_loads:
-        Live forces on single voussoirs (:class:`PointLoad`), in place of ``live``.
+        Live forces on single voussoirs (:class:`PointLoad`).
     abutments:
         Whether a fixed abutment is built at either end. Without them the arch stands on other blocks.
-    name, at, live:
+    name, at, live_per_weight, live:
         See :class:`~masonry_opt.scene.generator.Generator`.
 
     Raises
@@ -86,6 +86,7 @@ class Arch(Generator):
     abutments: Annotated[bool, Strict()] = True
 
     def _mistakes(self) -> Iterator[str]:
+        yield from super()._mistakes()
         by_angles, by_rise = (self.radius, self.angles), (self.span, self.rise)
         if (None in by_angles and None in by_rise) or (any(by_angles) and any(by_rise)):
             yield "give 'radius' and 'angles', or 'span' and 'rise'"
@@ -111,8 +112,6 @@ class Arch(Generator):
                 yield f"'point_loads' has a load on voussoir {number}, of {self.voussoirs}: count from 1"
             if loads > 1:
                 yield f"'point_loads' has two loads on voussoir {number}: add them up"
-        if numbers and any(self.live):
-            yield "give 'live' or 'point_loads', not both"
 
     @property
     def size(self) -> int:
@@ -172,16 +171,16 @@ class Arch(Generator):
         shapes = self._pointed() if self.pointed else self._circular()
         built = []
         for number, shape in enumerate(shapes, start=1):
-            weight, force = self.unit_weight * shape.area * thickness, forces.get(number)
-            live = force or self._pushed(weight)
+            force = forces.get(number, (0.0, 0.0))
             built.append(
                 self._placed(
                     f"v{number}",
                     shape.corners,
-                    weight=weight,
+                    weight=self.unit_weight * shape.area * thickness,
                     weight_at=shape.weight_at,
-                    live=live,
-                    live_at=None if not any(live) else shape.back if force else shape.weight_at,
+                    live_per_weight=self._push,
+                    live=force,
+                    live_at=shape.back if any(force) else None,
                 )
             )
         if not self.abutments:

@@ -52,6 +52,11 @@ class CaseFile(SceneKeys):
     def _generators(self) -> list[Generator]:
         return [*self.wall, *self.facade, *self.arch, *self.column]
 
+    def tables_with_old_live(self) -> list[str]:
+        """Generators that give ``live_per_weight`` by its old name, which elsewhere is a force."""
+        made = {"[wall]": self.wall, "[facade]": self.facade, "[arch]": self.arch, "[column]": self.column}
+        return [table for table, generators in made.items() if any(any(one.live) for one in generators)]
+
     def scene(self) -> Scene:
         """The scene, its generators expanded after the blocks written out.
 

@@ -43,7 +43,7 @@ class Facade(WeighedGenerator):
         scene has a ``thickness``.
     omit_top_left:
         Whether the leftmost block of the top course is left away, as in the paper's façades.
-    name, at, live:
+    name, at, live_per_weight, live:
         See :class:`~masonry_opt.scene.generator.Generator`; the origin is the foot's left end.
 
     Raises
@@ -107,7 +107,7 @@ class Facade(WeighedGenerator):
             for number, (left, right, weight) in enumerate(pieces, start=1):
                 corners = rectangle(left * length, right * length, row * height, (row + 1) * height)
                 name = f"{row + 1}-{number}"
-                built.append(self._placed(name, corners, weight=weight, live=self._pushed(weight)))
+                built.append(self._placed(name, corners, weight=weight, live_per_weight=self._push))
         corners = rectangle(-length, (self.width + 1) * length, -height, 0.0)
         return [*built, self._placed("base", corners, fixed=True)]
 

@@ -121,6 +121,14 @@ kind = "live"
 from = [0, 2]
 to = [1, 2]
 force = [0, -3]
+[[load]]
+block = "A"
+live = [0.5, 0]
+at = [0.5, 1.5]
+dead = [0, 0.5]
+[[load]]
+block = "A"
+weight = 25
 """
 STONES = """
 [joints]

@@ -52,7 +52,7 @@ def test_jambs_are_straight_and_the_lintel_spans_the_opening():
     lintel = rows[3][2]
     assert lintel.vertices == [(3.0, 3.0), (7.0, 3.0), (7.0, 4.0), (3.0, 4.0)]
     assert lintel.weight == 5.0
-    assert lintel.live == (5.0, 0.0)
+    assert lintel.live_per_weight == (1.0, 0.0)
 
 
 def test_weights_go_with_lengths():

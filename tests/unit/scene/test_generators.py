@@ -46,7 +46,8 @@ def test_a_name_and_a_place_change_nothing_else(kind):
                 np.testing.assert_allclose(
                     np.array(getattr(other, at)) - [3, -2], getattr(one, at), atol=1e-12
                 )
-        assert (one.weight, one.live, one.fixed) == (other.weight, other.live, other.fixed)
+        for key in ("weight", "live", "live_per_weight", "fixed"):
+            assert getattr(one, key) == getattr(other, key)
 
 
 @pytest.mark.parametrize("kind", ["wall", "facade", "column"])
@@ -56,7 +57,7 @@ def test_unit_weight_weighs_the_blocks_drawn(kind):
     for block, size in zip(scene.blocks, area, strict=True):
         if not block.fixed:
             assert block.weight == pytest.approx(2.0 * size, rel=1e-12)
-            assert block.live == pytest.approx((2.0 * size, 0.0), rel=1e-12)
+            assert block.live_per_weight == (1.0, 0.0)
 
 
 @pytest.mark.parametrize("kind", MADE)
