@@ -39,7 +39,7 @@ class Column(WeighedGenerator):
         Whether a fixed base, as wide as the foot and as high as a drum, is built under it. Without one it
         stands on other blocks.
     name, at, live_per_weight, live:
-        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the foot's left end.
+        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the left end of the foot.
 
     Raises
     ------

@@ -47,7 +47,7 @@ class Facade(WeighedGenerator):
     omit_top_left:
         Whether the leftmost block of the top course is left away, as in the paper's façades.
     name, at, live_per_weight, live:
-        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the foot's left end.
+        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the left end of the foot.
 
     Raises
     ------

@@ -38,7 +38,8 @@ class Wall(WeighedGenerator):
     base:
         Whether a fixed base, one block longer at either end, is built under the bottom course.
     name, at, live_per_weight, live:
-        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the foot's left end.
+        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the left end of the foot,
+        where the first course begins.
 
     Raises
     ------
