@@ -54,8 +54,8 @@ class CaseFile(SceneKeys):
 
     def tables_with_old_live(self) -> list[str]:
         """Generators that give ``live_per_weight`` by its old name, which elsewhere is a force."""
-        made = {"[wall]": self.wall, "[facade]": self.facade, "[arch]": self.arch, "[column]": self.column}
-        return [table for table, generators in made.items() if any(any(one.live) for one in generators)]
+        names = {Wall: "[wall]", Facade: "[facade]", Arch: "[arch]", Column: "[column]"}
+        return list(dict.fromkeys(names[type(one)] for one in self._generators() if any(one.live)))
 
     def scene(self) -> Scene:
         """The scene, its generators expanded after the blocks written out.

@@ -132,8 +132,7 @@ class Scene(SceneKeys):
             if load.weight is not None:
                 weighed.add(load.block)
         if self.tilt:
-            properties = [self.joints, *self.exceptions]
-            why = why_no_tilt(self.blocks, properties, self.edge_loads, self.loads)
+            why = why_no_tilt(self.blocks, [self.joints, *self.exceptions], self.edge_loads, self.loads)
             if why:
                 raise ValueError(f"'tilt' needs a scene of weights and friction alone: {why}")
         return self
