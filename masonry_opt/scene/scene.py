@@ -126,10 +126,10 @@ class Scene(SceneKeys):
             if load.block not in seen:
                 raise ValueError(f"load no. {number}: {_no_block(load.block, seen)}")
             if self.blocks[seen[load.block] - 1].fixed:
-                raise ValueError(f"load no. {number}: block '{load.block}' is fixed and carries no load")
-            if load.weight is not None and load.block in weighed:
-                raise ValueError(f"load no. {number}: block '{load.block}' has a 'weight' of a load already")
+                raise ValueError(f"load no. {number}: block '{load.block}' is fixed: load one that can move")
             if load.weight is not None:
+                if load.block in weighed:
+                    raise ValueError(f"load no. {number}: gives block '{load.block}' a second 'weight'")
                 weighed.add(load.block)
         if self.tilt:
             why = why_no_tilt(self.blocks, [self.joints, *self.exceptions], self.edge_loads, self.loads)
