@@ -30,6 +30,7 @@ _HOMES = {
     "scene.drawings.compas": ("read_compas",),
     "scene.drawings.dxf": ("read_dxf", "write_dxf"),
     "scene.facade": ("Facade",),
+    "scene.load": ("Load",),
     "scene.scene": ("Scene",),
     "scene.wall": ("Wall",),
     "studies.compare.api": ("compare",),

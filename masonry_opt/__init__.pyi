@@ -26,6 +26,7 @@ from masonry_opt.scene.drawings.dxf import read_dxf as read_dxf
 from masonry_opt.scene.drawings.dxf import write_dxf as write_dxf
 from masonry_opt.scene.edge_load import EdgeLoad as EdgeLoad
 from masonry_opt.scene.facade import Facade as Facade
+from masonry_opt.scene.load import Load as Load
 from masonry_opt.scene.scene import Scene as Scene
 from masonry_opt.scene.wall import Wall as Wall
 from masonry_opt.studies.compare.api import compare as compare

@@ -138,9 +138,9 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
     problem = assembly.problem
     if not problem.live_norm:
         raise CaseError(
-            f"{assembly.scene.origin}: no block carries a live load: give one 'live = [fx, fy]' "
-            "(a [wall]: 'live', as a multiple of its weight), an [[edge_load]] of kind \"live\", or "
-            "'tilt = \"right\"' to tilt the ground"
+            f"{assembly.scene.origin}: no block carries a live load: give one 'live = [fx, fy]', there or in "
+            "a [[load]] (a [wall]: 'live_per_weight', a multiple of its weight), an [[edge_load]] of kind "
+            '"live", or \'tilt = "right"\' to tilt the ground'
         )
     if method.constant_dilatancy and problem.dilatancy_depends_on_stress:
         raise OptionError(

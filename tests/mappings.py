@@ -37,6 +37,7 @@ def mapped(
             weight=None if block.weight is None else dead * block.weight,
             live=tuple(live * f for f in force(block.live)),
             live_at=None if block.live_at is None else point(block.live_at),
+            live_per_weight=tuple(live / dead * f for f in force(block.live_per_weight)),
             fixed=block.fixed,
         )
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.solution import Solution
 from masonry_opt.cli import main
 from masonry_opt.effort import Effort
+from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
@@ -73,6 +76,13 @@ def declared(
 ) -> Driver:
     """Eq. (9) or eq. (10) of a problem, with an effort of its own."""
     return Driver(problem, formulation, find_solver(language, solver), Effort(), limits, of_load)
+
+
+def forces_of(assembly: Assembly, which: str = "dead") -> np.ndarray:
+    """Force and moment about the centroid of each movable block, in the scene's units, shape (b, 3)."""
+    problem = assembly.problem
+    unit = problem.force_unit * np.array([1, 1, problem.length_unit])
+    return getattr(problem, which).reshape(-1, 3) * unit
 
 
 def values_of(answer: Result | Solution, code: Code) -> dict[str, Any] | None:

@@ -10,6 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from masonry_opt.answer.infeasibility import InfeasibilityCertificate
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.loads import weights
 
 #: No dry joint has more friction (tan 72°): more was perhaps meant as degrees.
 _HIGHEST_FRICTION = 3.0
@@ -168,10 +169,16 @@ def _acting_outside(assembly: Assembly) -> list[Reason]:
     """Forces that act at points outside of their blocks and of the notches of these; not those that act where
     the weight is said to, which of a curved stone may lie outside of its straight edges."""
     shapes, blocks = assembly.geometry, assembly.scene.blocks
+    index_of = {block.name: index for index, block in enumerate(blocks)}
     found = []
     for load in ("live", "dead"):
         given = [(index, getattr(block, f"{load}_at")) for index, block in enumerate(blocks)]
         placed = [(index, at) for index, at in given if at is not None and at != blocks[index].weight_at]
+        placed += [
+            (index_of[own.block], own.at)
+            for own in assembly.scene.loads
+            if own.at is not None and getattr(own, load) is not None
+        ]
         if not placed:
             continue
         index = np.array([index for index, _ in placed])
@@ -189,9 +196,7 @@ def _weights(assembly: Assembly) -> list[Reason]:
     """Weights per area, and forces over weights, that look like those of other units."""
     problem, scene, movable = assembly.problem, assembly.scene, assembly.movable
     area = assembly.geometry.area[movable]
-    weight = np.array(
-        [scene.blocks[index].weight_of(a * scene.thickness) for index, a in zip(movable, area, strict=True)]
-    )
+    weight = weights(scene, assembly.geometry, movable)
     heavy = weight > 0
     if not heavy.any():
         return []

@@ -347,7 +347,7 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     ),
     Code.ACTS_OUTSIDE: lambda v: (
         f"the {v['load']} force of {_blocks(v['blocks'])} acts {v['distance']:.3g} outside of the block: is "
-        f"'{v['load']}_at' in the scene's coordinates?"
+        f"'{v['load']}_at' (of a load: 'at') in the scene's coordinates?"
     ),
     Code.FORCES_DIFFER: lambda v: (
         f"the {v['load']} force on {_blocks(v['blocks'])} is {v['ratio']:.3g} times the weight there: are "

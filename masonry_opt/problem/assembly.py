@@ -16,7 +16,7 @@ from masonry_opt.scene.geometry import Geometry, geometry
 from masonry_opt.scene.scene import Scene
 
 #: What geometry, loads and matrices follow from; all else of a scene is joint properties and words.
-_OF_GEOMETRY = ("gravity", "tolerance", "thickness", "tilt", "blocks", "edge_loads")
+_OF_GEOMETRY = ("gravity", "tolerance", "thickness", "tilt", "blocks", "edge_loads", "loads")
 
 
 @dataclass(frozen=True)

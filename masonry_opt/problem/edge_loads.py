@@ -185,11 +185,17 @@ def _resultant(
 def _nothing_there(scene: Scene, number: int, length: float, movable: bool, fixed: bool) -> CaseError:
     load = scene.edge_loads[number - 1]
     if movable:
-        why = "the edges there are covered by other blocks: load a free edge"
+        why = (
+            "the edges there are covered by other blocks: load a free edge, or a block by its name and "
+            "a point, in a [[load]]"
+        )
     elif fixed:
         why = "only fixed blocks have an edge there, and carry no load: load a movable block"
     else:
-        why = "no block has an edge there: give two points of an edge, or raise 'tolerance'"
+        why = (
+            "no block has an edge there: give two points of an edge, or raise 'tolerance'; a [[load]] acts "
+            "inside of a block"
+        )
     return CaseError(
         f"{scene.origin}: edge_load no. {number} from {list(load.start)} to {list(load.end)}: its whole "
         f"length of {length:.6g} meets no free edge of a movable block: {why}"

@@ -2,33 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
+from masonry_opt.scene.blocks import Point
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tilt import turned_towards
 
+#: The row of its block, a force, and where it acts (None: at the centroid).
+_Force = tuple[int, Point, Point | None]
+
 
 @dataclass(frozen=True)
 class Forces:
-    """One force on each movable block, zero where there is none.
+    """Forces of one kind, none of them zero; several may act on one block.
 
     Attributes
     ----------
-    force: in the case's unit of force, shape (b, 2).
-    point: where it acts, relative to the geometry's origin, shape (b, 2).
+    block: which of the movable blocks each acts on, shape (f,).
+    force: in the case's unit of force, shape (f, 2).
+    point: where it acts, relative to the geometry's origin, shape (f, 2).
     """
 
+    block: np.ndarray
     force: np.ndarray
     point: np.ndarray
 
     def about(self, centroid: np.ndarray) -> np.ndarray:
-        """Forces and their moments about the centroids, shape (3b,)."""
-        arm = self.point - centroid
+        """Their sums on the blocks, and their moments about the blocks' centroids, shape (3b,)."""
+        arm = self.point - centroid[self.block]
         moment = arm[:, 0] * self.force[:, 1] - arm[:, 1] * self.force[:, 0]
-        return np.column_stack([self.force, moment]).ravel()
+        total = np.zeros((len(centroid), 3))
+        np.add.at(total, self.block, np.column_stack([self.force, moment]))
+        return total.ravel()
 
 
 @dataclass(frozen=True)
@@ -47,36 +57,48 @@ class Loads:
     live: Forces
 
 
-def loads(scene: Scene, shapes: Geometry, movable: np.ndarray) -> Loads:
-    """The loads of the blocks with these indices."""
+def weights(scene: Scene, shapes: Geometry, movable: np.ndarray) -> np.ndarray:
+    """Weights of the blocks with these indices, shape (b,)."""
+    instead = {load.block: load.weight for load in scene.loads if load.weight is not None}
     blocks = [scene.blocks[index] for index in movable]
-    centroid = shapes.centroid[movable]
-    size = float(np.hypot(*scene.gravity))
-    gravity = (scene.gravity[0] / size, scene.gravity[1] / size)
-    weight = np.array(
+    return np.array(
         [
-            block.weight_of(area * scene.thickness)
+            instead.get(block.name, block.weight_of(area * scene.thickness))
             for block, area in zip(blocks, shapes.area[movable], strict=True)
         ]
     )
 
-    def points(given: list[tuple[float, float] | None]) -> np.ndarray:
-        return np.array(
-            [
-                np.array(point) - shapes.origin if point is not None else own
-                for point, own in zip(given, centroid, strict=True)
-            ]
-        )
 
-    def of_weights(direction: tuple[float, float]) -> Forces:
-        return Forces(weight[:, None] * np.array(direction), points([block.weight_at for block in blocks]))
+def loads(scene: Scene, shapes: Geometry, movable: np.ndarray) -> Loads:
+    """The loads of the blocks with these indices."""
+    blocks = [scene.blocks[index] for index in movable]
+    row_of = {block.name: row for row, block in enumerate(blocks)}
+    size = float(np.hypot(*scene.gravity))
+    gravity = (scene.gravity[0] / size, scene.gravity[1] / size)
+    weight = weights(scene, shapes, movable).tolist()
 
-    dead = np.array([block.dead for block in blocks], dtype=float)
-    live = np.array([block.live for block in blocks], dtype=float)
+    def of_weights(times: Iterable[Point]) -> list[_Force]:
+        each = zip(blocks, weight, times, strict=True)
+        return [(row, (x * own, y * own), block.weight_at) for row, (block, own, (x, y)) in enumerate(each)]
+
+    def given(kind: Literal["dead", "live"]) -> list[_Force]:
+        own = [(row, getattr(block, kind), getattr(block, f"{kind}_at")) for row, block in enumerate(blocks)]
+        on = [(row_of[load.block], getattr(load, kind), load.at) for load in scene.loads]
+        return own + [(row, force, at) for row, force, at in on if force is not None]
+
+    def forces(listed: list[_Force]) -> Forces:
+        acting = [(row, force, at) for row, force, at in listed if any(force)]
+        row = np.array([row for row, _, _ in acting], dtype=int)
+        point = shapes.centroid[movable[row]]
+        for number, (_, _, at) in enumerate(acting):
+            if at is not None:
+                point[number] = np.array(at) - shapes.origin
+        return Forces(row, np.array([force for _, force, _ in acting], dtype=float).reshape(-1, 2), point)
+
+    if scene.tilt:
+        live = of_weights([turned_towards(scene.tilt, gravity)] * len(blocks))
+    else:
+        live = given("live") + of_weights([block.live_per_weight for block in blocks])
     return Loads(
-        weight=of_weights(gravity),
-        dead=Forces(dead, points([block.dead_at for block in blocks])),
-        live=of_weights(turned_towards(scene.tilt, gravity))
-        if scene.tilt
-        else Forces(live, points([block.live_at for block in blocks])),
+        weight=forces(of_weights([gravity] * len(blocks))), dead=forces(given("dead")), live=forces(live)
     )

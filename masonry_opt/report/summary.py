@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 import numpy as np
 
 from masonry_opt.answer.acceptance import LIMITS, Kind
@@ -12,6 +14,7 @@ from masonry_opt.errors import printable
 from masonry_opt.explain.sentences import numeral, sentences
 from masonry_opt.explain.stressed_joints import stressed_joints
 from masonry_opt.report.motion import joint_motion, moving_blocks
+from masonry_opt.scene.case_file import CaseFile
 
 #: Percent of λ below which dilatancy adds nothing that can be told from rounding, and the λ below which its
 #: percentage is one of rounding.
@@ -56,6 +59,7 @@ def facts(result: Result) -> dict[str, str]:
     known = {
         "why": _why(result),
         "falls" if result.status is Status.UNSTABLE else "moves": _mechanism(result),
+        "live load": _live_load(result),
         "how sure": _certainty(result),
         "dilatancy": _dilatancy(result),
         "not credible": _stressed(result),
@@ -66,7 +70,7 @@ def facts(result: Result) -> dict[str, str]:
 
 def _plain(result: Result) -> list[str]:
     size = result.size
-    count = f"{size.blocks} block{_s(size.blocks)}, {size.joints} joint{_s(size.joints)}"
+    count = f"{_count(size.blocks)}, {size.joints} joint{_s(size.joints)}"
     return [f"{result.case}: {count}", _headline(result), *_labelled(facts(result))]
 
 
@@ -107,7 +111,32 @@ def _mechanism(result: Result) -> str:
     done = [(int(joints.sum()), verb) for verb, joints in counts.items()]
     said = [f"{count} {verb}{_third(verb) if count == 1 else ''}" for count, verb in done if count]
     joints = f"; of the joints {', '.join(said)}" if said else ""
-    return f"{moving} of {result.size.blocks} block{_s(result.size.blocks)}{joints}"
+    return f"{moving} of {_count(result.size.blocks)}{joints}"
+
+
+def _live_load(result: Result) -> str:
+    """What λ multiplies: multiples of weights, which generators take by the name of forces too, or forces."""
+    scene = result.assembly.scene
+    if scene.tilt or not result.status.live_load_acts:
+        return ""
+    said = []
+    if times := Counter(block.live_per_weight for block in scene.blocks if any(block.live_per_weight)):
+        one = f"[{', '.join(f'{part:g}' for part in next(iter(times)))}] times the"
+        said.append(f"{one if len(times) == 1 else 'multiples of the'} weight of {_count(times.total())}")
+        case = scene.case
+        if isinstance(case, CaseFile) and (tables := case.tables_with_old_live()):
+            said[0] += f" (as 'live' of {', '.join(tables)})"
+    named = [(block.name, block.live) for block in scene.blocks]
+    named += [(load.block, load.live or (0.0, 0.0)) for load in scene.loads]
+    if pushed := {name for name, force in named if any(force)}:
+        said.append(f"{'a force' if len(pushed) == 1 else 'forces'} on {_count(len(pushed))}")
+    if lines := sum(load.kind == "live" for load in scene.edge_loads):
+        said.append(f"along {lines} line{_s(lines)}")
+    return "; ".join(said)
+
+
+def _count(blocks: int) -> str:
+    return f"{blocks} block{_s(blocks)}"
 
 
 def _certainty(result: Result) -> str:

@@ -10,7 +10,16 @@ from typing import Annotated
 
 from pydantic import Field, Strict
 
-from masonry_opt.scene.blocks import MOST_BLOCKS, Block, NonNegative, Number, Point, Positive, Record
+from masonry_opt.scene.blocks import (
+    MOST_BLOCKS,
+    Block,
+    NonNegative,
+    Number,
+    Point,
+    Positive,
+    Record,
+    rectangle,
+)
 from masonry_opt.scene.generator import Generator
 from masonry_opt.scene.voussoir import Voussoir, Weights, half_key, wedge
 
@@ -62,11 +71,17 @@ class Arch(Generator):
         sector, spread along the centreline, as in many closed forms. "straight": that of the polygon
         with straight edges. The polygon is what is drawn in any case.
     point_loads:
-        Live forces on single voussoirs (:class:`PointLoad`), in place of ``live``.
+        Live forces on single voussoirs (:class:`PointLoad`).
+    skewbacks:
+        Width of a block at either end, from the arch's sloping foot down to a level bed at the height of the
+        foot's inner end and out to an upright back, of the arch's unit weight: for a segmental arch on
+        columns.
     abutments:
-        Whether a fixed abutment is built at either end. Without them the arch stands on other blocks.
-    name, at, live:
-        See :class:`~masonry_opt.scene.generator.Generator`.
+        Whether a fixed abutment is built at either end, under the skewbacks where there are any. Without
+        them the arch stands on other blocks.
+    name, at, live_per_weight, live:
+        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the centre of ``radius``, or the
+        middle of the line between the springing points of ``span``, at the inner ends of the feet.
 
     Raises
     ------
@@ -83,9 +98,11 @@ class Arch(Generator):
     unit_weight: NonNegative
     weights: Weights = "sector"
     point_loads: list[PointLoad] = []
+    skewbacks: Positive | None = None
     abutments: Annotated[bool, Strict()] = True
 
     def _mistakes(self) -> Iterator[str]:
+        yield from super()._mistakes()
         by_angles, by_rise = (self.radius, self.angles), (self.span, self.rise)
         if (None in by_angles and None in by_rise) or (any(by_angles) and any(by_rise)):
             yield "give 'radius' and 'angles', or 'span' and 'rise'"
@@ -105,14 +122,26 @@ class Arch(Generator):
                 f"'thickness' must be less than twice the radius {self.centreline:g} "
                 f"(found {self.thickness:g})"
             )
+        yield from self._wrong_skewbacks()
         numbers = Counter(load.voussoir for load in self.point_loads)
         for number, loads in numbers.items():
             if number > self.voussoirs:
                 yield f"'point_loads' has a load on voussoir {number}, of {self.voussoirs}: count from 1"
             if loads > 1:
                 yield f"'point_loads' has two loads on voussoir {number}: add them up"
-        if numbers and any(self.live):
-            yield "give 'live' or 'point_loads', not both"
+
+    def _wrong_skewbacks(self) -> Iterator[str]:
+        if self.skewbacks is None:
+            return
+        for angle, turn in self._ends:
+            across, up = -turn * math.cos(angle), math.sin(angle)
+            if up <= _ROUNDING or across < -_ROUNDING:
+                yield "'skewbacks' go with feet that slope, rising outwards; level ones stand as they are"
+                return
+            if self.skewbacks < self.thickness * across * (1 - _ROUNDING):
+                foot = self.thickness * across
+                yield f"'skewbacks' are narrower than the arch's foot, {foot:g} (found {self.skewbacks:g})"
+                return
 
     @property
     def size(self) -> int:
@@ -143,6 +172,13 @@ class Arch(Generator):
         return math.pi / 2 + half, math.pi / 2 - half
 
     @property
+    def _ends(self) -> list[tuple[float, float]]:
+        """Direction of the first and the last joint, and 1 if counter-clockwise is beyond it, else -1."""
+        first, last = self.springings
+        onwards = math.copysign(1.0, last - first)
+        return [(first, -onwards), (last, onwards)]
+
+    @property
     def voussoir_angle(self) -> float:
         """Angle of a voussoir in radians; of a pointed arch that at its intrados."""
         return self._swept / self.voussoirs
@@ -167,34 +203,36 @@ class Arch(Generator):
         return self.springings[0] - self.springings[1]
 
     def blocks(self, thickness: float = 1.0) -> list[Block]:
-        """The voussoirs ``v1``, ``v2``, ..., then ``abutment 1`` and ``abutment 2``."""
+        """The voussoirs ``v1``, ``v2``, ..., then ``skewback 1`` and ``skewback 2``, then ``abutment 1`` and
+        ``abutment 2``."""
         forces = {load.voussoir: load.force for load in self.point_loads}
         shapes = self._pointed() if self.pointed else self._circular()
         built = []
         for number, shape in enumerate(shapes, start=1):
-            weight, force = self.unit_weight * shape.area * thickness, forces.get(number)
-            live = force or self._pushed(weight)
+            force = forces.get(number, (0.0, 0.0))
             built.append(
                 self._placed(
                     f"v{number}",
                     shape.corners,
-                    weight=weight,
+                    weight=self.unit_weight * shape.area * thickness,
                     weight_at=shape.weight_at,
-                    live=live,
-                    live_at=None if not any(live) else shape.back if force else shape.weight_at,
+                    live_per_weight=self._push,
+                    live=force,
+                    live_at=shape.back if any(force) else None,
                 )
             )
-        if not self.abutments:
-            return built
-        first, last = self.springings
-        onwards = math.copysign(1.0, last - first)
-        inner, outer, _, _ = shapes[0].corners
-        _, _, end_outer, end_inner = shapes[-1].corners
-        return [
-            *built,
-            self._abutment("abutment 1", inner, outer, first, -onwards),
-            self._abutment("abutment 2", end_inner, end_outer, last, onwards),
-        ]
+        first, last = shapes[0].corners[:2], shapes[-1].corners[:1:-1]
+        feet = [(*foot, *end) for foot, end in zip((first, last), self._ends, strict=True)]
+        if self.skewbacks is not None:
+            built += [
+                self._skewback(f"skewback {number}", inner, outer, turn, thickness)
+                for number, (inner, outer, _, turn) in enumerate(feet, start=1)
+            ]
+        if self.abutments:
+            built += [
+                self._abutment(f"abutment {number}", *foot) for number, foot in enumerate(feet, start=1)
+            ]
+        return built
 
     def _circular(self) -> list[Voussoir]:
         (first, last), count = self.springings, self.voussoirs
@@ -218,8 +256,24 @@ class Arch(Generator):
         left = [shape.seen_from(centre, 0.0) for shape in left]
         return [*left, *(shape.mirrored() for shape in reversed(left))]
 
+    def _skewback(self, name: str, inner: Point, outer: Point, turn: float, thickness: float) -> Block:
+        """Between the foot, a level bed and an upright back."""
+        assert self.skewbacks is not None
+        back = inner[0] - turn * self.skewbacks
+        area = (outer[1] - inner[1]) * (self.skewbacks - abs(outer[0] - inner[0]) / 2)
+        return self._placed(
+            name,
+            [inner, outer, (back, outer[1]), (back, inner[1])],
+            weight=self.unit_weight * area * thickness,
+            live_per_weight=self._push,
+        )
+
     def _abutment(self, name: str, inner: Point, outer: Point, angle: float, turn: float) -> Block:
-        """A square on the far side of the springing; ``turn`` is 1 if that is counter-clockwise."""
+        """A square on the far side of the springing, or a rectangle under the skewback."""
+        if self.skewbacks is not None:
+            left, right = sorted((inner[0], inner[0] - turn * self.skewbacks))
+            corners = rectangle(left, right, inner[1] - self.thickness, inner[1])
+            return self._placed(name, corners, fixed=True)
         away = (-turn * self.thickness * math.sin(angle), turn * self.thickness * math.cos(angle))
         beyond = [(x + away[0], y + away[1]) for x, y in (outer, inner)]
         return self._placed(name, [inner, outer, *beyond], fixed=True)

@@ -140,6 +140,8 @@ class Block(Record):
     live, live_at:
         Live force ``[fx, fy]`` (scaled by the load factor) and the point where it acts
         (default: the centroid).
+    live_per_weight:
+        Beside it, a live force as a multiple of the block's weight, ``[fx, fy]``, where the weight acts.
     dead, dead_at:
         Further dead force beside the weight, and the point where it acts (default: the centroid).
     fixed:
@@ -160,6 +162,7 @@ class Block(Record):
     weight_at: Point | None = None
     live: Point = (0.0, 0.0)
     live_at: Point | None = None
+    live_per_weight: Point = (0.0, 0.0)
     dead: Point = (0.0, 0.0)
     dead_at: Point | None = None
     fixed: Annotated[bool, Strict()] = False
@@ -172,8 +175,8 @@ class Block(Record):
 
     @model_validator(mode="after")
     def _one_weight(self) -> Block:
-        if self.fixed and (any(self.live) or any(self.dead)):
-            raise ValueError("a fixed block carries no load: take 'live' and 'dead' away")
+        if self.fixed and any(map(any, (self.live, self.live_per_weight, self.dead))):
+            raise ValueError("a fixed block carries no load: take 'live', 'live_per_weight' and 'dead' away")
         if self.weight is not None and self.unit_weight is not None:
             raise ValueError("give 'weight' or 'unit_weight', not both")
         if not self.fixed and self.weight is None and self.unit_weight is None:

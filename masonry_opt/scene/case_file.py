@@ -52,6 +52,11 @@ class CaseFile(SceneKeys):
     def _generators(self) -> list[Generator]:
         return [*self.wall, *self.facade, *self.arch, *self.column]
 
+    def tables_with_old_live(self) -> list[str]:
+        """Generators that give ``live_per_weight`` by its old name, which elsewhere is a force."""
+        names = {Wall: "[wall]", Facade: "[facade]", Arch: "[arch]", Column: "[column]"}
+        return list(dict.fromkeys(names[type(one)] for one in self._generators() if any(one.live)))
+
     def scene(self) -> Scene:
         """The scene, its generators expanded after the blocks written out.
 

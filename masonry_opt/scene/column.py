@@ -38,8 +38,8 @@ class Column(WeighedGenerator):
     base:
         Whether a fixed base, as wide as the foot and as high as a drum, is built under it. Without one it
         stands on other blocks.
-    name, at, live:
-        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the foot's left end.
+    name, at, live_per_weight, live:
+        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the left end of the foot.
 
     Raises
     ------
@@ -73,7 +73,7 @@ class Column(WeighedGenerator):
             (x0, x1, low), (x2, x3, high) = self._level(number - 1), self._level(number)
             share = (x1 - x0 + x3 - x2) / (bottom + top) / self.drums * weight
             corners = [(x0, low), (x1, low), (x3, high), (x2, high)]
-            built.append(self._placed(f"d{number}", corners, weight=share, live=self._pushed(share)))
+            built.append(self._placed(f"d{number}", corners, weight=share, live_per_weight=self._push))
         if self.base:
             low = -self.height / self.drums
             corners = [(0.0, low), (bottom, low), (bottom, 0.0), (0.0, 0.0)]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Annotated
 
 from pydantic import Field, Strict
@@ -34,6 +34,9 @@ class Facade(WeighedGenerator):
         Width in blocks and height in courses of an opening.
     sill, spandrel:
         Courses below an opening, and above its lintel, within its storey.
+    doors:
+        Which openings of the lowest storey reach the ground, counted from the left, 1 the first. (Without
+        ``sill`` all of them do.)
     weight:
         Weight of a full block; shorter blocks weigh in proportion.
     lintel_weight:
@@ -43,8 +46,8 @@ class Facade(WeighedGenerator):
         scene has a ``thickness``.
     omit_top_left:
         Whether the leftmost block of the top course is left away, as in the paper's façades.
-    name, at, live:
-        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the foot's left end.
+    name, at, live_per_weight, live:
+        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the left end of the foot.
 
     Raises
     ------
@@ -59,6 +62,7 @@ class Facade(WeighedGenerator):
     opening: tuple[Count, Count]
     sill: Annotated[int, Strict(), Field(ge=0, le=1000)]
     spandrel: Count
+    doors: list[Count] = []
     lintel_weight: NonNegative | None = None
     omit_top_left: Annotated[bool, Strict()] = False
 
@@ -75,6 +79,13 @@ class Facade(WeighedGenerator):
                 "'sill', the height of 'opening', one for the lintel and 'spandrel' must add up to an even "
                 "number of courses"
             )
+        for door in self.doors:
+            if door > self.openings[0]:
+                yield f"'doors' has {door}, of {self.openings[0]} openings across: count from 1"
+        if len(set(self.doors)) < len(self.doors):
+            yield "'doors' has an opening twice"
+        if self.doors and not self.sill:
+            yield "'doors' need a 'sill': without one every opening of the lowest storey reaches the ground"
         if self.size > MOST_BLOCKS:
             yield f"is {self.size} blocks large; the most is {MOST_BLOCKS}"
 
@@ -107,7 +118,7 @@ class Facade(WeighedGenerator):
             for number, (left, right, weight) in enumerate(pieces, start=1):
                 corners = rectangle(left * length, right * length, row * height, (row + 1) * height)
                 name = f"{row + 1}-{number}"
-                built.append(self._placed(name, corners, weight=weight, live=self._pushed(weight)))
+                built.append(self._placed(name, corners, weight=weight, live_per_weight=self._push))
         corners = rectangle(-length, (self.width + 1) * length, -height, 0.0)
         return [*built, self._placed("base", corners, fixed=True)]
 
@@ -121,6 +132,8 @@ class Facade(WeighedGenerator):
             gaps = [(left, left + self.opening[0]) for left in self._openings()]
         elif level == self.opening[1]:
             gaps = [(left - 0.5, left + self.opening[0] + 0.5) for left in self._openings()]
+        elif row < self.sill:
+            gaps = [(left, left + self.opening[0]) for left in self._openings(self.doors)]
         ends = sorted({0.0, *bond, float(self.width), *(end for gap in gaps for end in gap)})
         pieces = [
             (left, right, full * (right - left))
@@ -131,7 +144,8 @@ class Facade(WeighedGenerator):
             pieces += [(left, right, lintel) for left, right in gaps]
         return sorted(pieces)
 
-    def _openings(self) -> list[float]:
-        """Left ends of the openings, in blocks."""
+    def _openings(self, numbers: Iterable[int] | None = None) -> list[float]:
+        """Left ends of the openings, or of those with these numbers, in blocks."""
         step = self.opening[0] + 2 * self.jamb
-        return [float(self.jamb + number * step) for number in range(self.openings[0])]
+        listed = range(1, self.openings[0] + 1) if numbers is None else numbers
+        return [float(self.jamb + (number - 1) * step) for number in listed]

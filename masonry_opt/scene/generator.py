@@ -22,9 +22,11 @@ class Generator(Record):
     name:
         Its blocks are named after it, "left 3-2" in place of "3-2": for several generators in one scene.
     at:
-        Where its origin lies, ``[x, y]``.
-    live:
+        Where its origin lies, ``[x, y]``; which point that is, each generator says.
+    live_per_weight:
         Live force on every block as a multiple of its weight, ``[fx, fy]``, where the weight acts.
+    live:
+        The old name of ``live_per_weight``. (``live`` of a block or of a load is a force.)
 
     Raises
     ------
@@ -34,6 +36,7 @@ class Generator(Record):
 
     name: Name | None = None
     at: Point = (0.0, 0.0)
+    live_per_weight: Point = (0.0, 0.0)
     live: Point = (0.0, 0.0)
 
     @model_validator(mode="after")
@@ -44,7 +47,8 @@ class Generator(Record):
 
     def _mistakes(self) -> Iterator[str]:
         """What is wrong with the values taken together, one sentence a rule."""
-        yield from ()
+        if any(self.live) and any(self.live_per_weight):
+            yield "'live' is the old name of 'live_per_weight': give one of them"
 
     @property
     def size(self) -> int:
@@ -52,7 +56,7 @@ class Generator(Record):
         raise NotImplementedError
 
     def blocks(self, thickness: float = 1.0) -> list[Block]:
-        """The blocks, each with its weight and live load as forces.
+        """The blocks, each with its weight as a force and its live load as a multiple of that.
 
         Parameters
         ----------
@@ -73,9 +77,10 @@ class Generator(Record):
         # Left alone where nothing moves: adding 0 turns -0 into 0, which makes it another scene.
         return (point[0] + self.at[0], point[1] + self.at[1]) if any(self.at) else point
 
-    def _pushed(self, weight: float) -> Point:
-        """Live force on a block of that weight."""
-        return self.live[0] * weight, self.live[1] * weight
+    @property
+    def _push(self) -> Point:
+        """Live load of each block as a multiple of its weight, by whichever name it was given."""
+        return self.live_per_weight if any(self.live_per_weight) else self.live
 
 
 class WeighedGenerator(Generator):
@@ -98,6 +103,7 @@ class WeighedGenerator(Generator):
     unit_weight: NonNegative | None = None
 
     def _mistakes(self) -> Iterator[str]:
+        yield from super()._mistakes()
         if self.weight is not None and self.unit_weight is not None:
             yield "give 'weight' or 'unit_weight', not both"
         if self.weight is None and self.unit_weight is None:

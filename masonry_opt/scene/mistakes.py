@@ -57,7 +57,7 @@ _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
 _KINDS = ("<name>", "<lengths>", "<number>", "<two>")
 
 #: Tables of a case file that are written once for each entry.
-_LISTED = ("block", "joint", "edge_load")
+_LISTED = ("block", "joint", "edge_load", "load")
 
 
 def wrong_file(
@@ -160,8 +160,10 @@ def _entry(table: str, index: int, entries: Any) -> str:
 
 
 def _name(entry: Any) -> str:
-    """The name of a block or of the blocks of a joint, as it is shown; empty if there is none."""
-    name = entry.get("name", entry.get("between")) if isinstance(entry, Mapping) else None
+    """The name of a block, or of the blocks of a joint or load, as it is shown; empty if there is none."""
+    named = entry if isinstance(entry, Mapping) else {}
+    block = named.get("block")  # of a load; elsewhere it is no text
+    name = named.get("name", named.get("between", block if isinstance(block, str) else None))
     try:
         return _shown(name) if name else ""
     except ValueError:  # an array, which is neither true nor false

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import math
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
@@ -21,6 +22,7 @@ from masonry_opt.scene.blocks import (
     Text,
 )
 from masonry_opt.scene.edge_load import EdgeLoad
+from masonry_opt.scene.load import Load
 from masonry_opt.scene.tilt import Side, why_no_tilt
 
 
@@ -37,6 +39,7 @@ class SceneKeys(Record):
     blocks: Annotated[list[Block], Field(alias="block")] = []
     exceptions: Annotated[list[Joint], Field(alias="joint")] = []
     edge_loads: Annotated[list[EdgeLoad], Field(alias="edge_load")] = []
+    loads: Annotated[list[Load], Field(alias="load")] = []
     reference: dict[Name, Reference] = {}
 
 
@@ -66,6 +69,8 @@ class Scene(SceneKeys):
         tilt. Goes with weights alone: no other loads, no cohesion.
     edge_loads:
         :class:`EdgeLoad` records: loads along edges.
+    loads:
+        :class:`Load` records: forces on single blocks by name, beside those the blocks have.
     title, source:
         What the scene is and where it comes from.
     reference:
@@ -74,8 +79,8 @@ class Scene(SceneKeys):
     Raises
     ------
     CaseError
-        If names repeat, no block is fixed or none can move, an exception names no block, or a scene to be
-        tilted has what does not tilt.
+        If names repeat, no block is fixed or none can move, an exception or load names no block, a load a
+        fixed one, or a scene to be tilted has what does not tilt.
     """
 
     _origin: str = PrivateAttr(default="scene")
@@ -103,9 +108,7 @@ class Scene(SceneKeys):
         for exception in self.exceptions:
             for name in exception.between:
                 if name not in seen:
-                    close = difflib.get_close_matches(name, list(seen), n=1)
-                    hint = f"; did you mean '{close[0]}'?" if close else ""
-                    raise ValueError(f"joint between {list(exception.between)}: no block '{name}'{hint}")
+                    raise ValueError(f"joint between {list(exception.between)}: {_no_block(name, seen)}")
             pair = frozenset(exception.between)
             if len(pair) == 1:
                 raise ValueError(f"joint between {list(exception.between)}: needs two different blocks")
@@ -118,8 +121,18 @@ class Scene(SceneKeys):
                 raise ValueError(
                     f"joint between {list(exception.between)}: 'dilatancy' must not exceed 'friction'"
                 ) from error
+        weighed: set[str] = set()
+        for number, load in enumerate(self.loads, start=1):
+            if load.block not in seen:
+                raise ValueError(f"load no. {number}: {_no_block(load.block, seen)}")
+            if self.blocks[seen[load.block] - 1].fixed:
+                raise ValueError(f"load no. {number}: block '{load.block}' is fixed: load one that can move")
+            if load.weight is not None:
+                if load.block in weighed:
+                    raise ValueError(f"load no. {number}: gives block '{load.block}' a second 'weight'")
+                weighed.add(load.block)
         if self.tilt:
-            why = why_no_tilt(self.blocks, [self.joints, *self.exceptions], self.edge_loads)
+            why = why_no_tilt(self.blocks, [self.joints, *self.exceptions], self.edge_loads, self.loads)
             if why:
                 raise ValueError(f"'tilt' needs a scene of weights and friction alone: {why}")
         return self
@@ -148,3 +161,8 @@ class Scene(SceneKeys):
     def __eq__(self, other: object) -> bool:
         """Scenes are equal if their keys are, wherever they were read from."""
         return isinstance(other, Scene) and self.model_dump() == other.model_dump()
+
+
+def _no_block(name: str, known: Iterable[str]) -> str:
+    close = difflib.get_close_matches(name, list(known), n=1)
+    return f"no block '{name}'" + (f"; did you mean '{close[0]}'?" if close else "")

@@ -7,6 +7,7 @@ from typing import Literal
 
 from masonry_opt.scene.blocks import Block, Joint, JointDefaults
 from masonry_opt.scene.edge_load import EdgeLoad
+from masonry_opt.scene.load import Load
 
 Side = Literal["left", "right"]
 
@@ -15,6 +16,7 @@ def why_no_tilt(
     blocks: Iterable[Block],
     properties: Sequence[JointDefaults | Joint],
     edge_loads: Sequence[EdgeLoad],
+    loads: Sequence[Load],
 ) -> str | None:
     """What makes a scene another one than tilting shows; None if nothing does.
 
@@ -22,9 +24,12 @@ def why_no_tilt(
     grows with cos θ too. Other forces do not, nor what joints resist without being pressed.
     """
     for block in blocks:
-        for force in ("live", "dead"):
+        for force in ("live", "live_per_weight", "dead"):
             if any(getattr(block, force)):
                 return f"block '{block.name}' has a force '{force}', which does not tilt: take it away"
+    for load in loads:
+        if load.live is not None or load.dead is not None:
+            return f"a 'load' on block '{load.block}' is a force, which does not tilt: take it away"
     if edge_loads:
         return "an 'edge_load' does not tilt: take it away"
     for joint in properties:

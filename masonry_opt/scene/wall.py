@@ -37,8 +37,9 @@ class Wall(WeighedGenerator):
         How often the list of courses is built, one above the other.
     base:
         Whether a fixed base, one block longer at either end, is built under the bottom course.
-    name, at, live:
-        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the foot's left end.
+    name, at, live_per_weight, live:
+        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the left end of the foot,
+        where the first course begins.
 
     Raises
     ------
@@ -90,10 +91,8 @@ class Wall(WeighedGenerator):
                 if part > 0:
                     count += 1
                     corners = rectangle(x * length, (x + part) * length, row * height, (row + 1) * height)
-                    weight = full * part
-                    built.append(
-                        self._placed(f"{row + 1}-{count}", corners, weight=weight, live=self._pushed(weight))
-                    )
+                    name, weight = f"{row + 1}-{count}", full * part
+                    built.append(self._placed(name, corners, weight=weight, live_per_weight=self._push))
                 x += abs(part)
             right = max(right, x)
         if self.base:

@@ -12,6 +12,13 @@ LABEL = "load factor λ"
 #: change that matters to nobody, as a great one.
 _LEAST = 0.02
 
+#: From so many times the greatest of the others on, a load factor would press them into the foot of an axis;
+#: at most this share of all is left off it, one of three at least.
+_FAR, _FEW = 10.0, 0.25
+
+#: Load factors up to this are zero but for rounding: nothing is read from the foot of an axis then.
+_ZERO = 1e-6
+
 
 def ends(load_factors: ArrayLike) -> tuple[float, float]:
     """Least and greatest of the finite ones, apart by more than rounding; of none, 0 and 1."""
@@ -23,3 +30,15 @@ def ends(load_factors: ArrayLike) -> tuple[float, float]:
     missing = (_LEAST * max(abs(least), abs(greatest)) or 0.1) - (greatest - least)
     aside = max(0.0, missing) / 2
     return least - aside, greatest + aside
+
+
+def off_axis(load_factors: ArrayLike) -> np.ndarray:
+    """Which of them would make an axis on which the others cannot be told apart, shape (n,)."""
+    values = np.asarray(load_factors, dtype=float)
+    rising = np.sort(values[np.isfinite(values)])
+    greatest = np.maximum.accumulate(np.abs(rising))
+    few = max(int(_FEW * len(rising)), len(rising) >= 3)
+    for first in range(len(rising) - few, len(rising)):
+        if first and greatest[first - 1] > _ZERO and rising[first] >= _FAR * greatest[first - 1]:
+            return values >= rising[first]
+    return np.zeros(len(values), dtype=bool)

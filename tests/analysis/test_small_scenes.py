@@ -9,22 +9,15 @@ import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.studies.atlas.random_scenes import random_scene
 
-#: Exact states that searches of seconds end in, and the one that the pass's own forces lead to.
-LOW = {
-    ("wall", 50037): (1.84001, 8.14132),
-    ("tessellation", 100081): (2.44, 8.06),
-}
 
-
-@pytest.mark.parametrize(("scene", "states"), LOW.items(), ids=lambda value: str(value[0]))
-def test_the_default_ends_low_where_states_are_far_apart(scene, states):
-    least, most = states
-    result = mo.solve(random_scene(*scene))
+def test_the_default_ends_low_where_states_are_far_apart():
+    """The state that the pass's own forces lead to is 4.4 times the lowest that searches of seconds find."""
+    result = mo.solve(random_scene("wall", 50037))
     assert result.exact
-    assert result.load_factor == pytest.approx(least, rel=1e-2)
+    assert result.load_factor == pytest.approx(1.84001, rel=1e-4)
     met = values_of(result, Code.STATES_MET)
     assert met["least"] == pytest.approx(result.load_factor, rel=1e-9)
-    assert met["most"] == pytest.approx(most, rel=1e-2)
+    assert met["most"] == pytest.approx(8.14132, rel=1e-4)
     assert met["count"] >= 2
 
 

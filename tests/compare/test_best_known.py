@@ -6,11 +6,11 @@ import tomllib
 
 import pytest
 from lines import line
-from scenes import CASES, two_blocks
+from scenes import CASES, block_on_floor, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.studies.compare.best_known import FILE, BestKnown, best_known, improve, lowest_exact, merged
-from masonry_opt.studies.compare.case_scenes import find_scenes
+from masonry_opt.studies.compare.case_scenes import content_of, find_scenes
 from masonry_opt.studies.compare.made_scenes import write_atlas, write_random
 
 
@@ -147,6 +147,15 @@ def test_the_lower_of_known_and_found_counts():
         "b": BestKnown(0.2, "x"),
         "c": BestKnown(1.0, "y"),
     }
+
+
+def test_a_scene_is_the_same_by_either_name_of_its_live_load():
+    """A multiple of the weight, and the force that it is; not where a load says another weight."""
+    force = block_on_floor(weight=4.0, live=(2, 0))
+    times = block_on_floor(weight=4.0, live=(0, 0), live_per_weight=(0.5, 0))
+    assert content_of(force) == content_of(times)
+    heavier = {"loads": [mo.Load(block="A", weight=8.0)]}
+    assert content_of(force.model_copy(update=heavier)) != content_of(times.model_copy(update=heavier))
 
 
 def test_the_packages_registry_knows_its_cases():

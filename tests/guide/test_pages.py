@@ -59,9 +59,10 @@ def test_case_files_of_the_pages_are_some(tmp_path):
 @pytest.mark.parametrize(
     ("title", "expected"),
     [
-        ("The scene", keys_of(CaseFile) - {"joint", "block", "edge_load"} | {"joint", "block", "edge_load"}),
+        ("The scene", keys_of(CaseFile)),
         ("Joints", keys_of(mo.JointDefaults) | keys_of(mo.Joint)),
         ("Blocks", keys_of(mo.Block)),
+        ("Loads by name", keys_of(mo.Load)),
         ("Edge loads", keys_of(mo.EdgeLoad)),
         ("Generators", keys_of(Generator)),
         ("`[wall]`: courses of blocks", keys_of(mo.Wall) - keys_of(Generator)),

@@ -12,7 +12,7 @@ import masonry_opt as mo
 pytest.importorskip("sphinx")
 
 RECORDS = [
-    mo.Scene, mo.Block, mo.Joint, mo.JointDefaults, mo.EdgeLoad, mo.PointLoad, mo.Reference,
+    mo.Scene, mo.Block, mo.Joint, mo.JointDefaults, mo.EdgeLoad, mo.Load, mo.PointLoad, mo.Reference,
     mo.Arch, mo.Wall, mo.Facade, mo.Column,
 ]  # fmt: skip
 
@@ -46,9 +46,14 @@ def test_types_and_defaults_are_those_of_the_class(records):
     assert "drums : int\n    How many." in text
     assert "batter : Literal['both', 'left', 'right'], default 'both'" in text
     assert "width : float or tuple[float, float]\n" in text
-    assert "name, at, live : name: str or None; at: tuple[float, float], default (0, 0); live: " in text
+    assert (
+        "name, at, live_per_weight, live : name: str or None; at: tuple[float, float], default (0, 0); live"
+        in text
+    )
     signature, _ = records._call(None, "class", "", mo.Column, None, "", "")
-    assert signature.startswith("(*, width, height, drums, name=None, at=(0, 0), live=(0, 0)")
+    assert signature.startswith(
+        "(*, width, height, drums, name=None, at=(0, 0), live_per_weight=(0, 0), live=(0, 0)"
+    )
 
 
 def test_absolute_values_are_no_substitutions(records):

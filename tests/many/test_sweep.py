@@ -12,6 +12,7 @@ from masonry_opt.studies.many import journal
 from masonry_opt.studies.many.runs import Study, Task
 from masonry_opt.studies.many.sweep import grid
 from masonry_opt.studies.many.table import table
+from masonry_opt.studies.many.words import said
 
 FRICTIONS = [0.2, 0.3, 0.45, 0.6, 0.8]
 VARY = {"joints.friction": FRICTIONS, "block.A.live.x": [1.0, 2.0]}
@@ -185,11 +186,34 @@ def test_the_command_writes_table_and_charts(monkeypatch, capsys, tmp_path):
     )
     assert code == 0
     assert text.startswith("10 runs, 10 with a load factor")
+    assert "joints.friction = 0.1, block.A.weight = 1" in text
     frame = pd.read_csv(out / "runs.csv")
     assert frame["joints.friction"].tolist() == [0.1, 0.1, 0.2, 0.2, 0.3, 0.3, 0.4, 0.4, 0.5, 0.5]
     assert pd.read_parquet(out / "runs.parquet")["load_factor"].tolist() == frame["load_factor"].tolist()
     for name in ("load_factor.png", "load_factor.svg", "heat_map.png", "heat_map.svg"):
         assert (out / name).stat().st_size > 5000
+
+
+def test_a_sweep_says_where_the_least_is_and_where_there_is_none():
+    names = ["joints.friction", "width"]
+    rows = [
+        (0.2, 1, 0.3),
+        (0.2, 2, 0.1),
+        (0.4, 1, 0.1 + 1e-12),
+        (0.4, 2, None),
+        (0.6, 1, None),
+        (0.6, 2, 0.2),
+    ]
+    frame = pd.DataFrame(rows, columns=[*names, "load_factor"])
+    frame["status"] = ["optimal"] * 3 + ["refused"] * 2 + ["optimal"]
+    lines = said(frame, names).splitlines()
+    assert len(lines) == 4
+    assert "0.100000" in lines[1]
+    assert "joints.friction = 0.2, width = 2" in lines[2]
+    assert "1 more run" in lines[2]
+    assert lines[3].startswith("2 refused")
+    assert "joints.friction = 0.4, width = 2" in lines[3]
+    assert len(said(frame[3:5], names).splitlines()) == 2
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,7 @@ def test_text_says_what_moves_at_what_load_and_how_sure_that_is(monkeypatch, cap
     assert (code, err) == (0, "")
     assert "33 blocks, 83 joints" in out.splitlines()[0]
     assert "λ = 0.6398" in out.splitlines()[1]
-    assert labels(out)[2:] == ["moves", "how sure", "dilatancy", "reference"]
+    assert labels(out)[2:] == ["moves", "live load", "how sure", "dilatancy", "reference"]
     # The loop's sliding contracts by 10⁻³ μ: no exact state, and what is left is told.
     assert re.search(r"^how sure .*flow \d\.\de-0[34]", out, re.MULTILINE)
     assert "\x1b" not in out

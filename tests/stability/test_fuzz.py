@@ -67,6 +67,7 @@ jamb = 1
 opening = [1, 1]
 sill = 2
 spandrel = 2
+doors = [1]
 weight = 1
 lintel_weight = 1
 live = [0.1, 0]
@@ -121,6 +122,14 @@ kind = "live"
 from = [0, 2]
 to = [1, 2]
 force = [0, -3]
+[[load]]
+block = "A"
+live = [0.5, 0]
+at = [0.5, 1.5]
+dead = [0, 0.5]
+[[load]]
+block = "A"
+weight = 25
 """
 STONES = """
 [joints]
@@ -149,7 +158,30 @@ between = ["corner", "parts"]
 friction = 0.3
 strength = 5
 """
-SEEDS = [SMALL, WALL, FACADE, TILTED, LOADED, STONES]
+SEGMENT = """
+[joints]
+friction = 0.7
+[arch]
+name = "rib"
+at = [0, 2]
+span = 4
+rise = 1
+thickness = 0.4
+voussoirs = 5
+unit_weight = 20
+live_per_weight = [0.5, 0]
+point_loads = [{ voussoir = 2, force = [0, -1] }]
+skewbacks = 1
+[[load]]
+block = "rib skewback 1"
+weight = 3
+[[load]]
+block = "rib v3"
+live = [0, -1]
+dead = [0.1, 0]
+at = [0, 3.2]
+"""
+SEEDS = [SMALL, WALL, FACADE, TILTED, LOADED, STONES, SEGMENT]
 
 #: What is put in place of a value or a key: other types, edges of numbers, words a terminal or a file
 #: system would take for its own.

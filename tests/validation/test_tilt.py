@@ -51,7 +51,7 @@ def test_a_weight_off_the_middle_tilts_with_its_block(side):
 
 def test_a_wall_tilts_as_under_its_weight_sideways():
     given = small_wall(4, 3)
-    unloaded = [stone.model_copy(update={"live": (0.0, 0.0)}) for stone in given.blocks]
+    unloaded = [stone.model_copy(update={"live_per_weight": (0.0, 0.0)}) for stone in given.blocks]
     tilted = mo.Scene(joints=given.joints, blocks=unloaded, tilt="right")
     assert mo.solve(tilted, "static").load_factor == pytest.approx(
         mo.solve(given, "static").load_factor, rel=1e-9

@@ -13,7 +13,7 @@ import masonry_opt as mo
 
 def arch_on_piers(height: float) -> mo.Scene:
     """A semicircular arch of 4 m span and 0.5 m thickness on piers 1 m wide."""
-    keys = {"unit_weight": 22, "live": (1, 0)}
+    keys = {"unit_weight": 22, "live_per_weight": (1, 0)}
     arch = mo.Arch(at=(0, height), span=4, rise=2, thickness=0.5, voussoirs=15, abutments=False, **keys)
     drums = int(height / 0.5)
     pier = {"width": 1.0, "height": height, "drums": drums} | keys

@@ -12,7 +12,9 @@ import masonry_opt as mo
 # %%
 # The live load is the weight of each voussoir, sideways: the load factor is the acceleration in g. Joints
 # that cannot slide have an infinite friction.
-arch = mo.Arch(radius=10, angles=(168.75, 11.25), thickness=1.5, voussoirs=7, unit_weight=1, live=(1, 0))
+arch = mo.Arch(
+    radius=10, angles=(168.75, 11.25), thickness=1.5, voussoirs=7, unit_weight=1, live_per_weight=(1, 0)
+)
 scene = mo.Scene(
     title="Oppenheim's arch", joints=mo.JointDefaults(friction=float("inf")), blocks=arch.blocks()
 )

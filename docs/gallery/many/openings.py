@@ -21,7 +21,7 @@ def facade(opening: int, jamb: int, friction: float) -> mo.Scene:
         sill=2,
         spandrel=2,
         unit_weight=20,
-        live=(1, 0),
+        live_per_weight=(1, 0),
     )
     return mo.Scene(title="façade", joints=mo.JointDefaults(friction=friction), blocks=bond.blocks())
 

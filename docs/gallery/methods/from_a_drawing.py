@@ -11,7 +11,9 @@ from pathlib import Path
 
 import masonry_opt as mo
 
-bond = mo.Wall(block=(0.6, 0.3), unit_weight=20, live=(1, 0), courses=[[0.5, 1, 0.5], [1, 1]], repeat=2)
+bond = mo.Wall(
+    block=(0.6, 0.3), unit_weight=20, live_per_weight=(1, 0), courses=[[0.5, 1, 0.5], [1, 1]], repeat=2
+)
 typed = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=bond.blocks())
 
 # %%

@@ -21,7 +21,7 @@ from masonry_opt.problem.problem import ShearLimits
 bond = mo.Wall(
     block=(4, 1.75),
     weight=1,
-    live=(1, 0),
+    live_per_weight=(1, 0),
     courses=["halves", "whole"],
     repeat=3,
     course={"halves": [0.5, 1, 1, 1, 1, 0.5], "whole": [1, 1, 1, 1, 1]},

@@ -10,7 +10,7 @@ import masonry_opt as mo
 
 # %%
 # A stack of four courses, one stone wide, in running bond:
-bond = mo.Wall(block=(4, 1.75), weight=1, live=(1, 0), courses=[[0.5, 0.5], [1], [0.5, 0.5], [1]])
+bond = mo.Wall(block=(4, 1.75), weight=1, live_per_weight=(1, 0), courses=[[0.5, 0.5], [1], [0.5, 0.5], [1]])
 scene = mo.Scene(title="four courses", joints=mo.JointDefaults(friction=0.65), blocks=bond.blocks())
 result = mo.solve(scene, "global", time_limit=20)
 print(result.message)

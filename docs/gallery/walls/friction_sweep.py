@@ -14,7 +14,7 @@ def wall(friction: float) -> mo.Scene:
     bond = mo.Wall(
         block=(4, 1.75),
         weight=1,
-        live=(1, 0),
+        live_per_weight=(1, 0),
         courses=["halves", "whole"],
         repeat=3,
         course={"halves": [0.5, 1, 0.5], "whole": [1, 1]},

@@ -38,19 +38,17 @@ def draw_loads(result: Result, pen: Pen) -> str:
 def _arrows(result: Result, forces: Forces, pen: Pen) -> list[str]:
     assembly, view = result.assembly, pen.view
     size = np.hypot(*forces.force.T)
-    acting = np.flatnonzero(size > 0)
-    if not len(acting):
+    if not len(size):
         return []
-    if len(acting) > MOST_ARROWS:
-        weights = size[acting] / size[acting].sum()
-        tail = view.at(weights @ forces.point[acting])
+    if len(size) > MOST_ARROWS:
+        tail = view.at(size / size.sum() @ forces.point)
         return [pen.path(_arrow(tail, forces.force.sum(axis=0), _LONGEST * SIDE))]
-    of_block = float(np.sqrt(np.median(assembly.geometry.area[assembly.movable[acting]]))) * view.scale
+    blocks = assembly.movable[forces.block]
+    of_block = float(np.sqrt(np.median(assembly.geometry.area[np.unique(blocks)]))) * view.scale
     longest = float(np.clip(0.8 * of_block, _SHORTEST * SIDE, _LONGEST * SIDE))
     drawn = []
-    for row in acting:
-        block, point, along = assembly.movable[row], forces.point[row], forces.force[row] / size[row]
-        length = longest * max(_LEAST, size[row] / size.max())
+    for block, point, force, own in zip(blocks, forces.point, forces.force, size, strict=True):
+        along, length = force / own, longest * max(_LEAST, own / size.max())
         # What pushes a block from outside ends on it.
         behind = shapely.Point(*(point - 0.02 * length / view.scale * along))
         pushes = not shapely.intersects(assembly.geometry.polygons[block], behind)

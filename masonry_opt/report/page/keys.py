@@ -90,11 +90,11 @@ def _blocks_and_loads(result: Result) -> list[str]:
     if result.status.live_load_acts:
         kinds.insert(0, ("live", given.live, LIVE, "live load, times λ"))
     for kind, forces, colour, words in kinds:
-        count = int(forces.force.any(axis=1).sum())
+        count = len(forces.force)
         if count or any(load.kind == kind for load in assembly.scene.edge_loads):
             drawn = f" (resultant of {count})" if count > MOST_ARROWS else ""
             found.append(_arrow(colour, 0.0, words + drawn))
-    if given.weight.force.any():
+    if len(given.weight.force):
         x, y = assembly.scene.gravity
         found.append(_arrow(DEAD, float(np.degrees(np.arctan2(-y, x))), "all weights (not drawn)"))
     return found

@@ -66,7 +66,8 @@ def view_of(result: Result) -> View:
         moved = corners + full * np.column_stack([vx - omega * arm[:, 1], vy + omega * arm[:, 0]])
         low, high = np.minimum(low, moved.min(axis=0)), np.maximum(high, moved.max(axis=0))
     scene = result.assembly.scene
-    outside = scene.edge_loads or any(block.live_at or block.dead_at for block in scene.blocks)
+    placed = any(block.live_at or block.dead_at for block in scene.blocks)
+    outside = scene.edge_loads or scene.loads or placed
     margin = size * (_WITH_ARROWS if outside else _MARGIN)
     low, high = low - margin, high + margin
     scale = SIDE / float((high - low).max())

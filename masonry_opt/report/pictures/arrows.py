@@ -31,7 +31,7 @@ def draw_loads(axes: Axes, assembly: Assembly, place: Place, live: bool = True) 
     """Draw weights, further dead loads and, if they act, live loads, each kind to a scale of its own."""
     given = loads(assembly.scene, assembly.geometry, assembly.movable)
     handles: list[Handle] = []
-    if given.weight.force.any():
+    if len(given.weight.force):
         if len(assembly.movable) <= _FEW:
             _draw_forces(axes, assembly, place, given.weight, DEAD, 0.012)
             handles.append(_handle(DEAD, "weight"))
@@ -49,22 +49,21 @@ def draw_loads(axes: Axes, assembly: Assembly, place: Place, live: bool = True) 
         if kind == "live" and _many_parallel(forces):
             _draw_direction(axes, assembly, forces, colour)
             handles.append(_handle(colour, "direction of live loads, times λ"))
-        elif forces.force.any():
+        elif len(forces.force):
             _draw_forces(axes, assembly, place, forces, colour, width)
             handles.append(_handle(colour, label))
         if pieces:
             _draw_pieces(axes, assembly, place, pieces, colour)
-            if not forces.force.any():
+            if not len(forces.force):
                 handles.append(_handle(colour, label))
     return handles
 
 
 def _many_parallel(forces: Forces) -> bool:
     """Whether they are too many to be told apart, and all of one direction."""
-    acts = forces.force[forces.force.any(axis=1)]
-    if len(acts) <= _MANY:
+    if len(forces.force) <= _MANY:
         return False
-    direction = acts / np.hypot(*acts.T)[:, None]
+    direction = forces.force / np.hypot(*forces.force.T)[:, None]
     return bool((np.abs(direction - direction[0]) < 1e-9).all())
 
 
@@ -76,19 +75,17 @@ def _draw_forces(
     axes: Axes, assembly: Assembly, place: Place, forces: Forces, colour: str, width: float
 ) -> None:
     """From where they act; what pushes a block from outside, to there."""
-    size = np.hypot(*forces.force.T)
-    acts = np.flatnonzero(size > 0)
-    polygons = assembly.geometry.polygons[assembly.movable[acts]]
+    size, point, blocks = np.hypot(*forces.force.T), forces.point, assembly.movable[forces.block]
+    polygons = assembly.geometry.polygons[blocks]
     longest = MARGIN * size_of(assembly)
-    if len(acts) > _LONE:
+    if len(size) > _LONE:
         longest = min(longest, _OF_BLOCK * float(np.sqrt(np.median(shapely.area(polygons)))))
-    arrow = longest * forces.force[acts] / size.max()
-    point = forces.point[acts]
-    behind = point - 0.02 * longest * forces.force[acts] / size[acts, None]
+    arrow = longest * forces.force / size.max()
+    behind = point - 0.02 * longest * forces.force / size[:, None]
     from_outside = ~shapely.intersects(polygons, shapely.points(behind))
-    at = [place(block, own[None])[0] for block, own in zip(assembly.movable[acts], point, strict=True)]
+    at = [place(block, own[None])[0] for block, own in zip(blocks, point, strict=True)]
     tail = np.array(at) - np.where(from_outside[:, None], arrow, 0.0)
-    _quiver(axes, tail, arrow, colour, width if len(acts) <= 100 else 0.4 * width)
+    _quiver(axes, tail, arrow, colour, width if len(size) <= 100 else 0.4 * width)
 
 
 def _draw_pieces(

@@ -69,14 +69,14 @@ class Stone:
         ]
         if self.fixed:
             return Block(name=self.name, vertices=outer, holes=holes, fixed=True)
-        weight = unit_weight * self.outline.area * (1.0 if self.thickness is None else self.thickness)
+        solid = None if self.thickness is None else unit_weight * self.outline.area * self.thickness
         return Block(
             name=self.name,
             vertices=outer,
             holes=holes,
-            live=(self.live[0] * weight, self.live[1] * weight),
-            unit_weight=unit_weight if self.thickness is None else None,
-            weight=None if self.thickness is None else weight,
+            live_per_weight=self.live,
+            unit_weight=unit_weight if solid is None else None,
+            weight=solid,
         )
 
 

@@ -75,9 +75,15 @@ def find_scenes(
 def content_of(scene: Scene) -> str:
     """Hash of what a scene's answer depends on, 12 hexadecimal digits.
 
-    Keys at their defaults do not count: a key that a later version adds changes no hash.
+    Keys at their defaults do not count: a key that a later version adds changes no hash. Nor does it whether
+    a live load is given as a multiple of the block's weight or as the force that it is.
     """
     keys = scene.model_dump(exclude=_WORDS, exclude_defaults=True)
+    # A load may say another weight, which the multiple follows.
+    for block in [] if scene.loads else keys["blocks"]:
+        if "weight" in block and "live" not in block and (times := block.pop("live_per_weight", None)):
+            block["live"] = tuple(part * block["weight"] for part in times)
+            block |= {"live_at": block["weight_at"]} if "weight_at" in block else {}
     return hashlib.sha256(repr(keys).encode()).hexdigest()[:12]
 
 

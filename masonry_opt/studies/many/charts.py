@@ -1,4 +1,5 @@
-"""Charts of a sweep: λ against one number, mechanisms named where they change; a heat map of two."""
+"""Charts of a sweep: λ against one number, mechanisms named where they change; a heat map of two. The least
+is ringed; what would press all others into the foot of the axis stands at its head, with its value."""
 
 from __future__ import annotations
 
@@ -7,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from matplotlib import colormaps
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -14,8 +16,9 @@ from matplotlib.patches import Patch, Rectangle
 
 from masonry_opt.report.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SLIDES
 from masonry_opt.studies.chart_files import chart_files
-from masonry_opt.studies.load_factor_axis import LABEL, ends
+from masonry_opt.studies.load_factor_axis import LABEL, ends, off_axis
 from masonry_opt.studies.many.mechanism import CRUSHING, HINGING, MIXED, NONE, SEPARATING, SLIDING
+from masonry_opt.studies.many.words import at_least
 from masonry_opt.studies.palette import COLOURS
 from masonry_opt.studies.writing import write_files
 
@@ -45,8 +48,12 @@ _SYMBOLS = {
 #: Cells without a load factor.
 _GREY = "0.8"
 
-#: Height of a row of crosses, and least space above and below the values, as shares of the chart.
-_ROW, _PADDING = 0.04, 0.05
+#: Height of a row of crosses, of the strip of values off the axis, and least space above and below the
+#: values, as shares of the chart.
+_ROW, _HEAD, _PADDING = 0.04, 0.1, 0.05
+
+#: What legends say.
+_OFF, _RING = "off the axis: λ as written", "least"
 
 
 def write_charts(frame: pd.DataFrame, names: Sequence[str], folder: Path) -> list[Path]:
@@ -77,6 +84,8 @@ def against(frame: pd.DataFrame, names: Sequence[str]) -> Figure:
         else:
             _points(axes, frame, name, joined=len(names) == 1)
         _failures(axes, frame, name)
+        _off_axis(axes, frame, name)
+        _least(axes, frame, name)
     panels[0].set_ylabel(LABEL)
     _set_height(panels[0], frame)
     handles, labels = _listed(panels)
@@ -163,6 +172,32 @@ def _failures(axes: Axes, frame: pd.DataFrame, name: str) -> None:
         )
 
 
+def _off_axis(axes: Axes, frame: pd.DataFrame, name: str) -> None:
+    """On a strip at the head of the chart, above the lines that lead there: values that are off the axis."""
+    off = frame[off_axis(frame["load_factor"])]
+    if off.empty:
+        return
+    above = axes.get_xaxis_transform()
+    strip = Rectangle((0, 1 - _HEAD), 1, _HEAD, transform=axes.transAxes, color="0.92", zorder=3)
+    axes.add_patch(strip)
+    heights = np.full(len(off), 1 - 0.75 * _HEAD)
+    axes.plot(off[name], heights, "^", color="0.2", markersize=5, transform=above, zorder=4, label=_OFF)
+    # Values side by side run into each other where they are many: the greatest alone then.
+    written = off if len(off) <= _MOST_NAMED else off.nlargest(1, "load_factor")
+    for at in written[name].unique():
+        told = ", ".join(f"{value:.4g}" for value in written.loc[written[name] == at, "load_factor"])
+        text = axes.text(float(at), 1 - 0.1 * _HEAD, told, transform=above)
+        text.set(ha="center", va="top", fontsize=8, zorder=4)
+
+
+def _least(axes: Axes, frame: pd.DataFrame, name: str) -> None:
+    """Rings round the least of values that differ."""
+    low = frame[at_least(frame)]
+    if len(low) < frame["load_factor"].count():
+        x, y = low[name], low["load_factor"]
+        axes.plot(x, y, "o", color="0.2", fillstyle="none", markersize=11, zorder=3, label=_RING)
+
+
 def _foot(frame: pd.DataFrame) -> float:
     """Height of the strip of those without a load factor, as a share of the chart."""
     rows = frame.loc[frame["load_factor"].isna(), "status"].nunique()
@@ -171,13 +206,14 @@ def _foot(frame: pd.DataFrame) -> float:
 
 def _set_height(axes: Axes, frame: pd.DataFrame) -> None:
     """The axis of λ: all values above the strip at the foot, no zoom into rounding, no numbers for none."""
-    least, greatest = ends(frame["load_factor"])
-    below = _foot(frame) + _PADDING
-    height = (greatest - least) / (1 - below - _PADDING)
-    axes.set_ylim(least - below * height, greatest + _PADDING * height)
-    ticks, top = axes.get_yticks(), axes.get_ylim()[1]
-    known = frame["load_factor"].notna().any()
-    axes.set_yticks(ticks[(ticks >= least - _PADDING * height) & (ticks <= top) & known])
+    off = off_axis(frame["load_factor"])
+    least, greatest = ends(frame["load_factor"][~off])
+    below, above = _foot(frame) + _PADDING, _PADDING + _HEAD * off.any()
+    height = (greatest - least) / (1 - below - above)
+    axes.set_ylim(least - below * height, greatest + above * height)
+    ticks, known = axes.get_yticks(), frame["load_factor"].notna().any()
+    beside = _PADDING * height
+    axes.set_yticks(ticks[(ticks >= least - beside) & (ticks <= greatest + beside) & known])
 
 
 def _listed(panels: Sequence[Axes]) -> tuple[list[Artist], list[str]]:
@@ -192,18 +228,29 @@ def _listed(panels: Sequence[Axes]) -> tuple[list[Artist], list[str]]:
 def heat_map(frame: pd.DataFrame, across: str, up: str) -> Figure:
     """λ over two numbers; grey where there is no load factor, as is said beside the map."""
     values = frame.pivot(index=up, columns=across, values="load_factor").astype(float)
-    least, greatest = ends(frame["load_factor"])
+    off = off_axis(frame["load_factor"])
+    least, greatest = ends(frame["load_factor"][~off])
     figure = Figure(figsize=(6.4, 4.8), layout="constrained")
     axes = figure.add_subplot()
     axes.set_facecolor(_GREY)
     x, y = _edges(values.columns.to_numpy(float)), _edges(values.index.to_numpy(float))
     known = np.ma.masked_invalid(values.to_numpy())
-    drawn = axes.pcolormesh(x, y, known, cmap="viridis", vmin=least, vmax=greatest)
-    figure.colorbar(drawn, ax=axes, label=LABEL)
+    colours = colormaps["viridis"].with_extremes(over="white")
+    drawn = axes.pcolormesh(x, y, known, cmap=colours, vmin=least, vmax=greatest)
+    figure.colorbar(drawn, ax=axes, label=LABEL, extend="max" if off.any() else "neither")
     axes.set(xlabel=label(across), ylabel=label(up))
+    handles: list[Artist] = []
+    if frame["load_factor"].nunique() > 1:
+        found = frame[at_least(frame)]
+        handles += axes.plot(found[across], found[up], "o", color="white", markeredgecolor="0.2", label=_RING)
+    if off.any():
+        for at, over, value in frame.loc[off, [across, up, "load_factor"]].to_numpy(float):
+            axes.text(at, over, f"{value:.4g}", ha="center", va="center", fontsize=8)
+        handles.append(Patch(facecolor="white", edgecolor="0.4", label="above the scale: λ as written"))
     if values.isna().any(axis=None):
-        grey = Patch(facecolor=_GREY, edgecolor="0.4", label="no load factor")
-        figure.legend(handles=[grey], loc="outside lower center", fontsize=8, frameon=False)
+        handles.append(Patch(facecolor=_GREY, edgecolor="0.4", label="no load factor"))
+    if handles:
+        figure.legend(handles=handles, loc="outside lower center", ncols=3, fontsize=8, frameon=False)
     return figure
 
 

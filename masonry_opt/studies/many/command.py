@@ -6,17 +6,16 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-import pandas as pd
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from masonry_opt.command_options import method_options
 from masonry_opt.errors import InterruptedByUserError, OptionError
-from masonry_opt.explain.sentences import numeral
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.report.terminal import print_text
 from masonry_opt.studies.many.sweep import sweep as sweep_scene
+from masonry_opt.studies.many.words import said
 from masonry_opt.studies.process import ended_by_kill
 from masonry_opt.studies.sampling.distributions import parse
 from masonry_opt.studies.sampling.draws import SEQUENCES
@@ -141,26 +140,15 @@ def sweep(
                     **method_options(option, sample_scene if sample else sweep_scene),
                 }
                 if sample:
-                    said = str(sample_scene(case, distributions, **drawing, **common))
+                    told = str(sample_scene(case, distributions, **drawing, **common))
                 else:
-                    said = _said(sweep_scene(case, values, **common))
+                    told = said(sweep_scene(case, values, **common), list(values))
         except KeyboardInterrupt:
             raise InterruptedByUserError(
                 f"interrupted: {done} runs are kept, and the same command goes on from there"
             ) from None
-    print_text(said)
+    print_text(told)
     errors.print(f"written: {out / 'runs.csv'}, charts beside it", markup=False, soft_wrap=True)
-
-
-def _said(frame: pd.DataFrame) -> str:
-    """What a sweep found, in a few lines."""
-    found = frame["load_factor"].dropna()
-    lines = [f"{len(frame)} runs, {len(found)} with a load factor"]
-    if len(found):
-        lines.append(f"λ from {numeral(found.min(), '.6f')} to {numeral(found.max(), '.6f')}")
-    for status, count in frame.loc[frame["load_factor"].isna(), "status"].value_counts().items():
-        lines.append(f"{count} {status}")
-    return "\n".join(lines)
 
 
 def _values(text: str) -> tuple[str, list[float]]:

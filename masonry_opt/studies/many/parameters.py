@@ -39,7 +39,10 @@ _INSTEAD = {
 }
 
 #: Points and forces: pairs whose two numbers are x and y.
-_POINTS = ("at", "live", "live_at", "dead", "dead_at", "weight_at", "force", "gravity", "start", "end")
+_POINTS = (
+    *("at", "live", "live_at", "live_per_weight", "dead", "dead_at", "weight_at"),
+    *("force", "gravity", "start", "end"),
+)
 
 #: Keys of a scene that no analysis follows steadily.
 _LEFT_OUT = ("tolerance", "reference")

@@ -69,7 +69,8 @@ def sweep(
         proven), ``exact``, ``associative``, the residuals of its certificate (``equilibrium``, ``yield``,
         ``flow``, ``complementarity``), ``mechanism`` ("sliding", "hinging", "crushing", "mixed",
         "separating"; "none") and how many joints ``slides``, ``hinges``, ``separates``, ``crushes``,
-        ``blocks``, ``joints``, ``message`` and ``seconds``. A run that fails is a row like any other, with
+        ``blocks``, ``joints``, ``message`` and ``seconds``. The least is at
+        ``frame.loc[frame["load_factor"].idxmin()]``. A run that fails is a row like any other, with
         status "refused" where its values make no scene. (Another error of a function of one's own ends the
         sweep; with ``out`` the runs before it are kept.)
 

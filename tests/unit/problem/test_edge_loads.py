@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from mappings import mirrored, turned
-from scenes import block_on_floor
+from scenes import block_on_floor, forces_of
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
@@ -24,13 +24,6 @@ def block(name, vertices, weight=1.0, **loads):
 def scene(blocks, loads, friction=5.0, **keys):
     made = [mo.EdgeLoad(**load) for load in loads]
     return mo.Scene(joints={"friction": friction}, blocks=[*blocks, BASE], edge_loads=made, **keys)
-
-
-def forces_of(assembly, which="dead"):
-    """Force and moment about the centroid of each movable block, in the scene's units, shape (b, 3)."""
-    problem = assembly.problem
-    unit = problem.force_unit * np.array([1, 1, problem.length_unit])
-    return getattr(problem, which).reshape(-1, 3) * unit
 
 
 WIDTH, HEIGHT, DENSITY, WATER = 1.0, 3.0, 2.4, 1.0

@@ -43,8 +43,9 @@ def test_resultants_balance_the_loads_of_every_block(scene):
         centroid = np.array(polygon.centroid.coords[0])
         weight = np.array([0.0, -block.weight_of(polygon.area * scene.thickness)])
         live = result.load_factor * np.array(block.live)
+        of_weight = weight + result.load_factor * -weight[1] * np.array(block.live_per_weight)
         points = [np.array(at or centroid) for at in (block.weight_at, block.live_at)]
-        forces = [*zip((weight, live), points, strict=True)]
+        forces = [*zip((of_weight, live), points, strict=True)]
         for side, sign in ((joints.first, 1.0), (joints.second, -1.0)):
             own = acts & (side == index)
             forces += zip(sign * carried.force[own], carried.point[own], strict=True)

@@ -108,7 +108,7 @@ WRONG = {
     "less than twice the radius": {"thickness": 20.0},
     "load on voussoir 10, of 9": {"point_loads": [{"voussoir": 10, "force": (0.0, -1.0)}]},
     "two loads on voussoir 2": {"point_loads": [{"voussoir": 2, "force": (0.0, -1.0)}] * 2},
-    "not both": {"live": (1.0, 0.0), "point_loads": [{"voussoir": 2, "force": (0.0, -1.0)}]},
+    "the old name of": {"live": (1.0, 0.0), "live_per_weight": (1.0, 0.0)},
 }
 
 

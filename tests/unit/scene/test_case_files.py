@@ -97,7 +97,7 @@ def test_wall_generator_expands_courses_gaps_and_repeats():
     ]
     assert blocks["1-3"].vertices == [(10, 0), (12, 0), (12, 2), (10, 2)]
     assert blocks["1-3"].weight == 1.5
-    assert blocks["1-3"].live == (0.75, 0)
+    assert blocks["1-3"].live_per_weight == (0.5, 0)
     assert blocks["4-1"].vertices[0] == (0, 6)
     assert blocks["base"].fixed
 

@@ -52,7 +52,7 @@ def test_jambs_are_straight_and_the_lintel_spans_the_opening():
     lintel = rows[3][2]
     assert lintel.vertices == [(3.0, 3.0), (7.0, 3.0), (7.0, 4.0), (3.0, 4.0)]
     assert lintel.weight == 5.0
-    assert lintel.live == (5.0, 0.0)
+    assert lintel.live_per_weight == (1.0, 0.0)
 
 
 def test_weights_go_with_lengths():
@@ -81,9 +81,41 @@ def test_joints_are_those_counted_by_hand():
     assert (size.blocks, size.joints) == (30, within + between)
 
 
+def test_a_door_reaches_the_ground():
+    """The opening of a façade of two, sills of three courses, counted by hand: twelve blocks wide, eight
+    courses. The door leaves 2 blocks and half blocks at its jambs in the shifted course; the window's own
+    sill stays, and the storey above has none."""
+    keys = {"openings": (2, 2), "sill": 3, "opening": (2, 2), "spandrel": 2, "omit_top_left": False}
+    closed, open_ = facade(**keys), facade(**keys, doors=[2])
+    assert closed.width == 12
+    assert [len(course) for course in courses(closed)[:3]] == [12, 13, 12]
+    # The door spans blocks 8 to 10. Left of it 8 whole, right of it 2; shifted: a half, 7, a half, and as of
+    # every jamb a half, 1, a half.
+    assert [len(course) for course in courses(open_)[:3]] == [10, 12, 10]
+    for course in courses(open_)[:5]:
+        ends = {x for block in course for x, _ in block.vertices}
+        assert {16.0, 20.0} <= ends
+        assert not any(16.0 < x < 20.0 for x in ends)
+    # What is gone weighs as much as the blocks that fill it, 2 in each of 3 courses; else all is as it was.
+    without, weight = (sum(block.weight or 0 for block in one.blocks()) for one in (closed, open_))
+    assert without - weight == pytest.approx(6 * 3.0)
+    for below, above in zip(courses(closed)[3:], courses(open_)[3:], strict=True):
+        assert [block.vertices for block in below] == [block.vertices for block in above]
+    # Two piers on the ground carry it all.
+    scene = mo.Scene(joints={"friction": 0.75}, blocks=open_.blocks())
+    joints = mo.solve(scene, "static").joints
+    on_base = joints[(joints["first"] == "base") | (joints["second"] == "base")]
+    assert len(on_base) == 10
+    assert on_base["n"].sum() == pytest.approx(weight, rel=1e-7)
+
+
 @pytest.mark.parametrize(
     ("changed", "words"),
     [
+        ({"doors": [2]}, "'doors' has 2, of 1"),
+        ({"doors": [1, 1]}, "twice"),
+        ({"doors": [0]}, "doors"),
+        ({"doors": [1], "sill": 0, "opening": (1, 3)}, "'sill'"),
         ({"sill": 2}, "odd number of courses"),
         ({"spandrel": 1}, "even number of courses"),
         ({"openings": (1000, 1000)}, "blocks large"),

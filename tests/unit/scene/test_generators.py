@@ -46,7 +46,41 @@ def test_a_name_and_a_place_change_nothing_else(kind):
                 np.testing.assert_allclose(
                     np.array(getattr(other, at)) - [3, -2], getattr(one, at), atol=1e-12
                 )
-        assert (one.weight, one.live, one.fixed) == (other.weight, other.live, other.fixed)
+        for key in ("weight", "live", "live_per_weight", "fixed"):
+            assert getattr(one, key) == getattr(other, key)
+
+
+#: Of each, placed at (10, 5): least and greatest x and y of what moves, those x of its base, and the base's
+#: least y.
+PLACED = {
+    "wall": ((10, 14), (5, 7), (8, 16), 4),
+    "facade": ((10, 16), (5, 11), (8, 18), 4),
+    "column": ((10, 12), (5, 8), (10, 12), 4),
+}
+
+
+@pytest.mark.parametrize("kind", PLACED)
+def test_a_place_is_that_of_the_left_end_of_the_foot(kind):
+    across, up, base, below = PLACED[kind]
+    blocks = MADE[kind](at=(10.0, 5.0)).blocks()
+    moving = np.concatenate([block.corners() for block in blocks if not block.fixed])
+    (fixed,) = [block.corners() for block in blocks if block.fixed]
+    assert np.column_stack([moving.min(axis=0), moving.max(axis=0)]).tolist() == [list(across), list(up)]
+    assert np.column_stack([fixed.min(axis=0), fixed.max(axis=0)]).tolist() == [list(base), [below, 5]]
+
+
+@pytest.mark.parametrize("rise", [1.0, 2.0, 3.0])
+def test_the_place_of_an_arch_by_span_is_the_middle_between_its_springing_points(rise):
+    blocks = mo.Arch(**ARCH | {"rise": rise, "at": (10.0, 5.0)}).blocks()
+    assert blocks[0].vertices[0] == pytest.approx((8, 5))
+    assert blocks[5].vertices[3] == pytest.approx((12, 5))
+    assert blocks[2].vertices[3] == pytest.approx((10, 5 + rise))
+
+
+def test_the_place_of_an_arch_by_radius_is_its_centre():
+    arch = mo.Arch(radius=3, angles=(150, 20), thickness=1, voussoirs=5, unit_weight=1, at=(10, 5))
+    inner = [point for block in arch.blocks()[:5] for point in (block.vertices[0], block.vertices[3])]
+    assert np.hypot(*(np.array(inner) - [10, 5]).T) == pytest.approx(np.full(10, 2.5))
 
 
 @pytest.mark.parametrize("kind", ["wall", "facade", "column"])
@@ -56,7 +90,7 @@ def test_unit_weight_weighs_the_blocks_drawn(kind):
     for block, size in zip(scene.blocks, area, strict=True):
         if not block.fixed:
             assert block.weight == pytest.approx(2.0 * size, rel=1e-12)
-            assert block.live == pytest.approx((2.0 * size, 0.0), rel=1e-12)
+            assert block.live_per_weight == (1.0, 0.0)
 
 
 @pytest.mark.parametrize("kind", MADE)

@@ -26,6 +26,20 @@ def test_forces_start_at_the_centroid_and_end_on_a_face_that_they_push():
     assert dead == pytest.approx(np.array([[0.5, 3.27], [0.5, 3]]))
 
 
+def test_every_load_of_a_block_has_an_arrow_where_it_acts():
+    """On one block: its own force, and two of loads, one of them at a point inside it."""
+    loads = [mo.Load(block="A", live=(2, 0), at=(0.5, 2.5)), mo.Load(block="A", live=(0, -1), dead=(0, -1))]
+    scene = block_on_floor(2, 3).model_copy(update={"loads": loads})
+    axes = drawn(scene)
+    # The longest takes 9 % of the scene's larger side.
+    assert arrows(axes, LIVE) == pytest.approx(
+        np.array([[[1, 1.5], [1.135, 1.5]], [[0.5, 2.5], [0.77, 2.5]], [[1, 1.5], [1, 1.365]]])
+    )
+    assert arrows(axes, FURTHER_DEAD) == pytest.approx(np.array([[[1, 1.5], [1, 1.23]]]))
+    drawn_live = page(mo.solve(scene, "static")).split('<g class="loads live"')[1].split("</g>")[0]
+    assert drawn_live.count("<path") == 3
+
+
 def test_all_weights_of_many_blocks_have_one_arrow():
     axes = drawn(WALLS[0])
     (weight,) = arrows(axes, DEAD)

@@ -243,7 +243,7 @@ def test_polygons_are_taken_as_they_are(file, as_objects, upright):
     (portal,) = scene.blocks[1:]
     assert_outline(portal, PORTAL)
     assert portal.unit_weight == 10
-    assert portal.live == (80, 0)
+    assert portal.live_per_weight == (1, 0)
     assert mo.solve(scene, "static").required() == pytest.approx(0.5, rel=1e-6)
 
 

@@ -64,7 +64,7 @@ def test_options_of_dxf(tmp_path, monkeypatch, capsys):
     assert (code, err) == (0, "")
     scene = mo.load(out)
     assert scene.tolerance == 1e-5
-    assert scene.blocks[0].live == pytest.approx((-40.0, 0.0))
+    assert scene.blocks[0].live_per_weight == (-0.5, 0.0)
     assert mo.solve(scene, "static").required() == pytest.approx(1.0, rel=1e-6)
 
 

@@ -33,7 +33,7 @@ def test_outlines_are_blocks_and_layers_say_what_is_fixed(sheet):
     (stone,) = movable(scene)
     assert sorted(stone.vertices) == sorted(STONE)
     assert stone.unit_weight == 2.0
-    assert stone.live == (8.0, 0.0)  # area 4, unit weight 2
+    assert (stone.unit_weight, stone.live_per_weight) == (2.0, (1.0, 0.0))
     # 4 wide, 1 high: it slides, at λ = μ, before it overturns.
     assert mo.solve(scene, "static").required() == pytest.approx(0.5, rel=1e-6)
 
@@ -176,7 +176,7 @@ def test_holes_and_what_stands_in_them(sheet):
     scene = read(sheet(make, floor=False))
     areas = [area_of(scene, number) for number in range(4)]
     assert areas == pytest.approx([100 - 64, 4 - 1, 90 - 1, 1])
-    assert movable(scene)[0].live == pytest.approx((72.0, 0.0))
+    assert movable(scene)[0].live_per_weight == (1.0, 0.0)
     # The frame and the other stone on the ground, the stone in its hole, the filling on four sides.
     assert len(joints_of(scene).length) == 2 + 1 + 4
 

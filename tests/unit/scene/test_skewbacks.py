@@ -1,0 +1,202 @@
+"""Skewbacks: an arch whose feet slope on level beds, by geometry and equilibrium by hand."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scenes import CASES
+
+import masonry_opt as mo
+from masonry_opt.problem.assembly import assemble
+
+SEGMENT = {"span": 4.0, "rise": 1.0, "thickness": 0.5, "voussoirs": 9, "unit_weight": 2.0}
+
+#: Of that segment: inner radius 2.5, half angle with sin 0.8 and cos 0.6. Across and up of its foot.
+ACROSS, UP = 0.5 * 0.8, 0.5 * 0.6
+
+
+def segment(**keys):
+    return mo.Arch(**SEGMENT | keys)
+
+
+def named(blocks):
+    return {block.name: block for block in blocks}
+
+
+def solved(blocks, friction=0.9, **keys):
+    return mo.solve(mo.Scene(joints={"friction": friction}, blocks=blocks, **keys), "static")
+
+
+def grounds():
+    """From the springing points outwards: on ground that goes through, corners of the arch would bear too."""
+    corners = np.array([(2, -1), (9, -1), (9, 0), (2, 0)])
+    return [
+        mo.Block(name=f"ground {number}", vertices=(corners * [side, 1]).tolist(), fixed=True)
+        for number, side in ((1, -1), (2, 1))
+    ]
+
+
+def on_joint(result, one, other):
+    """Force on the first block at its joint with the other, and where it acts."""
+    joints = result.joints
+    pair = {one, other}
+    (row,) = [r for r in joints.itertuples() if {r.first, r.second} == pair]
+    normal = result.assembly.joints.normal[row.Index]
+    along = np.array([normal[1], -normal[0]])
+    force = row.n * normal + row.s * along
+    point = np.array([row.x, row.y]) + row.m / row.n * along
+    return (force if row.first == one else -force), point
+
+
+def test_a_skewback_fills_the_corner_between_foot_bed_and_back():
+    blocks = named(segment(skewbacks=1.0, live_per_weight=(0.5, 0)).blocks(thickness=0.3))
+    left, right = blocks["skewback 1"], blocks["skewback 2"]
+    expected = [(-2, 0), (-2 - ACROSS, UP), (-3, UP), (-3, 0)]
+    assert np.array(left.vertices) == pytest.approx(np.array(expected), abs=1e-12)
+    assert np.array(right.vertices) == pytest.approx(np.array(expected) * [-1, 1], abs=1e-12)
+    for block in (left, right):
+        assert block.weight == pytest.approx(2.0 * UP * (1.0 - ACROSS / 2) * 0.3)
+        assert block.live_per_weight == (0.5, 0)
+    # Abutments lie under the beds, as high as the arch is thick.
+    assert np.array(blocks["abutment 1"].vertices) == pytest.approx(
+        np.array([(-3, -0.5), (-2, -0.5), (-2, 0), (-3, 0)]), abs=1e-12
+    )
+
+
+def test_as_wide_as_the_foot_it_is_a_wedge():
+    scene = mo.Scene(joints={"friction": 0.9}, blocks=segment(skewbacks=ACROSS).blocks())
+    assembly = assemble(scene)
+    left = assembly.geometry.polygons[[block.name for block in scene.blocks].index("skewback 1")]
+    assert len(left.exterior.coords) - 1 == 3
+    assert left.area == pytest.approx(ACROSS * UP / 2)
+    assert len(assembly.joints.length) == 10 + 2
+
+
+def test_ends_at_different_heights_have_beds_of_their_own():
+    """Of radius and angles, the other way round, moved: the bed is level with the inner end of its foot."""
+    arch = mo.Arch(
+        radius=2,
+        angles=(45, 150),
+        thickness=0.4,
+        voussoirs=5,
+        unit_weight=1,
+        skewbacks=0.8,
+        at=(1, -1),
+        name="a",
+    )
+    blocks = named(arch.blocks())
+    for name, angle, side in (("a skewback 1", 45, 1), ("a skewback 2", 150, -1)):
+        x, y = 1.8 * math.cos(math.radians(angle)) + 1, 1.8 * math.sin(math.radians(angle)) - 1
+        outer = y + 0.4 * math.sin(math.radians(angle))
+        corners = np.array(blocks[name].vertices)
+        assert corners[[0, 3]] == pytest.approx(np.array([(x, y), (x + side * 0.8, y)]), abs=1e-12)
+        assert corners[1:3, 1] == pytest.approx([outer, outer])
+
+
+#: Down on one voussoir off the crown, and sideways on all of them.
+PUSHES = {
+    "down": [mo.Load(block="v3", live=(0, -1))],
+    "sideways": [mo.Load(block=f"v{number}", live=(1, 0)) for number in range(1, 10)],
+}
+
+
+@pytest.mark.parametrize("push", PUSHES)
+def test_on_wide_skewbacks_that_do_not_move_the_arch_is_the_one_between_abutments(push):
+    """Of a thin arch, whose four hinges lie in it; beds 2.5 wide."""
+    loads, thin = PUSHES[push], {"thickness": 0.15}
+    between = solved(segment(**thin).blocks(), loads=loads)
+    movable = [*segment(**thin, skewbacks=2.5, abutments=False).blocks(), *grounds()]
+    fixed = [
+        mo.Block(name=block.name, vertices=block.vertices, fixed=True) if "skewback" in block.name else block
+        for block in movable
+    ]
+    assert between.load_factor > 0
+    for blocks in (movable, fixed):
+        assert solved(blocks, loads=loads).load_factor == pytest.approx(between.load_factor, rel=1e-6)
+
+
+def test_narrow_skewbacks_turn_with_the_arch_and_wide_ones_do_not():
+    """The wider the bed the more the arch carries, up to what it does between fixed abutments."""
+    loads = PUSHES["sideways"]
+    between = solved(segment().blocks(), loads=loads).load_factor
+    widths = (ACROSS, 0.6, 1.0, 2.5, 20.0)
+    factors = [solved(segment(skewbacks=width).blocks(), loads=loads).load_factor for width in widths]
+    assert all(np.diff(factors) > 0)
+    assert factors[0] < 0.3 * between
+    assert factors[-1] == pytest.approx(between, rel=1e-6)
+
+
+def test_forces_on_skewbacks_are_those_of_statics():
+    """Thrust of the foot, weight and the bed's reaction balance on each; the whole stands on its two beds."""
+    weight_up = SEGMENT["unit_weight"]
+    blocks = [*segment(skewbacks=1.0, abutments=False).blocks(), *grounds()]
+    loads = [mo.Load(block="v4", live=(0.2, -1.0), at=(-0.6, 1.2))]
+    result = solved(blocks, loads=loads)
+    of = named(blocks)
+    reactions = []
+    for number, voussoir, side in ((1, "v1", -1), (2, "v9", 1)):
+        skewback = f"skewback {number}"
+        thrust, at_foot = on_joint(result, skewback, voussoir)
+        reaction, at_bed = on_joint(result, skewback, f"ground {number}")
+        weight = np.array([0, -of[skewback].weight])
+        # A rectangle 1 by 0.3 less the triangle 0.4 by 0.3 under the foot's line.
+        rectangle, triangle = 1.0 * UP, ACROSS * UP / 2
+        arm = (rectangle * 0.5 - triangle * ACROSS / 3) / (rectangle - triangle)
+        height = (rectangle * UP / 2 - triangle * 2 / 3 * UP) / (rectangle - triangle)
+        centroid = np.array([side * (2 + arm), height])
+        assert of[skewback].weight == pytest.approx(weight_up * (rectangle - triangle))
+        assert thrust + reaction + weight == pytest.approx([0, 0], abs=1e-6)
+        turning = [
+            np.cross([*(at - at_bed), 0], [*force, 0])[2]
+            for at, force in ((at_foot, thrust), (centroid, weight))
+        ]
+        assert sum(turning) == pytest.approx(0, abs=1e-6)
+        reactions.append((reaction, at_bed))
+    # The whole: its weights, the live load at its point, both reactions.
+    live = result.load_factor * np.array([0.2, -1.0])
+    total = sum(block.weight for block in blocks if not block.fixed)
+    assert sum(force for force, _ in reactions) + live == pytest.approx([0, total], abs=1e-6)
+    # Its weights balance about x = 0.
+    moments = [
+        np.cross([*at, 0], [*force, 0])[2] for force, at in (*reactions, (live, np.array([-0.6, 1.2])))
+    ]
+    assert sum(moments) == pytest.approx(0, abs=1e-6)
+
+
+def test_the_example_stands_on_its_columns():
+    """Beds lie whole on the columns' tops; weights in kN, by areas: 22 times the thickness of 0.5."""
+    scene = mo.load(CASES / "examples" / "segmental_arch_on_columns.toml")
+    result = mo.solve(scene, "static")
+    joints = result.joints
+    beds = joints[
+        [
+            {a, b} in ({"skewback 1", "left d4"}, {"skewback 2", "right d4"})
+            for a, b in zip(joints["first"], joints["second"], strict=True)
+        ]
+    ]
+    assert beds["length"].tolist() == pytest.approx([0.9, 0.9])
+    feet = joints[["base" in a + b for a, b in zip(joints["first"], joints["second"], strict=True)]]
+    intrados = (1.2**2 + 0.8**2) / 1.6
+    half = math.asin(1.2 / intrados)
+    ring = half * ((intrados + 0.35) ** 2 - intrados**2)
+    up, across = 0.35 * math.cos(half), 0.35 * math.sin(half)
+    area = ring + 2 * up * (0.9 - across / 2) + 2 * 0.9 * 1.8
+    assert feet["n"].sum() == pytest.approx(22 * 0.5 * area + 3, rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("words", "keys"),
+    [
+        ("level ones", {"rise": 2.0}),
+        ("level ones", {"rise": 3.0, "voussoirs": 8}),
+        ("level ones", {"span": None, "rise": None, "radius": 2.0, "angles": (200.0, 30.0)}),
+        ("level ones", {"span": None, "rise": None, "radius": 2.0, "angles": (80.0, 30.0)}),
+        ("narrower than the arch's foot, 0.4", {"skewbacks": 0.39}),
+        ("'skewbacks'", {"skewbacks": 0.0}),
+    ],
+)
+def test_skewbacks_that_cannot_be_are_refused(words, keys):
+    with pytest.raises(mo.CaseError, match=words):
+        segment(**{"skewbacks": 1.0} | keys)
