@@ -74,6 +74,12 @@ class Solution:
         return any(said.values.get("interrupted", False) for said in self.reasons)
 
     @property
+    def states_met(self) -> int | None:
+        """How many different exact states were met on the way; None of methods that look for none."""
+        met = (said.values["count"] for said in self.reasons if said.code is Code.STATES_MET)
+        return next(met, None)
+
+    @property
     def carries_any_load(self) -> bool:
         """Whether the scene stands, and no multiple of the live load makes it collapse: it is proven that no
         load factor exists, or the program of associative flow, which alone decides there, has no end. Of a

@@ -27,6 +27,7 @@ COLUMNS = (
     "reason",
     "any_load",
     "exact",
+    "states",
     "associative",
     "equilibrium",
     "yield",
@@ -46,7 +47,7 @@ COLUMNS = (
 #: Kinds of the columns of a table that are no real numbers.
 KINDS = {
     **dict.fromkeys(("status", "reason", "mechanism", "message"), "object"),
-    **dict.fromkeys(("slides", "hinges", "separates", "crushes", "blocks", "joints"), "Int64"),
+    **dict.fromkeys(("states", "slides", "hinges", "separates", "crushes", "blocks", "joints"), "Int64"),
     **dict.fromkeys(("any_load", "exact"), "boolean"),
 }
 
@@ -137,6 +138,7 @@ def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
         "reason": str(solution.reasons[0].code) if solution.reasons else "",
         "any_load": solution.carries_any_load,
         "exact": is_exact(problem, solution),
+        "states": solution.states_met,
         "associative": solution.associative_value,
         "blocks": problem.blocks,
         "joints": problem.joints,

@@ -66,7 +66,7 @@ def sweep(
     pandas.DataFrame
         One row a run, the last of ``vary`` changing fastest: the values, ``load_factor`` (NaN without one),
         ``status``, ``reason`` (code), ``any_load`` (whether no load makes it collapse: of a Coulomb method,
-        proven), ``exact``, ``associative``, the residuals of its certificate (``equilibrium``, ``yield``,
+        proven), ``exact``, ``states`` (how many different exact states were met), ``associative``, the residuals of its certificate (``equilibrium``, ``yield``,
         ``flow``, ``complementarity``), ``mechanism`` ("sliding", "hinging", "crushing", "mixed",
         "separating"; "none") and how many joints ``slides``, ``hinges``, ``separates``, ``crushes``,
         ``blocks``, ``joints``, ``message`` and ``seconds``. The least is at
