@@ -66,13 +66,13 @@ def sweep(
     pandas.DataFrame
         One row a run, the last of ``vary`` changing fastest: the values, ``load_factor`` (NaN without one),
         ``status``, ``reason`` (code), ``any_load`` (whether no load makes it collapse: of a Coulomb method,
-        proven), ``exact``, ``states`` (how many different exact states were met), ``associative``, the residuals of its certificate (``equilibrium``, ``yield``,
-        ``flow``, ``complementarity``), ``mechanism`` ("sliding", "hinging", "crushing", "mixed",
-        "separating"; "none") and how many joints ``slides``, ``hinges``, ``separates``, ``crushes``,
-        ``blocks``, ``joints``, ``message`` and ``seconds``. The least is at
-        ``frame.loc[frame["load_factor"].idxmin()]``. A run that fails is a row like any other, with
-        status "refused" where its values make no scene. (Another error of a function of one's own ends the
-        sweep; with ``out`` the runs before it are kept.)
+        proven), ``exact``, ``states`` (how many different exact states were met), ``associative``, the
+        residuals of its certificate (``equilibrium``, ``yield``, ``flow``, ``complementarity``),
+        ``mechanism`` ("sliding", "hinging", "crushing", "mixed", "separating"; "none") and how many joints
+        ``slides``, ``hinges``, ``separates``, ``crushes``, ``blocks``, ``joints``, ``message`` and
+        ``seconds``. The least is at ``frame.loc[frame["load_factor"].idxmin()]``. A run that fails is a row
+        like any other, with status "refused" where its values make no scene. (Another error of a function of
+        one's own ends the sweep; with ``out`` the runs before it are kept.)
 
     Raises
     ------
