@@ -22,7 +22,7 @@ from typer.core import TyperGroup
 
 from masonry_opt.analysis import solve as solve_scene
 from masonry_opt.answer.result import Result
-from masonry_opt.command_options import method_options
+from masonry_opt.command_options import Force, method_options
 from masonry_opt.duality import check as check_duality
 from masonry_opt.errors import (
     InterruptedByUserError,
@@ -116,6 +116,7 @@ def solve(
         typer.Option(metavar="KIND", help="What a picture shows: mechanism (default), thrust, utilisation."),
     ] = None,
     names: Annotated[bool, typer.Option("--names", help="With --plot: write the blocks' names.")] = False,
+    force: Force = False,
     option: Annotated[
         list[str] | None,
         typer.Option("--option", "-o", help="The method's own, as NAME=VALUE; may be repeated."),
@@ -127,9 +128,9 @@ def solve(
     """
     if json + verbose + quiet > 1:
         raise OptionError("--json, --verbose and --quiet say each what is printed: give one of them")
-    if plot is None and (names or plot_kind is not None):
-        raise OptionError("--plot-kind and --names say how to draw: give --plot FILE too")
-    save_picture = None if plot is None else _picture(plot, plot_kind or "mechanism", names)
+    if plot is None and (names or force or plot_kind is not None):
+        raise OptionError("--plot-kind, --names and --force say how to draw: give --plot FILE too")
+    save_picture = None if plot is None else _picture(plot, plot_kind or "mechanism", names, force)
     options = method_options(option, solve_scene)
     errors = Console(stderr=True)
     steps: list[str] = []
@@ -183,6 +184,7 @@ def draw(
     case: Case,
     file: Annotated[Path, typer.Argument(help="File to write (.png, .svg, .pdf).", show_default=False)],
     names: Annotated[bool, typer.Option("--names", help="Write the blocks' names.")] = False,
+    force: Force = False,
 ) -> None:
     """Draw CASE to FILE before solving it: blocks, supports, joints found, small gaps, loads.
 
@@ -193,10 +195,10 @@ def draw(
     from masonry_opt.report.pictures.scene_picture import counts, doubts, scene_picture
     from masonry_opt.scene.case_file import load
 
-    refuse_picture(file)
+    refuse_picture(file, force)
     assembly = assemble(load(case), floating=True)
     with _writing(file):
-        scene_picture(assembly, names).save(file)
+        scene_picture(assembly, names).save(file, force)
     warnings = [f"warning: {sentence}" for sentence in doubts(assembly)]
     print_text(printable("\n".join([f"{file}: {counts(assembly)}", *warnings])))
 
@@ -208,6 +210,7 @@ def export(
     method: Annotated[
         str, typer.Option(help="static, kinematic or global (any file), mpec (.nl, .gms), mcp (.nl).")
     ] = "static",
+    force: Force = False,
 ) -> None:
     """Write the program that a method declares for CASE to FILE, for other solvers.
 
@@ -215,18 +218,18 @@ def export(
     """
     from masonry_opt.exports import export as export_program
 
-    print_text("\n".join(printable(str(path)) for path in export_program(case, file, method)))
+    print_text("\n".join(printable(str(path)) for path in export_program(case, file, method, force)))
 
 
-def _picture(path: Path, kind: str, names: bool) -> Callable[[Result], None]:
+def _picture(path: Path, kind: str, names: bool, force: bool) -> Callable[[Result], None]:
     """What draws a result to a file. Raises OptionError now, not after the solve, if that cannot be."""
     from masonry_opt.report.saved import refuse_saving, save
 
-    refuse_saving(path, kind, names)
+    refuse_saving(path, kind, names, force)
 
     def draw(result: Result) -> None:
         with _writing(path):
-            save(result, path, kind, names)
+            save(result, path, kind, names, force)
 
     return draw
 

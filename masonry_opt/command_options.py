@@ -1,13 +1,19 @@
-"""Options of a method as they are written on the command line."""
+"""Options of a method as they are written on the command line, and options that commands share."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from inspect import Parameter, signature
 from json import loads as parse_json
-from typing import Any
+from typing import Annotated, Any
+
+import typer
 
 from masonry_opt.errors import OptionError
+from masonry_opt.files import WRITER
+
+#: Of every command that replaces what it wrote before.
+Force = Annotated[bool, typer.Option("--force", help=f"Replace also what {WRITER} did not write.")]
 
 
 def method_options(texts: Sequence[str] | None, function: Callable[..., Any]) -> dict[str, Any]:

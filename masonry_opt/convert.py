@@ -7,7 +7,8 @@ from typing import Annotated, Any
 
 import typer
 
-from masonry_opt.errors import OptionError, OutputError
+from masonry_opt.command_options import Force
+from masonry_opt.errors import OptionError, OutputError, counted
 from masonry_opt.report.terminal import print_text
 from masonry_opt.scene.case_file import load, save
 from masonry_opt.scene.contact import find_joints
@@ -65,6 +66,7 @@ def convert(
     to_metres: Annotated[
         bool, typer.Option("--to-metres", help="DXF: scale from the drawing's own unit.")
     ] = False,
+    force: Force = False,
 ) -> None:
     """Make a case file of a drawing: blocks, supports, friction, weights, live loads.
 
@@ -87,7 +89,7 @@ def convert(
     if out.suffix.lower() == ".dxf":
         _refuse(options, options, f"{out}: a drawing is written of a case file as it stands")
         scene = load(drawing)
-        write_dxf(scene, out)
+        write_dxf(scene, out, force)
         _tell(scene, out)
         return
     if out.suffix.lower() not in (".toml", ".json"):
@@ -107,8 +109,8 @@ def convert(
             raise OptionError(f"{drawing}: what is converted ends in .dxf, or .json for COMPAS data")
     # What is written can be solved as far as its geometry goes.
     joints = find_joints(scene, geometry(scene))
-    save(scene, out)
-    _tell(scene, out, f", {len(joints.length)} joints")
+    save(scene, out, force)
+    _tell(scene, out, f", {counted(len(joints.length), 'joint')}")
 
 
 def _refuse_case_file(path: Path) -> None:
@@ -125,7 +127,8 @@ def _refuse_case_file(path: Path) -> None:
 def _tell(scene: Scene, out: Path, more: str = "") -> None:
     holes = sum(len(block.holes) for block in scene.blocks)
     supports = sum(block.fixed for block in scene.blocks)
-    print_text(f"{out}: {len(scene.blocks)} blocks ({supports} fixed), {holes} holes{more}")
+    blocks = counted(len(scene.blocks), "block")
+    print_text(f"{out}: {blocks} ({supports} fixed), {counted(holes, 'hole')}{more}")
 
 
 def _refuse(options: dict[str, Any], names: Any, what: str) -> None:

@@ -1,4 +1,4 @@
-"""What a user can put right: every error here ends as one message, never as a traceback."""
+"""What a user can put right: every error here ends as one message, never as a traceback; and its words."""
 
 from math import ceil, floor, log10
 
@@ -20,6 +20,11 @@ def rounded_up(value: float, digits: int = 4) -> str:
     """So many digits of a positive number, and no less than it: a little less would not do."""
     unit = 10.0 ** (floor(log10(value)) + 1 - digits)
     return f"{ceil(value / unit) * unit:.{digits}g}"
+
+
+def counted(number: int, noun: str) -> str:
+    """How many of a thing there are: "1 hole", "2 holes"."""
+    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 class MasonryError(Exception):

@@ -11,7 +11,7 @@ import pyomo.environ as pyo
 from masonry_opt.analysis import solve
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
-from masonry_opt.files import refuse_unwritable, write_whole
+from masonry_opt.files import MARK, refuse_replacing, refuse_unwritable, write_whole
 from masonry_opt.methods.bracket.limits import limits
 from masonry_opt.methods.bracket.method import a_little_above, assumed_rates
 from masonry_opt.methods.bracket.search import with_binaries
@@ -105,7 +105,9 @@ _EXPORTS = {
 }
 
 
-def export(scene: Scene | str | Path, path: str | Path, method: str = "static") -> tuple[Path, ...]:
+def export(
+    scene: Scene | str | Path, path: str | Path, method: str = "static", force: bool = False
+) -> tuple[Path, ...]:
     """Write the program that a method declares, for other solvers.
 
     Rows and columns are named by kind and blocks, units are those of
@@ -123,6 +125,8 @@ def export(scene: Scene | str | Path, path: str | Path, method: str = "static") 
         "static", eq. (9), "kinematic", eq. (10), "global" (complementarity with a binary for each face;
         its bounds are computed first, by linear programs), "mpec" (with products z p ≤ 10⁻⁶), or "mcp" (with
         complementary pairs).
+    force:
+        Whether to replace files that were not written here, which are known by a mark in them.
 
     Returns
     -------
@@ -135,7 +139,7 @@ def export(scene: Scene | str | Path, path: str | Path, method: str = "static") 
         If the case file or scene is wrong, or nothing carries a live load.
     OptionError
         If the method declares no single program, does not know the scene's joints, or the format cannot carry
-        its program; or if there is no such folder.
+        its program; or if there is no such folder, or a file not written here would be replaced.
     OutputError
         If a file cannot be written.
     NoLoadFactorError
@@ -144,7 +148,9 @@ def export(scene: Scene | str | Path, path: str | Path, method: str = "static") 
     chosen, path = _chosen(method), _path(path)
     if (end := path.suffix.lower()) not in chosen.ends:
         raise OptionError(f"{path}: {_instead(method, end)}")
-    refuse_unwritable(path)
+    refuse_unwritable(path, force)
+    for names in (".row", ".col") if end == ".nl" else ():
+        refuse_replacing(path.with_suffix(names), force)
     assembly = assemble(as_scene(scene))
     # Dilatancy that falls with stress mcp hands over to the loop; the program it declares does not know it.
     known = METHODS[method]
@@ -196,7 +202,7 @@ def _header(method: str, assembly: Assembly) -> list[str]:
     problem, scene = assembly.problem, assembly.scene
     name = " ".join(f"{Path(scene.origin).name} {scene.title}".split())
     lines = [
-        f"masonry_opt: program of method {method} for {name}",
+        f"{MARK}: program of method {method} for {name}",
         f"movable blocks: {problem.blocks}, joints: {problem.joints}",
         f"units: forces {problem.force_unit!r}, lengths {problem.length_unit!r} of the case's; the load "
         "factor is the same in both",

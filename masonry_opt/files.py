@@ -1,13 +1,47 @@
-"""Files are written whole or not at all."""
+"""Files are written whole or not at all, bear a mark, and replace none that has no mark."""
 
 from __future__ import annotations
 
 import contextlib
 import os
+import re
 import tempfile
 from pathlib import Path
 
 from masonry_opt.errors import OptionError
+
+#: Who wrote a file, in its metadata; and a comment that says it.
+WRITER = "masonry_opt"
+MARK = f"written by {WRITER}"
+
+#: The key of JSON files that says it.
+JSON_KEY = "written_by"
+
+#: By the end of a file's name, where its mark stands. Lists of names (.row, .col) have no room for one:
+#: theirs is that of their .nl file.
+_MARKS = {
+    ".toml": rf"\A# {MARK}",
+    ".json": rf'\A\s*{{\s*"{JSON_KEY}":\s*"{WRITER}"',
+    ".dxf": rf"\A\s*999\r?\n{MARK}",
+    ".lp": rf"\A\\ {MARK}",
+    ".mps": rf"\A\* {MARK}",
+    ".gms": rf"\A\* {MARK}",
+    ".nl": rf"\A[^\n]*# problem [\"']?{MARK}",
+    ".png": rf"\A\x89PNG.*tEXtSoftware\x00{WRITER}",
+    ".svg": rf"<dc:creator>\s*<cc:Agent>\s*<dc:title>{WRITER}</dc:title>",
+    ".pdf": rf"/Creator \({WRITER}\)",
+    ".html": rf'<meta name="generator" content="{WRITER}">',
+}
+
+#: Bytes at either end of a file in which its mark stands: only of PDF files at the end.
+_ENDS = 1 << 16
+
+
+def picture_metadata(kind: str) -> dict[str, str | None]:
+    """What a picture of a kind ("png", "svg", "pdf") says of itself: its mark, and no date."""
+    if kind == "png":
+        return {"Software": WRITER}
+    return {"Creator": WRITER, "Date" if kind == "svg" else "CreationDate": None}
 
 
 def write_whole(path: str | Path, content: str | bytes) -> None:
@@ -30,8 +64,9 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
         raise
 
 
-def refuse_unwritable(path: Path) -> None:
-    """Raise OptionError if a file could not be written there: to be asked before long work."""
+def refuse_unwritable(path: Path, force: bool = False) -> None:
+    """Raise OptionError if a file could not be written there, or, without ``force``, would replace one that
+    was not written here: to be asked before long work."""
     try:
         path.lstat()
     except (FileNotFoundError, NotADirectoryError):
@@ -43,6 +78,36 @@ def refuse_unwritable(path: Path) -> None:
     if path.is_dir() or not os.access(path.parent, os.W_OK):
         why = "is a folder" if path.is_dir() else f"folder {path.parent} does not let files be written"
         raise OptionError(f"{path}: cannot be written: {why}")
+    refuse_replacing(path, force)
+
+
+def refuse_replacing(path: Path, force: bool = False) -> None:
+    """Raise OptionError if a file stands there that does not bear this package's mark, unless ``force``.
+
+    An empty file, as a temporary one is, holds nothing that could be lost.
+    """
+    if not force and os.path.lexists(path) and not path.is_dir() and not _is_replaceable(path):
+        raise OptionError(
+            f"{path}: is there already, and does not bear the mark of what {WRITER} writes: choose another "
+            "name, or replace it with --force (in Python: force=True)"
+        )
+
+
+def _is_replaceable(path: Path) -> bool:
+    if not path.is_file():  # a pipe, a device, a link to nothing
+        return False
+    suffix = path.suffix.lower()
+    if suffix not in _MARKS:  # a list of names
+        path, suffix = path.with_suffix(".nl"), ".nl"
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(_ENDS)
+            if (size := path.stat().st_size) > _ENDS:
+                stream.seek(max(_ENDS, size - _ENDS))
+                data += stream.read()
+    except OSError:
+        return False
+    return not data or re.search(_MARKS[suffix].encode(), data, re.DOTALL) is not None
 
 
 def _umask() -> int:

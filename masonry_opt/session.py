@@ -94,6 +94,8 @@ class Session:
             solution = self.method.run(task)
             solution.accept(problem)
             _judge(assembly, task, solution, is_associative=self.method.name in _ASSOCIATIVE)
+            if solution.status is Status.SOLVER_FAILED:
+                solution.q = solution.d = None  # nothing bears out what they say
         return assembly, solution
 
     def _assembled(self, scene: Scene) -> Assembly:

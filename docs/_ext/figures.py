@@ -24,7 +24,7 @@ def scraper(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]
             _shown.add(value)
             paths.append(next(block_vars["image_path_iterator"]))
             if isinstance(value, Picture):
-                value.save(paths[-1])
+                value.save(paths[-1], force=True)
             else:
                 value.savefig(paths[-1], dpi=160, bbox_inches="tight")
     return figure_rst(paths, gallery_conf["src_dir"])

@@ -11,20 +11,28 @@ from masonry_opt.problem.chords import parabola
 from masonry_opt.problem.problem import Problem, ShearLimits
 
 
+def unsigned(frame: pd.DataFrame) -> pd.DataFrame:
+    """The same frame, without a minus before any zero of its real numbers."""
+    numbers = frame.select_dtypes("float64").columns
+    return frame.assign(**{str(name): frame[name] + 0.0 for name in numbers})
+
+
 def block_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
     """A row a movable block: its centroid, and its velocities (NaN without a mechanism)."""
     problem, shapes = assembly.problem, assembly.geometry
     centroid = shapes.centroid[assembly.movable] + shapes.origin
     velocity = np.full(3 * problem.blocks, np.nan) if solution.d is None else solution.d
-    return pd.DataFrame(
-        {
-            "block": assembly.names(assembly.movable),
-            "x": centroid[:, 0],
-            "y": centroid[:, 1],
-            "vx": velocity[0::3],
-            "vy": velocity[1::3],
-            "omega": velocity[2::3] / problem.length_unit,
-        }
+    return unsigned(
+        pd.DataFrame(
+            {
+                "block": assembly.names(assembly.movable),
+                "x": centroid[:, 0],
+                "y": centroid[:, 1],
+                "vx": velocity[0::3],
+                "vy": velocity[1::3],
+                "omega": velocity[2::3] / problem.length_unit,
+            }
+        )
     )
 
 
@@ -44,21 +52,23 @@ def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
         rotation = turning[joints.first] - turning[joints.second]
     force, length = problem.force_unit, problem.length_unit
     middle = joints.middle + assembly.geometry.origin
-    return pd.DataFrame(
-        {
-            "first": assembly.names(joints.first),
-            "second": assembly.names(joints.second),
-            "x": middle[:, 0],
-            "y": middle[:, 1],
-            "length": joints.length,
-            "n": n * force,
-            "s": s * force,
-            "m": m * force * length,
-            "slip": slip,
-            "opening": opening,
-            "rotation": rotation / length,
-            "utilisation": _utilisation(problem, q),
-        }
+    return unsigned(
+        pd.DataFrame(
+            {
+                "first": assembly.names(joints.first),
+                "second": assembly.names(joints.second),
+                "x": middle[:, 0],
+                "y": middle[:, 1],
+                "length": joints.length,
+                "n": n * force,
+                "s": s * force,
+                "m": m * force * length,
+                "slip": slip,
+                "opening": opening,
+                "rotation": rotation / length,
+                "utilisation": _utilisation(problem, q),
+            }
+        )
     )
 
 

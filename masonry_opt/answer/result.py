@@ -13,13 +13,13 @@ import pandas as pd
 
 from masonry_opt.answer.acceptance import Kind, passes
 from masonry_opt.answer.certificate import Certificate, certify
-from masonry_opt.answer.frames import block_frame, joint_frame
+from masonry_opt.answer.frames import block_frame, joint_frame, unsigned
 from masonry_opt.answer.infeasibility import InfeasibilityCertificate
 from masonry_opt.answer.reasons import Reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
-from masonry_opt.errors import NoLoadFactorError
+from masonry_opt.errors import NoLoadFactorError, counted
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.chords import CHORDS, MISSED
 from masonry_opt.problem.problem import Problem
@@ -175,7 +175,9 @@ class Result:
 
         return picture(self, kind, names)
 
-    def save(self, path: str | Path, kind: str = "mechanism", names: bool = False) -> None:
+    def save(
+        self, path: str | Path, kind: str = "mechanism", names: bool = False, force: bool = False
+    ) -> None:
         """Write the result whole or not at all: a picture (.png, .svg, .pdf), or one interactive page (.html)
         that needs no network.
 
@@ -183,17 +185,19 @@ class Result:
         ----------
         kind: as in ``plot``; of a page, what it shows first.
         names: as in ``plot``; a page tells them of each joint.
+        force: whether to replace a file that was not written here, which is known by a mark in it.
 
         Raises
         ------
         OptionError
-            If the file's name has another ending, its folder takes none, or there is no such kind.
+            If the file's name has another ending, its folder takes none, there is no such kind, or it would
+            replace a file that was not written here.
         OSError
             If the file cannot be written.
         """
         from masonry_opt.report.saved import save
 
-        save(self, path, kind, names)
+        save(self, path, kind, names, force)
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, strings, lists and dictionaries (NaN as None)."""
@@ -262,20 +266,20 @@ def make_result(
         reasons=tuple(solution.reasons),
         message=message,
         kind=solution.kind,
-        load_factor=solution.load_factor,
+        load_factor=_unsigned(solution.load_factor),
         certificate=certificate_of(problem, solution),
         infeasibility=solution.infeasibility if solution.load_factor is None else None,
         joints=joint_frame(assembly, solution),
         blocks=block_frame(assembly, solution),
-        history=pd.DataFrame(solution.history).drop(columns="solved", errors="ignore"),
+        history=unsigned(pd.DataFrame(solution.history).drop(columns="solved", errors="ignore")),
         flow_rule_matters=solution.flow_rule_matters,
         iterations=effort.iterations,
         lp_solves=effort.lp_solves,
         nlp_solves=effort.nlp_solves,
         stationary=solution.stationary,
-        associative=solution.associative_value,
+        associative=_unsigned(solution.associative_value),
         exact=is_exact(problem, solution),
-        bound=solution.bound,
+        bound=_unsigned(solution.bound),
         seconds=effort.seconds,
         solvers=effort.solvers,
         size=Size(
@@ -289,6 +293,10 @@ def make_result(
         assembly=assembly,
         solution=solution,
     )
+
+
+def _unsigned(number: float | None) -> float | None:
+    return None if number is None else number + 0.0
 
 
 def certificate_of(problem: Problem, solution: Solution) -> Certificate | None:
@@ -311,18 +319,14 @@ def _left_out(assembly: Assembly, solution: Solution) -> tuple[str, ...]:
     problem, joints = assembly.problem, assembly.joints
     left_out = []
     if unlimited := problem.joints - len(problem.sliding):
-        left_out.append(f"sliding of {_count(unlimited, 'joint')}: friction is unlimited")
+        left_out.append(f"sliding of {counted(unlimited, 'joint')}: friction is unlimited")
     if chords := len(problem.crushing):
         by_chords = f"{len(CHORDS.slope)} chords, at most {MISSED:.2%} below the parabola"
         how = "the parabola itself" if solution.parabola else by_chords
-        left_out.append(f"crushing but by {how}: {_count(chords, 'joint')}")
+        left_out.append(f"crushing but by {how}: {counted(chords, 'joint')}")
     if joints.fixed_pairs:
-        left_out.append(f"{_count(joints.fixed_pairs, 'joint')} between two fixed blocks: neither moves")
+        left_out.append(f"{counted(joints.fixed_pairs, 'joint')} between two fixed blocks: neither moves")
     return tuple(left_out)
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def _plain(value: Any) -> Any:

@@ -8,13 +8,16 @@ from typing import Any
 
 from masonry_opt.answer.reasons import Code, Reason
 from masonry_opt.answer.status import Status
-from masonry_opt.errors import rounded_up
+from masonry_opt.errors import counted, rounded_up
 
 #: Of what a list names, so many are named.
 _NAMED = 5
 
 #: Differences of load factors that are not worth a word.
 _ROUNDING = 1e-8
+
+#: From here on numbers of seven decimals are longer than a double is exact.
+_FIXED = 1e10
 
 _RESIDUALS = {
     "work": "work of forces out of balance",
@@ -40,7 +43,10 @@ def sentences(reasons: Sequence[Reason]) -> tuple[str, ...]:
 
 
 def numeral(value: float, spec: str) -> str:
-    """A number in a format, without a sign where all its digits are zero."""
+    """A number in a format, without a sign where all its digits are zero; with a power of ten where decimals
+    would tell digits that it does not have."""
+    if spec.endswith("f") and _FIXED <= abs(value) < inf:
+        spec = f"{spec[:-1]}e"
     text = format(value + 0.0, spec)
     return text if any(digit in text.partition("e")[0] for digit in "123456789nf") else text.lstrip("+-")
 
@@ -62,7 +68,7 @@ def _friction_would_hold(v: dict[str, Any]) -> str:
 
 
 def _states_met(v: dict[str, Any]) -> str:
-    tried = f"{v['candidates']} candidates"
+    tried = counted(v["candidates"], "candidate")
     if v["count"] == 1:
         return f"the only one that {tried} led to" if v["candidates"] > 1 else "the only one met"
     highest = numeral(v["most"], ".4g")
@@ -144,10 +150,6 @@ def _if_imposed(v: dict[str, Any]) -> str:
     return f", of all states with {_imposed(v)}" if v["rates"] is not None or v["forces"] else ""
 
 
-def _number(count: int, noun: str) -> str:
-    return f"{count} {noun}{'' if count == 1 else 's'}"
-
-
 def _blocks(names: list[str]) -> str:
     return f"{'block' if len(names) == 1 else 'blocks'} {_some([repr(name) for name in names])}"
 
@@ -205,8 +207,8 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     ),
     Code.NO_COLLAPSE: lambda v: (
         "proven: no load factor λ ≥ 0 exists, since of every mechanism that lets the live load do work some "
-        f"faces cannot come to yield together ({_number(v['static_cuts'], 'such set')} of faces, and "
-        f"{_number(v['kinematic_cuts'], 'set')} of which one must move, leave no choice)"
+        f"faces cannot come to yield together ({counted(v['static_cuts'], 'such set')} of faces, and "
+        f"{counted(v['kinematic_cuts'], 'set')} of which one must move, leave no choice)"
     ),
     Code.CARRIES_ANY: lambda v: (
         "statics carry any multiple of the live load, but a mechanism exists: that there is no load factor "
@@ -222,7 +224,7 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
         f"{numeral(v['associative'], '.6g')}"
     ),
     Code.NOT_CERTIFIED: _not_certified,
-    Code.SUB_PROBLEMS: lambda v: f"in {v['count']} sub-problems",
+    Code.SUB_PROBLEMS: lambda v: f"in {counted(v['count'], 'sub-problem')}",
     Code.EXACT_END: lambda v: "with an exact state on their mechanism",
     Code.NO_EXACT_END: lambda v: "no state on their mechanism is exact: the certificate says what is left",
     Code.CHANGES_AGAIN: lambda v: "λ stood still and changes again",
@@ -232,17 +234,17 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
         "one all the same)"
     ),
     Code.STILL_CHANGES: lambda v: (
-        f"λ still changes after {v['count']} sub-problems, of late between "
+        f"λ still changes after {counted(v['count'], 'sub-problem')}, of late between "
         f"{_between(v)}: raise 'max_iterations', or lower 'beta'"
     ),
     Code.GROWS: lambda v: (
-        f"the load factor grows without end ({v['load_factor']:.3g} after {v['count']} "
-        "sub-problems) as sliding ceases to contract: friction that grows with the load holds or "
-        "wedges the blocks, and real ones would crush or break first; check the direction of "
+        f"the load factor grows without end ({v['load_factor']:.3g} after "
+        f"{counted(v['count'], 'sub-problem')}) as sliding ceases to contract: friction that grows with the "
+        "load holds or wedges the blocks, and real ones would crush or break first; check the direction of "
         "'live', and supports and friction of the joints named"
     ),
     Code.REPEATS: lambda v: (
-        f"the loop repeats itself every {v['period']} sub-problems, between load factors "
+        f"the loop repeats itself every {counted(v['period'], 'sub-problem')}, between load factors "
         f"{_between(v)}" + (", and this state is exact" if v["exact"] else ": lower 'beta'")
     ),
     Code.SUB_PROBLEM_FAILED: lambda v: (
@@ -259,7 +261,8 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     ),
     Code.LEAST_BORNE_OUT: _least_borne_out,
     Code.ONE_PASS: lambda v: (
-        f"in {v['steps']} Newton steps" + (f", at attempt {v['attempt']}" if v["attempt"] > 1 else "")
+        f"in {counted(v['steps'], 'Newton step')}"
+        + (f", at attempt {v['attempt']}" if v["attempt"] > 1 else "")
     ),
     Code.OTHER_STARTS: lambda v: (
         f"no pass over the scene itself ended in a state ({v['word']}), but one from another start"
@@ -275,14 +278,14 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.DILATANCY_FALLS: lambda v: (
         "dilatancy falls with stress, which only the loop, method 'nonassociative', follows"
     ),
-    Code.TOO_LARGE: lambda v: f"with {v['joints']} joints the loop is quicker than a pass",
+    Code.TOO_LARGE: lambda v: f"with {counted(v['joints'], 'joint')} the loop is quicker than a pass",
     Code.LOCAL_MINIMUM: lambda v: f"a local minimum, complementary to within ε = {v['epsilon']:.0e}",
     Code.RELAXED_FROM: lambda v: f"relaxed from ε = {v['epsilon']:.0e}, larger ones could not be followed",
     Code.START_FAILED: lambda v: "the loop to start from failed",
     Code.RELAXATION_STOPPED: lambda v: f"IPOPT ended with '{v['word']}' at ε = {v['epsilon']:.0e}",
     Code.KEPT_RELAXATION: lambda v: (
-        f"forces and velocities kept are those of ε = {v['epsilon']:.0e}, λ = {v['load_factor']:.6g}, "
-        f"which is no answer: its complementarity gap is {v['gap']:.1e}"
+        f"forces and velocities kept are those of ε = {v['epsilon']:.0e}, λ = "
+        f"{numeral(v['load_factor'], '.6g')}, which is no answer: its complementarity gap is {v['gap']:.1e}"
     ),
     Code.KEPT_START: lambda v: (
         "no relaxation was solved; forces and velocities kept are those of the start: begin with a "
@@ -296,7 +299,8 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.UNDECIDED: lambda v: "for some mechanisms the solver could not tell whether they lower it",
     Code.STATES_MET: _states_met,
     Code.SEARCHED: lambda v: (
-        f"searched for, by {v['candidates']} candidates" + (", interrupted" if v["interrupted"] else "")
+        f"searched for, by {counted(v['candidates'], 'candidate')}"
+        + (", interrupted" if v["interrupted"] else "")
     ),
     Code.NOT_REFINED: _not_refined,
     Code.NO_STATICS: lambda v: "no statics bring every face of a mechanism to yield",

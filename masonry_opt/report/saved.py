@@ -11,25 +11,27 @@ from masonry_opt.report.pictures.figure import FORMATS, refuse_picture
 from masonry_opt.report.pictures.result_picture import picture, refuse_kind
 
 
-def refuse_saving(path: str | Path, kind: str, names: bool) -> None:
+def refuse_saving(path: str | Path, kind: str, names: bool, force: bool = False) -> None:
     """Raise OptionError if a result could not be written so: to be asked before long work."""
     refuse_kind(kind)
     ending = Path(path).suffix.lower().removeprefix(".")
     if ending == "html":
         if names:
             raise OptionError(f"{path}: a page tells the blocks of each joint: leave names to pictures")
-        refuse_page(path)
+        refuse_page(path, force)
     elif ending in FORMATS:
-        refuse_picture(path)
+        refuse_picture(path, force)
     else:
         known = ", ".join(f".{name}" for name in (*FORMATS, "html"))
         raise OptionError(f"{path}: the name of a picture or page ends in {known}")
 
 
-def save(result: Result, path: str | Path, kind: str = "mechanism", names: bool = False) -> None:
+def save(
+    result: Result, path: str | Path, kind: str = "mechanism", names: bool = False, force: bool = False
+) -> None:
     """Write a result; see :meth:`Result.save`."""
-    refuse_saving(path, kind, names)
+    refuse_saving(path, kind, names, force)
     if Path(path).suffix.lower() == ".html":
-        write_page(result, path, kind)
+        write_page(result, path, kind, force)
     else:
-        picture(result, kind, names).save(path)
+        picture(result, kind, names).save(path, force)

@@ -10,7 +10,7 @@ from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
-from masonry_opt.errors import printable
+from masonry_opt.errors import counted, printable
 from masonry_opt.explain.sentences import numeral, sentences
 from masonry_opt.explain.stressed_joints import stressed_joints
 from masonry_opt.report.motion import joint_motion, moving_blocks
@@ -70,7 +70,7 @@ def facts(result: Result) -> dict[str, str]:
 
 def _plain(result: Result) -> list[str]:
     size = result.size
-    count = f"{_count(size.blocks)}, {size.joints} joint{_s(size.joints)}"
+    count = f"{counted(size.blocks, 'block')}, {counted(size.joints, 'joint')}"
     return [f"{result.case}: {count}", _headline(result), *_labelled(facts(result))]
 
 
@@ -93,7 +93,8 @@ def _headline(result: Result) -> str:
     factor = numeral(result.load_factor, ".7f")
     if result.tilt_angle is not None:
         side = result.assembly.scene.tilt
-        return f"falls to the {side} when the ground is tilted by {result.tilt_angle:.4f}° (λ = {factor})"
+        angle = numeral(result.tilt_angle, ".4f")
+        return f"falls to the {side} when the ground is tilted by {angle}° (λ = {factor})"
     return f"collapses when the live load is multiplied by λ = {factor}"
 
 
@@ -111,7 +112,7 @@ def _mechanism(result: Result) -> str:
     done = [(int(joints.sum()), verb) for verb, joints in counts.items()]
     said = [f"{count} {verb}{_third(verb) if count == 1 else ''}" for count, verb in done if count]
     joints = f"; of the joints {', '.join(said)}" if said else ""
-    return f"{moving} of {_count(result.size.blocks)}{joints}"
+    return f"{moving} of {counted(result.size.blocks, 'block')}{joints}"
 
 
 def _live_load(result: Result) -> str:
@@ -122,21 +123,19 @@ def _live_load(result: Result) -> str:
     said = []
     if times := Counter(block.live_per_weight for block in scene.blocks if any(block.live_per_weight)):
         one = f"[{', '.join(f'{part:g}' for part in next(iter(times)))}] times the"
-        said.append(f"{one if len(times) == 1 else 'multiples of the'} weight of {_count(times.total())}")
+        said.append(
+            f"{one if len(times) == 1 else 'multiples of the'} weight of {counted(times.total(), 'block')}"
+        )
         case = scene.case
         if isinstance(case, CaseFile) and (tables := case.tables_with_old_live()):
             said[0] += f" (as 'live' of {', '.join(tables)})"
     named = [(block.name, block.live) for block in scene.blocks]
     named += [(load.block, load.live or (0.0, 0.0)) for load in scene.loads]
     if pushed := {name for name, force in named if any(force)}:
-        said.append(f"{'a force' if len(pushed) == 1 else 'forces'} on {_count(len(pushed))}")
+        said.append(f"{'a force' if len(pushed) == 1 else 'forces'} on {counted(len(pushed), 'block')}")
     if lines := sum(load.kind == "live" for load in scene.edge_loads):
-        said.append(f"along {lines} line{_s(lines)}")
+        said.append(f"along {counted(lines, 'line')}")
     return "; ".join(said)
-
-
-def _count(blocks: int) -> str:
-    return f"{blocks} block{_s(blocks)}"
 
 
 def _certainty(result: Result) -> str:
@@ -206,7 +205,7 @@ def _stressed(result: Result) -> str:
         return ""
     worst = max(stressed.to_dict("records"), key=lambda joint: joint["stress"])
     return (
-        f"dilatancy of {len(stressed)} sliding joint{_s(len(stressed))}, with "
+        f"dilatancy of {counted(len(stressed), 'sliding joint')}, with "
         f"{stressed['energy'].sum():.3g} of λ: stressed "
         f"above 'dilatancy_stress', most in {worst['first']!r}–{worst['second']!r} ({worst['stress']:.3g})"
     )
@@ -237,12 +236,14 @@ def _technical(result: Result) -> list[str]:
             "method": f"{result.method} ({result.model}, {result.solver})",
             "status": f"{result.status}{': ' + result.message if result.message else ''}",
             "range": _range(result),
-            "certificate": "   ".join(f"{name} {value:.1e}" for name, value in certificate.items()),
+            "certificate": "   ".join(
+                f"{name} {numeral(value, '.1e')}" for name, value in certificate.items()
+            ),
             "existence": str(result.infeasibility.existence) if result.infeasibility else "",
             "programs": _programs(result),
             "largest program": ""
             if size.rows is None
-            else f"{size.rows} rows, {size.columns} columns, {size.nonzeros} non-zeros",
+            else f"{counted(size.rows, 'row')}, {size.columns} columns, {size.nonzeros} non-zeros",
             "solvers": "   ".join(f"{what}: {', '.join(names)}" for what, names in result.solvers.items()),
             "seconds": "   ".join(f"{part} {value:.3f}" for part, value in result.seconds.items()),
             "not modelled": "\n".join(size.left_out),
@@ -262,15 +263,11 @@ def _range(result: Result) -> str:
 
 def _programs(result: Result) -> str:
     if not result.lp_solves and not result.nlp_solves:
-        return f"none: {result.iterations} Newton steps" if result.iterations else ""
+        return f"none: {counted(result.iterations, 'Newton step')}" if result.iterations else ""
     nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""
-    return f"{result.lp_solves} linear{nonlinear} ({result.iterations} solver iterations)"
+    return f"{result.lp_solves} linear{nonlinear} ({counted(result.iterations, 'solver iteration')})"
 
 
 def _third(verb: str) -> str:
     """What a verb has at its end when one does it."""
     return "es" if verb.endswith("sh") else "s"
-
-
-def _s(count: int) -> str:
-    return "" if count == 1 else "s"

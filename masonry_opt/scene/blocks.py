@@ -47,7 +47,7 @@ LARGEST_FRICTION = 1e6
 def _bounded(value: float) -> float:
     if not abs(value) <= LARGEST_NUMBER:
         raise ValueError(f"must be a number between -{LARGEST_NUMBER:g} and {LARGEST_NUMBER:g}")
-    return value
+    return value + 0.0  # no minus before a zero
 
 
 def _unlimited(value: object) -> object:
@@ -59,7 +59,7 @@ def _friction(value: float) -> float:
         raise ValueError("must be zero or more")
     if LARGEST_FRICTION < value < math.inf:
         raise ValueError("is too large to be a friction: write inf for a joint that cannot slide")
-    return value
+    return value + 0.0
 
 
 Number = Annotated[float, Strict(), AfterValidator(_bounded)]

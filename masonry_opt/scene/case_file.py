@@ -10,7 +10,7 @@ import tomli_w
 from pydantic import BeforeValidator, ConfigDict, ValidationError, model_validator
 
 from masonry_opt.errors import CaseError
-from masonry_opt.files import write_whole
+from masonry_opt.files import JSON_KEY, MARK, WRITER, refuse_replacing, write_whole
 from masonry_opt.scene.arch import Arch
 from masonry_opt.scene.blocks import MOST_BLOCKS
 from masonry_opt.scene.column import Column
@@ -22,6 +22,9 @@ from masonry_opt.scene.tables import read_tables
 from masonry_opt.scene.wall import Wall
 
 _G = TypeVar("_G", bound=Generator)
+
+#: How a TOML file begins.
+_UNTIL = f"{MARK}, and replaced by it without asking until this line is deleted"
 
 
 def _several(value: object) -> object:
@@ -120,21 +123,24 @@ def as_scene(scene: Scene | str | Path) -> Scene:
     raise CaseError(f"a scene is a Scene or the path of a case file (found {type(scene).__name__})")
 
 
-def save(scene: Scene, path: str | Path) -> None:
+def save(scene: Scene, path: str | Path, force: bool = False) -> None:
     """Write a scene as a case file (TOML, or JSON if the name ends so), whole or not at all.
 
-    Raises CaseError if it is no scene, the name ends otherwise or the file cannot be written.
+    Raises CaseError if it is no scene, the name ends otherwise or the file cannot be written; OptionError if
+    it would replace a file that was not written here, which is known by a mark in it, unless ``force``.
     """
     if not isinstance(scene, Scene):
         raise CaseError(f"what is saved is a Scene (found {type(scene).__name__})")
     path = _path(path)
     match path.suffix.lower():
         case ".toml":
-            text = tomli_w.dumps(_keys(scene, "python"))
+            text = f"# {_UNTIL}\n{tomli_w.dumps(_keys(scene, 'python'))}"
         case ".json":
-            text = json.dumps(_keys(scene, "json"), indent=2, ensure_ascii=False) + "\n"
+            keys = {JSON_KEY: WRITER} | _keys(scene, "json")
+            text = json.dumps(keys, indent=2, ensure_ascii=False) + "\n"
         case _:
             raise CaseError(f"{path}: a case file's name ends in .toml or .json")
+    refuse_replacing(path, force)
     try:
         write_whole(path, text)
     except OSError as error:

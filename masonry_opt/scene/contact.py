@@ -10,7 +10,7 @@ import scipy.sparse as sp
 import shapely
 from scipy.sparse.csgraph import connected_components
 
-from masonry_opt.errors import CaseError, rounded_up
+from masonry_opt.errors import CaseError, counted, rounded_up
 from masonry_opt.scene.geometry import Geometry, raise_for
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.touching import NEAR_MISS, Edges, corners_on_edges, shared_edges
@@ -201,7 +201,8 @@ def _refuse_overlaps(scene: Scene, geometry: Geometry, pairs: np.ndarray) -> Non
         shallow = depth[worst] <= NEAR_MISS * np.sqrt(geometry.area[pairs[worst]].min())
         most = rounded_up(float(depth[deep].max()), 2)
         rounded = f", or raise 'tolerance' to {most} if their coordinates were rounded" if shallow else ""
-        more = f" ({len(deep) - 1} more pairs overlap)" if len(deep) > 1 else ""
+        others = len(deep) - 1
+        more = f" ({counted(others, 'more pair')} overlap{'s' if others == 1 else ''})" if others else ""
         raise CaseError(
             f"{scene.origin}: blocks {one} and {other} overlap over an area of {area[worst]:.6g} round "
             f"({x}, {y}), {depth[worst]:.3g} deep: move them apart{rounded}{more}"

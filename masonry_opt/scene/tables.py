@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from masonry_opt.errors import CaseError
+from masonry_opt.files import JSON_KEY
 
 #: Bytes: some 90,000 blocks written out, far more than can be solved (larger walls are generated: see
 #: ``[wall]``). Memory takes some 80 times the file; for a file made to be dear, up to 400 times.
@@ -38,6 +39,7 @@ def read_tables(path: Path) -> dict[str, Any]:
     case = parse_file(path)
     if not isinstance(case, dict):
         raise CaseError(f"{path}: must be one JSON object with the keys of a case file")
+    case.pop(JSON_KEY, None)
     for key, value in case.items():
         if isinstance(value, list) and len(value) > _MOST_ENTRIES:
             raise CaseError(

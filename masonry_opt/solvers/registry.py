@@ -160,12 +160,12 @@ def _installed_for_cvxpy() -> frozenset[str]:
 
 
 def _needs_extra(engine: str) -> Callable[[], str]:
-    return lambda: "" if engine in _installed_for_cvxpy() else "pip install 'masonry_opt[solvers]'"
+    return lambda: "" if engine in _installed_for_cvxpy() else "pip install '.[solvers]'"
 
 
 def _without_casadi() -> str:
     found = importlib.util.find_spec("casadi")
-    return "" if found else "CasADi brings IPOPT: pip install 'masonry_opt[mpec]'"
+    return "" if found else "CasADi brings IPOPT: pip install '.[mpec]'"
 
 
 def _without_ipopt() -> str:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from masonry_opt.errors import OptionError
+from masonry_opt.files import WRITER
 
 #: What is said where a library of pages is missing.
-NEEDED = "pages need Jinja2 and plotly; install them with: pip install 'masonry_opt[studies]'"
+NEEDED = "pages need Jinja2 and plotly; install them with: pip install '.[studies]'"
 
 
 def render(template: str, **values: object) -> str:
@@ -24,4 +25,4 @@ def render(template: str, **values: object) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template(template).render(**values)
+    return environment.get_template(template).render(writer=WRITER, **values)

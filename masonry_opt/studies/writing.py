@@ -5,8 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
+import pandas as pd
+
+from masonry_opt.answer.frames import unsigned
 from masonry_opt.errors import OutputError
 from masonry_opt.files import write_whole
+
+
+def csv_text(frame: pd.DataFrame) -> str:
+    """A frame as a CSV file's text."""
+    return unsigned(frame).to_csv(index=False, lineterminator="\n")
 
 
 def write_files(folder: Path, contents: Mapping[str, str | bytes]) -> list[Path]:

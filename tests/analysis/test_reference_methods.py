@@ -219,7 +219,7 @@ def test_ipopt_executable_that_fails_is_a_status(monkeypatch, tmp_path):
 
 def test_mpec_without_its_extra_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "casadi", None)
-    with pytest.raises(mo.OptionError, match=r"pip install 'masonry_opt\[mpec\]'"):
+    with pytest.raises(mo.OptionError, match=r"pip install '\.\[mpec\]'"):
         mo.solve(WALLS[0], "mpec")
 
 

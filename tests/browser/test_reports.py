@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import pandas as pd
@@ -31,7 +32,9 @@ _ALIGNMENTS = """return [...document.querySelectorAll('table')].map(table =>
 def comparison_page(tmp_path_factory):
     """What the page says beside its charts."""
     path = tmp_path_factory.mktemp("compare") / "report.html"
-    path.write_text(page(made_up(), []), "utf-8")
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("sys.argv", ["masonry-opt", "compare", f"--out={'a_long_path/' * 20}"])
+        path.write_text(page(made_up(), []), "utf-8")
     return path
 
 
@@ -89,6 +92,33 @@ def test_the_comparison(browser, comparison_page, width):
     assert first[3] < definitions[1]
 
 
+def test_no_table_moves_sideways_on_a_telephone(browser, comparison_page):
+    """Every cell within its table's box and told what it is; headings that sort stay; empty cells go."""
+    chromium = browser(400)
+    chromium.get(comparison_page.as_uri())
+    wider = (
+        "return [...document.querySelectorAll('.table')].map(box => [box.scrollWidth - box.clientWidth,"
+        "box.getBoundingClientRect().right])"
+    )
+    tables = chromium.execute_script(wider)
+    assert len(tables) == 6
+    assert [(more, right) for more, right in tables if more > 0 or right > 400] == []
+    labelled = (
+        "return [...document.querySelectorAll('#runs tbody tr:first-child td')].filter("
+        "cell => getComputedStyle(cell).display !== 'none').map(cell => [cell.dataset.label, cell.innerText,"
+        "getComputedStyle(cell, '::before').content])"
+    )
+    cells = chromium.execute_script(labelled)
+    assert [label for label, *_ in cells[:2]] == ["scene", "method · model · solver"]
+    assert all(text and content == f'"{label}"' for label, text, content in cells)
+    first = "return document.querySelector('#runs tbody td:nth-child(2)').innerText"
+    before = chromium.execute_script(first)
+    heading = chromium.find_element("css selector", "#runs th:nth-child(2)")
+    for _ in range(2):  # up, then down
+        heading.click()
+    assert chromium.execute_script(first) != before
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("width", WIDTHS)
 def test_legends_stand_below_their_charts(browser, charts_page, width):
@@ -105,6 +135,16 @@ def test_legends_stand_below_their_charts(browser, charts_page, width):
         assert legend[1] >= plot[3]
         assert legend[2] <= width
     assert [line for line in chromium.get_log("browser") if line["level"] == "SEVERE"] == []
+
+
+@pytest.mark.slow
+def test_labels_of_ticks_stand_apart_on_a_telephone(browser, charts_page):
+    chromium = browser(400)
+    chromium.get(charts_page.as_uri())
+    for axis in ("x", "x2"):
+        boxes = chromium.execute_script(_BOXES, f"figure:first-of-type .{axis}tick text")
+        assert len(boxes) > 1
+        assert all(one[2] < other[0] for one, other in itertools.pairwise(sorted(boxes)))
 
 
 @pytest.mark.slow

@@ -50,6 +50,35 @@ def test_a_state_below_the_best_is_marked(drawn):
     assert ([*below.x], below.marker) == ([5.0], "triangle-down")
 
 
+def test_what_is_drawn_at_a_floor_is_told(drawn):
+    """The gap of 5 % of one scene is above it, and needs no word; the violation is zero."""
+    gap, violation = drawn["time_error_coulomb"], drawn["time_violation_coulomb"]
+    assert gap.notes == ""
+    assert not any("≤" in text for text in gap.y.ticks.values())
+    assert "1e-10" in violation.notes
+    assert violation.y.ticks[1e-10] == "≤ 10⁻¹⁰"
+
+
+def test_a_state_at_the_best_one_is_drawn_at_the_floor_of_gaps():
+    rows = [
+        line(scene="a", method="mcp", load_factor=0.8),
+        line(scene="a", method="refined", load_factor=0.8008),
+    ]
+    summary = frames.summary(rows, {}, {"a": BestKnown(0.8, "refined")}, {})
+    chart = next(chart for chart in charts(summary) if chart.name == "time_error_coulomb")
+    heights = sorted(y for series in chart.panels["a"] if series.marker for y in series.y)
+    assert heights == pytest.approx([1e-7, 1e-3])
+    assert min(chart.y.ticks) == pytest.approx(1e-7)
+    assert chart.y.ticks[min(chart.y.ticks)].startswith("≤")
+    assert "1e-07" in chart.notes
+
+
+def test_short_axes_have_few_ticks():
+    rows = [line(scene="a", wall=10.0**power, tolerance=10.0**power) for power in range(-3, 4)]
+    bars = charts(frames.summary(rows, {}, {}, {}))[0]
+    assert 2 <= len(bars.time.ticks) <= 3
+
+
 def test_counts_and_times_of_the_bars(drawn):
     bars = drawn["success"]
     counts = {name: counts for name, _, counts in bars.parts}

@@ -55,7 +55,7 @@ def test_a_missing_extra_is_said_before_anything_runs(elsewhere, monkeypatch, ex
     monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
     answer = run(example, "--out", "out")
     assert isinstance(answer.exception, OptionError)
-    assert "masonry_opt[mpec]" in str(answer.exception)
+    assert ".[mpec]" in str(answer.exception)
     assert list(elsewhere.iterdir()) == []
 
 

@@ -124,7 +124,8 @@ def test_picture_that_cannot_be_written(monkeypatch, capsys, tmp_path):
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr("tempfile.mkstemp", full)
-    code, _, told = run_command(monkeypatch, capsys, "solve", in_file(tmp_path, GOOD), "--plot", old)
+    asked = ("solve", in_file(tmp_path, GOOD), "--plot", old, "--force")
+    code, _, told = run_command(monkeypatch, capsys, *asked)
     assert code == 2
     assert f"{old}: cannot be written: No space left on device" in told
     assert old.read_bytes() == b"old"

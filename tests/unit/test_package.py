@@ -6,6 +6,7 @@ import ast
 import importlib
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -184,6 +185,20 @@ def test_models_inside_the_package_are_found_as_a_wheel_has_them(copied):
     program = "import masonry_opt.models.pyomo_terms as terms; print(terms.__file__)"
     printed = in_a_process_of_its_own(program, cwd=copied.parent, env=environment)
     assert printed == str(copied / "masonry_opt" / "models" / "pyomo_terms.py")
+
+
+def test_hints_install_extras_of_the_clone():
+    """There is no package of this name on the public index."""
+    extras = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    told = [
+        hint
+        for path in [*PACKAGE.rglob("*.py"), *(ROOT / "docs").glob("*.md"), ROOT / "README.md"]
+        for hint in re.findall(r"pip install '([^']*)'", path.read_text(encoding="utf-8"))
+    ]
+    assert len(told) > 8
+    for hint in told:
+        assert re.fullmatch(r"\.\[[\w,]+\]", hint)
+        assert set(hint[2:-1].split(",")) <= set(extras)
 
 
 def test_every_package_of_the_tree_is_in_the_wheel():

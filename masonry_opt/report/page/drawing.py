@@ -46,10 +46,10 @@ class Pen:
         if abs(vx) + abs(vy) + SIDE * abs(omega) < _STILL:
             return ""
         if self.share is None:
-            return f' data-motion="{vx:.0f} {vy:.0f} {omega:.5f}"'
+            return f' data-motion="{round(vx)} {round(vy)} {round(omega, 5) + 0.0:.5f}"'
         t = self.share
-        turn = t * omega
-        return f' transform="matrix(1 {turn:.5f} {-turn:.5f} 1 {t * vx:.0f} {t * vy:.0f})"'
+        turn = round(t * omega, 5) + 0.0  # no minus before a zero
+        return f' transform="matrix(1 {turn:.5f} {0.0 - turn:.5f} 1 {round(t * vx)} {round(t * vy)})"'
 
     def line(self, points: np.ndarray, closed: bool = False) -> str:
         """A polyline through points of the scene, as ``d`` of a path."""

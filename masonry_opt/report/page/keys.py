@@ -6,6 +6,7 @@ import numpy as np
 
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
+from masonry_opt.errors import counted
 from masonry_opt.problem.loads import loads
 from masonry_opt.report.colours import BLOCK, DEAD, FIXED, FURTHER_DEAD, HATCH, IDLE, LIVE, THRUST
 from masonry_opt.report.motion import has_mechanism
@@ -16,8 +17,7 @@ from masonry_opt.report.page.drawing import KINDS, joints_by_kind
 
 def caption(result: Result) -> str:
     """What is drawn, and how large it is."""
-    blocks, joints = result.size.blocks, result.size.joints
-    size = f"{blocks} block{'' if blocks == 1 else 's'}, {joints} joint{'' if joints == 1 else 's'}"
+    size = f"{counted(result.size.blocks, 'block')}, {counted(result.size.joints, 'joint')}"
     if not has_mechanism(result):
         return f"{size}, at rest: no motion was found."
     if result.load_factor is not None:

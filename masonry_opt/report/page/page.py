@@ -13,7 +13,7 @@ import numpy as np
 
 from masonry_opt.answer.result import Result
 from masonry_opt.errors import OptionError, printable
-from masonry_opt.files import refuse_unwritable, write_whole
+from masonry_opt.files import WRITER, refuse_unwritable, write_whole
 from masonry_opt.report.motion import has_mechanism
 from masonry_opt.report.page.arrows import draw_loads
 from masonry_opt.report.page.carried import draw_thrust, draw_utilisation, has_forces
@@ -36,15 +36,15 @@ _COLUMNS = (
 _NOTHING = 1e-6
 
 
-def refuse_page(path: str | Path) -> None:
+def refuse_page(path: str | Path, force: bool = False) -> None:
     """Raise OptionError if a page could not be written there: to be asked before long work."""
     path = Path(path)
     if path.suffix.lower() != ".html":
         raise OptionError(f"{path}: a page's name ends in .html")
-    refuse_unwritable(path)
+    refuse_unwritable(path, force)
 
 
-def write_page(result: Result, path: str | Path, kind: str = "mechanism") -> None:
+def write_page(result: Result, path: str | Path, kind: str = "mechanism", force: bool = False) -> None:
     """Write a result as one interactive page, whole, to ``path`` (.html).
 
     The page shows the load factor, how sure it is, its certificate, warnings, and the scene: a slider moves
@@ -54,11 +54,12 @@ def write_page(result: Result, path: str | Path, kind: str = "mechanism") -> Non
     Raises
     ------
     OptionError
-        If the file's name has another ending, or it cannot be written there.
+        If the file's name has another ending, or it cannot be written there; without ``force`` also if it
+        would replace a file not written here.
     OSError
         If writing fails.
     """
-    refuse_page(path)
+    refuse_page(path, force)
     write_whole(path, page(result, kind))
 
 
@@ -74,6 +75,7 @@ def page(result: Result, kind: str = "mechanism") -> str:
     folder = files("masonry_opt.report.page")
     title, ratio = title_of(result), view.width / view.height
     return Template(folder.joinpath("page.html").read_text(encoding="utf-8")).substitute(
+        writer=WRITER,
         title=escape(title),
         style=folder.joinpath("page.css").read_text(encoding="utf-8"),
         answer=answer(result),

@@ -35,7 +35,9 @@ def headline(result: Result) -> str:
     """The load factor, or that there is none."""
     if result.load_factor is None:
         return '<span class="none">no load factor</span>'
-    tilt = "" if result.tilt_angle is None else f" <small>tilted by {result.tilt_angle:.2f}°</small>"
+    tilt = (
+        "" if result.tilt_angle is None else f" <small>tilted by {numeral(result.tilt_angle, '.2f')}°</small>"
+    )
     return f"<small>load factor</small> λ = {numeral(result.load_factor, '.5g')}{tilt}"
 
 

@@ -83,7 +83,7 @@ def title_result(axes: Axes, result: Result) -> None:
     if result.load_factor is not None:
         line = f"load factor λ = {numeral(result.load_factor, '.5f')} ({result.method})"
         if result.tilt_angle is not None:
-            line = f"falls when tilted by {result.tilt_angle:.2f}°: {line}"
+            line = f"falls when tilted by {numeral(result.tilt_angle, '.2f')}°: {line}"
     else:
         moves = result.solution.d is not None and result.status is not Status.UNSTABLE
         tried = "; drawn: the last motion tried, no collapse" if moves else ""

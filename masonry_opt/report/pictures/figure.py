@@ -14,8 +14,9 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
 
 from masonry_opt.errors import OptionError, printable
-from masonry_opt.files import refuse_unwritable, write_whole
+from masonry_opt.files import picture_metadata, refuse_unwritable, write_whole
 from masonry_opt.report.pictures.blocks import Handle
+from masonry_opt.report.pictures.letters import NOTE, boxed, replace_missing
 
 FORMATS = ("png", "svg", "pdf")
 
@@ -53,20 +54,20 @@ class Picture(Figure):
         """The file's content, in one of ``FORMATS``."""
         stream = io.BytesIO()
         with style():
-            self.savefig(stream, format=kind, dpi=160, bbox_inches="tight")
+            self.savefig(stream, format=kind, dpi=160, bbox_inches="tight", metadata=picture_metadata(kind))
         return stream.getvalue()
 
-    def save(self, path: str | Path) -> None:
-        """Write the figure whole to ``path`` (.png, .svg or .pdf).
+    def save(self, path: str | Path, force: bool = False) -> None:
+        """Write the figure whole to ``path`` (.png, .svg or .pdf); see :meth:`Result.save` of ``force``.
 
         Raises
         ------
         OptionError
-            If the file's name has another ending.
+            If the file's name has another ending, or it would replace a file not written here.
         OSError
             If the file cannot be written.
         """
-        refuse_picture(path)
+        refuse_picture(path, force)
         write_whole(path, self.image(_ending(path)))
 
     def _repr_png_(self) -> bytes:
@@ -94,7 +95,10 @@ def finish(figure: Figure, axes: Axes, legend: Legend) -> None:
     letters = sum(len(str(handle.get_label())) for handle in legend.handles)
     columns = 4 if len(legend.handles) <= 4 and letters <= _ROW else 3
     rows = -(-len(legend.handles) // columns)
-    notes = [line for note in legend.notes for line in textwrap.wrap(printable(note), _NOTE)]
+    said = [boxed(printable(note)) for note in legend.notes]
+    if replace_missing(figure) or said != [*map(printable, legend.notes)]:
+        said.append(NOTE)
+    notes = [line for note in said for line in textwrap.wrap(note, _NOTE)]
     at_legend = _ALONG + (_BAR if legend.colours is not None else 0.0)
     at_notes = at_legend + rows * _LINE + 0.1
     below = at_notes + len(notes) * _LINE
@@ -122,11 +126,11 @@ def finish(figure: Figure, axes: Axes, legend: Legend) -> None:
         )
 
 
-def refuse_picture(path: str | Path) -> None:
+def refuse_picture(path: str | Path, force: bool = False) -> None:
     """Raise OptionError if a picture could not be written there: to be asked before long work."""
     if _ending(path) not in FORMATS:
         raise OptionError(f"{path}: a picture's name ends in {', '.join('.' + f for f in FORMATS)}")
-    refuse_unwritable(Path(path))
+    refuse_unwritable(Path(path), force)
 
 
 def _ending(path: str | Path) -> str:

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
-from masonry_opt.errors import CaseError
+from masonry_opt.errors import CaseError, counted
 from masonry_opt.explain.sense import warnings_of
 from masonry_opt.explain.sentences import sentences
 from masonry_opt.problem.assembly import Assembly, assemble
@@ -27,7 +27,9 @@ from masonry_opt.scene.scene import Scene
 _DASHES = (0, (1.6, 1.1))
 
 
-def draw(scene: Scene | str | Path, path: str | Path | None = None, names: bool = False) -> Picture:
+def draw(
+    scene: Scene | str | Path, path: str | Path | None = None, names: bool = False, force: bool = False
+) -> Picture:
     """Draw a scene before it is solved, as a matplotlib figure without pyplot's state; a notebook shows it.
 
     Blocks, supports, loads, and the joints found; where blocks nearly touch, or meet corner on corner, which
@@ -38,21 +40,23 @@ def draw(scene: Scene | str | Path, path: str | Path | None = None, names: bool 
     scene: a scene, or the path of a case file.
     path: file to write the picture to, whole or not at all (.png, .svg or .pdf).
     names: whether to write each block's name into it.
+    force: whether to replace a file that was not written here.
 
     Raises
     ------
     CaseError
         If the case file or scene is wrong. Blocks that touch nothing are drawn all the same.
     OptionError
-        If the file's name has another ending, or its folder takes none.
+        If the file's name has another ending, its folder takes none, or it would replace a file that was
+        not written here.
     OSError
         If the file cannot be written.
     """
     if path is not None:
-        refuse_picture(path)
+        refuse_picture(path, force)
     made = scene_picture(assemble(as_scene(scene), floating=True), names)
     if path is not None:
-        made.save(path)
+        made.save(path, force)
     return made
 
 
@@ -78,7 +82,7 @@ def counts(assembly: Assembly) -> str:
         "small gap": len(assembly.joints.near_misses),
     }
     told = [(noun, number) for noun, number in numbers.items() if number or noun == "joint"]
-    return ", ".join(f"{number} {noun}{'' if number == 1 else 's'}" for noun, number in told)
+    return ", ".join(counted(number, noun) for noun, number in told)
 
 
 def near_misses(assembly: Assembly) -> list[np.ndarray]:

@@ -95,6 +95,9 @@ def _draw_scale(axes: Axes, assembly: Assembly, carried: Thrust) -> None:
     axes.set_ylim(bottom, top + 0.5 * MARGIN * size)
     y = high + MARGIN * size
     ends = np.array([[left, y], [left + force * unit, y]])
+    # Beside a slender scene there is less room than it and its label take; outside no label is drawn.
+    _, right = axes.get_xlim()
+    axes.set_xlim(right=max(right, ends[1, 0] + 1.5 * MARGIN * size))
     axes.plot(*ends.T, color=THRUST, linewidth=1.6, marker="|", markersize=6, zorder=8)
     axes.annotate(
         f"= {force:g}",

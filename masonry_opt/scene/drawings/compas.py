@@ -141,7 +141,7 @@ def _said(direction: np.ndarray) -> str:
     for name, axis in _AXES.items():
         if np.allclose(np.cross(direction, axis), 0.0, atol=1e-9):
             return name
-    return "[" + ", ".join(f"{part:.4g}" for part in direction) + "]"
+    return "[" + ", ".join(f"{part + 0.0:.4g}" for part in direction) + "]"
 
 
 def _stones(solids: Sequence[Solid], view: View, drawing: CompasDrawing) -> list[Stone]:

@@ -13,7 +13,7 @@ import shapely
 from pydantic import Field
 
 from masonry_opt.errors import CaseError, OutputError
-from masonry_opt.files import write_whole
+from masonry_opt.files import MARK, refuse_replacing, write_whole
 from masonry_opt.scene.blocks import Name, Point, Positive
 from masonry_opt.scene.drawings import dxf_curves
 from masonry_opt.scene.drawings.outlines import Shape, closed_outlines, shapes
@@ -182,7 +182,7 @@ def _stones(found: Sequence[Shape], names: Sequence[str], drawing: DxfDrawing) -
     return stones
 
 
-def write_dxf(scene: Scene, path: str | Path) -> None:
+def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
     """Write the blocks of a scene as a DXF drawing: closed polylines on the layers "blocks" and "fixed".
 
     Each block is drawn in the scene's own lengths, with its holes, and with its name as a text inside it, on
@@ -194,19 +194,22 @@ def write_dxf(scene: Scene, path: str | Path) -> None:
         Of any blocks; parts of one that touch are drawn as one outline.
     path:
         Ends in ``.dxf``.
+    force:
+        Whether to replace a file that was not written here, which is known by a mark in it.
 
     Raises
     ------
     CaseError
         If it is no scene, a block has no area or parts apart from each other.
     OptionError
-        If ezdxf, of the extra "drawings", is not installed.
+        If ezdxf, of the extra "drawings", is not installed, or the file would replace one not written here.
     OutputError
         If the file cannot be written; an old one then stands.
     """
     if not isinstance(scene, Scene):
         raise CaseError(f"what is drawn is a Scene (found {type(scene).__name__})")
     path = drawing_path(path, ".dxf")
+    refuse_replacing(path, force)
     document = dxf_curves.ezdxf().new("R2010")
     document.units = 0  # the scene's, which has no name
     for name in ("blocks", "fixed", "names"):
@@ -225,7 +228,8 @@ def write_dxf(scene: Scene, path: str | Path) -> None:
     stream = io.StringIO()
     document.write(stream)
     try:
-        write_whole(path, stream.getvalue())
+        # 999: a comment follows.
+        write_whole(path, f"999\n{MARK}\n{stream.getvalue()}")
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
     except ValueError as error:  # a path no file can have

@@ -54,7 +54,7 @@ def ezdxf() -> Any:
     try:
         library = importlib.import_module("ezdxf")
     except ImportError:
-        raise OptionError("DXF needs ezdxf; install it with: pip install 'masonry_opt[drawings]'") from None
+        raise OptionError("DXF needs ezdxf; install it with: pip install '.[drawings]'") from None
     # What it logs goes where the user's handlers take it, not to standard error.
     logging.getLogger("ezdxf").addHandler(logging.NullHandler())
     return library

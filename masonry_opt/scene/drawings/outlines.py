@@ -127,7 +127,7 @@ def _loops(curves: list[tuple[int, Curve]], tolerance: float) -> list[tuple[int,
     _, node = connected_components(links, directed=False)
     meeting = np.bincount(node)[node]
     for end in np.flatnonzero(meeting != 2).tolist():
-        curve, (x, y) = curves[end // 2][1], ends[end]
+        curve, (x, y) = curves[end // 2][1], ends[end] + 0.0
         if meeting[end] == 1:
             gap = np.sort(tree.query(ends[end], k=2)[0])[1] if len(ends) > 1 else math.inf
             raise ValueError(

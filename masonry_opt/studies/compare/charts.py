@@ -3,21 +3,35 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+import textwrap
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from masonry_opt.errors import counted
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.studies.compare import frames
-from masonry_opt.studies.compare.judge import CERTIFIED, FAILED, NAMED, TARGET, WRONG, VerdictReason
+from masonry_opt.studies.compare.judge import (
+    CERTIFIED,
+    FAILED,
+    GAP_FLOOR,
+    NAMED,
+    TARGET,
+    VIOLATION_FLOOR,
+    WRONG,
+    VerdictReason,
+)
 from masonry_opt.studies.compare.known_answers import ASSOCIATIVE, COULOMB
 from masonry_opt.studies.compare.text import number, reason_text
 from masonry_opt.studies.palette import COLOURS
 
 GREY = "#777777"
+
+#: Letters in a line of what a mark says.
+_HOVER = 44
 
 #: Shapes of marks, by plotly's names, of methods in the order of the registry; the last is no method's.
 MARKERS = ("circle", "square", "triangle-up", "diamond", "star", "cross", "hexagon", "triangle-down")
@@ -31,7 +45,19 @@ _LETTERS = {
     "F": "failed but said so",
 }
 
+#: Of a question and its error: what is no smaller in a chart, and why.
+_FLOORS = {
+    (COULOMB, "error"): (GAP_FLOOR, f"gaps below {GAP_FLOOR:g} are none, drawn there"),
+    (COULOMB, "violation"): (
+        VIOLATION_FLOOR,
+        f"violations below {VIOLATION_FLOOR:g} are rounding, drawn there",
+    ),
+}
+
 _VERDICT_COLOURS = {CERTIFIED: COLOURS[2], NAMED: COLOURS[5], FAILED: "#BBBBBB", WRONG: COLOURS[1]}
+
+#: Steps between the ticks of a logarithmic axis, and of a short one, for which a telephone has room.
+_STEPS, _FEW = 7, 2
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -137,15 +163,20 @@ def _time_error(summary: pd.DataFrame, question: str, error: str) -> Chart:
             series.append(Series(name, below["time"], below["height"] * 0.6, GREY, MARKERS[-1]))
         panels[str(scene)] = series
     letters = dict.fromkeys(_letter(row) for row in rows[~certified].to_dict("records"))
+    notes = [f"{letter}: {_LETTERS[letter]}" for letter in letters]
     what, label = _error_words(question, error)
+    ticks, floor = _powers(low, high), _FLOORS.get((question, error))
+    if floor and math.isclose(low, floor[0]):
+        ticks[low] = f"≤ {ticks[low]}"
+        notes.append(floor[1])
     return Chart(
         f"time_{error}_{question.lower()}",
         f"{question.capitalize()} λ: time against {what}",
         _log_axis("time (s)", rows["time"]),
-        Axis(label, (low / 3, top), _powers(low, high)),
+        Axis(label, (low / 3, top), ticks),
         panels,
         band,
-        "; ".join(f"{letter}: {_LETTERS[letter]}" for letter in letters),
+        "; ".join(notes),
     )
 
 
@@ -171,7 +202,7 @@ def _profile(summary: pd.DataFrame, question: str) -> Chart:
     doublings = math.ceil(math.log2(last))
     ticks = {2.0**power: f"{2**power}" for power in range(0, doublings + 1, math.ceil(doublings / 7))}
     percents = {share / 100: f"{share} %" for share in range(0, 101, 20)}
-    title = f"performance profile: to {TARGET[question]:g}, {times['scene'].nunique()} scenes"
+    title = f"performance profile: to {TARGET[question]:g}, {counted(times['scene'].nunique(), 'scene')}"
     return Chart(
         f"profile_{question.lower()}",
         f"{question.capitalize()} λ, {title}",
@@ -210,7 +241,8 @@ def _success(summary: pd.DataFrame) -> Bars:
     """How the scenes ended, a bar a pair and tolerance; beside it the time of its certified answers."""
     table = frames.success(summary)
     least, most = int(table["scenes"].min()), int(table["scenes"].max())
-    scenes = f"{most}" if least == most else f"{least} to {most}"  # an interruption leaves some out
+    # An interruption leaves some out.
+    scenes = counted(most, "scene") if least == most else f"{least} to {most} scenes"
     times = table[["time 25 %", "time", "time 75 %"]]
     rungs = zip(table["pair"], table["tolerance"], strict=True)
     return Bars(
@@ -219,8 +251,8 @@ def _success(summary: pd.DataFrame) -> Bars:
         [f"{pair}{'' if pd.isna(tolerance) else f' · {tolerance:.0e}'}" for pair, tolerance in rungs],
         [(name, colour, [*table[name]]) for name, colour in _VERDICT_COLOURS.items()],
         [*times.itertuples(index=False, name=None)],
-        _log_axis("time (s)", pd.Series(times.to_numpy().ravel())),
-        f"{scenes} scenes, counts in the bars. Time: median of the certified answers, and their middle half",
+        _log_axis("time (s)", pd.Series(times.to_numpy().ravel()), _FEW),
+        f"{scenes}, counts in the bars. Time: median of the certified answers, and their middle half",
     )
 
 
@@ -246,14 +278,16 @@ def _letter(row: Mapping[Any, Any]) -> str:
 
 def _hover(rows: pd.DataFrame) -> list[str]:
     """What the marks of rows say when pointed at, in lines."""
-    return [
-        f"{row['scene']}: {row['pair']}, tolerance {number(row['tolerance'])}\n"
-        f"{row['verdict']} {reason_text(row)}\n"
-        f"λ {number(row['load_factor'], 9)}\n"
-        f"error {number(row['error'])}, violation {number(row['violation'])}\n"
-        f"{number(row['time'], 3)} s, {row['peak_memory']:.0f} MB, {number(row['iterations'])} iterations"
-        for row in rows.to_dict("records")
-    ]
+    return ["\n".join(_said(row)) for row in rows.to_dict("records")]
+
+
+def _said(row: Mapping[Any, Any]) -> Iterator[str]:
+    yield row["scene"]
+    yield f"{row['pair']}, tolerance {number(row['tolerance'])}"
+    yield textwrap.fill(f"{row['verdict']} {reason_text(row)}", _HOVER)
+    yield f"λ {number(row['load_factor'], 9)}"
+    yield f"error {number(row['error'])}, violation {number(row['violation'])}"
+    yield f"{number(row['time'], 3)} s, {row['peak_memory']:.0f} MB, iterations: {number(row['iterations'])}"
 
 
 def _error_words(question: str, error: str) -> tuple[str, str]:
@@ -274,13 +308,13 @@ def _decades(values: pd.Series) -> tuple[float, float]:
     return 10.0**low, 10.0 ** max(high, low + 1)
 
 
-def _log_axis(label: str, values: pd.Series) -> Axis:
+def _log_axis(label: str, values: pd.Series, steps: int = _STEPS) -> Axis:
     low, high = _decades(values)
-    return Axis(label, (low / 1.25, high * 1.25), _powers(low, high))
+    return Axis(label, (low / 1.25, high * 1.25), _powers(low, high, steps))
 
 
-def _powers(low: float, high: float) -> dict[float, str]:
-    """Ticks at powers of ten, some seven of them."""
+def _powers(low: float, high: float, steps: int = _STEPS) -> dict[float, str]:
+    """Ticks at powers of ten, so many steps at most."""
     first, last = round(math.log10(low)), round(math.log10(high))
-    powers = range(first, last + 1, math.ceil((last - first) / 7))
+    powers = range(first, last + 1, math.ceil((last - first) / steps))
     return {10.0**power: f"10{str(power).translate(_SUPERSCRIPTS)}" for power in powers}

@@ -88,8 +88,7 @@ def compare(
     errors.print(
         f"written: {page}, tables and pictures beside it"
         if page.exists()
-        else f"written: {out / 'summary.csv'}, pictures beside it; the page needs: "
-        "pip install 'masonry_opt[studies]'",
+        else f"written: {out / 'summary.csv'}, pictures beside it; the page needs: pip install '.[studies]'",
         markup=False,
         soft_wrap=True,
     )

@@ -117,7 +117,7 @@ def _bars(chart: Bars) -> go.Figure:
         barnorm="percent",
         height=100 + _ROW * len(labels),
         xaxis={"title": "scenes", "tickvals": [0, 50], "ticktext": ["0", "50 %"]},
-        xaxis2=_axis(chart.time) | {"tickfont": {"size": 10}},
+        xaxis2=_axis(chart.time),
         yaxis={"autorange": "reversed"},
     )
     return figure

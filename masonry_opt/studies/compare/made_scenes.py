@@ -110,4 +110,4 @@ def _write(scene: Scene, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OutputError(f"{path.parent}: cannot be written: {error.strerror}") from None
-    save(scene, path)
+    save(scene, path, force=True)  # the folder is the comparison's own

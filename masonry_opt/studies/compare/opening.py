@@ -9,6 +9,7 @@ from typing import Any
 import pandas as pd
 
 from masonry_opt.errors import CaseError
+from masonry_opt.explain.sentences import numeral
 from masonry_opt.scene.case_file import load
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.case_scenes import CaseScene
@@ -135,4 +136,4 @@ def _spread(row: Mapping[Any, Any] | None) -> Cell:
 
 def _lambda(value: float) -> str:
     """A load factor in five digits, zeros too: those of a row are read against each other."""
-    return f"{value:#.5g}".removesuffix(".")
+    return numeral(value, "#.5g").removesuffix(".")

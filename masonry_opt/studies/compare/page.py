@@ -125,7 +125,7 @@ def _table(frame: pd.DataFrame, columns: dict[str, str]) -> dict[str, Any]:
 def _cell(name: str, value: Any) -> str:
     if pd.isna(value):
         return "–"
-    return _FORMATS.get(name, "{}").format(value)
+    return _FORMATS.get(name, "{}").format(value + 0.0 if isinstance(value, float) else value)
 
 
 def _references(comparison: Comparison) -> dict[str, Any]:

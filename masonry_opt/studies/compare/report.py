@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from masonry_opt.errors import OptionError, OutputError, printable
+from masonry_opt.errors import OptionError, OutputError, counted, printable
 from masonry_opt.files import write_whole
 from masonry_opt.studies.chart_files import chart_files
 from masonry_opt.studies.compare import draw_matplotlib, frames
@@ -17,6 +17,7 @@ from masonry_opt.studies.compare.judge import TARGET
 from masonry_opt.studies.compare.known_answers import ASSOCIATIVE, COULOMB
 from masonry_opt.studies.compare.page import page
 from masonry_opt.studies.compare.text import number
+from masonry_opt.studies.writing import csv_text
 
 
 def write_report(comparison: Comparison, folder: Path) -> list[Path]:
@@ -25,7 +26,7 @@ def write_report(comparison: Comparison, folder: Path) -> list[Path]:
 
     Raises OutputError if the folder cannot be written.
     """
-    files: dict[str, str | bytes] = {"summary.csv": comparison.summary.to_csv(index=False)}
+    files: dict[str, str | bytes] = {"summary.csv": csv_text(comparison.summary)}
     drawn = charts(comparison.summary)
     for chart in drawn:
         files |= chart_files(draw_matplotlib.draw(chart), chart.name)
@@ -55,11 +56,12 @@ def summary_text(comparison: Comparison) -> str:
         table = table.rename(columns={"time": "median time (s)", "peak_memory": "peak (MB)"})
         lines.append(table.to_string(index=False))
         lines.append(
-            f"\n{len(comparison.scenes)} scenes; success: certified or named correctly;\n"
+            f"\n{counted(len(comparison.scenes), 'scene')}; success: certified or named correctly;\n"
             f"on target: certified, with an error of at most {TARGET[ASSOCIATIVE]:g} (associative), "
             f"{TARGET[COULOMB]:g} (Coulomb: gap to the best exact state);\n"
             "median time, largest error and violation (1e-10 at least): of the certified answers, each a "
-            f"median of {comparison.limits.repeats} runs (of one where a run takes over {REPEATED_BELOW:g} s)"
+            f"median of {counted(comparison.limits.repeats, 'run')} (of one where a run takes over "
+            f"{REPEATED_BELOW:g} s)"
         )
     lines += _spread_lines(comparison)
     if comparison.plan.left_out:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from masonry_opt.answer.acceptance import LIMITS, Kind
+from masonry_opt.explain.sentences import numeral
 from masonry_opt.studies.compare.judge import VerdictReason
 from masonry_opt.studies.compare.limits import residuals_over_limit
 from masonry_opt.studies.compare.measure import FINISHED
@@ -40,4 +41,4 @@ def reason_text(row: Mapping[Any, Any], brief: bool = False) -> str:
 
 def number(value: float | None, digits: int = 5) -> str:
     """A number in so many digits; a dash for what is not known."""
-    return "–" if value is None or math.isnan(value) else f"{value:.{digits}g}"
+    return "–" if value is None or math.isnan(value) else numeral(value, f".{digits}g")

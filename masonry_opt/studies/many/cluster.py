@@ -30,7 +30,7 @@ class Cluster:
         try:
             import distributed
         except ImportError:
-            raise OptionError("--dask needs: pip install 'masonry_opt[dask]'") from None
+            raise OptionError("--dask needs: pip install '.[dask]'") from None
         try:
             self._client = distributed.Client(address, timeout=_PATIENCE, set_as_default=False)
         except (OSError, ValueError) as error:

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from masonry_opt.command_options import method_options
-from masonry_opt.errors import InterruptedByUserError, OptionError
+from masonry_opt.errors import InterruptedByUserError, OptionError, counted
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.report.terminal import print_text
 from masonry_opt.studies.many.sweep import sweep as sweep_scene
@@ -89,6 +89,7 @@ def sweep(
         str | None, typer.Option(help="Address of a Dask scheduler, in place of processes.")
     ] = None,
     parquet: Annotated[bool, typer.Option("--parquet", help="Also runs.parquet.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Replace a table that has other runs.")] = False,
 ) -> None:
     """Solve CASE for every combination of values of its numbers, or for values drawn from distributions.
 
@@ -134,6 +135,7 @@ def sweep(
                     "tolerance": tolerance,
                     "out": out,
                     "parquet": parquet,
+                    "force": force,
                     "workers": workers,
                     "dask": dask,
                     "progress": progress,
@@ -145,7 +147,7 @@ def sweep(
                     told = said(sweep_scene(case, values, **common), list(values))
         except KeyboardInterrupt:
             raise InterruptedByUserError(
-                f"interrupted: {done} runs are kept, and the same command goes on from there"
+                f"interrupted: {counted(done, 'run')} kept, and the same command goes on from there"
             ) from None
     print_text(told)
     errors.print(f"written: {out / 'runs.csv'}, charts beside it", markup=False, soft_wrap=True)

@@ -142,7 +142,7 @@ def is_of_joints(name: str) -> bool:
 
 
 def _told(values: Mapping[str, float]) -> str:
-    return ", ".join(f"{name} = {value:g}" for name, value in values.items())
+    return ", ".join(f"{name} = {value + 0.0:g}" for name, value in values.items())
 
 
 def _numbers(record: Record) -> Iterator[tuple[str, _Way]]:

@@ -32,6 +32,7 @@ def sweep(
     tolerance: float | None = None,
     out: str | Path | None = None,
     parquet: bool = False,
+    force: bool = False,
     workers: int | None = None,
     dask: str | None = None,
     progress: Progress = lambda done, of: None,
@@ -51,9 +52,11 @@ def sweep(
         As of :func:`~masonry_opt.analysis.solve`.
     out:
         Folder for ``runs.csv`` and charts. Runs that it holds already are not made again: an interrupted
-        sweep goes on where it stopped.
+        sweep goes on where it stopped. A table there with other runs than those asked for is not replaced.
     parquet:
         Also ``runs.parquet`` (needs the extra ``parquet``).
+    force:
+        Whether to replace such a table all the same. (Runs made before stay in ``journal.jsonl``.)
     workers:
         Processes; by default one a core.
     dask:
@@ -77,7 +80,8 @@ def sweep(
     Raises
     ------
     OptionError
-        If a name, a value, a method or an option is wrong, or ``out`` holds runs of something else.
+        If a name, a value, a method or an option is wrong, or ``out`` holds runs of something else, or a
+        table with other runs.
     CaseError
         If the case file or scene is wrong as it stands.
     OutputError
@@ -96,7 +100,9 @@ def sweep(
         assert study.scene is not None
         Parameters(study.scene).check_names(vary)
     folder = None if out is None else Path(out)
-    frame = table(study, points, make=make, folder=folder, workers=workers, dask=dask, progress=progress)
+    frame = table(
+        study, points, make=make, folder=folder, force=force, workers=workers, dask=dask, progress=progress
+    )
     if folder is not None:
         # Charts are slow to import: only when they are needed.
         from masonry_opt.studies.many.charts import write_charts

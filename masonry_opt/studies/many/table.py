@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib.util import find_spec
 from pathlib import Path
@@ -9,16 +10,22 @@ from typing import Any
 
 import pandas as pd
 
-from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.answer.frames import unsigned
+from masonry_opt.errors import CaseError, OptionError, counted
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.engine import engine
-from masonry_opt.studies.many.journal import Journal
+from masonry_opt.studies.many.journal import NAME, Journal
 from masonry_opt.studies.many.parameters import is_of_joints
 from masonry_opt.studies.many.runs import COLUMNS, KINDS, Study, Task, refused
-from masonry_opt.studies.writing import write_files
+from masonry_opt.studies.writing import csv_text, write_files
 
 #: Called with how many runs are done, and of how many.
 Progress = Callable[[int, int], None]
+
+#: The table's name in a study's folder; what is said where one there must not be replaced.
+_TABLE = "runs.csv"
+_NO_TABLE = "is there already, and no table of runs"
+_INSTEAD = "choose another folder, or replace the table with --force (in Python: force=True)"
 
 #: Makes a scene from values.
 Maker = Callable[[Mapping[str, float]], Scene]
@@ -30,6 +37,7 @@ def table(
     *,
     make: Maker | None = None,
     folder: Path | None = None,
+    force: bool = False,
     workers: int | None = None,
     dask: str | None = None,
     progress: Progress = lambda done, of: None,
@@ -41,14 +49,21 @@ def table(
     points: values by name.
     make: the scene of a point, where the study has none; called in this process.
     folder: where rows are kept as they come (see :class:`~.journal.Journal`); those there are not made again.
+    force: whether to replace a table there that has other runs.
     workers, dask: see :func:`~.engine.engine`.
 
     Raises
     ------
     OptionError, OutputError
-        As the engine and the journal do.
+        As the engine and the journal do; OptionError also if a table would be replaced, and runs of it lost.
     """
-    journal = None if folder is None else Journal(folder, study)
+    journal = None
+    if folder is not None:
+        # Runs of something else are told first; no journal is begun beside a table that stays.
+        journal = Journal(folder, study) if (folder / NAME).exists() else None
+        if not force:
+            _refuse_losing(folder / _TABLE, points)
+        journal = journal or Journal(folder, study)
     rows: dict[int, dict[str, Any]] = {}
     under_way: list[tuple[int, Task]] = []
 
@@ -78,8 +93,29 @@ def table(
     progress(len(rows), len(points))
     names = list(points[0]) if points else []
     frame = pd.DataFrame([rows[index] for index in range(len(points))], columns=[*names, *COLUMNS])
-    # Whatever is missing, a column has one kind.
-    return frame.astype({name: KINDS.get(name, "float64") for name in [*names, *COLUMNS]})
+    # Whatever is missing, a column has one kind; and no minus stands before a zero.
+    return unsigned(frame.astype({name: KINDS.get(name, "float64") for name in [*names, *COLUMNS]}))
+
+
+def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
+    """Raise OptionError if a file is no table of these points or of some of them."""
+    if not path.exists():
+        return
+    names = list(points[0]) if points else []
+    try:
+        with path.open(encoding="utf-8", newline="") as stream:
+            header, *rows = csv.reader(stream)
+        varied = header.index(COLUMNS[0])
+        runs = [tuple(map(float, row[:varied])) for row in rows]
+    except (OSError, ValueError, csv.Error):
+        raise OptionError(f"{path}: {_NO_TABLE}: {_INSTEAD}") from None
+    wanted = {tuple(point.values()) for point in points}
+    lost = sum(run not in wanted for run in runs) if header[:varied] == names else len(runs)
+    if lost:
+        raise OptionError(
+            f"{path}: has {counted(len(runs), 'run')}, and of those the {len(points)} asked for now leave "
+            f"{lost} out: {_INSTEAD}"
+        )
 
 
 def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
@@ -97,7 +133,7 @@ def write_table(frame: pd.DataFrame, folder: Path, parquet: bool = False) -> lis
 
     Raises OptionError if Parquet is wanted and not installed, OutputError if a file cannot be written.
     """
-    contents: dict[str, str | bytes] = {"runs.csv": frame.to_csv(index=False, lineterminator="\n")}
+    contents: dict[str, str | bytes] = {_TABLE: csv_text(frame)}
     if parquet:
         refuse_parquet()
         contents["runs.parquet"] = frame.to_parquet(None, index=False)
@@ -107,4 +143,4 @@ def write_table(frame: pd.DataFrame, folder: Path, parquet: bool = False) -> lis
 def refuse_parquet() -> None:
     """Raise OptionError if Parquet files cannot be written here: to be asked before long work."""
     if find_spec("pyarrow") is None:
-        raise OptionError("--parquet needs: pip install 'masonry_opt[parquet]'") from None
+        raise OptionError("--parquet needs: pip install '.[parquet]'") from None

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import pandas as pd
 
 from masonry_opt.answer.acceptance import SMALLEST
+from masonry_opt.errors import counted
 from masonry_opt.explain.sentences import numeral
 
 #: Relative difference of load factors that is rounding.
@@ -30,7 +31,7 @@ def where(rows: pd.DataFrame, names: Sequence[str]) -> str:
 def said(frame: pd.DataFrame, names: Sequence[str]) -> str:
     """What a sweep over these names found, in a few lines."""
     found = frame["load_factor"].dropna()
-    lines = [f"{len(frame)} runs, {len(found)} with a load factor"]
+    lines = [f"{counted(len(frame), 'run')}, {len(found)} with a load factor"]
     if len(found):
         lines.append(f"λ from {numeral(found.min(), '.6f')} to {numeral(found.max(), '.6f')}")
         lines.append(f"least at {where(frame[at_least(frame)], names)}")

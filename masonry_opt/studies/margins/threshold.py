@@ -96,7 +96,7 @@ class Threshold:
         return "margin" if self.load is None else "load factor"
 
     def __str__(self) -> str:
-        does = "stands under its dead load" if self.load is None else f"carries λ = {self.load:g}"
+        does = "stands under its dead load" if self.load is None else f"carries λ = {numeral(self.load, 'g')}"
         kind = "least" if self.least else "greatest"
         lines = {
             f"{kind} value": f"{numeral(self.value, '.9g')}, at which the scene {does}",
@@ -120,7 +120,7 @@ class Threshold:
         # As many digits as tell the ends apart, and what fails from the load that it does not carry.
         near = [number for number in (self.holds.number, self.load) if number is not None]
         said = numeral(end.number, _telling(self.fails.number, near, 6)) if known else str(end.result.status)
-        value = f"{end.value:{_telling(self.fails.value, [self.holds.value], 9)}}"
+        value = numeral(end.value, _telling(self.fails.value, [self.holds.value], 9))
         return f"at {value}: {self._measure + ' ' if known else ''}{said}{residual}"
 
     def as_dict(self) -> dict[str, Any]:
@@ -169,4 +169,4 @@ def _end_as_dict(end: Trial) -> dict[str, Any]:
 
 
 def _plain(number: float) -> float | None:
-    return number if math.isfinite(number) else None
+    return number + 0.0 if math.isfinite(number) else None

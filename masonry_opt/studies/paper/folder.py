@@ -13,12 +13,13 @@ import matplotlib as mpl
 import pandas as pd
 
 from masonry_opt.errors import OutputError
-from masonry_opt.files import write_whole
+from masonry_opt.files import picture_metadata, write_whole
 from masonry_opt.report.terminal import format_cell
 from masonry_opt.studies.machine import machine, versions
 from masonry_opt.studies.page import render
 from masonry_opt.studies.paper.example import DIFFERENCE_NOTE, Report
 from masonry_opt.studies.paper.registry import EXAMPLES
+from masonry_opt.studies.writing import csv_text
 
 #: Of the records that the index page is made from.
 _FORMAT = "masonry_opt reproduced example, 3"
@@ -57,12 +58,14 @@ def write_report(folder: Path, name: str, report: Report, seconds: float) -> lis
         written = []
         for stem, frame in report.tables.items():
             written.append(folder / f"{stem}.csv")
-            write_whole(written[-1], frame.to_csv(index=False))
+            write_whole(written[-1], csv_text(frame))
         for stem, figure in report.figures.items():
             for kind in ("png", "svg"):
                 image = io.BytesIO()
                 with mpl.rc_context({"svg.hashsalt": "masonry_opt"}):
-                    figure.savefig(image, format=kind, dpi=150, bbox_inches="tight")
+                    figure.savefig(
+                        image, format=kind, dpi=150, bbox_inches="tight", metadata=picture_metadata(kind)
+                    )
                 written.append(folder / f"{stem}.{kind}")
                 write_whole(written[-1], image.getvalue())
         record = json.dumps(_record(report, seconds), ensure_ascii=False, indent=1)

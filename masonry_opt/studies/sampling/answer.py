@@ -143,7 +143,7 @@ class Sample:
 
     def _counted(self) -> str:
         counted = [
-            (self.falling, "fall by themselves"),
+            (self.falling, "falls by itself" if self.falling == 1 else "fall by themselves"),
             (self.unlimited, "no load makes collapse"),
             (self.undecided, "undecided, counted as collapsed at any load"),
         ]

@@ -8,6 +8,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from masonry_opt.errors import counted
+from masonry_opt.report.pictures.letters import boxed
 from masonry_opt.studies.load_factor_axis import LABEL, ends
 from masonry_opt.studies.palette import COLOURS
 from masonry_opt.studies.sampling.answer import CONFIDENCE, Sample
@@ -100,7 +102,7 @@ def sensitivity(sample: Sample) -> Figure:
     axes.barh(at, value, color=[_RUNS if known else "#BBBBBB" for known in certain], alpha=0.7)
     axes.errorbar(value, at, xerr=reach, fmt="none", ecolor="black", elinewidth=1, capsize=2.5)
     axes.axvline(0, color="black", linewidth=0.8)
-    axes.set_yticks(at, shown["parameter"])
+    axes.set_yticks(at, [*map(boxed, shown["parameter"])])
     axes.set_xlim(-1.05, 1.05)
     axes.set_ylim(-0.7, max(len(shown), 1) - 0.3)
     axes.set_xlabel(
@@ -123,13 +125,13 @@ def _figure() -> Figure:
 
 def _title(sample: Sample) -> str:
     """The case, the runs, and those that no bar shows."""
-    counted = [
-        (sample.falling, "fall by themselves"),
-        (sample.unlimited, "never collapse"),
+    beside = [
+        (sample.falling, "falls by itself" if sample.falling == 1 else "fall by themselves"),
+        (sample.unlimited, f"never collapse{'s' if sample.unlimited == 1 else ''}"),
         (sample.undecided, "undecided"),
     ]
-    told = "".join(f", {count} {what}" for count, what in counted if count)
+    told = "".join(f", {count} {what}" for count, what in beside if count)
     case = Path(sample.case)
     # A scene made in Python has a title in its place, which may have dots.
     name = case.stem if case.suffix in (".toml", ".json") else sample.case
-    return f"{name}: {sample.runs} runs{told}"
+    return f"{name}: {counted(sample.runs, 'run')}{told}"

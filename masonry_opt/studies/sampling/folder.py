@@ -8,7 +8,7 @@ from masonry_opt.studies.chart_files import chart_files
 from masonry_opt.studies.many.table import write_table
 from masonry_opt.studies.sampling.answer import Sample
 from masonry_opt.studies.sampling.charts import KINDS
-from masonry_opt.studies.writing import write_files
+from masonry_opt.studies.writing import csv_text, write_files
 
 
 def write_sample(sample: Sample, folder: Path, parquet: bool = False) -> None:
@@ -22,7 +22,7 @@ def write_sample(sample: Sample, folder: Path, parquet: bool = False) -> None:
         "fragility": sample.fragility(),
         "sensitivity": sample.sensitivity(),
     }
-    texts = {f"{name}.csv": frame.to_csv(index=False, lineterminator="\n") for name, frame in tables.items()}
+    texts = {f"{name}.csv": csv_text(frame) for name, frame in tables.items()}
     write_files(folder, texts)
     for kind in KINDS:
         write_files(folder, chart_files(sample.plot(kind), kind))

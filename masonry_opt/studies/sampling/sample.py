@@ -42,6 +42,7 @@ def sample(
     tolerance: float | None = None,
     out: str | Path | None = None,
     parquet: bool = False,
+    force: bool = False,
     workers: int | None = None,
     dask: str | None = None,
     progress: Progress = lambda done, of: None,
@@ -85,7 +86,7 @@ def sample(
     out:
         Folder for ``runs.csv``, ``quantiles.csv``, ``fragility.csv``, ``sensitivity.csv`` and a chart of
         each. Runs that it holds already are not made again.
-    parquet, workers, dask, progress:
+    parquet, force, workers, dask, progress:
         As of ``mo.sweep``.
 
     Returns
@@ -97,7 +98,7 @@ def sample(
     ------
     OptionError
         If a name, distribution or argument is wrong, values are drawn that the scene does not take, or
-        ``out`` holds runs of something else.
+        ``out`` holds runs of something else, or a table with other runs.
     CaseError
         If the scene is wrong.
     OutputError
@@ -120,6 +121,7 @@ def sample(
         [{str(name): value for name, value in row.items()} for row in values.to_dict("records")],
         make=draws.scene if draws.spreads else None,
         folder=folder,
+        force=force,
         workers=workers,
         dask=dask,
         progress=progress,

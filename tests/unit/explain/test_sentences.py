@@ -153,7 +153,12 @@ def test_several_reasons_are_one_message():
         (0.01, "+.3f", "+0.010"),
         (-1e-17, ".6g", "-1e-17"),
         (-inf, ".6g", "-inf"),
+        (inf, ".7f", "inf"),
+        (1234567.25, ".7f", "1234567.2500000"),
+        (1.5e300, ".7f", "1.5000000e+300"),
+        (-2e12, "+.3f", "-2.000e+12"),
+        (-0.0, "g", "0"),
     ],
 )
-def test_no_sign_before_a_zero(value, spec, text):
+def test_no_sign_before_a_zero_and_no_digits_that_are_none(value, spec, text):
     assert numeral(value, spec) == text

@@ -275,4 +275,4 @@ def test_mpec_without_its_extra_ends_with_exit_code_2(tmp_path, monkeypatch, cap
     path.write_text(GOOD)
     code, out, err = run_command(monkeypatch, capsys, "solve", path, "--method", "mpec")
     assert (code, out) == (2, "")
-    assert "pip install 'masonry_opt[mpec]'" in err
+    assert "pip install '.[mpec]'" in err

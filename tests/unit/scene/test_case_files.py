@@ -122,7 +122,7 @@ def test_a_file_that_cannot_be_written_leaves_the_old_one(tmp_path, monkeypatch)
 
     monkeypatch.setattr("os.replace", full)
     with pytest.raises(mo.CaseError, match="cannot be written: No space"):
-        mo.save(two_blocks(), path)
+        mo.save(two_blocks(), path, force=True)
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from drawn import lines
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from scenes import CASES, WALLS, block_on_floor, overhanging
 
 import masonry_opt as mo
@@ -55,3 +56,21 @@ def test_without_forces_the_picture_says_so(kind):
     axes = mo.solve(overhanging()).plot(kind).axes[0]
     assert [text.get_text() for text in axes.texts] == ["no forces were found to draw"]
     assert not len(lines(axes, THRUST))
+
+
+@pytest.mark.parametrize("height", [1, 4, 12, 20, 28, 60, 200])
+def test_the_scale_keeps_its_label_beside_slender_scenes(height):
+    """The bar is up to 12 % of the height long: more than a slender column leaves free beside it."""
+    blocks = [
+        mo.Block(name=str(y), vertices=[(0, y), (0.5, y), (0.5, y + 1), (0, y + 1)], weight=1, live=(1, 0))
+        for y in range(height)
+    ]
+    floor = mo.Block(name="floor", vertices=[(-1, -1), (2, -1), (2, 0), (-1, 0)], fixed=True)
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=[*blocks, floor])
+    figure = mo.solve(scene, "static").plot("thrust")
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    (label,) = figure.axes[0].texts
+    assert label._check_xy(canvas.get_renderer())  # matplotlib draws it
+    box, axes = label.get_window_extent(), figure.axes[0].bbox
+    assert axes.x0 <= box.x0 < box.x1 <= axes.x1

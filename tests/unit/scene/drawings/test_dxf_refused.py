@@ -87,7 +87,7 @@ def test_paths_that_are_no_dxf(tmp_path):
 def test_without_ezdxf_the_extra_is_named(sheet, monkeypatch):
     path = sheet(polylines(STONE))
     monkeypatch.setitem(sys.modules, "ezdxf", None)
-    with pytest.raises(mo.OptionError, match=r"masonry_opt\[drawings\]"):
+    with pytest.raises(mo.OptionError, match=r"\.\[drawings\]"):
         read(path)
 
 

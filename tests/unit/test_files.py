@@ -1,0 +1,152 @@
+"""Files that stand in the way: replaced where they bear this package's mark, else only by force."""
+
+from __future__ import annotations
+
+import json
+import os
+import tomllib
+from xml.etree import ElementTree
+
+import pytest
+from PIL import Image
+from scenes import run_command, two_blocks
+
+import masonry_opt as mo
+from masonry_opt.errors import OptionError
+
+FOREIGN = b"mine: written by hand, not by masonry_opt\n"
+
+#: Names of files, whose first letter says what writes them.
+SAVED = ("a.png", "a.svg", "a.pdf", "a.html")
+PROGRAMS = ("d.lp", "d.mps", "d.nl", "d.gms")
+CASE_FILES = ("c.toml", "c.json")
+
+
+@pytest.fixture(scope="module")
+def result():
+    return mo.solve(two_blocks())
+
+
+@pytest.fixture
+def write(result):
+    def written(path, **force):
+        match path.name[0]:
+            case "a":
+                result.save(path, **force)
+            case "b":
+                mo.draw(two_blocks(), path, **force)
+            case "c":
+                mo.save(two_blocks(), path, **force)
+            case "d":
+                mo.export(two_blocks(), path, **force)
+            case "e":
+                pytest.importorskip("ezdxf", reason="needs the extra 'drawings'")
+                mo.write_dxf(two_blocks(), path, **force)
+
+    return written
+
+
+@pytest.mark.parametrize("name", [*SAVED, "b.png", "b.svg", "b.PDF", *CASE_FILES, *PROGRAMS, "e.dxf"])
+def test_its_own_files_are_replaced_and_others_only_by_force(write, tmp_path, name):
+    path = tmp_path / name
+    path.touch()  # nothing to lose, as of a temporary file
+    write(path)
+    written = path.read_bytes()
+    write(path)
+    path.write_bytes(FOREIGN)
+    with pytest.raises(OptionError, match=name) as refused:
+        write(path)
+    assert "--force" in str(refused.value)
+    assert refused.value.exit_code == 2
+    assert path.read_bytes() == FOREIGN
+    write(path, force=True)
+    # The mark is in what was written last, whatever stood there before.
+    write(path)
+    assert len(path.read_bytes()) == pytest.approx(len(written), rel=0.01)
+
+
+@pytest.mark.parametrize("name", [*SAVED, *CASE_FILES, *PROGRAMS])
+def test_the_mark_is_this_packages_own_and_not_any_words(write, tmp_path, name):
+    """A file of the same kind by someone else, though it names the package elsewhere."""
+    own, foreign = tmp_path / name, tmp_path / f"{name[0]}2{name[1:]}"
+    write(own)
+    data = own.read_bytes()
+    assert data.count(b"masonry_opt") >= 1
+    foreign.write_bytes(data.replace(b"masonry_opt", b"masonry-opt") + b"\n% written by masonry_opt\n")
+    with pytest.raises(OptionError):
+        write(foreign)
+
+
+def test_what_no_file_is_is_not_replaced(write, tmp_path):
+    pipe, link = tmp_path / "a.png", tmp_path / "a.svg"
+    os.mkfifo(pipe)
+    link.symlink_to(tmp_path / "nowhere")
+    for path in (pipe, link):
+        with pytest.raises(OptionError, match="--force"):
+            write(path)
+        assert path.is_symlink() or path.is_fifo()
+
+
+@pytest.mark.parametrize("end", [".row", ".col"])
+def test_names_beside_a_program_have_its_mark(write, tmp_path, end):
+    path = tmp_path / "d.nl"
+    path.with_suffix(end).write_bytes(FOREIGN)
+    with pytest.raises(OptionError, match=f"d{end}"):
+        write(path)
+    assert os.listdir(tmp_path) == [f"d{end}"]
+    write(path, force=True)
+    write(path)
+    assert path.with_suffix(end).read_bytes() != FOREIGN
+
+
+def test_marks_are_where_other_tools_look_for_them(write, tmp_path):
+    for name in ("a.png", "a.svg", *CASE_FILES):
+        write(tmp_path / name)
+    assert Image.open(tmp_path / "a.png").text["Software"] == "masonry_opt"
+    named = ElementTree.parse(tmp_path / "a.svg").iter("{http://purl.org/dc/elements/1.1/}creator")
+    assert [text.strip() for text in next(named).itertext() if text.strip()] == ["masonry_opt"]
+    # A comment in one, a key in the other, which is no key of a scene.
+    keys = json.loads((tmp_path / "c.json").read_text("utf-8"))
+    assert keys.pop("written_by") == "masonry_opt"
+    assert tomllib.loads((tmp_path / "c.toml").read_text("utf-8")).keys() == keys.keys()
+    scenes = [mo.load(tmp_path / name) for name in CASE_FILES]
+    assert all(scene.blocks == two_blocks().blocks for scene in scenes)
+
+
+@pytest.mark.parametrize(
+    ("command", "name"),
+    [
+        (("solve", "{case}", "--plot"), "out.png"),
+        (("solve", "{case}", "--plot"), "out.html"),
+        (("draw", "{case}"), "out.svg"),
+        (("export", "{case}"), "out.mps"),
+        (("convert", "{case}"), "out.dxf"),
+        (("convert", "{drawing}"), "out.toml"),
+    ],
+)
+def test_commands_refuse_with_code_2_before_they_print(monkeypatch, capsys, tmp_path, command, name):
+    case, drawing, out = tmp_path / "case.toml", tmp_path / "drawing.dxf", tmp_path / name
+    mo.save(two_blocks(), case)
+    given = [part.format(case=case, drawing=drawing) for part in command] + [str(out)]
+    if "convert" in command:
+        pytest.importorskip("ezdxf", reason="needs the extra 'drawings'")
+        mo.write_dxf(two_blocks(), drawing)
+        if out.suffix == ".toml":
+            given += ["--friction", "0.1", "--unit-weight", "1", "--live", "1,0"]
+    out.write_bytes(FOREIGN)
+    code, printed, err = run_command(monkeypatch, capsys, *given)
+    assert (code, printed) == (2, "")
+    assert err.startswith(f"error: {out}: ")
+    assert "--force" in err
+    assert out.read_bytes() == FOREIGN
+    for force in (["--force"], []):  # once by force: then it is this package's own
+        code, _, err = run_command(monkeypatch, capsys, *given, *force)
+        assert (code, err) == (0, "")
+        assert out.read_bytes() != FOREIGN
+
+
+def test_force_without_a_picture_is_refused(monkeypatch, capsys, tmp_path):
+    mo.save(two_blocks(), tmp_path / "case.toml")
+    code, _, err = run_command(monkeypatch, capsys, "solve", tmp_path / "case.toml", "--force")
+    assert code == 2
+    assert "--plot" in err
