@@ -8,12 +8,16 @@ from typing import Any
 
 from masonry_opt.answer.reasons import Code, Reason
 from masonry_opt.answer.status import Status
+from masonry_opt.problem.chords import CHORDS, MISSED
 
 #: Of what a list names, so many are named.
 _NAMED = 5
 
 #: Differences of load factors that are not worth a word.
 _ROUNDING = 1e-8
+
+#: How joints crush in all programs but the conic ones.
+BY_CHORDS = f"{len(CHORDS.slope)} chords inside the parabola, at most {100 * MISSED:.2f} % below it"
 
 _RESIDUALS = {
     "work": "work of forces out of balance",
