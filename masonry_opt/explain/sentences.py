@@ -176,6 +176,12 @@ def _with_widths(v: dict[str, Any]) -> list[str]:
     ]
 
 
+def _with_forces(v: dict[str, Any]) -> list[str]:
+    return [
+        f"{a!r}–{b!r} ({force:.4g})" for (a, b), force in zip(v["pairs"], v["normal_forces"], strict=True)
+    ]
+
+
 def _s(v: dict[str, Any]) -> str:
     return "s" if len(v["blocks"]) == 1 else ""
 
@@ -333,6 +339,10 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     ),
     Code.CORNERS_MEET: lambda v: (
         f"{_pairs(v)} meet corner on corner, where nothing holds them: a joint needs an edge of either"
+    ),
+    Code.CORNERS_BEAR: lambda v: (
+        "'strength' limits no force where a corner stands on an edge, and crushing there is not looked at: at "
+        f"collapse these press with the force told, {_some(_with_forces(v))}"
     ),
     Code.BARE_EDGE_LOAD: lambda v: (
         f"edge_load no. {v['number']} meets no free edge of a movable block along {v['length']:.4g} of its "

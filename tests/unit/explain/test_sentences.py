@@ -43,6 +43,7 @@ VALUES = {
     "load": "dead",
     "load_factor": 0.5,
     "lowest": 0.4,
+    "normal_forces": [12.5],
     "number": 3,
     "pairs": [["A", "B"]],
     "period": 2,
