@@ -142,8 +142,8 @@ class Result:
 
     @property
     def crushing(self) -> str:
-        """How joints of limited strength crush here: by the "parabola", or by "chords" inside it, whose moments
-        are up to 0.65 % less; "" where none is limited."""
+        """How joints of limited strength crush here: by the "parabola", or by "chords" inside it, whose
+        moments are up to 0.65 % less; "" where none is limited."""
         law = "parabola" if self.solution.parabola else "chords"
         return law if len(self.assembly.problem.crushing) else ""
 

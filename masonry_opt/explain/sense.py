@@ -35,8 +35,8 @@ _ROUNDING = 1e-9
 
 
 def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, ...]:
-    """What looks unintended in a scene, or is not looked at in an answer, each in a code with its values; empty
-    if nothing does.
+    """What looks unintended in a scene, or is not looked at in its answer, each in a code with its values;
+    empty if there is nothing.
 
     Parameters
     ----------

@@ -341,8 +341,8 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
         f"{_pairs(v)} meet corner on corner, where nothing holds them: a joint needs an edge of either"
     ),
     Code.CORNERS_BEAR: lambda v: (
-        "'strength' limits no force where a corner stands on an edge, and crushing there is not looked at: at "
-        f"collapse these press with the force told, {_some(_with_forces(v))}"
+        "'strength' limits no force where a corner stands on an edge, and crushing there is not looked at: "
+        f"at collapse these press with the force told, {_some(_with_forces(v))}"
     ),
     Code.BARE_EDGE_LOAD: lambda v: (
         f"edge_load no. {v['number']} meets no free edge of a movable block along {v['length']:.4g} of its "

@@ -88,7 +88,7 @@ class _Direction:
 
 def start(form: EdgeForm) -> Iterate:
     """Least forces that carry the dead load, edges and slacks raised to the mean weight or a tenth of the
-    largest force at least; no load, no motion, unit rates. Slacks of chords grow with the strength, up to some
+    largest force at least; no load, no motion, unit rates. Slacks of chords grow with the strength, to some
     thousand times the weights: their rates are as much smaller, or their energy would be all of the gap."""
     problem = form.problem
     forces = form.least_forces.copy()

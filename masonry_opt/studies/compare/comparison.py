@@ -112,8 +112,8 @@ def run_plan(
         notes.append("interrupted: the same command continues where it stopped")
     if bent := sorted({line["scene"] for line in rows if line["crushing"] == "parabola"}):
         notes.append(
-            "static and kinematic with a conic solver crush joints by the parabola itself, all else by chords "
-            f"inside it, as the certified bounds: no error is told of theirs on {', '.join(bent)}"
+            "static and kinematic with a conic solver crush joints by the parabola itself, all else by "
+            f"chords inside it, as the certified bounds do: of theirs no error is told, on {', '.join(bent)}"
         )
     found = lowest_exact(rows, known)
     notes += improve(scenes, found, update_best_known)
