@@ -13,7 +13,7 @@ from masonry_opt.answer.acceptance import AGREEMENT, DUALITY, SMALLEST
 from masonry_opt.answer.reasons import Reason
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, printable
-from masonry_opt.explain.sentences import numeral
+from masonry_opt.explain.sentences import BY_CHORDS, numeral
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.report.terminal import frame_text
@@ -34,10 +34,12 @@ class DualityReport:
     table: one row a formulation and language: ``load_factor``, ``difference`` (relative, from the
         median of all), and the residuals ``equilibrium``, ``yield``, ``kinematics`` (Bᵀd = D p with
         p ≥ 0, over the largest velocity), ``virtual_work`` and ``complementarity`` (both over Σ|f_L|).
+    crushing: whether any joint's strength is limited; by chords in all four.
     warnings, warning_sentences: what looks unintended in the scene, as in a result.
     """
 
     table: pd.DataFrame
+    crushing: bool = False
     warnings: tuple[Reason, ...] = ()
     warning_sentences: tuple[str, ...] = ()
 
@@ -53,6 +55,7 @@ class DualityReport:
         lines = [
             "static and kinematic, CVXPY and Pyomo " + agree,
             f"associative load factor {middle}, to {self.table['difference'].max():.1e}",
+            *([f"joints crush by {BY_CHORDS}"] if self.crushing else []),
             "",
             frame_text(self.table, "each with what is left of its conditions"),
             *(f"warning: {sentence}" for sentence in self.warning_sentences),
@@ -91,7 +94,7 @@ def check(scene: Scene | str | Path) -> DualityReport:
     table = pd.DataFrame(rows)
     middle = float(table["load_factor"].median())
     table.insert(3, "difference", (table["load_factor"] - middle).abs() / max(abs(middle), SMALLEST))
-    return DualityReport(table, result.warnings, result.warning_sentences)
+    return DualityReport(table, bool(result.crushing), result.warnings, result.warning_sentences)
 
 
 def _row(problem: Problem, state: State) -> dict[str, float]:

@@ -77,7 +77,7 @@ class Session:
             solver=self.solver.name,
             message=message(solution.reasons),
         )
-        warnings = warnings_of(assembly, result.infeasibility)
+        warnings = warnings_of(assembly, solution)
         result = replace(result, warnings=warnings, warning_sentences=sentences(warnings))
         summary, details = texts(result)
         return replace(result, summary=summary, details=details)

@@ -16,6 +16,7 @@ def line(**known: Any) -> dict[str, Any]:
         "message": "",
         "kind": "associative",
         "existence": "",
+        "crushing": "",
         "load_factor": 1.0,
         "equilibrium": 0.0,
         "yield": 0.0,

@@ -10,6 +10,9 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.chords import parabola
 from masonry_opt.problem.problem import Problem, ShearLimits
 
+#: A joint whose forces are below this share of the scene's largest normal force is idle.
+IDLE = 1e-6
+
 
 def unsigned(frame: pd.DataFrame) -> pd.DataFrame:
     """The same frame, without a minus before any zero of its real numbers."""
@@ -74,13 +77,10 @@ def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
 
 def _utilisation(problem: Problem, q: np.ndarray) -> np.ndarray:
     """Largest of |s| over the true Coulomb limit and |m| over n L/2, or what crushing leaves of it, and of n
-    over f_c L; NaN where a joint is idle.
-
-    Forces below 1e-6 of the scene's largest normal force are nothing: limits are no smaller.
-    """
+    over f_c L; NaN where a joint is idle. Limits are no smaller than forces that are nothing."""
     n, s, m = q.reshape(3, -1)
     m = np.where(problem.in_a_point, 0.0, np.abs(m) / problem.half_length)
-    nothing = 1e-6 * (np.abs(n).max() or 1.0)
+    nothing = IDLE * (np.abs(n).max() or 1.0)
     limit = ShearLimits.true(problem).at(n[problem.sliding])
     most = n.copy()
     most[problem.crushing] = parabola(n[problem.crushing], problem.crushing_force)

@@ -96,6 +96,7 @@ class Code(StrEnum):
     WEIGHTS_DIFFER = "weights differ"  # blocks, ratio: of the first one's weight per area to the median
     SMALL_GAPS = "small gaps"  # pairs: of blocks; widths: of the gap of each
     CORNERS_MEET = "corners meet"  # pairs: of blocks
+    CORNERS_BEAR = "corners bear"  # pairs: of blocks; normal_forces: of each, largest first
     BARE_EDGE_LOAD = "bare edge load"  # number: counted from 1, length
     ACTS_OUTSIDE = "acts outside"  # load: 'live' or 'dead', blocks, distance: of the first one's point to it
     FORCES_DIFFER = "forces differ"  # load: 'live' or 'dead', blocks, ratio: of the first one's to weight

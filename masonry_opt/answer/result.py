@@ -21,7 +21,6 @@ from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, counted
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.problem.chords import CHORDS, MISSED
 from masonry_opt.problem.problem import Problem
 
 if TYPE_CHECKING:
@@ -77,7 +76,7 @@ class Result:
     stationary: of a refined answer: True if no mechanism tried among the faces at yield lowers λ, False if
         the solver could not tell for some; None for other methods.
     associative: load factor with associative flow, beside a Coulomb answer: what dilatancy would add to it.
-        No Coulomb answer exceeds it. None where that is unlimited.
+        No Coulomb answer exceeds it. None where that is unlimited. Joints crush as in the answer itself.
     exact: whether λ is that of an exact state under the joints' own flow rule: all residuals within limits
         for exact answers.
     bound: lower bound of λ, of method "global", proven below the rates (and forces) that ``reasons`` say it
@@ -140,6 +139,13 @@ class Result:
         one: what is proven without assumption, and λ itself if it is exact, else the associative one."""
         proven = self.bound if self.solution.bound_derived else None
         return proven, self.load_factor if self.exact else self.associative
+
+    @property
+    def crushing(self) -> str:
+        """How joints of limited strength crush here: by the "parabola", or by "chords" inside it, whose
+        moments are up to 0.65 % less; "" where none is limited."""
+        law = "parabola" if self.solution.parabola else "chords"
+        return law if len(self.assembly.problem.crushing) else ""
 
     @property
     def tilt_angle(self) -> float | None:
@@ -215,6 +221,7 @@ class Result:
                     for warning, sentence in zip(self.warnings, self.warning_sentences, strict=True)
                 ],
                 "kind": str(self.kind),
+                "crushing": self.crushing,
                 "load_factor": self.load_factor,
                 "tilt_angle": self.tilt_angle,
                 "blocks": self.size.blocks,
@@ -288,7 +295,7 @@ def make_result(
             rows=lp.rows if lp else None,
             columns=lp.columns if lp else None,
             nonzeros=lp.nonzeros if lp else None,
-            left_out=_left_out(assembly, solution),
+            left_out=_left_out(assembly),
         ),
         assembly=assembly,
         solution=solution,
@@ -315,15 +322,11 @@ def is_exact(problem: Problem, solution: Solution) -> bool:
     return passes(problem, Kind.EXACT, *forces, problem.dilatancy, solution.parabola)
 
 
-def _left_out(assembly: Assembly, solution: Solution) -> tuple[str, ...]:
+def _left_out(assembly: Assembly) -> tuple[str, ...]:
     problem, joints = assembly.problem, assembly.joints
     left_out = []
     if unlimited := problem.joints - len(problem.sliding):
         left_out.append(f"sliding of {counted(unlimited, 'joint')}: friction is unlimited")
-    if chords := len(problem.crushing):
-        by_chords = f"{len(CHORDS.slope)} chords, at most {MISSED:.2%} below the parabola"
-        how = "the parabola itself" if solution.parabola else by_chords
-        left_out.append(f"crushing but by {how}: {counted(chords, 'joint')}")
     if joints.fixed_pairs:
         left_out.append(f"{counted(joints.fixed_pairs, 'joint')} between two fixed blocks: neither moves")
     return tuple(left_out)

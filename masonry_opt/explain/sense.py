@@ -7,8 +7,9 @@ import scipy.sparse as sp
 import shapely
 from scipy.sparse.csgraph import connected_components
 
-from masonry_opt.answer.infeasibility import InfeasibilityCertificate
+from masonry_opt.answer.frames import IDLE
 from masonry_opt.answer.reasons import Code, Reason, reason
+from masonry_opt.answer.solution import Solution
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.loads import weights
 
@@ -34,20 +35,23 @@ _OUTSIDE = 0.02
 _ROUNDING = 1e-9
 
 
-def warnings_of(assembly: Assembly, infeasibility: InfeasibilityCertificate | None) -> tuple[Reason, ...]:
-    """What looks unintended in a scene, each in a code with its values; empty if nothing does.
+def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, ...]:
+    """What looks unintended in a scene, or is not looked at in its answer, each in a code with its values;
+    empty if there is nothing.
 
     Parameters
     ----------
-    infeasibility: what is proven where the scene has no load factor, for the joints it names as clamped.
+    solution: for the joints that carry load though nothing presses them together, and for the forces at
+        corners; None to look at the scene alone.
     """
     found = [
         *_friction(assembly),
         *_dilatancy(assembly),
         *_idle_supports(assembly),
-        *_clamping(assembly, infeasibility),
+        *_clamping(assembly, solution),
         *_small_gaps(assembly),
         *_corners(assembly),
+        *_bearing_corners(assembly, solution),
         *_bare_edge_loads(assembly),
         *_far_away(assembly),
         *_acting_outside(assembly),
@@ -98,9 +102,10 @@ def _idle_supports(assembly: Assembly) -> list[Reason]:
     return [reason(Code.IDLE_SUPPORTS, blocks=assembly.names(np.flatnonzero(idle)))] if idle.any() else []
 
 
-def _clamping(assembly: Assembly, infeasibility: InfeasibilityCertificate | None) -> list[Reason]:
+def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
     """Joints with supports whose friction carries load though nothing need press them together."""
-    clamped = np.array(infeasibility.clamped if infeasibility else (), dtype=int)
+    found = solution.infeasibility if solution and solution.load_factor is None else None
+    clamped = np.array(found.clamped if found else (), dtype=int)
     joints = assembly.joints
     supports = ~np.isin([joints.first[clamped], joints.second[clamped]], assembly.movable).all(axis=0)
     if not supports.any():
@@ -122,6 +127,21 @@ def _corners(assembly: Assembly) -> list[Reason]:
     """Blocks that meet corner on corner, where no joint of each holds it."""
     pairs = [assembly.names(np.array(pair)) for pair in assembly.joints.corners]
     return [reason(Code.CORNERS_MEET, pairs=pairs)] if pairs else []
+
+
+def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reason]:
+    """Corners on edges that press where joints have a strength, which limits no force without a length."""
+    if solution is None or solution.load_factor is None or solution.q is None:
+        return []
+    problem, joints = assembly.problem, assembly.joints
+    n = problem.normal_forces(solution.q)
+    limited = problem.in_a_point & np.isfinite(joints.strength)
+    pressed = np.flatnonzero(limited & (n > IDLE * np.abs(n).max(initial=0.0)))
+    if not len(pressed):
+        return []
+    order = pressed[np.argsort(-n[pressed], kind="stable")]
+    forces = (n[order] * problem.force_unit).tolist()
+    return [reason(Code.CORNERS_BEAR, pairs=assembly.pairs(order), normal_forces=forces)]
 
 
 def _bare_edge_loads(assembly: Assembly) -> list[Reason]:

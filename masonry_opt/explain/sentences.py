@@ -9,6 +9,7 @@ from typing import Any
 from masonry_opt.answer.reasons import Code, Reason
 from masonry_opt.answer.status import Status
 from masonry_opt.errors import counted, rounded_up
+from masonry_opt.problem.chords import CHORDS, MISSED
 
 #: Of what a list names, so many are named.
 _NAMED = 5
@@ -18,6 +19,8 @@ _ROUNDING = 1e-8
 
 #: From here on numbers of seven decimals are longer than a double is exact.
 _FIXED = 1e10
+#: How joints crush in all programs but the conic ones.
+BY_CHORDS = f"{len(CHORDS.slope)} chords inside the parabola, at most {100 * MISSED:.2f} % below it"
 
 _RESIDUALS = {
     "work": "work of forces out of balance",
@@ -174,6 +177,12 @@ def _with_widths(v: dict[str, Any]) -> list[str]:
     return [
         f"{a!r}–{b!r} ({rounded_up(width, 2)} wide)"
         for (a, b), width in zip(v["pairs"], v["widths"], strict=True)
+    ]
+
+
+def _with_forces(v: dict[str, Any]) -> list[str]:
+    return [
+        f"{a!r}–{b!r} ({force:.4g})" for (a, b), force in zip(v["pairs"], v["normal_forces"], strict=True)
     ]
 
 
@@ -340,6 +349,10 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     ),
     Code.CORNERS_MEET: lambda v: (
         f"{_pairs(v)} meet corner on corner, where nothing holds them: a joint needs an edge of either"
+    ),
+    Code.CORNERS_BEAR: lambda v: (
+        "'strength' limits no force where a corner stands on an edge, and crushing there is not looked at: "
+        f"at collapse these press with the force told, {_some(_with_forces(v))}"
     ),
     Code.BARE_EDGE_LOAD: lambda v: (
         f"edge_load no. {v['number']} meets no free edge of a movable block along {v['length']:.4g} of its "

@@ -11,7 +11,7 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.errors import counted, printable
-from masonry_opt.explain.sentences import numeral, sentences
+from masonry_opt.explain.sentences import BY_CHORDS, numeral, sentences
 from masonry_opt.explain.stressed_joints import stressed_joints
 from masonry_opt.report.motion import joint_motion, moving_blocks
 from masonry_opt.scene.case_file import CaseFile
@@ -62,6 +62,7 @@ def facts(result: Result) -> dict[str, str]:
         "live load": _live_load(result),
         "how sure": _certainty(result),
         "dilatancy": _dilatancy(result),
+        "crushing": _crushing(result),
         "not credible": _stressed(result),
         "reference": _reference(result),
     }
@@ -193,6 +194,16 @@ def _dilatancy(result: Result) -> str:
     if result.load_factor < _ZERO:
         return f"joints that open as they slide would carry λ = {value}"
     return f"joints that open as they slide would carry {adds:.3g} % more (associative λ = {value})"
+
+
+def _crushing(result: Result) -> str:
+    """By which law joints crush, in the load factor and in what stands beside it."""
+    if not result.crushing or (result.load_factor is None and result.associative is None):
+        return ""
+    if result.crushing == "parabola":
+        return f"by the parabola itself; all but 'static' and 'kinematic' with Clarabel take {BY_CHORDS}"
+    beside = "" if result.kind is Kind.ASSOCIATIVE else "; the associative λ by the same"
+    return f"by {BY_CHORDS}{beside}"
 
 
 def _stressed(result: Result) -> str:

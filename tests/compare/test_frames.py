@@ -30,6 +30,15 @@ def test_one_bad_repeat_makes_a_bad_run():
     assert only["verdict"] == "wrong"
 
 
+def test_of_answers_one_that_bounds_can_be_held_against_is_told():
+    """A parabola's has no error, and is no nearer to the bounds than the chords'."""
+    rows = [line(scene="a", load_factor=1.005, crushing="parabola")]
+    rows += [line(scene="a", solver="highs", wall=9.0, crushing="chords")]
+    summary = frames.summary(rows, BOUNDS, {}, {})
+    assert list(summary["verdict"]) == ["certified", "certified"]
+    assert list(frames.answers(summary)["solver"]) == ["highs"]
+
+
 def test_runs_without_a_tolerance_are_kept():
     assert len(frames.summary([line(method="refined", tolerance=None)], {}, {}, {})) == 1
 

@@ -43,6 +43,15 @@ def test_the_gap_of_a_coulomb_answer_is_to_the_best_exact_state(load_factor, gap
     assert judged["below"] == below
 
 
+def test_bounds_of_chords_say_nothing_of_the_parabola():
+    """Of the arch of two piers in `tests/validation/test_crushing.py`: 0.6 % above, and as right."""
+    row = line(load_factor=0.503, crushing="parabola")
+    judged = judge(row, BOUNDS, None, {})
+    assert (judged["verdict"], judged["error"]) == (CERTIFIED, None)
+    assert judge(row | {"crushing": "chords"}, BOUNDS, None, {})["verdict"] == WRONG
+    assert judge(row | {"flow": 1.0}, BOUNDS, None, {})["verdict"] == WRONG
+
+
 def test_without_a_reference_there_is_no_error():
     assert judge(line(), None, None, {})["error"] is None
     assert judge(line(method="refined"), BOUNDS, None, {})["error"] is None

@@ -68,7 +68,9 @@ def test_an_interrupted_sweep_goes_on(swept, tmp_path):
     before = kept.read_text()
     same(sweep(out=tmp_path), swept)
     assert kept.read_text() == before  # nothing was made again
-    written = pd.read_csv(tmp_path / "runs.csv", keep_default_na=False, na_values={"load_factor": [""], "states": [""]})
+    written = pd.read_csv(
+        tmp_path / "runs.csv", keep_default_na=False, na_values={"load_factor": [""], "states": [""]}
+    )
     same(written.astype(swept.dtypes.to_dict()), swept)
 
 

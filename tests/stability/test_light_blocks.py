@@ -92,3 +92,14 @@ def test_a_mechanism_that_the_live_load_does_not_drive_is_refused():
     assert result.solution.failing(result.assembly.problem) == {}
     still = dataclasses.replace(result.solution, d=np.zeros_like(result.solution.d))
     assert still.failing(result.assembly.problem)["work"] == inf
+
+
+@pytest.mark.parametrize("weight", [1e-4, 1e-6])
+def test_a_pass_begins_however_light_what_carries_the_load(weight):
+    """A slab of 1 by 2 beside eighty stones a million times as heavy overturns at λ = 1/2."""
+    stones = [rectangle(f"{x}-{y}", 2 * x, y, 2 * x + 1, y + 1, weight=1) for x in range(40) for y in (0, 1)]
+    slab = rectangle("slab", 0, 2, 1, 4, weight=weight, live=(weight, 0))
+    floor = rectangle("floor", -1, -1, 80, 0)
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=[*stones, slab, floor])
+    result = mo.solve(scene, fallback=False)
+    assert result.required() == pytest.approx(0.5, rel=1e-8)

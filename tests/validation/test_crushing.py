@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from scenes import block_on_floor, small_wall
+from scenes import CASES, block_on_floor, small_wall, values_of
 from scipy.optimize import linprog
 
 import masonry_opt as mo
+from masonry_opt.answer.reasons import Code
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.chords import CHORDS, MISSED, chord_rates, crushing_energy, parabola
 
@@ -135,6 +136,61 @@ def test_with_associative_flow_a_pass_reproduces_the_chords_optimum():
     wall = small_wall(friction=0.65, dilatancy=0.65, strength=8.0)
     chords = mo.solve(wall, "static", solver="highs").required()
     assert mo.solve(wall, "mcp", descent=False).required() == pytest.approx(chords, rel=1e-8)
+
+
+def on_piers(strength: float, voussoir: int, dilatancy: float = 0.0) -> mo.Scene:
+    """The arch on piers of the examples (kN, m), of stones of that strength, 1 kN down on one voussoir."""
+    scene = mo.load(CASES / "examples/arch_on_piers.toml")
+    live = {f"v{voussoir}": (0.0, -1.0)}
+    blocks = [
+        block.model_copy(update={"live": live.get(block.name, (0.0, 0.0)), "live_at": block.weight_at})
+        for block in scene.blocks
+    ]
+    joints = mo.JointDefaults(friction=scene.joints.friction, dilatancy=dilatancy, strength=strength)
+    return scene.model_copy(update={"blocks": blocks, "joints": joints})
+
+
+ON_PIERS = [
+    *((12e3, number) for number in (5, 6)),
+    *(
+        pytest.param(strength, number, marks=pytest.mark.slow)
+        for strength in (5e3, 8e3, 12e3, 16e3, 20e3, 1e6)
+        for number in range(1, 13)
+    ),
+]
+
+
+@pytest.mark.parametrize(("strength", "voussoir"), ON_PIERS)
+def test_a_pass_answers_however_strong_the_stones(strength, voussoir):
+    """Slacks of crushing grow with the strength: they must not drown the load at the start."""
+    result = mo.solve(on_piers(strength, voussoir))
+    assert values_of(result, Code.ONE_PASS) is not None
+    assert result.exact
+    assert result.load_factor <= result.associative * (1 + 1e-7)
+
+
+@pytest.mark.parametrize("strength", [20e3, pytest.param(1e6, marks=pytest.mark.slow)])
+def test_with_associative_flow_strong_stones_reproduce_the_chords_optimum(strength):
+    scene = on_piers(strength, 6, dilatancy=mo.load(CASES / "examples/arch_on_piers.toml").joints.friction)
+    result = mo.solve(scene, "mcp", descent=False, fallback=False)
+    chords = mo.solve(scene, "static", solver="highs").required()
+    assert result.required() == pytest.approx(chords, rel=1e-7)
+
+
+def test_values_are_held_against_those_of_their_own_law():
+    """The parabola's λ is higher here, and none of the Coulomb answer's business."""
+    scene = on_piers(2e3, 3)
+    parabola, chords = mo.solve(scene, "static"), mo.solve(scene, "static", solver="highs")
+    assert (parabola.crushing, chords.crushing) == ("parabola", "chords")
+    assert 1.002 * chords.load_factor < parabola.load_factor < 1.01 * chords.load_factor
+    for result in (mo.solve(scene), mo.solve(scene, "refined", start=parabola)):
+        assert result.crushing == "chords"
+        assert result.associative == pytest.approx(chords.load_factor, rel=1e-7)
+        assert result.load_factor <= result.associative * (1 + 1e-7)
+    # No fall from one law's value to the other's is told.
+    assert values_of(result, Code.EXACT) == {"fall": None}
+    assert mo.check(scene).table["load_factor"].to_numpy() == pytest.approx(chords.load_factor, rel=1e-7)
+    assert mo.solve(block_on_floor()).crushing == ""
 
 
 def test_the_bracket_refuses_what_it_does_not_know():

@@ -25,6 +25,7 @@ from masonry_opt.methods.mcp.rules import (
     KINEMATICS,
     LONG,
     LOST_GAP,
+    LOST_GROWTH,
     LOST_LOAD,
     MOST_STEPS,
     NEWTON_BELOW,
@@ -87,7 +88,8 @@ class _Direction:
 
 def start(form: EdgeForm) -> Iterate:
     """Least forces that carry the dead load, edges and slacks raised to the mean weight or a tenth of the
-    largest force at least; no load, no motion, unit rates."""
+    largest force at least; no load, no motion, unit rates. Slacks of chords grow with the strength, to some
+    thousand times the weights: their rates are as much smaller, or their energy would be all of the gap."""
     problem = form.problem
     forces = form.least_forces.copy()
     weight = float(np.hypot(problem.dead[0::3], problem.dead[1::3]).mean()) or 1.0
@@ -97,7 +99,7 @@ def start(form: EdgeForm) -> Iterate:
     # f_L·d is a sum over components, which depends on the axes: unit rates are those along the live load.
     along = float(np.hypot(problem.live[0::3], problem.live[1::3]).sum() + np.abs(problem.live[2::3]).sum())
     rate = problem.live_norm / along
-    room = form.room(forces)
+    room = np.maximum(form.room(forces), least)
     return Iterate(
         0.0,
         forces,
@@ -105,8 +107,8 @@ def start(form: EdgeForm) -> Iterate:
         np.zeros(3 * problem.blocks),
         np.full_like(forces[:2], rate),
         np.full_like(slacks, rate),
-        np.maximum(room, least),
-        np.full_like(room, rate),
+        room,
+        rate * least / room,
     )
 
 
@@ -119,6 +121,7 @@ def run(elimination: Elimination, rules: Rules, follow: Callable[[NewtonStep], N
     """
     form = elimination.form
     at, schedule = start(form), _Schedule(form, rules)
+    most = max(LOST_GAP, LOST_GROWTH * _gap(form, at))
 
     def ended(outcome: Outcome) -> Pass:
         return Pass(outcome, at, _gap(form, at))
@@ -126,7 +129,7 @@ def run(elimination: Elimination, rules: Rules, follow: Callable[[NewtonStep], N
     for iteration in range(1, MOST_STEPS + 1):
         began = time.perf_counter()
         step = schedule.look(at, iteration)
-        if not isfinite(step.gap) or step.gap > LOST_GAP or schedule.lost(at):
+        if not isfinite(step.gap) or step.gap > most or schedule.lost(at):
             follow(step)
             return ended(Outcome.LOST)
         try:

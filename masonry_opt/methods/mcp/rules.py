@@ -79,6 +79,7 @@ GAP, STATICS, KINEMATICS, OVERSHOOT = 1e-9, 1e-9, 1e-6, 0.3
 #: Steps of a pass at most.
 MOST_STEPS = 300
 
-#: Beyond this gap, or this work of the live load over the sum of dead loads (one at least), a pass has left
-#: what can be an answer.
-LOST_GAP, LOST_LOAD = 1e9, 1e8
+#: Beyond this gap (or so many times that of the start, which is large where what carries the load weighs next
+#: to nothing), or this work of the live load over the sum of dead loads (one at least), a pass has left what
+#: can be an answer.
+LOST_GAP, LOST_GROWTH, LOST_LOAD = 1e9, 1e3, 1e8

@@ -171,7 +171,9 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Refiner) ->
     if failing := solution.failing(problem):
         first.add(Code.NOT_REFINED, why=str(Code.RESIDUAL), residuals=failing)
         return first
-    fall = None if first.load_factor is None else first.load_factor - best.load_factor
+    # The parabola's load factor is none of this law.
+    known = None if first.parabola else first.load_factor
+    fall = None if known is None else known - best.load_factor
     solution.add(Code.EXACT, fall=fall)
     solution.reasons.append(lowest.met.reason)
     solution.add(Code.STATIONARY if lowest.stationary else Code.UNDECIDED)

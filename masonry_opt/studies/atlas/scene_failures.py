@@ -125,7 +125,7 @@ ENTRIES: tuple[Entry, ...] = (
             *associative(Status.OPTIMAL, 0.5, "w / h"),
             *loops(Status.CONVERGED, 0.5, "w / h", why=NO_INFLUENCE),
             *references(0.5, "w / h", proven=True),
-            one_pass(0.5, "w / h", why=TOOK_OVER, only=True),
+            one_pass(0.5, "w / h", only=True),
         ),
     ),
     Entry(
@@ -222,7 +222,7 @@ ENTRIES: tuple[Entry, ...] = (
             Expectation(
                 Status.CONVERGED, "refined", load_factor=0.4, source="μ", why=reason(Code.NOT_REFINED)
             ),
-            one_pass(0.4, "μ", why=TOOK_OVER, only=True),
+            one_pass(0.4, "μ", only=True),
             Expectation(Status.SOLVER_FAILED, "mpec", why=reason(Code.NOT_CERTIFIED)),
             Expectation(
                 Status.CONVERGED, "global", load_factor=0.4, source="μ", why=reason(Code.CLOSED_BY_SEARCH)

@@ -108,7 +108,7 @@ def answers(frame: pd.DataFrame) -> pd.DataFrame:
         order = pd.DataFrame(
             {
                 "verdict": group["verdict"].map(VERDICTS.index),
-                "distance": distance.fillna(0.0).clip(lower=SAME).where(certified, 0.0),
+                "distance": distance.fillna(np.inf).clip(lower=SAME).where(certified, 0.0),
                 "time": group["time"],
             }
         )

@@ -19,7 +19,7 @@ from masonry_opt.studies.endings import DIED
 #: What a run is: a line with the same is not measured again.
 _KEY = ("scene", "content", "versions", "method", "model", "solver", "tolerance", "repeat")
 
-_WORDS = ("ended", "status", "kind", "existence", "message")
+_WORDS = ("ended", "status", "kind", "existence", "crushing", "message")
 _NUMBERS = (
     "load_factor",
     "bound",
@@ -65,6 +65,7 @@ def row(
         "status": value.get("status", ""),
         "kind": value.get("kind", ""),
         "existence": (value.get("infeasibility") or {}).get("existence", ""),
+        "crushing": value.get("crushing", ""),
         "message": _one_line(value.get("message", ended.reason)),
         "wall": value.get("wall", ended.seconds),
         "peak_memory": ended.peak,

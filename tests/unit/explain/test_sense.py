@@ -259,3 +259,47 @@ def test_an_error_of_a_missing_load_factor_tells_them_too():
     result = mo.solve(block_on_floor(friction=35.0, live=(0.0, -1.0)), "static")
     with pytest.raises(mo.MasonryError, match=r"; warning: friction 35 "):
         result.required()
+
+
+def on_two_tips(weight=8.0, **of_left):
+    """A slab of 4 by 1/2 on the tips of two fixed stones, 3 apart, pushed along by its weight; a third tip
+    touches its end from behind, and presses on nothing."""
+    slab = rectangle("slab", 0, 2, 4, 2.5, weight=weight, live=(weight, 0))
+    tips = {"left": [(0, 1), (1, 1), (0.5, 2)], "right": [(3, 1), (4, 1), (3.5, 2)]}
+    tips["behind"] = [(-1, 2), (0, 2.25), (-1, 2.5)]
+    stones = [mo.Block(name=name, vertices=corners, fixed=True) for name, corners in tips.items()]
+    exceptions = [mo.Joint(between=("slab", "left"), **of_left)] if of_left else []
+    return mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[slab, *stones], exceptions=exceptions)
+
+
+def limited(scene, strength=100.0):
+    """The same, of stones that crush."""
+    joints = scene.joints.model_copy(update={"strength": strength})
+    return scene.model_copy(update={"joints": joints})
+
+
+@pytest.mark.parametrize("method", ["mcp", "static", "nonassociative"])
+@pytest.mark.parametrize("weight", [8.0, 8e6])
+def test_corners_that_press_where_strength_is_limited(method, weight):
+    """It slides at λ = μ. About the middle below, its centroid 1/4 above: n₂ − n₁ = μ W/4 / (3/2)."""
+
+    def told(scene):
+        result = mo.solve(scene, method)
+        assert result.required() == pytest.approx(0.5, rel=1e-3)
+        return [warning.values for warning in result.warnings if warning.code is Code.CORNERS_BEAR]
+
+    left, right = weight * (1 / 2 - 1 / 24), weight * (1 / 2 + 1 / 24)
+    (values,) = told(limited(on_two_tips(weight)))
+    assert [set(pair) for pair in values["pairs"]] == [{"slab", "right"}, {"slab", "left"}]
+    assert values["normal_forces"] == pytest.approx([right, left], rel=1e-3)
+    (values,) = told(on_two_tips(weight, strength=100.0))
+    assert values["normal_forces"] == pytest.approx([left], rel=1e-3)
+    assert told(on_two_tips(weight)) == []
+
+
+def test_corners_are_not_told_of_without_forces_or_where_edges_bear():
+    falls = limited(on_two_tips()).model_copy(update={"gravity": (0.0, 1.0)})
+    for scene in (falls, limited(block_on_floor())):
+        result = mo.solve(scene)
+        assert Code.CORNERS_BEAR not in {warning.code for warning in result.warnings}
+    assert warned(limited(on_two_tips()), Code.CORNERS_BEAR) == []

@@ -45,6 +45,7 @@ VALUES = {
     "load_factor": 0.5,
     "lowest": 0.4,
     "most": 0.6,
+    "normal_forces": [12.5],
     "number": 3,
     "pairs": [["A", "B"]],
     "period": 2,

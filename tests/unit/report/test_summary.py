@@ -37,6 +37,17 @@ def test_of_coulomb_s_joints_lower_states_and_dilatancy_are_spoken_of():
     assert "dilatancy" in coulomb
 
 
+def test_which_law_crushes_joints_is_said_with_every_load_factor():
+    """The parabola itself or chords; and of a Coulomb answer that what stands beside it crushes alike."""
+    weak = small_wall(strength=8.0)
+    said = [
+        facts(mo.solve(weak, method, **how))["crushing"]
+        for method, how in (("static", {}), ("static", {"solver": "highs"}), ("mcp", {}))
+    ]
+    assert len(set(said)) == 3
+    assert "crushing" not in facts(mo.solve(small_wall(), "mcp"))
+
+
 def test_of_a_load_factor_that_is_rounding_no_percentage_is_given():
     """The associative value alone, of a rounded zero as of zero itself; nothing where both are zero."""
     solved = mo.solve(two_blocks(), "mcp")
