@@ -116,10 +116,9 @@ class _Facing:
 def _joined(parts: _Facing, tolerance: float) -> _Facing:
     """Parts that follow one another as one, where it is straight within the tolerance; and of all those that
     are no corner of it."""
-    repeated = np.flatnonzero(np.bincount(parts.pair)[parts.pair] > 1) if len(parts.pair) else []
-    alone = np.setdiff1d(np.arange(len(parts.pair)), repeated)
-    found = [parts.where(alone)]
-    for pair in np.unique(parts.pair[repeated]):
+    pairs, number, count = np.unique(parts.pair, return_inverse=True, return_counts=True)
+    found = [parts.where(count[number] == 1)]
+    for pair in pairs[count > 1]:
         found += [
             _simplified(chain, tolerance) for chain in _chains(parts.where(parts.pair == pair), tolerance)
         ]
