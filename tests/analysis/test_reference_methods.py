@@ -12,7 +12,7 @@ from scenes import CASES, WALLS, pressed_down, small_wall, values_of
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
-from masonry_opt.methods.refined.programs import Refiner
+from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.solvers import ipopt
 
 WEDGES = CASES / "livesley" / "wedges.toml"

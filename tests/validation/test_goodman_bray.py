@@ -23,7 +23,7 @@ from scenes import CASES
 import masonry_opt as mo
 from masonry_opt.answer.certificate import certify
 from masonry_opt.effort import Effort
-from masonry_opt.methods.refined.programs import Refiner
+from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.problem.assembly import assemble
 
 SLOPE = CASES / "goodman_bray" / "slope.toml"

@@ -8,7 +8,7 @@ from pyomo.contrib.solver.solvers.highs import Highs
 
 from masonry_opt.methods.bracket.limits import Limits
 from masonry_opt.methods.bracket.relaxation import edge_lengths
-from masonry_opt.methods.refined.programs import ExactState, Refiner
+from masonry_opt.methods.exact.refiner import ExactState, Refiner
 from masonry_opt.methods.task import Task
 from masonry_opt.models.pyomo_global import PyomoGlobal
 from masonry_opt.problem.problem import Problem, ShearLimits

@@ -13,15 +13,15 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.explain.existence import existence
+from masonry_opt.methods.exact.refiner import ExactState, refiner_of
+from masonry_opt.methods.exact.search import SMALL, Met, Search, lower_of
 from masonry_opt.methods.loop.exact_end import motion_for
 from masonry_opt.methods.loop.method import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.mcp.history import NewtonStep
 from masonry_opt.methods.mcp.interior_point import Outcome
-from masonry_opt.methods.mcp.passes import Passes
+from masonry_opt.methods.mcp.passes import Passes, passes_of
 from masonry_opt.methods.mcp.rules import ATTEMPTS
-from masonry_opt.methods.refined.programs import ExactState, Refiner
-from masonry_opt.methods.refined.search import SMALL, Met, few, lower_of
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
@@ -74,9 +74,7 @@ def mcp(task: Task) -> Solution:
     solution = Solution(Status.SOLVER_FAILED, Kind.ONE_PASS, slope=problem.dilatancy)
     effort.uses(task.solver.name, "complementarity problem")
     with effort.measure("build"):
-        passes = task.kept.of(
-            "passes", problem, lambda: Passes(problem), lambda before: Passes(problem, like=before)
-        )
+        passes = passes_of(task)
     for attempt, rules in enumerate(ATTEMPTS, start=1):
 
         def follow(step: NewtonStep, attempt: int = attempt) -> None:
@@ -128,17 +126,9 @@ def _descended(task: Task, passes: Passes, solution: Solution) -> Solution:
     """The lowest of a few exact states that a pass's forces, if it ended in any, lead to, if it is as low,
     else the pass's; but for a pass's that is not exact itself any exact state will do: there need be none as
     low."""
-    problem, effort = task.problem, task.effort
-    with effort.measure("build"):
-        refiner = task.kept.of(
-            "refiner",
-            problem,
-            lambda: Refiner(problem, effort, passes=passes),
-            lambda before: Refiner(problem, effort, like=before, passes=passes),
-        )
+    problem, met = task.problem, Met()
     exact: ExactState | None = None
-    met = Met()
-    for candidate in few(refiner, solution.q, len(solution.history), met):
+    for candidate in Search(refiner_of(task), passes.over, met).few(solution.q, len(solution.history)):
         exact = lower_of(exact, candidate.state)
     if exact is None:
         return solution

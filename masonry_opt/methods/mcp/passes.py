@@ -11,7 +11,8 @@ from masonry_opt.methods.mcp.edge_form import EdgeForm
 from masonry_opt.methods.mcp.history import NewtonStep
 from masonry_opt.methods.mcp.interior_point import Outcome, run
 from masonry_opt.methods.mcp.newton import Elimination
-from masonry_opt.methods.mcp.rules import Rules
+from masonry_opt.methods.mcp.rules import ATTEMPTS, Rules
+from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 
@@ -57,6 +58,18 @@ class Passes:
             return None
         state = self._elimination.form.state(end.iterate)
         return replace(state, load_factor=self._unit * state.load_factor)
+
+    def over(self, problem: Problem, follow: Callable[[NewtonStep], None]) -> State | None:
+        """The state that the first pass over a problem of other loads or law ends in."""
+        return Passes(problem, like=self).run(ATTEMPTS[0], follow)
+
+
+def passes_of(task: Task) -> Passes:
+    """Passes over a task's problem, their matrices kept."""
+    problem = task.problem
+    return task.kept.of(
+        "passes", problem, lambda: Passes(problem), lambda before: Passes(problem, like=before)
+    )
 
 
 def _unit_of_load(problem: Problem) -> float:

@@ -1,1 +1,1 @@
-"""Exact states of Coulomb friction by linear programs."""
+"""Method "refined": the lowest exact state that passes and a search lead to."""

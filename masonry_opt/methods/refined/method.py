@@ -13,9 +13,10 @@ from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
+from masonry_opt.methods.exact.refiner import ExactState, OutOfTime, Refiner, refiner_of
+from masonry_opt.methods.exact.search import Candidate, Met, Search, lower_of
 from masonry_opt.methods.mcp.method import McpOptions, mcp
-from masonry_opt.methods.refined.programs import ExactState, OutOfTime, Refiner
-from masonry_opt.methods.refined.search import Candidate, Met, few, lower_of, search
+from masonry_opt.methods.mcp.passes import passes_of
 from masonry_opt.methods.task import Options, Task, of_same_scene
 from masonry_opt.solvers.registry import find_solver
 
@@ -78,31 +79,26 @@ def refined(task: Task) -> Solution:
 
     The search ends when its time is over or the user interrupts it, with the lowest state found so far.
     """
-    problem, options, effort = task.problem, task.options or RefinedOptions(), task.effort
+    problem, options = task.problem, task.options or RefinedOptions()
     if options.start is None:
         first = mcp(task.with_options(McpOptions(descent=False), find_solver("pyomo", "newton")))
     else:
         first = of_same_scene(options.start, problem)
     if first.proven_none or (first.q is None and options.search is None):
         return first
-    with effort.measure("build"):
-        refiner = task.kept.of(
-            "refiner",
-            problem,
-            lambda: Refiner(problem, effort),
-            lambda before: Refiner(problem, effort, like=before),
-        )
+    refiner = refiner_of(task)
     lowest = _Lowest(task, refiner)
+    search = Search(refiner, passes_of(task).over, lowest.met)
     if options.search is not None:
         refiner.deadline = time.perf_counter() + options.search
     try:
         if first.q is not None:
             # Of a result that is handed in its own descent is wanted, and no other pass's.
-            candidates = few(refiner, first.q, len(first.history), lowest.met)
+            candidates = search.few(first.q, len(first.history))
             for candidate in islice(candidates, None if options.start is None else 1):
                 lowest.see(candidate)
         if options.search is not None:
-            candidates = search(refiner, lowest.state, options.seed, lowest.met)
+            candidates = search.endless(lowest.state, options.seed)
             while not lowest.arrived(options.until):
                 lowest.see(next(candidates))
     except OutOfTime:

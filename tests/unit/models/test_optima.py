@@ -12,7 +12,7 @@ from scipy.optimize import linprog
 
 import masonry_opt as mo
 from masonry_opt.effort import Effort
-from masonry_opt.methods.refined.programs import Refiner
+from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
 from masonry_opt.models.cvxpy_least_energy import CvxpyForcesFor, CvxpyMotionFor
 from masonry_opt.models.cvxpy_standing import CvxpyDriven

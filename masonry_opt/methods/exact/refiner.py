@@ -20,7 +20,7 @@ from pyomo.common.gc_manager import PauseGC
 
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
-from masonry_opt.methods.mcp.passes import Passes
+from masonry_opt.methods.task import Task
 from masonry_opt.models.pyomo_refinement import PyomoForces, PyomoMotion
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs_lp import LinearProgram
@@ -77,6 +77,18 @@ class OutOfTime(Exception):
     """The deadline of a refiner has passed."""
 
 
+def refiner_of(task: Task) -> Refiner:
+    """The programs of a task's problem, kept."""
+    problem, effort = task.problem, task.effort
+    with effort.measure("build"):
+        return task.kept.of(
+            "refiner",
+            problem,
+            lambda: Refiner(problem, effort),
+            lambda before: Refiner(problem, effort, like=before),
+        )
+
+
 class Refiner:
     """The two linear programs of one problem, loaded once.
 
@@ -84,23 +96,18 @@ class Refiner:
     ----------
     like: a refiner of a problem that differs in the joints' law alone: its declared programs serve here too,
         with other friction and cohesion. Nothing else of it does.
-    passes: over the problem, if there are any already.
 
     Attributes
     ----------
     effort: where time and programs are counted.
     deadline: of ``time.perf_counter``, from which on every program raises OutOfTime.
     why: why ``first`` last found nothing.
-    newton_steps: of the passes of candidates.
     undecided: programs that the solver neither solved nor found infeasible in the last round of
         ``descend``: where there are any, that nothing lowers λ is not known.
     """
 
-    def __init__(
-        self, problem: Problem, effort: Effort, like: Refiner | None = None, passes: Passes | None = None
-    ) -> None:
+    def __init__(self, problem: Problem, effort: Effort, like: Refiner | None = None) -> None:
         self.problem, self.effort = problem, effort
-        self._like, self._passes = like, passes
         forces_lp = motion_lp = None
         if like is not None and np.array_equal(like.problem.dilatancy, problem.dilatancy):
             forces_lp = like._under(problem)
@@ -130,16 +137,9 @@ class Refiner:
             lp=motion_lp,
         )
         self._minimise_load_factor()
-        self.undecided = self.newton_steps = 0
+        self.undecided = 0
         self.why = Code.NO_STATICS
         self.deadline = inf
-
-    @property
-    def passes(self) -> Passes:
-        """Passes over the problem."""
-        if self._passes is None:
-            self._passes = Passes(self.problem, None if self._like is None else self._like.passes)
-        return self._passes
 
     def _under(self, law: Problem) -> LinearProgram | None:
         """The static program under the friction and cohesion of another problem; None where a friction is
