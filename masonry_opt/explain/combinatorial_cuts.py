@@ -15,8 +15,8 @@ import numpy as np
 
 from masonry_opt.answer.infeasibility import LIMIT, kinematic_residual, static_residual
 from masonry_opt.effort import Effort
+from masonry_opt.models.cvxpy_exact import CvxpyMotion
 from masonry_opt.models.pyomo_alternatives import PyomoNoForces, PyomoNoMotion
-from masonry_opt.models.pyomo_refinement import PyomoMotion
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs_session import HighsSession
 from masonry_opt.solvers.lp import Verdict
@@ -70,28 +70,17 @@ class _Search:
     def __init__(self, problem: Problem, most_programs: int, effort: Effort, purpose: str) -> None:
         self.problem, self.effort, self.cuts = problem, effort, Cuts()
         self._most_programs = effort.lp_solves + most_programs
-        motion = self._motion = PyomoMotion(problem)
-        no_motion = self._no_motion = PyomoNoMotion(problem, problem.dilatancy)
-        no_forces = self._no_forces = PyomoNoForces(problem)
+        self._motion, self._no_motion = CvxpyMotion(problem), PyomoNoMotion(problem, problem.dilatancy)
+        self._no_forces = PyomoNoForces(problem)
         self._mechanisms, self._kinematics, self._statics = (
-            HighsSession(
-                model.program,
-                effort,
-                purpose,
-                costs=[(variable, model.program.cost)],
-                most=[(variable, model.program.most)],
-            )
-            for model, variable in (
-                (motion, motion.program.p),
-                (no_motion, no_motion.program.v),
-                (no_forces, no_forces.program.r),
-            )
+            HighsSession(model.program, effort, purpose)
+            for model in (self._motion, self._no_motion, self._no_forces)
         )
         # The cuts once more as rows over the faces; each takes a program.
         self._rows = {implied: np.zeros((most_programs, problem.faces)) for implied in (False, True)}
         ones = np.ones(problem.faces)
-        self._kinematics.set(no_motion.program.cost, ones)
-        self._statics.set(no_forces.program.cost, ones)
+        self._kinematics.set_costs(self._no_motion.program.v, ones)
+        self._statics.set_costs(self._no_forces.program.r, ones)
 
     def exclude(self, choice: _Choice) -> None:
         """Return if no Coulomb state agrees with a choice; raise _Undecided if that is not shown."""
@@ -147,16 +136,16 @@ class _Search:
         most, cost = np.full(self.problem.faces, np.inf), np.ones(self.problem.faces)
         most[[face for face, moves in choice.items() if not moves]] = 0.0
         cost[moving] = 0.01
-        program = self._motion.program
-        self._mechanisms.set(program.most, most)
-        self._mechanisms.set(program.cost, cost)
-        return self._mechanisms.values(program.p) if self._solved(self._mechanisms) else None
+        p = self._motion.mechanism.p
+        self._mechanisms.set_most(p, most)
+        self._mechanisms.set_costs(p, cost)
+        return self._mechanisms.values(p) if self._solved(self._mechanisms) else None
 
     def _static_cut(self, held: list[int]) -> frozenset[int] | None:
         """Those of some faces that cannot come to yield together; None if all can."""
         program, most = self._no_forces.program, np.zeros(self.problem.faces)
         most[held] = np.inf
-        self._statics.set(program.most, most)
+        self._statics.set_most(program.r, most)
         if not self._solved(self._statics):
             return None
         d, p, r = (self._statics.values(variable) for variable in (program.d, program.p, program.r))
@@ -168,7 +157,7 @@ class _Search:
         """Those of some faces of which one must move."""
         program, most = self._no_motion.program, np.zeros(self.problem.faces)
         most[still] = np.inf
-        self._kinematics.set(program.most, most)
+        self._kinematics.set_most(program.v, most)
         if not self._solved(self._kinematics):
             raise _Undecided
         q, v = self._kinematics.values(program.q), self._kinematics.values(program.v)

@@ -84,10 +84,8 @@ def _ray(problem: Problem, slope: np.ndarray, effort: Effort) -> np.ndarray | No
     """Forces (3c,) that carry the live load alone with shear limits of a slope (k,) and without cohesion;
     None if none were found that their residuals bear out."""
     program = PyomoNoMotion(problem, slope).program
-    session = HighsSession(
-        program, effort, _PURPOSE, costs=[(program.v, program.cost)], most=[(program.v, program.most)]
-    )
-    session.set(program.most, np.zeros(problem.faces))
+    session = HighsSession(program, effort, _PURPOSE)
+    session.set_most(program.v, np.zeros(problem.faces))
     if session.solve() is not Verdict.OPTIMAL:
         return None
     q = session.values(program.q)

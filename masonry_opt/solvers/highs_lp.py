@@ -1,16 +1,14 @@
-"""A declared Pyomo program as arrays, for HiGHS and for bounds computed from the arrays alone."""
+"""A declared program as arrays, for HiGHS and for bounds computed from the arrays alone."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import cvxpy as cp
 import highspy
 import numpy as np
-import pyomo.environ as pyo
 import scipy.sparse as sp
-from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
 
 from masonry_opt.solvers.lp import LpSize
 
@@ -27,8 +25,8 @@ class LinearProgram:
     cost, low, high: shape (columns,).
     matrix: A, shape (rows, columns).
     row_lower, row_upper: shape (rows,).
-    column: number of each variable's column, by the identity of the variable.
-    row: number of each constraint's row (of the last of two), by the identity of the constraint.
+    columns: of each variable, in order, by the identity of the variable.
+    rows: of each constraint in CVXPY, in order, by the identity of the constraint.
     """
 
     cost: np.ndarray
@@ -37,17 +35,58 @@ class LinearProgram:
     row_upper: np.ndarray
     low: np.ndarray
     high: np.ndarray
-    column: dict[int, int]
-    row: dict[int, int]
+    columns: dict[int, np.ndarray]
+    rows: dict[int, np.ndarray]
 
     @classmethod
-    def of(cls, program: pyo.ConcreteModel) -> LinearProgram:
-        """The program as Pyomo compiles it. A bound that is infinite at first makes no row of its own."""
+    def of(cls, program: Any) -> LinearProgram:
+        """The program as its modelling language compiles it, CVXPY or Pyomo."""
+        if type(program).__module__.startswith("cvxpy"):
+            return cls._of_cvxpy(program)
+        return cls._of_pyomo(program)
+
+    @classmethod
+    def _of_cvxpy(cls, program: Any) -> LinearProgram:
+        data = program.get_problem_data("HIGHS", ignore_dpp=True)[0]
+        rhs, equations = np.asarray(data["b"], dtype=float), data["dims"].zero
+        width, offset = len(data["c"]), data["param_prob"].var_id_to_col
+        low, high = (
+            np.full(width, default) if data[name] is None else np.asarray(data[name], dtype=float)
+            for name, default in (("lower_bounds", -np.inf), ("upper_bounds", np.inf))
+        )
+        # Equations come first, in the order of their declaration.
+        declared = sorted(program.constraints, key=lambda row: not isinstance(row, cp.constraints.Zero))
+        ends = np.cumsum([0, *(row.size for row in declared)])
+        assert ends[-1] == len(rhs)
+        return cls(
+            cost=np.asarray(data["c"], dtype=float),
+            matrix=sp.csc_array(data["A"]),
+            row_lower=np.where(np.arange(len(rhs)) < equations, rhs, -np.inf),
+            row_upper=rhs,
+            low=low,
+            high=high,
+            columns={
+                id(variable): offset[variable.id] + np.arange(variable.size, dtype=np.int32)
+                for variable in program.variables()
+            },
+            rows={
+                id(row): np.arange(start, end, dtype=np.int32)
+                for row, start, end in zip(declared, ends, ends[1:], strict=False)
+            },
+        )
+
+    @classmethod
+    def _of_pyomo(cls, program: Any) -> LinearProgram:
+        """A bound that is infinite at first makes no row of its own."""
+        from pyomo.environ import Var
+        from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
+
         form: Any = LinearStandardFormCompiler().write(program, mixed_form=True, set_sense=None)
         bounded = np.flatnonzero(np.isfinite(form.rhs))
         kind = np.array([form.rows[old].bound_type for old in bounded])
         rhs = np.asarray(form.rhs, dtype=float)[bounded]
         bounds = [variable.bounds for variable in form.columns]
+        column = {id(variable): index for index, variable in enumerate(form.columns)}
         return cls(
             cost=np.asarray(form.c.toarray(), dtype=float)[0],
             matrix=sp.csc_array(sp.csr_array(form.A)[bounded]),
@@ -55,26 +94,27 @@ class LinearProgram:
             row_upper=np.where(kind == -1, np.inf, rhs),
             low=np.array([-np.inf if low is None else low for low, _ in bounds], dtype=float),
             high=np.array([np.inf if high is None else high for _, high in bounds], dtype=float),
-            column={id(variable): index for index, variable in enumerate(form.columns)},
-            row={id(form.rows[old].constraint): new for new, old in enumerate(bounded)},
+            columns={
+                id(variable): np.array([column[id(data)] for data in variable.values()], dtype=np.int32)
+                for variable in program.component_objects(Var)
+            },
+            rows={},
         )
 
     def changed(
-        self, rows: Sequence[Any], variables: Sequence[Any], entries: np.ndarray, upper: np.ndarray
+        self, row: np.ndarray, column: np.ndarray, entries: np.ndarray, upper: np.ndarray
     ) -> LinearProgram:
         """The same program with another entry, and another upper bound, in each of these rows.
 
         Parameters
         ----------
-        rows, variables: constraints, and the variable of each whose entry changes.
-        entries, upper: of each row. An entry that is zero now cannot be changed.
+        row, column: of each entry that changes. One that is zero now cannot.
+        entries, upper: the new entries, and the new bounds of their rows.
         """
-        row = np.array([self.row[id(data)] for data in rows], dtype=np.int64)
-        column = np.array([self.column[id(data)] for data in variables], dtype=np.int64)
         height, width = self.matrix.shape
         places = np.repeat(np.arange(width), np.diff(self.matrix.indptr)) * height + self.matrix.indices
         order = np.argsort(places)
-        at = order[np.searchsorted(places, column * height + row, sorter=order)]
+        at = order[np.searchsorted(places, column.astype(np.int64) * height + row, sorter=order)]
         data, row_upper = self.matrix.data.copy(), self.row_upper.copy()
         data[at], row_upper[row] = entries, upper
         matrix = sp.csc_array((data, self.matrix.indices, self.matrix.indptr), shape=self.matrix.shape)

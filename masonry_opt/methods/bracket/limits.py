@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from masonry_opt.effort import Effort
-from masonry_opt.models.pyomo_refinement import PyomoForces, PyomoMotion
+from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
 from masonry_opt.problem.edges import EdgeFactors
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.highs_session import HighsSession
@@ -114,8 +114,8 @@ def _largest_forces(
 ) -> tuple[np.ndarray, np.ndarray, bool]:
     """Columns of q that limit all others (n of every joint, s where a joint cannot slide), the largest
     magnitude of each, ``assumed`` where the solver finds none, and whether it found all."""
-    program = PyomoForces(problem, within=within).program
-    session = HighsSession(program, effort, _PURPOSE, costs=[(program.q, program.force_cost)])
+    forces = CvxpyForces(problem, within=within)
+    session, q = HighsSession(forces.program, effort, _PURPOSE), forces.statics.q
     c = problem.joints
     of_shear = c + np.setdiff1d(np.arange(c), problem.sliding)
     targets = np.concatenate([np.arange(c), of_shear])
@@ -123,10 +123,10 @@ def _largest_forces(
     # Every force is at most so many times 1 + the sum of the targets.
     share = steep + float(problem.cohesion.max(initial=0.0))
     values, short = np.zeros((2, len(targets)))
-    columns = session.columns(program.q)
+    columns = session.columns(q)
     for number, column in enumerate(targets.tolist()):
         for sign in (1.0, -1.0) if column >= c else (1.0,):
-            session.set(program.force_cost, -sign * _unit(3 * c, column))
+            session.set_costs(q, -sign * _unit(3 * c, column))
             if session.solve() is not Verdict.OPTIMAL:
                 values[number] = np.inf
                 break
@@ -152,19 +152,17 @@ def _with_what_is_short(values: np.ndarray, short: np.ndarray) -> np.ndarray:
 def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
     """Largest sum of slips and edge openings over the mechanisms on which raising the blocks takes at most
     ``highest`` times the live load's work; ``inf`` where the solver finds no largest of some face."""
-    program = PyomoMotion(problem, raising=highest * problem.live_norm).program
-    session = HighsSession(
-        program, effort, _PURPOSE, costs=[(program.p, program.cost)], most=[(program.p, program.most)]
-    )
+    motion = CvxpyMotion(problem, raising=highest * problem.live_norm)
+    session, mechanism = HighsSession(motion.program, effort, _PURPOSE), motion.mechanism
     k, faces = len(problem.sliding), problem.faces
-    of_rates, of_velocities = session.columns(program.p), session.columns(program.d)
+    of_rates, of_velocities = session.columns(mechanism.p), session.columns(mechanism.d)
     values, short, of_motion = np.zeros(faces), np.zeros(faces), np.zeros((faces, len(of_velocities)))
     for face in range(faces):
         most = np.full(faces, np.inf)
         if face < 2 * k:
             most[(face + k) % (2 * k)] = 0.0
-        session.set(program.most, most)
-        session.set(program.cost, -_unit(faces, face))
+        session.set_most(mechanism.p, most)
+        session.set_costs(mechanism.p, -_unit(faces, face))
         verdict = session.solve()
         if verdict is Verdict.INFEASIBLE:
             value, lacks = session.contradiction()

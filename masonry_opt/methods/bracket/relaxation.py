@@ -125,7 +125,8 @@ def _columns(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of each product its column, the largest that its factor of statics can be, and the number of its factor
     of kinematics, shape (products,) each."""
-    column = np.array([lp.column[id(variable)] for variable in model.product.values()])
+    # Every variable is a product, in their order.
+    column = np.concatenate(list(lp.columns.values()))
     i, k = np.array(list(model.product)).T
     return column, np.append(of.forces, [highest, 1.0])[i], k
 

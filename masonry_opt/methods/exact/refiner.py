@@ -16,12 +16,11 @@ from dataclasses import dataclass
 from math import inf
 
 import numpy as np
-from pyomo.common.gc_manager import PauseGC
 
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.task import Task
-from masonry_opt.models.pyomo_refinement import PyomoForces, PyomoMotion
+from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_costs
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs_lp import LinearProgram
 from masonry_opt.solvers.highs_session import HighsSession
@@ -108,34 +107,17 @@ class Refiner:
 
     def __init__(self, problem: Problem, effort: Effort, like: Refiner | None = None) -> None:
         self.problem, self.effort = problem, effort
-        forces_lp = motion_lp = None
-        if like is not None and np.array_equal(like.problem.dilatancy, problem.dilatancy):
-            forces_lp = like._under(problem)
-        if like is not None and forces_lp is not None:
-            motion_lp = like._kinematics.lp
-            self._forces: PyomoForces = like._forces
-            self._motion: PyomoMotion = like._motion
+        # Declared programs are found again in a compiled one by their variables: both are kept.
+        same_motion = like is not None and np.array_equal(like.problem.dilatancy, problem.dilatancy)
+        compiled = like._under(problem) if like is not None and same_motion else None
+        if like is not None and compiled is not None:
+            self._forces, self._motion = like._forces, like._motion
+            forces, motion = compiled, like._kinematics.lp
         else:
-            # A collection amid all these new objects takes longer than to declare the programs.
-            with PauseGC():
-                self._forces, self._motion = PyomoForces(problem), PyomoMotion(problem)
-        forces, motion = self._forces.program, self._motion.program
-        self._statics: HighsSession = HighsSession(
-            forces,
-            effort,
-            _PURPOSE,
-            costs=[(forces.load_factor, forces.load_cost), (forces.q, forces.force_cost)],
-            room=[(forces.within_yield, forces.room)],
-            lp=forces_lp,
-        )
-        self._kinematics: HighsSession = HighsSession(
-            motion,
-            effort,
-            _PURPOSE,
-            costs=[(motion.p, motion.cost)],
-            most=[(motion.p, motion.most)],
-            lp=motion_lp,
-        )
+            self._forces, self._motion = CvxpyForces(problem), CvxpyMotion(problem)
+            forces, motion = (LinearProgram.of(model.program) for model in (self._forces, self._motion))
+        self._statics = HighsSession(forces, effort, _PURPOSE)
+        self._kinematics = HighsSession(motion, effort, _PURPOSE)
         self._minimise_load_factor()
         self.undecided = 0
         self.why = Code.NO_STATICS
@@ -146,11 +128,10 @@ class Refiner:
         zero, which is not in the matrix."""
         if not (law.friction.all() and self.problem.friction.all()):
             return None
-        faces = list(self._forces.program.within_yield.values())[: 2 * len(law.sliding)]
-        forces = self._forces.program.q
-        normal = [forces[joint] for joint in law.sliding.tolist()]
-        both = np.tile(-law.friction, 2), np.tile(law.cohesion, 2)
-        return self._statics.lp.changed(faces, [*normal, *normal], *both)
+        lp, k = self._statics.lp, len(law.sliding)
+        faces, normal = lp.rows[id(self._forces.within_yield)], lp.columns[id(self._forces.statics.q)]
+        both = np.tile(normal[law.sliding], 2), np.tile(-law.friction, 2), np.tile(law.cohesion, 2)
+        return lp.changed(faces[: 2 * k], *both)
 
     @property
     def size(self) -> LpSize:
@@ -162,26 +143,26 @@ class Refiner:
     ) -> tuple[np.ndarray, np.ndarray] | None:
         """(a): velocities (3b,) and rates (faces,) of the mechanism of least cost·p, without the
         banned faces; None if there is none."""
-        program = self._motion.program
+        mechanism = self._motion.mechanism
         most = np.full(self.problem.faces, np.inf)
         if banned is not None:
             most[banned] = 0.0
-        self._kinematics.set(program.cost, cost)
-        self._kinematics.set(program.most, most)
+        self._kinematics.set_costs(mechanism.p, cost)
+        self._kinematics.set_most(mechanism.p, most)
         if not self._solved(self._kinematics):
             return None
-        return self._kinematics.values(program.d), self._kinematics.values(program.p)
+        return self._kinematics.values(mechanism.d), self._kinematics.values(mechanism.p)
 
     def least(self, support: np.ndarray, d: np.ndarray) -> ExactState | None:
         """(b): least load factor with every face of the support at yield; None if there is none."""
-        program = self._forces.program
-        self._statics.set(program.room, np.where(support, 0.0, np.inf))
+        statics = self._forces.statics
+        self._hold(support)
         if not self._solved(self._statics):
             return None
-        strength = np.where(support, np.abs(self._statics.duals(program.within_yield)), 0.0)
-        q = self._statics.values(program.q)
+        strength = np.where(support, np.abs(self._statics.duals(self._forces.within_yield)), 0.0)
+        q = self._statics.values(statics.q)
         return ExactState(
-            load_factor=float(self._statics.values(program.load_factor)[0]),
+            load_factor=float(self._statics.values(statics.load_factor)[0]),
             q=q,
             d=d,
             slack=self.problem.slacks(q),
@@ -251,32 +232,38 @@ class Refiner:
     def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         """Forces (3c,) that maximise λ, in units of the live load, less cost·n of the joints that can slide,
         cost of shape (k,); and the rates (faces,) that go with them. None if there are none."""
-        program, problem = self._forces.program, self.problem
+        problem = self.problem
         on_forces = np.zeros(3 * problem.joints)
         on_forces[problem.sliding] = cost
-        self._statics.set(program.load_cost, np.array([-problem.live_norm]))
-        self._statics.set(program.force_cost, on_forces)
-        self._statics.set(program.room, np.full(problem.faces, np.inf))
-        solved = self._solved(self._statics)
-        self._minimise_load_factor()
-        if not solved:
+        if not self._solved_at(-problem.live_norm, on_forces):
             return None
-        return self._statics.values(program.q), np.abs(self._statics.duals(program.within_yield))
+        forces = self._forces
+        return self._statics.values(forces.statics.q), np.abs(self._statics.duals(forces.within_yield))
 
     def _least_energy(self, rates: np.ndarray) -> np.ndarray | None:
         """Forces (3c,) of least p·z for given rates, with a little weight on λ, which breaks ties."""
-        problem, program = self.problem, self._forces.program
-        self._statics.set(program.load_cost, np.array([_TIE_BREAK * problem.live_norm]))
-        self._statics.set(program.force_cost, problem.true_yield.T @ rates)
-        self._statics.set(program.room, np.full(problem.faces, np.inf))
+        load_cost, force_cost = energy_costs(self.problem, rates, 1 / _TIE_BREAK)
+        solved = self._solved_at(_TIE_BREAK * load_cost, _TIE_BREAK * force_cost)
+        return self._statics.values(self._forces.statics.q) if solved else None
+
+    def _solved_at(self, load_cost: float, force_cost: np.ndarray) -> bool:
+        """Whether there are forces of least cost, with no face held; the costs are then λ's alone again."""
+        self._cost(load_cost, force_cost)
+        self._hold(np.zeros(self.problem.faces, dtype=bool))
         solved = self._solved(self._statics)
         self._minimise_load_factor()
-        return self._statics.values(program.q) if solved else None
+        return solved
 
     def _minimise_load_factor(self) -> None:
-        program = self._forces.program
-        self._statics.set(program.load_cost, np.array([self.problem.live_norm]))
-        self._statics.set(program.force_cost, np.zeros(3 * self.problem.joints))
+        self._cost(self.problem.live_norm, np.zeros(3 * self.problem.joints))
+
+    def _cost(self, load_cost: float, force_cost: np.ndarray) -> None:
+        statics = self._forces.statics
+        self._statics.set_costs(statics.load_factor, np.array([load_cost]))
+        self._statics.set_costs(statics.q, force_cost)
+
+    def _hold(self, support: np.ndarray) -> None:
+        self._statics.set_room(self._forces.within_yield, np.where(support, 0.0, np.inf))
 
     def time_left(self) -> float:
         """Seconds to the deadline; raises OutOfTime if there are none."""

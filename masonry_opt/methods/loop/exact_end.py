@@ -10,7 +10,7 @@ from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.certificate import certify
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
-from masonry_opt.models.cvxpy_least_energy import CvxpyForcesFor, CvxpyMotionFor
+from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_costs
 from masonry_opt.problem.load_units import Scaled, in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
@@ -66,7 +66,7 @@ def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) ->
     true flow rule that leaves least for those forces (the sub-problem's own where the solver finds none).
     """
     scaled, solver = in_units_of_load(problem), in_cvxpy(solver)
-    forces = CvxpyForcesFor(scaled.problem, state.p, _WEIGHT)
+    forces = CvxpyForces(scaled.problem, energy_costs(scaled.problem, state.p, _WEIGHT))
     if not has_optimum(forces.program, solver, effort, _PURPOSE):
         return None
     load_factor, q = forces.statics.forces()
@@ -82,7 +82,7 @@ def motion_for(
     of its load; None if the solver finds none."""
     problem = scaled.problem
     slope = problem.dilatancy_at(problem.normal_forces(q))
-    motion = CvxpyMotionFor(problem, np.maximum(problem.slacks(q), 0.0), slope)
+    motion = CvxpyMotion(problem, np.maximum(problem.slacks(q), 0.0), slope)
     if not has_optimum(motion.program, solver, effort, purpose):
         return None
     return np.asarray(motion.mechanism.d.value)

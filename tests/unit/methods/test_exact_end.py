@@ -17,7 +17,7 @@ from masonry_opt.methods.loop import exact_end
 from masonry_opt.methods.loop import run as loop_run
 from masonry_opt.methods.loop.exact_end import MOST_ENERGY, accurate_end, rough_end
 from masonry_opt.methods.loop.options import LoopOptions
-from masonry_opt.models.cvxpy_least_energy import CvxpyForcesFor
+from masonry_opt.models.cvxpy_exact import CvxpyForces, energy_costs
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.cvxpy_engine import has_optimum
@@ -69,7 +69,7 @@ def test_exact_collapse_states_are_left_as_they_are(number):
     exact = mo.solve(WALLS[number - 1], "refined")
     problem, d = exact.assembly.problem, exact.solution.d
     p = problem.rates(d, problem.dilatancy)
-    model = CvxpyForcesFor(problem, p, 1e3)
+    model = CvxpyForces(problem, energy_costs(problem, p, 1e3))
     assert has_optimum(model.program, CLARABEL, Effort(), "test")
     load_factor, q = model.statics.forces()
     assert problem.slacks(q) @ p < 10 * SAME

@@ -11,15 +11,14 @@ from scenes import declared
 
 from masonry_opt.models import cvxpy_terms, pyomo_terms
 from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
+from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
 from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
-from masonry_opt.models.cvxpy_least_energy import CvxpyForcesFor, CvxpyMotionFor
 from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyFalling, CvxpyStanding
 from masonry_opt.models.cvxpy_static import CvxpyStatic
 from masonry_opt.models.pyomo_arrays import put, values
 from masonry_opt.models.pyomo_global import PyomoGlobal
 from masonry_opt.models.pyomo_kinematic import PyomoKinematic
 from masonry_opt.models.pyomo_mpec import PyomoMpec
-from masonry_opt.models.pyomo_refinement import PyomoForces, PyomoMotion
 from masonry_opt.models.pyomo_static import PyomoStatic
 from masonry_opt.problem.problem import ShearLimits
 
@@ -27,10 +26,9 @@ from masonry_opt.problem.problem import ShearLimits
 STATIC = {
     "eq. (9)": CvxpyStatic,
     "standing": CvxpyStanding,
-    "forces for rates": lambda problem, _: CvxpyForcesFor(problem, np.ones(problem.faces), 30.0),
+    "exact, forces": lambda problem, _: CvxpyForces(problem),
     "at yield": lambda problem, _: CvxpyAtYield(problem, np.arange(problem.faces) % 2 == 0, 0.5),
     "eq. (9) in Pyomo": PyomoStatic,
-    "refinement, forces": lambda problem, _: PyomoForces(problem),
     "MPEC": lambda problem, _: PyomoMpec(problem),
     "global": lambda problem, _: PyomoGlobal(problem, *np.ones((2, problem.faces)), 1.0),
 }
@@ -39,11 +37,8 @@ KINEMATIC = {
     "eq. (10)": CvxpyKinematic,
     "falling": lambda problem, limits: CvxpyFalling(problem, limits, np.ones(problem.blocks), 1.0),
     "driven": lambda problem, limits: CvxpyDriven(problem, problem.dead, limits),
-    "motion for slacks": lambda problem, limits: CvxpyMotionFor(
-        problem, np.ones(problem.faces), limits.slope
-    ),
+    "exact, motion": lambda problem, limits: CvxpyMotion(problem, slope=limits.slope),
     "eq. (10) in Pyomo": PyomoKinematic,
-    "refinement, motion": lambda problem, _: PyomoMotion(problem),
     "MPEC": STATIC["MPEC"],
     "global": STATIC["global"],
 }
@@ -81,7 +76,7 @@ def test_flow_is_the_problem_s(name, problem, numbers):
     joints' own flow rule."""
     limits = ShearLimits.true(problem)
     model = KINEMATIC[name](problem, limits)
-    of_own_flow = name in ("refinement, motion", "MPEC", "global")
+    of_own_flow = name in ("MPEC", "global")
     slope = problem.dilatancy if of_own_flow else problem.friction
     mechanism = model.mechanism
     if of_pyomo(model):

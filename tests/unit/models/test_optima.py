@@ -14,7 +14,7 @@ import masonry_opt as mo
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
-from masonry_opt.models.cvxpy_least_energy import CvxpyForcesFor, CvxpyMotionFor
+from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_costs
 from masonry_opt.models.cvxpy_standing import CvxpyDriven
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import ShearLimits
@@ -90,7 +90,7 @@ def test_eq_9_and_eq_10(problem):
 
 def test_motion_for_slacks(problem):
     _, z = weaker_forces(problem)
-    model = CvxpyMotionFor(problem, z, problem.dilatancy)
+    model = CvxpyMotion(problem, z, problem.dilatancy)
     expected = least_of_motion(problem, z, problem.dilatancy)
     assert optimum(model) == pytest.approx(expected, abs=SAME * problem.live_norm)
     # The rates that follow from the velocities leave the same, and no joint's ends pass into each other.
@@ -109,7 +109,7 @@ def test_walls_of_less_friction_leave_energy(number):
     """Else the test above compares nothing with nothing."""
     problem = PROBLEMS[f"wall {number}"]
     _, z = weaker_forces(problem)
-    assert optimum(CvxpyMotionFor(problem, z, problem.dilatancy)) > 1e-3
+    assert optimum(CvxpyMotion(problem, z, problem.dilatancy)) > 1e-3
 
 
 def test_forces_for_rates(problem):
@@ -120,8 +120,8 @@ def test_forces_for_rates(problem):
     cohesion = problem.face_cohesion @ p
     energy = problem.C(problem.friction).T @ p
     expected = least_of_forces(problem, problem.live_norm / 100, energy) + cohesion
-    model = CvxpyForcesFor(problem, p, 100.0)
-    assert optimum(model) / 100 == pytest.approx(expected, abs=10 * SAME)
+    model = CvxpyForces(problem, energy_costs(problem, p, 100.0))
+    assert optimum(model) / 100 + cohesion == pytest.approx(expected, abs=10 * SAME)
     q = Refiner(problem, Effort())._least_energy(p)
     balance = problem.B @ q + problem.dead
     load_factor = -float(problem.live @ balance) / float(problem.live @ problem.live)

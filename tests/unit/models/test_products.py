@@ -43,8 +43,7 @@ def declared(problem, highest, largest, radii, lowest=0.0):
 def point(model, lp):
     """The values that the variables hold, by column."""
     x = np.full(len(lp.cost), np.nan)
-    for variable in model.product.values():
-        x[lp.column[id(variable)]] = variable.value
+    x[np.concatenate(list(lp.columns.values()))] = [variable.value for variable in model.product.values()]
     return x
 
 

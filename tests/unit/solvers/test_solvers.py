@@ -10,8 +10,8 @@ import masonry_opt as mo
 from masonry_opt.answer.certificate import certify
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import PARTS, Effort
+from masonry_opt.models.cvxpy_exact import CvxpyForces
 from masonry_opt.models.cvxpy_standing import CvxpyStanding
-from masonry_opt.models.pyomo_refinement import PyomoForces
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import ShearLimits
 from masonry_opt.solvers.cvxpy_engine import has_optimum
@@ -169,12 +169,12 @@ def test_methods_say_which_solver_did_what(method):
 
 
 def test_a_program_that_is_out_of_time_is_not_begun_again(monkeypatch):
-    program = PyomoForces(assemble(mo.load(WALLS[5])).problem).program
-    session = HighsSession(program, Effort(), "once", costs=[(program.load_factor, program.load_cost)])
+    forces = CvxpyForces(assemble(mo.load(WALLS[5])).problem)
+    session = HighsSession(forces.program, Effort(), "once")
     runs = []
     run = HighsSession._run
     monkeypatch.setattr(HighsSession, "_run", lambda *given: runs.append(given) or run(*given))
-    session.set(program.load_cost, np.array([1.0]))
+    session.set_costs(forces.statics.load_factor, np.array([1.0]))
     assert session.solve(1e-6) is Verdict.FAILED
     assert len(runs) == 1
     assert session.solve() is Verdict.OPTIMAL
