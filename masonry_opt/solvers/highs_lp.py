@@ -126,11 +126,11 @@ class LinearProgram:
         rows, columns = self.matrix.shape
         return LpSize(rows, columns, self.matrix.nnz)
 
-    def highs(self, cost: np.ndarray | None = None) -> highspy.HighsLp:
-        """The same for HiGHS, with other costs if any are given."""
+    def highs(self) -> highspy.HighsLp:
+        """The same for HiGHS."""
         lp = highspy.HighsLp()
         lp.num_row_, lp.num_col_ = self.matrix.shape
-        lp.col_cost_ = self.cost if cost is None else cost
+        lp.col_cost_ = self.cost
         lp.col_lower_, lp.col_upper_ = self.low, self.high
         lp.row_lower_, lp.row_upper_ = self.row_lower, self.row_upper
         lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise

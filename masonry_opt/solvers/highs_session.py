@@ -13,7 +13,7 @@ import numpy as np
 from masonry_opt.effort import Effort
 from masonry_opt.solvers.highs_lp import LinearProgram
 from masonry_opt.solvers.lp import Verdict
-from masonry_opt.solvers.registry import find_solver
+from masonry_opt.solvers.registry import Solver, find_solver
 
 #: HiGHS's feasibility tolerances.
 _FEASIBILITY = 1e-10
@@ -28,29 +28,34 @@ _VERDICTS = {
 
 
 class HighsSession:
-    """Simplex with warm starts: after a change of costs or bounds the last basis is where it begins.
+    """The package's one driver of HiGHS beside the modelling languages' own. By simplex it starts warm: after
+    a change of costs or bounds the last basis is where it begins.
 
     Parameters
     ----------
     program: as declared, or compiled before.
     purpose: what it is solved for, under which the effort records the solver.
+    solver: one of HiGHS's; simplex by default.
+    options: of HiGHS, beside the solver's own.
 
     Attributes
     ----------
-    lp: the program as it was loaded. Its costs are zero until others are set.
+    lp: the program as it was loaded.
     """
 
-    def __init__(self, program: Any, effort: Effort, purpose: str) -> None:
+    def __init__(
+        self, program: Any, effort: Effort, purpose: str, solver: Solver | None = None, **options: Any
+    ) -> None:
         self.effort = effort
-        simplex = find_solver("cvxpy", "highs", _FEASIBILITY)
-        effort.uses(simplex.name, purpose)
+        solver = solver or find_solver("cvxpy", "highs", _FEASIBILITY)
+        effort.uses(solver.name, purpose)
         self.lp = lp = program if isinstance(program, LinearProgram) else LinearProgram.of(program)
         self.size = lp.size
         self._highs = highspy.Highs()
         self._highs.silent()
-        for name, value in simplex.options.items():
+        for name, value in {**solver.options, **options}.items():
             self._highs.setOptionValue(name, value)
-        self._highs.passModel(lp.highs(np.zeros(len(lp.cost))))
+        self._highs.passModel(lp.highs())
 
     def set_costs(self, variable: Any, costs: np.ndarray) -> None:
         """Costs of a variable, in order."""
@@ -75,21 +80,36 @@ class HighsSession:
     def solve(self, seconds: float = inf) -> Verdict:
         """Solve with the present parameters, within so many seconds."""
         ends = time.perf_counter() + seconds
-        verdict = self._run(seconds)
+        verdict = self.run(seconds)
         left = ends - time.perf_counter()
         if verdict is Verdict.FAILED and left > 0:
             # A warm start may leave HiGHS undecided: once more, from the beginning.
             self._highs.clearSolver()
-            verdict = self._run(left)
+            verdict = self.run(left)
         self.effort.lp_solves += 1
         return verdict
 
-    def _run(self, seconds: float) -> Verdict:
+    def stop_if_iterations_restart(self) -> None:
+        """End a run where interior points begin again: HiPO that stalls does, with the older method, and
+        where that fails HiGHS forgets what both had. Interrupted, it keeps HiPO's multipliers."""
+        furthest = 0
+
+        def look(_kind: Any, _message: str, out: Any, into: Any, _data: Any) -> None:
+            nonlocal furthest
+            into.user_interrupt = out.ipm_iteration_count < furthest
+            furthest = max(furthest, out.ipm_iteration_count)
+
+        self._highs.setCallback(look, None)
+        self._highs.startCallback(highspy.cb.HighsCallbackType.kCallbackIpmInterrupt)
+
+    def run(self, seconds: float) -> Verdict:
+        """One run within so many seconds, without a second try."""
         self._highs.setOptionValue("time_limit", seconds)
         start = self._highs.getRunTime()
         self._highs.run()
         self.effort.add("solve", self._highs.getRunTime() - start)
-        self.effort.iterations += max(self._highs.getInfo().simplex_iteration_count, 0)
+        info = self._highs.getInfo()
+        self.effort.iterations += max(info.simplex_iteration_count, 0) + max(info.ipm_iteration_count, 0)
         return _VERDICTS.get(self._highs.getModelStatus(), Verdict.FAILED)
 
     def values(self, variable: Any) -> np.ndarray:
@@ -98,11 +118,15 @@ class HighsSession:
 
     def duals(self, constraint: Any) -> np.ndarray:
         """Duals of rows at the last optimum: change of the optimum per unit of bound."""
-        return np.array(self._highs.getSolution().row_dual)[self.lp.rows[id(constraint)]]
+        return self.multipliers()[self.lp.rows[id(constraint)]]
+
+    def multipliers(self) -> np.ndarray:
+        """Duals of all rows after the last run, shape (rows,); empty if there are none."""
+        return np.array(self._highs.getSolution().row_dual)
 
     def least(self) -> tuple[float, np.ndarray]:
         """What the multipliers of the last optimum prove of its costs, see :meth:`LinearProgram.least`."""
-        return self._as_it_stands().least(np.array(self._highs.getSolution().row_dual))
+        return self._as_it_stands().least(self.multipliers())
 
     def contradiction(self) -> tuple[float, np.ndarray]:
         """What the dual ray of the last program, an infeasible one, proves: ``short·|x| ≥ value`` for every x

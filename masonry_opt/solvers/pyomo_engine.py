@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import pyomo.environ as pyo
 from pyomo.contrib.solver.common.results import TerminationCondition
@@ -18,6 +19,15 @@ _VERDICTS = {
     TerminationCondition.unbounded: Verdict.UNBOUNDED,
     TerminationCondition.infeasibleOrUnbounded: Verdict.INFEASIBLE_OR_UNBOUNDED,
 }
+
+
+def highs_of_pyomo(options: dict[str, Any]) -> Highs:
+    """Pyomo's interface to HiGHS, which leaves it to its caller to read an answer."""
+    highs = Highs()
+    highs.config.load_solutions = False
+    highs.config.raise_exception_on_nonoptimal_result = False
+    highs.config.solver_options = options
+    return highs
 
 
 class PyomoEngine:
@@ -36,10 +46,7 @@ class PyomoEngine:
         effort.uses(solver.name, purpose)
         self._run_time, self._purpose = 0.0, purpose
         with effort.measure("compile"):
-            self._highs = Highs()
-            self._highs.config.load_solutions = False
-            self._highs.config.raise_exception_on_nonoptimal_result = False
-            self._highs.config.solver_options = solver.options
+            self._highs = highs_of_pyomo(solver.options)
             # Between solves nothing changes but parameters: look for nothing else.
             updates = self._highs.config.auto_updates
             for name in updates:

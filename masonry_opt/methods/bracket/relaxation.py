@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-import highspy
 import numpy as np
 from scipy.sparse.csgraph import shortest_path
 
@@ -17,6 +15,7 @@ from masonry_opt.models.pyomo_products import PyomoProducts
 from masonry_opt.problem.edges import EdgeFactors
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs_lp import LinearProgram
+from masonry_opt.solvers.highs_session import HighsSession
 from masonry_opt.solvers.lp import LpSize
 from masonry_opt.solvers.registry import find_solver
 
@@ -139,7 +138,7 @@ def _multipliers(
     coarse = max(_COARSE * (1 - lowest / highest), _TOLERANCE)
     free = np.isinf(lp.low)
     low, high = np.where(free, -reach, lp.low), np.where(free, reach, lp.high)
-    boxed = replace(lp, cost=lp.cost / highest, low=low, high=high).highs()
+    boxed = replace(lp, cost=lp.cost / highest, low=low, high=high)
     ends = time.perf_counter() + seconds
     for name in ("highs-ipm", "highs-hipo") if len(lp.row_lower) <= _FEW_ROWS else ("highs-hipo",):
         found = _run(boxed, name, coarse, max(ends - time.perf_counter(), LEAST_TIME), effort)
@@ -148,42 +147,20 @@ def _multipliers(
     return np.zeros(len(lp.row_lower))
 
 
-def _run(lp: highspy.HighsLp, name: str, coarse: float, seconds: float, effort: Effort) -> np.ndarray:
-    solver = find_solver("pyomo", name, _TOLERANCE)
-    effort.uses(solver.name, _PURPOSE)
-    effort.lp_solves += 1
-    highs = highspy.Highs()
-    highs.silent()
-    for option, value in solver.options.items():
-        highs.setOptionValue(option, value)
+def _run(lp: LinearProgram, name: str, coarse: float, seconds: float, effort: Effort) -> np.ndarray:
     # Presolved they would have no multipliers of the program itself where time ends them; and with the
     # augmented system, which HiPO may choose, it stalls.
-    highs.setOptionValue("presolve", "off")
-    highs.setOptionValue("hipo_system", "normaleq")
-    highs.setOptionValue("time_limit", seconds)
+    options: dict[str, Any] = {"presolve": "off", "hipo_system": "normaleq"}
     if name == "highs-hipo":
-        highs.setOptionValue("kkt_tolerance", coarse)
-        highs.setCallback(_stop_at_restart(), None)
-        highs.startCallback(highspy.cb.HighsCallbackType.kCallbackIpmInterrupt)
-    highs.passModel(lp)
-    with effort.measure("solve"):
-        highs.run()
-    effort.iterations += max(highs.getInfo().ipm_iteration_count, 0)
-    found = np.array(highs.getSolution().row_dual)
-    return found if found.size and np.isfinite(found).all() else np.zeros(lp.num_row_)
-
-
-def _stop_at_restart() -> Callable[..., None]:
-    """HiPO that stalls begins again with the older method, and where that fails HiGHS forgets what both had:
-    interrupted as soon as the iterations are counted anew, it keeps HiPO's multipliers."""
-    furthest = 0
-
-    def look(_kind: Any, _message: str, out: Any, into: Any, _data: Any) -> None:
-        nonlocal furthest
-        into.user_interrupt = out.ipm_iteration_count < furthest
-        furthest = max(furthest, out.ipm_iteration_count)
-
-    return look
+        options["kkt_tolerance"] = coarse
+    solver = find_solver("cvxpy", name, _TOLERANCE)
+    session = HighsSession(lp, effort, _PURPOSE, solver, **options)
+    if name == "highs-hipo":
+        session.stop_if_iterations_restart()
+    session.run(seconds)
+    effort.lp_solves += 1
+    found = session.multipliers()
+    return found if found.size and np.isfinite(found).all() else np.zeros(len(lp.row_lower))
 
 
 def _proven(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from pyomo.contrib.solver.common.results import Results, SolutionStatus, TerminationCondition
-from pyomo.contrib.solver.solvers.highs import Highs
 
 from masonry_opt.methods.bracket.limits import Limits
 from masonry_opt.methods.bracket.relaxation import edge_lengths
@@ -12,6 +11,7 @@ from masonry_opt.methods.exact.refiner import ExactState, Refiner
 from masonry_opt.methods.task import Task
 from masonry_opt.models.pyomo_global import PyomoGlobal
 from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.solvers.pyomo_engine import highs_of_pyomo
 
 #: Relative gap and feasibility asked of HiGHS.
 _GAP, _FEASIBILITY = 1e-7, 1e-9
@@ -53,15 +53,9 @@ def _most_slack(problem: Problem, of: Limits) -> np.ndarray:
 def _searched(model: PyomoGlobal, seconds: float, task: Task) -> Results:
     task.effort.uses(task.solver.name, "search")
     task.effort.lp_solves += 1
-    highs = Highs()
-    highs.config.load_solutions = False
-    highs.config.raise_exception_on_nonoptimal_result = False
+    # Asked for its simplex by name, HiGHS would leave the binaries out.
+    tolerances = ("mip_feasibility_tolerance", "primal_feasibility_tolerance", "dual_feasibility_tolerance")
+    highs = highs_of_pyomo({"mip_rel_gap": _GAP, **dict.fromkeys(tolerances, _FEASIBILITY)})
     highs.config.time_limit = seconds
-    highs.config.solver_options = {
-        "mip_rel_gap": _GAP,
-        "mip_feasibility_tolerance": _FEASIBILITY,
-        "primal_feasibility_tolerance": _FEASIBILITY,
-        "dual_feasibility_tolerance": _FEASIBILITY,
-    }
     with task.effort.measure("solve"):
         return highs.solve(model.program)

@@ -172,8 +172,8 @@ def test_a_program_that_is_out_of_time_is_not_begun_again(monkeypatch):
     forces = CvxpyForces(assemble(mo.load(WALLS[5])).problem)
     session = HighsSession(forces.program, Effort(), "once")
     runs = []
-    run = HighsSession._run
-    monkeypatch.setattr(HighsSession, "_run", lambda *given: runs.append(given) or run(*given))
+    run = HighsSession.run
+    monkeypatch.setattr(HighsSession, "run", lambda *given: runs.append(given) or run(*given))
     session.set_costs(forces.statics.load_factor, np.array([1.0]))
     assert session.solve(1e-6) is Verdict.FAILED
     assert len(runs) == 1
