@@ -9,9 +9,9 @@ import numpy as np
 from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.certificate import certify
 from masonry_opt.effort import Effort
+from masonry_opt.methods.exact.energy import forces_for, motion_for
 from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
-from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_costs
-from masonry_opt.problem.load_units import Scaled, in_units_of_load
+from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.cvxpy_engine import has_optimum
@@ -24,10 +24,6 @@ _SHARES = (1e-6, 1e-4)
 #: Energy of faces that move without being at yield beyond which forces and mechanism do not belong together,
 #: in units of λ (below the second it is no measure).
 MOST_ENERGY, _SMALLEST = 1e-3, 1e-6
-
-#: Weight of that energy over λ where a mechanism is known roughly: λ must fall by more than so many times the
-#: energy that it adds. On façades 10 leaves up to half as much energy again; 100 leaves λ up to 0.2 % higher.
-_WEIGHT = 30.0
 
 #: What a solver does here, as a result tells it.
 _PURPOSE = "exact end"
@@ -66,26 +62,13 @@ def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) ->
     true flow rule that leaves least for those forces (the sub-problem's own where the solver finds none).
     """
     scaled, solver = in_units_of_load(problem), in_cvxpy(solver)
-    forces = CvxpyForces(scaled.problem, energy_costs(scaled.problem, state.p, _WEIGHT))
-    if not has_optimum(forces.program, solver, effort, _PURPOSE):
+    forces = forces_for(scaled, state.p, solver, effort, _PURPOSE)
+    if forces is None:
         return None
-    load_factor, q = forces.statics.forces()
+    load_factor, q = forces
     d = motion_for(scaled, q, solver, effort, _PURPOSE)
     whole = scaled.state(replace(state, load_factor=load_factor, q=q))
     return _belonging(problem, whole.load_factor, whole.q, state.d if d is None else d)
-
-
-def motion_for(
-    scaled: Scaled, q: np.ndarray, solver: Solver, effort: Effort, purpose: str
-) -> np.ndarray | None:
-    """Velocities (3b,) of the true flow rule that leave least energy for forces (3c,) of a problem in units
-    of its load; None if the solver finds none."""
-    problem = scaled.problem
-    slope = problem.dilatancy_at(problem.normal_forces(q))
-    motion = CvxpyMotion(problem, np.maximum(problem.slacks(q), 0.0), slope)
-    if not has_optimum(motion.program, solver, effort, purpose):
-        return None
-    return np.asarray(motion.mechanism.d.value)
 
 
 def belong_together(

@@ -13,9 +13,9 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.explain.existence import existence
+from masonry_opt.methods.exact.energy import motion_for
 from masonry_opt.methods.exact.refiner import ExactState, refiner_of
 from masonry_opt.methods.exact.search import SMALL, Met, Search, lower_of
-from masonry_opt.methods.loop.exact_end import motion_for
 from masonry_opt.methods.loop.method import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.mcp.history import NewtonStep

@@ -13,7 +13,7 @@ import masonry_opt as mo
 from masonry_opt.answer.certificate import certify
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
-from masonry_opt.methods.loop import exact_end
+from masonry_opt.methods.exact import energy
 from masonry_opt.methods.loop import run as loop_run
 from masonry_opt.methods.loop.exact_end import MOST_ENERGY, accurate_end, rough_end
 from masonry_opt.methods.loop.options import LoopOptions
@@ -84,7 +84,7 @@ def test_without_a_mechanism_of_its_own_flow_the_sub_problem_s_is_kept(monkeypat
         solved.append(has_optimum(*arguments))
         return len(solved) == 1 and solved[0]
 
-    monkeypatch.setattr(exact_end, "has_optimum", only_the_first)
+    monkeypatch.setattr(energy, "has_optimum", only_the_first)
     found = rough_end(problem, state, CLARABEL, Effort())
     assert solved == [True, True]
     np.testing.assert_array_equal(found.d, state.d)
