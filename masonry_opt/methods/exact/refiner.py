@@ -107,9 +107,12 @@ class Refiner:
 
     def __init__(self, problem: Problem, effort: Effort, like: Refiner | None = None) -> None:
         self.problem, self.effort = problem, effort
-        # Declared programs are found again in a compiled one by their variables: both are kept.
         same_motion = like is not None and np.array_equal(like.problem.dilatancy, problem.dilatancy)
         compiled = like._under(problem) if like is not None and same_motion else None
+        # Declared programs find themselves in compiled ones by their variables: both are kept.
+        self._forces: CvxpyForces
+        self._motion: CvxpyMotion
+        self._kinematics: HighsSession
         if like is not None and compiled is not None:
             self._forces, self._motion = like._forces, like._motion
             forces, motion = compiled, like._kinematics.lp
