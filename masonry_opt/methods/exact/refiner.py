@@ -19,6 +19,7 @@ import numpy as np
 
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
+from masonry_opt.methods.exact.energy import WEIGHT
 from masonry_opt.methods.task import Task
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_costs
 from masonry_opt.problem.problem import Problem
@@ -32,9 +33,8 @@ _AT_WORK, _AT_YIELD = 1e-9, 1e-7
 #: λ must fall by this share to count as lower; a dual above this holds it up.
 _LOWER, _HOLDS = 1e-9, 1e-9
 
-#: How often forces are replaced by nearer ones in search of a first exact state, and λ's weight there.
+#: How often forces are replaced by nearer ones in search of a first exact state.
 _REPAIRS = 10
-_TIE_BREAK = 0.01
 
 #: What HiGHS does here, as a result tells it.
 _PURPOSE = "refinement"
@@ -244,9 +244,8 @@ class Refiner:
         return self._statics.values(forces.statics.q), np.abs(self._statics.duals(forces.within_yield))
 
     def _least_energy(self, rates: np.ndarray) -> np.ndarray | None:
-        """Forces (3c,) of least p·z for given rates, with a little weight on λ, which breaks ties."""
-        load_cost, force_cost = energy_costs(self.problem, rates, 1 / _TIE_BREAK)
-        solved = self._solved_at(_TIE_BREAK * load_cost, _TIE_BREAK * force_cost)
+        """Forces (3c,) of little p·z for given rates and a low λ."""
+        solved = self._solved_at(*energy_costs(self.problem, rates, WEIGHT))
         return self._statics.values(self._forces.statics.q) if solved else None
 
     def _solved_at(self, load_cost: float, force_cost: np.ndarray) -> bool:

@@ -12,6 +12,7 @@ from scipy.optimize import linprog
 
 import masonry_opt as mo
 from masonry_opt.effort import Effort
+from masonry_opt.methods.exact.energy import WEIGHT
 from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_costs
@@ -113,19 +114,18 @@ def test_walls_of_less_friction_leave_energy(number):
 
 
 def test_forces_for_rates(problem):
-    """Of the associative mechanism, to rounding: of one to 1e-9 alone the program may be unbounded. The
-    refinement weighs λ with 1/100 where the loop's end weighs energy, here with 100."""
+    """Of the associative mechanism, to rounding: of one to 1e-9 alone the program may be unbounded."""
     state = declared(problem, solver="highs").solve().state
     p = problem.rates(state.d, problem.friction)
     cohesion = problem.face_cohesion @ p
     energy = problem.C(problem.friction).T @ p
-    expected = least_of_forces(problem, problem.live_norm / 100, energy) + cohesion
-    model = CvxpyForces(problem, energy_costs(problem, p, 100.0))
-    assert optimum(model) / 100 + cohesion == pytest.approx(expected, abs=10 * SAME)
+    expected = least_of_forces(problem, problem.live_norm / WEIGHT, energy) + cohesion
+    model = CvxpyForces(problem, energy_costs(problem, p, WEIGHT))
+    assert optimum(model) / WEIGHT + cohesion == pytest.approx(expected, abs=10 * SAME)
     q = Refiner(problem, Effort())._least_energy(p)
     balance = problem.B @ q + problem.dead
     load_factor = -float(problem.live @ balance) / float(problem.live @ problem.live)
-    cost = problem.slacks(q) @ p + load_factor * problem.live_norm / 100
+    cost = problem.slacks(q) @ p + load_factor * problem.live_norm / WEIGHT
     assert cost == pytest.approx(expected, abs=10 * SAME)
     # What was set for this is set back: the least λ follows.
     refiner = Refiner(problem, Effort())
