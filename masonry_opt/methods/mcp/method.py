@@ -77,6 +77,7 @@ def mcp(task: Task) -> Solution:
             "passes", problem, lambda: Passes(problem), lambda before: Passes(problem, like=before)
         )
     for attempt, rules in enumerate(ATTEMPTS, start=1):
+        effort.begins(f"pass {attempt}")
 
         def follow(step: NewtonStep, attempt: int = attempt) -> None:
             solution.history.append(replace(step, attempt=attempt))
@@ -110,6 +111,7 @@ def _exact(problem: Problem, state: State, effort: Effort) -> State | None:
     """The state if it is exact; else its forces with the motion that leaves least energy for them."""
     if _passes(problem, state):
         return state
+    effort.begins("exact motion")
     scaled = in_units_of_load(problem)
     d = motion_for(scaled, state.q / scaled.force, find_solver("cvxpy", None), effort, "motion")
     if d is None:
@@ -124,6 +126,7 @@ def _descended(task: Task, passes: Passes, solution: Solution) -> Solution:
     assert solution.load_factor is not None  # a pass ended
     assert solution.q is not None
     problem, effort = task.problem, task.effort
+    effort.begins("exact states nearby")
     with effort.measure("build"):
         refiner = task.kept.of(
             "refiner",
