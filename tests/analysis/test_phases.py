@@ -30,7 +30,9 @@ def test_a_linear_program_has_one_phase():
 def test_each_sub_problem_is_told_before_it_is_solved():
     """And those that its exact forces take, where it ends in them."""
     order = []
-    mo.solve(WALLS[0], "nonassociative", phases=order.append, progress=lambda step: order.append(step.iteration))
+    mo.solve(
+        WALLS[0], "nonassociative", phases=order.append, progress=lambda step: order.append(step.iteration)
+    )
     count = max(entry for entry in order if isinstance(entry, int))
     assert count > 3
     for number in range(1, count + 1):
@@ -101,7 +103,7 @@ def environment(monkeypatch):
 
 
 def watched(screen, seen):
-    """``solve`` that waits until the screen shows each phase and each step; where none is shown, for nothing."""
+    """``solve`` that waits until the screen, if it is a terminal, shows each phase and each step."""
 
     def solve(*arguments, phases, progress, **options):
         def begun(phase):
