@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from passes import assert_descended, assert_one_pass, one_pass
-from scenes import WALLS, overhanging, pressed_down, two_blocks
+from scenes import WALLS, overhanging, pressed_down, small_wall, two_blocks
 from scenes import values_of as values
 
 import masonry_opt as mo
@@ -230,3 +230,18 @@ def test_shears_that_nothing_determines_end_no_pass():
     result = mo.solve(scene, "mcp", fallback=False)
     assert result.reasons[0].code is Code.ONE_PASS
     assert result.load_factor == pytest.approx(2.0, rel=1e-9)
+
+
+@pytest.mark.slow
+def test_a_solid_wall_of_thousands_of_blocks_that_the_loop_leaves_ends_in_a_pass(monkeypatch):
+    """2898 blocks, 8543 joints, of more than which passes are not tried first."""
+    monkeypatch.setattr(method, "_FAR", {2: 0.0})
+    scene = small_wall(36, 80)
+    result, static = mo.solve(scene), mo.solve(scene, "static")
+    assert (result.size.blocks, result.size.joints) == (2898, 8543)
+    assert [r.code for r in result.reasons] == [Code.LOOP_FAR, Code.ONE_PASS]
+    assert steps_of(result)[0] == 2
+    assert result.certificate.worst < 1e-6
+    assert 0.95 * static.load_factor < result.load_factor < static.load_factor
+    # The loop's first sub-problem, solved to 1e-4 in units of the load, stands for the associative program.
+    assert result.associative == pytest.approx(static.load_factor, rel=1e-3)
