@@ -138,7 +138,6 @@ def solve(
     with changing_line(errors, name) as show, _interrupts() as check_interrupt:
 
         def begun(phase: str) -> None:
-            check_interrupt()
             show(f"{name}: {phase}{f' (last {told[-1]})' if told else ''}")
 
         def progress(step: Any) -> None:

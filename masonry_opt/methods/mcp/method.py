@@ -34,10 +34,10 @@ from masonry_opt.solvers.registry import find_solver
 _PASSES_UP_TO = 8000
 
 #: By number of the loop's sub-problem, energy by which its sliding joints are off the true law, over λ, from
-#: which on a pass takes a larger scene over. Façades of up to 10 × 30 openings leave 0.04 and 0.01, and end
-#: after eight at most, a wall of 2,900 blocks 0.04 and 0.06, and ends after 24; one of 10,000 blocks leaves
-#: 0.10 and 0.45, and is as far after fourteen.
-_FAR = {2: 0.07, 5: 0.2}
+#: which on a pass takes a larger scene over. Façades of up to 10 × 30 openings leave 0.04, and end after eight
+#: at most; solid walls of 2,900 blocks leave 0.04 and 0.08, and end after 24; of 5,000 blocks 0.05 and 0.16,
+#: and end after 46; of 10,000 blocks 0.10, and are farther off after fourteen.
+_FAR = {2: 0.07, 12: 0.12}
 
 #: Gap up to which the last iterate of such a pass is brought to exact forces, as the loop's sub-problems are.
 _NEARLY = 5e-3
