@@ -34,9 +34,9 @@ from masonry_opt.solvers.registry import find_solver
 _PASSES_UP_TO = 8000
 
 #: By number of the loop's sub-problem, energy by which its sliding joints are off the true law, over λ, from
-#: which on a pass takes a larger scene over. Façades of up to 10 × 30 openings leave 0.04, and end after eight
-#: at most; solid walls of 2,900 blocks leave 0.04 and 0.08, and end after 24; of 5,000 blocks 0.05 and 0.16,
-#: and end after 46; of 10,000 blocks 0.10, and are farther off after fourteen.
+#: which on a pass takes a larger scene over. Façades of up to 10 × 30 openings leave 0.04, and end after
+#: eight at most; solid walls of 2,900 blocks leave 0.04 and 0.08, and end after 24; of 5,000 blocks 0.05 and
+#: 0.16, and end after 46; of 10,000 blocks 0.10, and are farther off after fourteen.
 _FAR = {2: 0.07, 12: 0.12}
 
 #: Gap up to which the last iterate of such a pass is brought to exact forces, as the loop's sub-problems are.
