@@ -68,6 +68,7 @@ class Session:
         """
         effort = effort or Effort()
         assembly, solution = self.answer(scene, progress, effort)
+        effort.begins("tables and words")
         result = make_result(
             assembly,
             solution,
@@ -84,12 +85,14 @@ class Session:
 
     def answer(self, scene: Scene, progress: Progress, effort: Effort) -> tuple[Assembly, Solution]:
         """The same, without names, frames and words: they take as long as the solver on small scenes."""
+        effort.begins("finding joints")
         with effort.measure("scene"):
             assembly = self._assembled(scene)
         problem = assembly.problem
         refuse_unsuited(self.method, assembly)
         solution = self._unless_it_stands(assembly, effort)
         if solution is None:
+            effort.begins(f"method '{self.method.name}'")
             task = Task(problem, self.solver, self.options, effort, progress, self.kept)
             solution = self.method.run(task)
             solution.accept(problem)
@@ -111,6 +114,7 @@ class Session:
         from masonry_opt.explain.diagnosis import DeadLoadUndecided, falling_mechanism
 
         problem, own, solver = assembly.problem, Effort(), self.dead_load
+        effort.begins("does it stand under its dead load?")
         solution = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE)
         with effort.measure("dead_load"):
             try:
@@ -127,6 +131,7 @@ class Session:
         from masonry_opt.explain.holding import what_would_hold
         from masonry_opt.explain.no_load_factor import movers
 
+        effort.begins("what falls, and what would hold it")
         with effort.measure("dead_load"):
             falling = solution.d = as_it_falls(assembly, falling, own)
         solution.add(Code.FALLS, blocks=movers(assembly, falling))
@@ -180,6 +185,7 @@ def _set_beside(task: Task, solution: Solution) -> None:
     problem, effort = task.problem, task.effort
     wanted = solution.associative is None and not solution.proven_none
     if wanted and problem.joints <= _BESIDE_UP_TO:
+        effort.begins("associative load factor")
         own = Task(problem, kept=task.kept)
         effort.uses(own.solver.name, "associative")
         with effort.measure("associative"):

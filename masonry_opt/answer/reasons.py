@@ -54,6 +54,8 @@ class Code(StrEnum):
     LOOP_TOOK_OVER = "loop took over"  # word
     DILATANCY_FALLS = "dilatancy falls"
     TOO_LARGE = "too large"  # joints
+    LOOP_FAR = "loop far"  # joints, count: of sub-problems, off: by what share of λ
+    PASS_NEAR = "pass near"  # steps, gap
 
     # The MPEC.
     LOCAL_MINIMUM = "local minimum"  # epsilon

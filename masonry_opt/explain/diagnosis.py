@@ -128,6 +128,7 @@ def no_optimum(problem: Problem, word: str, solver: Solver, effort: Effort) -> t
     Such a program is unlimited or its solver failed. Which, is decided by whether the live load
     drives any mechanism, not by the solver's word. The effort is told the solver, and no programs.
     """
+    effort.begins("why there is no load factor")
     own = Effort()
     own_flow = _live_load_drives(problem, problem.dilatancy, solver, own)
     associative = _live_load_drives(problem, problem.friction, solver, own)

@@ -44,6 +44,7 @@ def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> In
     """
     if problem.joints > _RAYS_UP_TO:
         return None
+    effort.begins("is there a load factor at all?")
     own = Effort()
     try:
         return _found(in_units_of_load(problem).problem, own, of_mechanism)

@@ -287,6 +287,13 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.DILATANCY_FALLS: lambda v: (
         "dilatancy falls with stress, which only the loop, method 'nonassociative', follows"
     ),
+    Code.LOOP_FAR: lambda v: (
+        f"with {counted(v['joints'], 'joint')} the loop began, and left the scene to a pass: after "
+        f"{counted(v['count'], 'sub-problem')} its sliding was off the true law by {v['off']:.0%} of λ"
+    ),
+    Code.PASS_NEAR: lambda v: (
+        f"in {v['steps']} Newton steps to a gap of {v['gap']:.1e}, then exact forces and a mechanism near it"
+    ),
     Code.TOO_LARGE: lambda v: f"with {counted(v['joints'], 'joint')} the loop is quicker than a pass",
     Code.LOCAL_MINIMUM: lambda v: f"a local minimum, complementary to within ε = {v['epsilon']:.0e}",
     Code.RELAXED_FROM: lambda v: f"relaxed from ε = {v['epsilon']:.0e}, larger ones could not be followed",

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import pandas as pd
 from rich import box
 from rich.console import Console
-from rich.table import Table
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.table import Column, Table
 from rich.text import Text
 
 from masonry_opt.errors import OutputError, ReaderGoneError
@@ -54,6 +55,27 @@ def print_result(text: str) -> None:
             line.stylize("bold")
     with _printing():
         console.print(Text("\n").join(lines), soft_wrap=True)
+
+
+@contextmanager
+def changing_line(console: Console, line: str) -> Iterator[Callable[[str], None]]:
+    """One line that changes, with the time since it began, which is gone in the end; none where the console
+    is no terminal. What is yielded changes it."""
+    if not console.is_terminal:
+        yield lambda _: None
+        return
+    # On a narrow terminal the line is cut, not broken.
+    text = TextColumn("{task.description}", markup=False, table_column=Column(no_wrap=True, ratio=1))
+    columns = SpinnerColumn(), TimeElapsedColumn(), text
+    with Progress(*columns, console=console, transient=True, expand=True) as shown:
+        task = shown.add_task(line, total=None)
+        yield lambda line: shown.update(task, description=line)
+
+
+def left_by(step: object) -> str:
+    """What a step of a method leaves, and its seconds, as far as it tells: ", mismatch 4.2e-02, 16.4 s"."""
+    left = [f", {name} {getattr(step, name):.1e}" for name in ("gap", "mismatch") if hasattr(step, name)]
+    return "".join([*left, f", {getattr(step, 'seconds', math.nan):.1f} s"]) if left else ""
 
 
 @contextmanager

@@ -142,6 +142,7 @@ class _Run:
         problem, state, effort = self.problem, last.state, self.driver.effort
         assert state is not None  # the sub-problem was solved
         end: ExactEnd | None
+        effort.begins("exact forces")
         if self.parameters.tolerance is not None:
             end = rough_end(problem, state, self.solver, effort)
         else:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -63,6 +63,10 @@ ATTEMPTS = (
         most_short_steps=13,
     ),
 )
+
+#: The rules for scenes of more than 8000 joints: the second, which pass folds, with the patience that walls
+#: of 10,000 blocks take.
+OF_LARGE = replace(ATTEMPTS[1], exact=1e-9, patience=60)
 
 #: The rungs of θ, and the highest that is used while the gap is above ``Rules.blend_above``; below the last
 #: gap θ is 1 and the brake is off.

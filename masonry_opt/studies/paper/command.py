@@ -11,9 +11,8 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from masonry_opt.report.terminal import print_text
+from masonry_opt.report.terminal import changing_line, print_text
 from masonry_opt.solvers.registry import find_entry
 from masonry_opt.studies.cases import CASES_HELP, case_folder
 from masonry_opt.studies.paper.example import ProgressLine
@@ -68,7 +67,5 @@ def _progress(console: Console, name: str) -> Iterator[ProgressLine]:
             f"{name}, {time.perf_counter() - start:.0f} s: {line}", file=sys.stderr, flush=True
         )
         return
-    columns = SpinnerColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False)
-    with Progress(*columns, console=console, transient=True) as shown:
-        task = shown.add_task(name, total=None)
-        yield lambda line: shown.update(task, description=f"{name}: {line}")
+    with changing_line(console, name) as show:
+        yield lambda line: show(f"{name}: {line}")
