@@ -5,12 +5,12 @@ from __future__ import annotations
 import dataclasses
 
 import pytest
+from atlas.entries import ATLAS
+from atlas.entry import Expectation, carry_out
 from scenes import CASES
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code, reason
-from masonry_opt.studies.atlas.entries import ATLAS
-from masonry_opt.studies.atlas.entry import Expectation, carry_out
 
 #: Runs of many attempts each, beside others of their entry that stay: the loop's remedies in vain before a
 #: method that begins with it, and walls of large friction by vertices.

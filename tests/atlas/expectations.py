@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from atlas.entry import Expectation
+
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.status import Status
 from masonry_opt.errors import CaseError
-from masonry_opt.studies.atlas.entry import Expectation
 
 #: The loop stops at a relative change of λ of 1e-5 and leaves the small cohesion's trace.
 LOOP = 2e-5

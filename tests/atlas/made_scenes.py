@@ -9,34 +9,24 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from atlas.entries import ATLAS
+from atlas.entry import Entry, Expectation
+from atlas.large_scenes import LARGE, large_scene
+from atlas.random_scenes import KINDS, random_scene
+
 from masonry_opt.answer.status import Status
-from masonry_opt.errors import OutputError
 from masonry_opt.scene.case_file import save
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.atlas.entries import ATLAS
-from masonry_opt.studies.atlas.entry import Entry, Expectation
-from masonry_opt.studies.atlas.large_scenes import LARGE, large_scene
-from masonry_opt.studies.atlas.random_scenes import KINDS, random_scene
 from masonry_opt.studies.compare.case_scenes import content_of
 from masonry_opt.studies.compare.judge import question_of
 from masonry_opt.studies.compare.known_answers import ANSWER, CLAIMS
 from masonry_opt.studies.endings import REFUSED
 
 
-def write_atlas(folder: Path, cases: Path = Path("cases")) -> dict[Path, dict[str, str]]:
+def write_atlas(folder: Path, cases: Path) -> dict[Path, dict[str, str]]:
     """Write the atlas's scenes, each once; by case file, what the atlas says of it (see ``right_claims``).
 
-    Parameters
-    ----------
-    folder: made if it is missing.
-    cases: folder of the case files that entries build on.
-
-    Raises
-    ------
-    CaseError
-        If such a case file is missing or wrong.
-    OutputError
-        If the folder cannot be written.
+    ``cases``: folder of the case files that entries build on.
     """
     first: dict[str, Path] = {}
     found: dict[Path, dict[str, str]] = {}
@@ -51,10 +41,7 @@ def write_atlas(folder: Path, cases: Path = Path("cases")) -> dict[Path, dict[st
 
 
 def write_random(folder: Path, count: int) -> list[Path]:
-    """Write the first ``count`` random scenes, of each kind in turn, by seed from 0; their case files.
-
-    Raises OutputError if the folder cannot be written.
-    """
+    """Write the first ``count`` random scenes, of each kind in turn, by seed from 0; their case files."""
     paths = []
     for number in range(count):
         seed, kind = divmod(number, len(KINDS))
@@ -65,15 +52,7 @@ def write_random(folder: Path, count: int) -> list[Path]:
 
 
 def write_large(folder: Path, stones: Sequence[int], seeds: int) -> list[Path]:
-    """Write large random scenes of each family, of so many stones each, by seed from 0; their case files.
-
-    Raises
-    ------
-    OptionError
-        If a scene is to have fewer than 20 stones.
-    OutputError
-        If the folder cannot be written.
-    """
+    """Write large random scenes of each family, of so many stones each, by seed from 0; their case files."""
     paths = []
     for count in stones:
         for family in LARGE:
@@ -84,7 +63,7 @@ def write_large(folder: Path, stones: Sequence[int], seeds: int) -> list[Path]:
 
 
 def right_claims(entry: Entry) -> dict[str, str]:
-    """By question, the claim (see :mod:`~.known_answers`) that is right for an entry's scene.
+    """By question, the claim (see ``known_answers.CLAIMS``) that is right for an entry's scene.
 
     A load factor if any run must find one, whatever others are known to fail at. Questions on which the
     entry's runs say nothing of the scene are left out.
@@ -106,8 +85,5 @@ def _claims(run: Expectation) -> Iterator[str]:
 
 
 def _write(scene: Scene, path: Path) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{path.parent}: cannot be written: {error.strerror}") from None
+    path.parent.mkdir(parents=True, exist_ok=True)
     save(scene, path, force=True)  # the folder is the comparison's own

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from masonry_opt.answer.reasons import Code, reason
-from masonry_opt.answer.status import Status
-from masonry_opt.errors import CaseError
-from masonry_opt.studies.atlas.entry import Entry, Expectation
-from masonry_opt.studies.atlas.expectations import (
+from atlas.entry import Entry, Expectation
+from atlas.expectations import (
     COARSE,
     LOCKS,
     LOOP,
@@ -21,7 +18,7 @@ from masonry_opt.studies.atlas.expectations import (
     one_pass,
     references,
 )
-from masonry_opt.studies.atlas.small_scenes import (
+from atlas.small_scenes import (
     apart,
     block,
     bonded,
@@ -37,6 +34,10 @@ from masonry_opt.studies.atlas.small_scenes import (
     slabs,
     two_blocks,
 )
+
+from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.answer.status import Status
+from masonry_opt.errors import CaseError
 
 SOLID: list[list[float]] = [[0.5, 1, 1, 0.5], [1, 1, 1], [0.5, 1, 1, 0.5], [1, 1, 1]]
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import shapely
+from atlas.random_scenes import Points, Rng, assembled
 
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.atlas.random_scenes import Points, Rng, assembled
 
 #: Strengths, as multiples of the mean pressure below all stones.
 _WEAKEST, _STRONGEST = 4.0, 100.0

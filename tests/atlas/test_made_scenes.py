@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import importlib.util
+
 import pytest
+from atlas.entries import ATLAS
+from atlas.entry import Entry, Expectation
+from atlas.large_scenes import LARGE, large_scene
+from atlas.made_scenes import right_claims, write_atlas, write_large, write_random
+from atlas.random_scenes import random_scene
 from scenes import CASES
-from typer.testing import CliRunner
 
 import masonry_opt as mo
 from masonry_opt.answer.status import Status
-from masonry_opt.cli import app
-from masonry_opt.studies.atlas.entries import ATLAS
-from masonry_opt.studies.atlas.entry import Entry, Expectation
-from masonry_opt.studies.atlas.large_scenes import LARGE, large_scene
-from masonry_opt.studies.atlas.random_scenes import random_scene
 from masonry_opt.studies.compare.case_scenes import content_of, find_scenes
-from masonry_opt.studies.compare.made_scenes import right_claims, write_atlas, write_large, write_random
+from masonry_opt.studies.compare.judge import CERTIFIED, NAMED
 from masonry_opt.studies.compare.store import Store
 
 
@@ -65,38 +66,29 @@ def test_no_random_scenes_are_none(tmp_path):
     assert write_random(tmp_path, 0) == []
 
 
-def test_the_command_compares_random_scenes(tmp_path):
-    arguments = ["--random", "2", "--methods", "static", "--solvers", "highs", "--models", "cvxpy"]
-    arguments += ["--tolerances", "1e-9", "--repeats", "1", "--out", str(tmp_path)]
-    result = CliRunner().invoke(app, ["compare", *arguments])
-    assert result.exit_code == 0, result.output
-    assert {row["scene"] for row in Store(tmp_path / "results.csv").rows} == {
-        "random/wall_0",
-        "random/stack_0",
-    }
-    assert "named correctly" in result.output
-    assert (tmp_path / "success.png").stat().st_size > 1000
-
-
 def test_large_scenes_come_by_stones_family_and_seed(tmp_path):
     paths = write_large(tmp_path, [40, 20], 2)
     names = [f"{family}_{stones}_{seed}" for stones in (40, 20) for family in LARGE for seed in (0, 1)]
     assert [path.stem for path in paths] == names
     assert mo.load(paths[1]).blocks == large_scene(next(iter(LARGE)), 40, 1).blocks
     assert write_large(tmp_path, [], 2) == []
+    with pytest.raises(mo.OptionError, match="20 stones"):
+        large_scene("rubble", 19, 0)
 
 
-@pytest.mark.parametrize(("stones", "said"), [("19", "20 stones"), ("6o", "whole numbers")])
-def test_a_wrong_number_of_stones_is_refused(stones, said, tmp_path):
-    result = CliRunner().invoke(app, ["compare", "--stones", stones, "--out", str(tmp_path)])
-    assert isinstance(result.exception, mo.OptionError)
-    assert said in str(result.exception)
-
-
-def test_the_command_compares_large_scenes(tmp_path):
-    arguments = ["--stones", "20", "--methods", "mcp", "--repeats", "1", "--out", str(tmp_path)]
-    result = CliRunner().invoke(app, ["compare", *arguments])
-    assert result.exit_code == 0, result.output
-    rows = Store(tmp_path / "results.csv").rows
-    assert {row["scene"] for row in rows} == {f"large/{family}_20_0" for family in LARGE}
-    assert {(row["method"], row["model"], row["solver"]) for row in rows} == {("mcp", "pyomo", "newton")}
+def test_verdicts_on_random_scenes_and_large_ones(tmp_path):
+    """The benchmark's command, on scenes of any kind but the atlas's; no answer is wrong."""
+    spec = importlib.util.spec_from_file_location("verdicts", CASES.parent / "benchmarks" / "verdicts.py")
+    benchmark = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(benchmark)
+    asked = ["--no-atlas", "--random", "2", "--stones", "20", "--methods", "mcp", "--out", str(tmp_path)]
+    comparison = benchmark.verdicts(benchmark.arguments(asked))
+    large = {f"large/{family}_20_0" for family in LARGE}
+    assert {row["scene"] for row in Store(tmp_path / "results.csv").rows} == {
+        "random/wall_0",
+        "random/stack_0",
+        *large,
+    }
+    assert set(comparison.summary["verdict"]) <= {CERTIFIED, NAMED}
+    assert {"random/wall_0", "random/stack_0"} <= set(comparison.best)  # of the registry beside the atlas
+    assert (tmp_path / "success.png").stat().st_size > 1000

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -91,14 +90,12 @@ class Observation:
     entry, run: what was run.
     result: None if ``solve`` raised.
     error: what it raised, by name and in words; "" if nothing.
-    seconds: wall clock.
     """
 
     entry: Entry
     run: Expectation
     result: Result | None
     error: str
-    seconds: float
 
     @property
     def got(self) -> str:
@@ -145,7 +142,6 @@ def carry_out(entry: Entry, run: Expectation, cases: Path) -> Observation:
 
     A traceback is an outcome too: the atlas is where it must show.
     """
-    began = time.perf_counter()
     result, error = None, ""
     try:
         result = solve(
@@ -155,4 +151,4 @@ def carry_out(entry: Entry, run: Expectation, cases: Path) -> Observation:
         error = f"{type(refused).__name__}: {refused}"
     except Exception as traceback:
         error = f"traceback of {type(traceback).__name__}: {traceback}"
-    return Observation(entry, run, result, error, time.perf_counter() - began)
+    return Observation(entry, run, result, error)

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from masonry_opt.scene.blocks import Block, Joint, JointDefaults
+from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.wall import Wall
-from masonry_opt.studies.cases import open_case
 
 Builder = Callable[[Path], Scene]
 
@@ -32,7 +32,7 @@ def ferris_tinloi(number: int, friction: float | None = None) -> Builder:
     """One of the walls of Table 1, with another friction if one is given."""
 
     def build(cases: Path) -> Scene:
-        scene = open_case(cases, f"ferris_tinloi/wall_{number}.toml")
+        scene = load(cases / "ferris_tinloi" / f"wall_{number}.toml")
         if friction is None:
             return scene
         return scene.model_copy(update={"joints": JointDefaults(friction=friction), "reference": {}})

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from masonry_opt.answer.reasons import Code, reason
-from masonry_opt.answer.status import Status
-from masonry_opt.studies.atlas.entry import Entry, Expectation
-from masonry_opt.studies.atlas.expectations import (
+from atlas.entry import Entry, Expectation
+from atlas.expectations import (
     AGAIN,
     LOOP,
     OTHERS,
@@ -18,11 +16,14 @@ from masonry_opt.studies.atlas.expectations import (
     one_pass,
     references,
 )
-from masonry_opt.studies.atlas.small_scenes import (
+from atlas.small_scenes import (
     block,
     bonded,
     ferris_tinloi,
 )
+
+from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.answer.status import Status
 
 #: Two paths to the base, round an opening, whose load factors lie near each other.
 TWO_PATHS = bonded([[0.5, 1, 1, 0.5], [1, -1, 1], [0.5, 1, 1, 0.5]], (4, 1), 0.8)
