@@ -90,7 +90,7 @@ for name, (_, face) in VARIANTS.items():
     assert abs(mo.solve(SCENES[name], "static").required() / by_hand(face, rises=True) - 1) < 1e-6
 
 # %%
-# (b) A pushes B up as it slides, (c) lets it sink; (d) to (f) the load factor against φ₀.
+# (b) A pushes B up as it slides, (c) lets it sink; below, the load factor against φ₀.
 figure = Figure(figsize=(8, 5.6), layout="constrained")
 above, below = figure.subfigures(2, 1, height_ratios=[1, 2])
 mechanisms = {
