@@ -41,7 +41,7 @@ assert (contracts / 1.5 - 1).abs().max() < 1e-3
 
 
 # %%
-# The joint between A and B at each iteration: its forces, and the limit |s| ≤ c + slope n they are under.
+# The joint between A and B at each iteration: its forces n and s, and the limit c + slope n on s.
 def followed(**options: float) -> pd.DataFrame:
     """One row an iteration of the loop, by Clarabel."""
     steps = []
