@@ -6,6 +6,7 @@ import contextlib
 import io
 import sys
 import time
+import traceback
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -96,7 +97,7 @@ def _run(name: str, path: Path, out: Path) -> bool:
             # Assertions count even where Python is told to leave them out (-O).
             exec(compile(path.read_text("utf-8"), str(path), "exec", optimize=0), names)
         except (AssertionError, NoLoadFactorError) as error:
-            line = error.__traceback__.tb_next.tb_lineno if error.__traceback__.tb_next else 0
+            line = traceback.extract_tb(error.__traceback__)[1].lineno  # of the script
             missed = f"{name}: not as published ({path.name}, line {line}): {error}"
     # Each example is printed and written before the next begins: an interrupt loses one at most.
     print_text(said.getvalue() + missed)
