@@ -2,10 +2,9 @@
 Fig. 9: the least thickness of a semicircular arch
 ==================================================
 
-27 voussoirs, centreline radius 10 m, own weight (section 5.2). It collapses by hinges alone (mode I) while
-friction is above 0.396, by sliding alone (mode III) below 0.31, where no thickness stands, and by both
-(mode II) between. Limits for infinitely many voussoirs: Cocchetti & Rizzi (2020), doi
-10.3221/IGF-ESIS.51.26.
+27 voussoirs, centreline radius 10 m, own weight (section 5.2): it collapses by hinges alone (mode I) where
+friction is above 0.396, by sliding alone (mode III) below 0.31, where no thickness stands, by both (mode II)
+between. Limits of many voussoirs: Cocchetti & Rizzi (2020), doi 10.3221/IGF-ESIS.51.26.
 """
 
 import math
