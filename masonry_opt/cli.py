@@ -41,7 +41,7 @@ _LOADED = {
     "convert": "masonry_opt.convert",
     "compare": "masonry_opt.studies.compare.command",
     "least": "masonry_opt.studies.margins.command",
-    "reproduce": "masonry_opt.studies.paper.command",
+    "reproduce": "masonry_opt.studies.reproduce",
     "sweep": "masonry_opt.studies.many.command",
 }
 

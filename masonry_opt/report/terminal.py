@@ -89,19 +89,6 @@ def _printing() -> Iterator[None]:
         raise OutputError(f"standard output cannot be written: {error.strerror}") from None
 
 
-def markdown(frame: pd.DataFrame) -> str:
-    """A frame as a Markdown table, its numbers as on the terminal."""
-    rows = [
-        list(map(str, frame.columns)),
-        ["---"] * len(frame.columns),
-        *(
-            [format_cell(str(column), value) for column, value in record.items()]
-            for record in frame.to_dict("records")
-        ),
-    ]
-    return "".join(f"| {' | '.join(cells)} |\n" for cells in rows).replace(" --- ", "---")
-
-
 def frame_text(frame: pd.DataFrame, title: str) -> str:
     """A frame as a table with a title."""
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
@@ -109,7 +96,7 @@ def frame_text(frame: pd.DataFrame, title: str) -> str:
         numeric = pd.api.types.is_numeric_dtype(frame[column])
         table.add_column(str(column), justify="right" if numeric else "left")
     for record in frame.to_dict("records"):
-        table.add_row(*(format_cell(str(column), value) for column, value in record.items()))
+        table.add_row(*(_cell(str(column), value) for column, value in record.items()))
     # A fixed width, wide enough for every column: what is piped or pasted reads as what is seen.
     console = Console(file=io.StringIO(), width=150)
     console.print(table)
@@ -117,7 +104,7 @@ def frame_text(frame: pd.DataFrame, title: str) -> str:
     return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
 
 
-def format_cell(column: str, value: object) -> str:
+def _cell(column: str, value: object) -> str:
     """A value as tables show it; its column's name says which digits matter."""
     if not isinstance(value, float):
         return str(value)
@@ -129,4 +116,4 @@ def format_cell(column: str, value: object) -> str:
         return numeral(value, "+.3f")
     if "(s)" in column:
         return numeral(value, ".2f")
-    return numeral(value, ".6f" if column in ("mpec", "refined") else ".5f")
+    return numeral(value, ".5f")

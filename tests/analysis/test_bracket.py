@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from atlas.random_scenes import random_scene
 from mappings import SAME, mapped
 from scenes import CASES, WALLS, small_wall, two_blocks, values_of
 
@@ -19,7 +20,6 @@ from masonry_opt.methods.bracket.relaxation import RADII, Distances, Relaxation,
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.solvers.highs_session import HighsSession
 from masonry_opt.solvers.lp import Verdict
-from masonry_opt.studies.atlas.random_scenes import random_scene
 
 WEDGES = CASES / "livesley" / "wedges.toml"
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"

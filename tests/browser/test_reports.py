@@ -1,18 +1,14 @@
-"""The pages of `compare` and `reproduce` as a browser lays them out: on a desk, and on a telephone."""
+"""The page of `compare` as a browser lays it out: on a desk, and on a telephone."""
 
 from __future__ import annotations
 
 import itertools
-import math
 
-import pandas as pd
 import pytest
 from comparisons import made_up
 
 from masonry_opt.studies.compare.charts import charts
 from masonry_opt.studies.compare.page import page
-from masonry_opt.studies.paper.example import Basis, PublishedValue, Report
-from masonry_opt.studies.paper.folder import write_report
 
 WIDTHS = (1280, 400)
 
@@ -21,11 +17,6 @@ _BOXES = """return [...document.querySelectorAll(arguments[0])].map(element => {
   const box = element.getBoundingClientRect();
   return [box.left, box.top + scrollY, box.right, box.bottom + scrollY];
 });"""
-
-#: Of every table's columns the heading, and each alignment that a cell of it has.
-_ALIGNMENTS = """return [...document.querySelectorAll('table')].map(table =>
-  [...table.tHead.rows[0].cells].map((head, at) => [head.textContent, ...new Set(
-    [...table.rows].filter(row => row.cells[at]).map(row => getComputedStyle(row.cells[at]).textAlign))]));"""
 
 
 @pytest.fixture(scope="module")
@@ -44,23 +35,6 @@ def charts_page(tmp_path_factory):
     comparison = made_up()
     path.write_text(page(comparison, charts(comparison.summary)), "utf-8")
     return path
-
-
-@pytest.fixture(scope="module")
-def reproduced_page(tmp_path_factory):
-    """Long words, many columns, and values of every basis; a table whose columns mix numbers and none."""
-    folder = tmp_path_factory.mktemp("reproduce")
-    source = "by an independent computation, https://example.org/" + "a-very-long-address-" * 8
-    values = [
-        PublishedValue(f"λ of the {basis} example", 1.5, 1.6, source, tolerance=1e-3, basis=basis)
-        for basis in Basis
-    ]
-    values.append(PublishedValue("share of energy in sliding", 0.0, 1e-9, "0.25", tolerance=1e-3))
-    wide = pd.DataFrame({f"column {at}": [1.5, math.nan, -2.0] for at in range(20)})
-    table = wide.assign(status=["9", "unstable under dead load", "–"])
-    report = Report(values, tables={"fig8_wide": table}, captions={"fig8_wide": "a wide table"})
-    write_report(folder, "fig8", report, 1.0)
-    return folder / "index.html"
 
 
 def overflow(browser):
@@ -158,20 +132,3 @@ def test_a_name_of_a_legend_fades_its_marks(browser, charts_page):
     assert chromium.execute_script(faded)[0] < 0.5
     chromium.execute_script(click)
     assert chromium.execute_script(faded)[0] == 1
-
-
-@pytest.mark.parametrize("width", WIDTHS)
-def test_the_papers_examples(browser, reproduced_page, width):
-    """No sideways scrolling, and one alignment a column, its heading's too."""
-    chromium = browser(width)
-    chromium.get(reproduced_page.as_uri())
-    assert overflow(chromium) <= 0
-    tables = chromium.execute_script(_ALIGNMENTS)
-    assert len(tables) == 3
-    for columns in tables:
-        assert {len(column) for column in columns} == {2}
-    alignment = dict(tables[1])
-    assert (alignment["what"], alignment["source"]) == ("left", "left")
-    assert {alignment[basis] for basis in Basis} | {alignment["ours"], alignment["diff %"]} == {"right"}
-    assert dict(tables[2])["status"] == "left"
-    assert dict(tables[2])["column 0"] == "right"

@@ -26,11 +26,10 @@ _LOWER = 1e-8
 _EXACT_KINDS = (Kind.ONE_PASS, Kind.RELAXED, Kind.EXACT)
 
 _HEADER = """\
-# The lowest exact Coulomb load factor known of each scene, and the method that found it: of case files, and
-# of the scenes that `masonry-opt compare` makes ("atlas/...", "random/...", "large/...").
-# `masonry-opt compare --update-best-known` rewrites this file when a run of mcp, mpec, refined or global,
-# all of whose residuals are below 1e-8, finds a lower one. `content` is the scene's hash: a changed scene has
-# no best known state.
+# The lowest exact Coulomb load factor known of each scene, and the method that found it. `content` is the
+# scene's hash: a changed scene has no best known state. `--update-best-known` of `masonry-opt compare` (of
+# case files) and of benchmarks/verdicts.py (of the scenes that tests/atlas makes) rewrites the file beside
+# them when a run of mcp, mpec, refined or global, all of whose residuals are below 1e-8, finds a lower one.
 """
 
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from atlas.random_scenes import random_scene
 from scenes import block_on_floor, pressed_down, values_of
 
 import masonry_opt as mo
@@ -25,7 +26,6 @@ from masonry_opt.explain.combinatorial_cuts import combinatorial_cuts
 from masonry_opt.explain.existence import existence
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.load_units import in_units_of_load
-from masonry_opt.studies.atlas.random_scenes import random_scene
 
 #: Pushed along and, 1.5 times as hard, down, on a floor of friction 2: it would slide at λ = 2 (1 + 1.5 λ).
 PUSHED = block_on_floor(width=4.0, height=1.0, friction=2.0, live=(1.0, -1.5))
