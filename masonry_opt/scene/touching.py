@@ -118,7 +118,7 @@ class _Facing:
             # Rounding moves no corner: what touches has the coordinates that were given.
             ends.append(corner + np.where(width > _ROUNDING * shortest, 0.5, 0.0)[:, None] * across)
             apart.append(width)
-        return cls(pair, *ends, np.maximum(*apart)).where(at[1] - at[0] > shortest)
+        return cls(pair, ends[0], ends[1], np.maximum(*apart)).where(at[1] - at[0] > shortest)
 
 
 def _joined(parts: _Facing, tolerance: float) -> _Facing:

@@ -220,7 +220,7 @@ def _descended(task: Task, passes: Passes, solution: Solution) -> Solution:
         higher = fall < -_EVEN * abs(solution.load_factor)
         if higher and not replace(solution, kind=Kind.EXACT).failing(problem):
             return solution
-    lower = replace(
+    return replace(
         solution,
         kind=Kind.EXACT,
         load_factor=exact.load_factor,
@@ -228,7 +228,6 @@ def _descended(task: Task, passes: Passes, solution: Solution) -> Solution:
         d=exact.d,
         reasons=[*solution.reasons, reason(Code.EXACT, fall=fall), met.reason],
     )
-    return solution if lower.failing(problem) else lower
 
 
 def _passes(problem: Problem, state: State) -> bool:

@@ -102,7 +102,7 @@ def few(refiner: Refiner, q: np.ndarray | None, steps: int, met: Met) -> Iterato
         return
     lower = lower_of(first, second)
     states, last_new, before = len(met.load_factors), 0, refiner.newton_steps
-    kinds = _ROUND if lower is None else _ROUND_OF_SMALL
+    kinds = _FOR_A_FIRST if lower is None else _ROUND_OF_SMALL
     for number, candidate in enumerate(_series(refiner, lower, 0, kinds, met), start=1):
         yield candidate
         if len(met.load_factors) > states:
@@ -218,5 +218,7 @@ _ROUND = tuple(
     kind for start in (_FRICTION, _FIXED, "loads", _FIXED) for kind in (start, _NEIGHBOUR, _NEIGHBOUR)
 )
 
-#: What is tried in turn on small scenes, where a neighbour takes a tenth of a pass's time.
+#: What is tried in turn on small scenes: while no state is known, and then, a neighbour taking a tenth of a
+#: pass's time.
+_FOR_A_FIRST = (_FIXED, _FIXED, _FRICTION)
 _ROUND_OF_SMALL = (_NEIGHBOUR,) * 8 + (_FRICTION, _FIXED)
