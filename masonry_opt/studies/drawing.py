@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import wrap
@@ -12,6 +12,7 @@ import matplotlib
 
 from masonry_opt.errors import OptionError
 from masonry_opt.studies.page import NEEDED, render
+from masonry_opt.studies.writing import write_files
 
 try:
     import altair as alt
@@ -20,7 +21,7 @@ except ImportError:
     raise OptionError(NEEDED) from None
 
 # Altair is taken from here: where it is missing, one place says so.
-__all__ = ["Drawing", "alt", "charts_page", "pictures", "script"]
+__all__ = ["Drawing", "alt", "pictures", "script", "write_charts"]
 
 #: Pixels of a chart's width and of a panel on paper; panels side by side, and at most: more are too small to
 #: read. A page shows each.
@@ -39,7 +40,7 @@ vl_convert.register_font_directory(str(Path(matplotlib.get_data_path(), "fonts",
 _CONFIG: dict[str, Any] = {
     "font": f"{_FONT}, Verdana, sans-serif",
     "axis": {"gridColor": "#E4E4E4", "labelFontSize": 11, "titleFontSize": 12, "titleFontWeight": "normal"},
-    "axisX": {"labelOverlap": "greedy", "labelFlush": True},
+    "axisX": {"labelOverlap": "greedy", "labelSeparation": 8, "labelFlush": False, "tickCount": 8},
     "view": {"stroke": "#BBBBBB"},
     "title": {"anchor": "start", "fontSize": 14, "subtitleFontSize": 11, "subtitleColor": "#555555"},
     "header": {"labelFontSize": 11, "title": None},
@@ -117,6 +118,10 @@ def script() -> str:
     return bundled
 
 
-def charts_page(title: str, drawings: list[Drawing]) -> str:
-    """A page of charts that needs no network."""
-    return render("charts.html", title=title, charts=drawings, script=script())
+def write_charts(title: str, drawings: Sequence[Drawing], folder: Path) -> list[Path]:
+    """Write charts as PNG, as SVG and on one page that needs no network; returns the files.
+
+    Raises OutputError if one cannot be written.
+    """
+    page = render("charts.html", title=title, charts=drawings, script=script())
+    return write_files(folder, pictures(drawings) | {"charts.html": page})
