@@ -114,8 +114,7 @@ def pictures(drawings: Iterable[Drawing]) -> dict[str, str | bytes]:
 
 def script() -> str:
     """Vega, Vega-Lite and Vega-Embed, to be put inside a page."""
-    bundled: str = vl_convert.javascript_bundle()
-    return bundled
+    return vl_convert.javascript_bundle()  # type: ignore[call-arg]  # it has a default, unlike its stub
 
 
 def write_charts(title: str, drawings: Sequence[Drawing], folder: Path) -> list[Path]:

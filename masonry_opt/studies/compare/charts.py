@@ -242,7 +242,7 @@ def _success(summary: pd.DataFrame) -> list[Drawing]:
     )
     times = table.rename(columns={"time 25 %": "low", "time 75 %": "high"})[["row", "low", "time", "high"]]
     times["seconds"] = [f"{number(time, 3)} s" if math.isfinite(time) else "" for time in times["time"]]
-    every = times[["low", "time", "high"]].stack()
+    every = pd.Series(times[["low", "time", "high"]].to_numpy().ravel())
     rows = alt.Chart(times).encode(y=row, tooltip=_tooltip(("row", "seconds")))
     half = rows.mark_rule(color=GREY, strokeWidth=3).encode(
         x=_log(alt.X, "low", "time (s)", every), x2="high:Q"

@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from matplotlib.ticker import MaxNLocator
 
 from masonry_opt.report.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SLIDES
 from masonry_opt.studies.drawing import Drawing, alt
-from masonry_opt.studies.load_factor_axis import LABEL, ends, off_axis
+from masonry_opt.studies.load_factor_axis import LABEL, ends, off_axis, ticks
 from masonry_opt.studies.many.mechanism import CRUSHING, HINGING, MIXED, NONE, SEPARATING, SLIDING
 from masonry_opt.studies.many.words import at_least
 from masonry_opt.studies.palette import COLOURS
@@ -88,9 +87,8 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
     least, greatest = ends(frame["load_factor"][~off])
     height = (greatest - least) / (1 - foot - 2 * _PADDING - _HEAD * off.any())
     low, high = least - (foot + _PADDING) * height, greatest + (_PADDING + _HEAD * off.any()) * height
-    ticks = MaxNLocator(6).tick_values(least, greatest)
     aside = _PADDING * height
-    shown = ticks[(ticks >= least - aside) & (ticks <= greatest + aside) & (~failed).any()]
+    shown = [] if failed.all() else ticks(least - aside, greatest + aside)
     strips = [(low, low + foot * height)] * bool(rows) + [(high - _HEAD * height, high)] * bool(off.any())
 
     in_row = low + height * _ROW * (pd.factorize(frame["status"].where(failed))[0] + 0.75)
@@ -107,7 +105,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
         }
     )
     x = alt.X("at:Q", scale=alt.Scale(zero=False, nice=False, padding=12), axis=alt.Axis(title=label(name)))
-    axis = alt.Axis(title=LABEL, values=shown.tolist())
+    axis = alt.Axis(title=LABEL, values=shown)
     within = alt.Scale(domain=(low, high), nice=False, zero=False)
     y = alt.Y("height:Q", scale=within, axis=axis)
     scales = {
@@ -147,7 +145,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
     # Values side by side run into each other where they are many: the greatest alone then.
     written = marks[off] if off.sum() <= _MOST_NAMED else marks[off].nlargest(1, "λ")
     layers.append(_written(written, x, y, dy=-10))
-    file = "load_factor" if len(names) <= 2 else f"load_factor_{name}"
+    file = "load_factor" if len(names) <= 2 else f"load_factor_{[*names].index(name) + 1}"
     notes = _RING if marks["least"].any() else ""
     return Drawing(file, f"{LABEL} against {label(name)}", alt.layer(*layers), notes)
 

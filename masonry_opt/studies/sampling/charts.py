@@ -6,11 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from matplotlib.ticker import MaxNLocator
 
 from masonry_opt.errors import counted
 from masonry_opt.studies.drawing import Drawing, alt
-from masonry_opt.studies.load_factor_axis import LABEL, ends
+from masonry_opt.studies.load_factor_axis import LABEL, ends, ticks
 from masonry_opt.studies.palette import COLOURS
 from masonry_opt.studies.sampling.answer import CONFIDENCE, Sample
 from masonry_opt.studies.sampling.estimates import LIMITS
@@ -47,8 +46,7 @@ def distribution(sample: Sample) -> Drawing:
     margin = 0.05 * (greatest - least)
     scale = alt.Scale(domain=(least - margin, greatest + margin), nice=False)
     x = {"scale": scale, "axis": alt.Axis(title=LABEL)}
-    ticks = MaxNLocator(6, integer=True).tick_values(0, top)
-    whole = alt.Axis(title="runs", values=ticks[ticks <= top].tolist(), format="d")
+    whole = alt.Axis(title="runs", values=ticks(0, top, whole=True), format="d")
     y = {"scale": alt.Scale(domain=(0, 1.36 * top), nice=False), "axis": whole}
     quantiles = alt.Chart(marks).encode(y=alt.Y("height:Q", **y), tooltip=["text:N", "lower:Q", "upper:Q"])
     texts = [
