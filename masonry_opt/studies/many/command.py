@@ -151,7 +151,7 @@ def sweep(
                 f"interrupted: {counted(done, 'run')} kept, and the same command goes on from there"
             ) from None
     print_text(told)
-    beside = ", charts beside it" if (out / "charts.html").exists() else f", no charts: {NEEDED}"
+    beside = ", charts beside it" if (out / "charts.html").exists() else f"; {NEEDED}"
     errors.print(f"written: {out / 'runs.csv'}{beside}", markup=False, soft_wrap=True)
 
 
