@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
 #: What it is called.
@@ -42,3 +43,10 @@ def off_axis(load_factors: ArrayLike) -> np.ndarray:
         if first and greatest[first - 1] > _ZERO and rising[first] >= _FAR * greatest[first - 1]:
             return values >= rising[first]
     return np.zeros(len(values), dtype=bool)
+
+
+def ticks(least: float, greatest: float, whole: bool = False) -> list[float]:
+    """Round numbers between two ends, a few; ``whole`` ones alone."""
+    values = np.asarray(MaxNLocator(6, integer=whole).tick_values(least, greatest))
+    found: list[float] = values[(values >= least) & (values <= greatest)].tolist()
+    return found

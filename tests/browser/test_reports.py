@@ -6,6 +6,7 @@ import itertools
 
 import pytest
 from comparisons import made_up
+from selenium.webdriver.support.wait import WebDriverWait
 
 from masonry_opt.studies.compare.charts import charts
 from masonry_opt.studies.compare.page import page
@@ -93,42 +94,52 @@ def test_no_table_moves_sideways_on_a_telephone(browser, comparison_page):
     assert chromium.execute_script(first) != before
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("width", WIDTHS)
-def test_legends_stand_below_their_charts(browser, charts_page, width):
+def opened(browser, charts_page, width):
+    """The page in a browser, with all its charts drawn."""
     chromium = browser(width)
     chromium.get(charts_page.as_uri())
+    missing = "return document.querySelectorAll('.chart:not(:has(.role-axis-label text))').length"
+    WebDriverWait(chromium, 30).until(lambda page: page.execute_script(missing) == 0)
+    return chromium
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", WIDTHS)
+def test_charts_are_drawn_whole(browser, charts_page, width):
+    """Each as wide as the page, its legend inside it, the labels of its ticks apart."""
+    chromium = opened(browser, charts_page, width)
     assert overflow(chromium) <= 0
-    assert chromium.execute_script("return document.querySelector('.js-plotly-plot .legend')") is None
-    plots, legends = (
-        chromium.execute_script(_BOXES, f"figure {part}") for part in (".js-plotly-plot", "ul.legend")
-    )
-    assert len(plots) == len(legends) > 4
-    for plot, legend in zip(plots, legends, strict=True):
-        assert plot[3] - plot[1] > 100
-        assert legend[1] >= plot[3]
-        assert legend[2] <= width
+    plots = chromium.execute_script(_BOXES, "figure .chart svg")
+    assert len(plots) == len(chromium.find_elements("css selector", "figure")) > 4
+    for at, (left, top, right, bottom) in enumerate(plots, 1):
+        assert bottom - top > 100
+        assert width / 2 < right - left <= width
+        entries = chromium.execute_script(_BOXES, f"#chart_{at} .role-legend-label text")
+        assert len(entries) > 0 or at == 2  # one colour
+        assert all(box[2] <= right + 1 and box[3] <= bottom + 1 for box in entries)
+        labels = f"#chart_{at} [aria-label^='X-axis'] .role-axis-label text:not([opacity='0'])"
+        ticks = sorted(chromium.execute_script(_BOXES, labels))
+        assert len(ticks) > 1
+        assert all(one[2] < other[0] for one, other in itertools.pairwise(ticks))
     assert [line for line in chromium.get_log("browser") if line["level"] == "SEVERE"] == []
 
 
 @pytest.mark.slow
-def test_labels_of_ticks_stand_apart_on_a_telephone(browser, charts_page):
-    chromium = browser(400)
-    chromium.get(charts_page.as_uri())
-    for axis in ("x", "x2"):
-        boxes = chromium.execute_script(_BOXES, f"figure:first-of-type .{axis}tick text")
-        assert len(boxes) > 1
-        assert all(one[2] < other[0] for one, other in itertools.pairwise(sorted(boxes)))
+def test_a_name_of_a_legend_fades_the_others(browser, charts_page):
+    chromium = opened(browser, charts_page, 1280)
+    faded = "return document.querySelectorAll('#chart_4 path[opacity=\"0.1\"]').length"
+    entry = chromium.find_element("css selector", "#chart_4 .role-legend-label text")
+    assert chromium.execute_script(faded) == 0
+    entry.click()
+    assert chromium.execute_script(faded) > 0
 
 
 @pytest.mark.slow
-def test_a_name_of_a_legend_fades_its_marks(browser, charts_page):
-    chromium = browser(1280)
-    chromium.get(charts_page.as_uri())
-    faded = "return document.querySelectorAll('.js-plotly-plot')[1].data.map(trace => trace.opacity)"
-    click = "document.querySelectorAll('figure')[1].querySelector('.legend button').click()"
-    assert chromium.execute_script(faded)[0] in (None, 1)
-    chromium.execute_script(click)
-    assert chromium.execute_script(faded)[0] < 0.5
-    chromium.execute_script(click)
-    assert chromium.execute_script(faded)[0] == 1
+def test_each_scene_has_its_panel(browser, charts_page):
+    chromium = opened(browser, charts_page, 1280)
+    marks = "return document.querySelector('#chart_6 svg').innerHTML"
+    first = chromium.execute_script(marks)
+    select = chromium.find_element("css selector", "#chart_6 select")
+    *_, last = select.find_elements("css selector", "option")
+    last.click()
+    assert chromium.execute_script(marks) != first

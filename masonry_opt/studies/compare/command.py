@@ -14,6 +14,7 @@ from masonry_opt.errors import InterruptedByUserError, OptionError
 from masonry_opt.report.terminal import print_text
 from masonry_opt.studies.cases import CASES_HELP
 from masonry_opt.studies.compare import api
+from masonry_opt.studies.page import NEEDED
 from masonry_opt.studies.process import ended_by_kill
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
@@ -76,7 +77,7 @@ def compare(
     errors.print(
         f"written: {page}, tables and pictures beside it"
         if page.exists()
-        else f"written: {out / 'summary.csv'}, pictures beside it; the page needs: pip install '.[studies]'",
+        else f"written: {out / 'summary.csv'}; {NEEDED}",
         markup=False,
         soft_wrap=True,
     )
