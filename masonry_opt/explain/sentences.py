@@ -149,10 +149,6 @@ def _between(v: dict[str, Any]) -> str:
     return f"{numeral(v['lowest'], '.6g')} and {numeral(v['highest'], '.6g')}"
 
 
-def _if_imposed(v: dict[str, Any]) -> str:
-    return f", of all states with {_imposed(v)}" if v["rates"] is not None or v["forces"] else ""
-
-
 def _blocks(names: list[str]) -> str:
     return f"{'block' if len(names) == 1 else 'blocks'} {_some([repr(name) for name in names])}"
 
@@ -324,10 +320,6 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.NO_KINEMATICS: lambda v: "kinematics allow no mechanism",
     Code.PROVEN: lambda v: f"proven least: {_bracket(v)}",
     Code.WITHIN_IMPOSED: lambda v: f"proven least of all states with {_imposed(v)}: {_bracket(v)}",
-    Code.CLOSED_BY_SEARCH: lambda v: (
-        f"proven: {_bracket(v)}{_if_imposed(v)}; "
-        "the program with binaries found none lower, on its solver's word"
-    ),
     Code.TOUCHES_IMPOSED: lambda v: f"nothing is proven: the answer exceeds {_imposed(v)}",
     Code.OUT_OF_TIME: lambda v: f"proven within {v['time_limit']:g} s: {_bracket(v)}",
     Code.OUT_OF_TIME_WITHIN_IMPOSED: lambda v: (
