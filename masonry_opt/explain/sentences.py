@@ -8,14 +8,12 @@ from typing import Any
 
 from masonry_opt.answer.reasons import Code, Reason
 from masonry_opt.answer.status import Status
+from masonry_opt.answer.thresholds import LOWER
 from masonry_opt.errors import counted, rounded_up
 from masonry_opt.problem.chords import CHORDS, MISSED
 
 #: Of what a list names, so many are named.
 _NAMED = 5
-
-#: Differences of load factors that are not worth a word.
-_ROUNDING = 1e-8
 
 #: From here on numbers of seven decimals are longer than a double is exact.
 _FIXED = 1e10
@@ -123,7 +121,7 @@ def _least_borne_out(v: dict[str, Any]) -> str:
 
 def _exact(v: dict[str, Any]) -> str:
     fall = v["fall"]
-    if fall is None or abs(fall) < _ROUNDING:
+    if fall is None or abs(fall) <= LOWER:
         return "exact"
     return f"exact, {abs(fall):.1e} " + (
         "below its start" if fall >= 0 else "above its start, which is not as exact"

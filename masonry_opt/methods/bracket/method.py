@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, Strict
 
-from masonry_opt.answer.acceptance import Kind, passes
+from masonry_opt.answer.acceptance import CLOSED, SMALLEST, Kind, passes
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
@@ -26,9 +26,6 @@ from masonry_opt.methods.refined.method import RefinedOptions, refined
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.registry import find_solver
-
-#: Relative gap at which a bracket counts as closed.
-_CLOSED = 1e-5
 
 #: The programs take this share more than the best λ known, so that they have an interior.
 _ABOVE = 1e-4
@@ -149,7 +146,7 @@ def _raise(task: Task, solution: Solution, best: float, highest: float, of: Limi
 
 
 def _closed(bound: float, load_factor: float | None) -> bool:
-    return load_factor is not None and load_factor - bound <= _CLOSED * max(abs(load_factor), 1e-3)
+    return load_factor is not None and load_factor - bound <= CLOSED * max(abs(load_factor), SMALLEST)
 
 
 def _conclude(problem: Problem, solution: Solution, of: Limits, options: GlobalOptions) -> None:
