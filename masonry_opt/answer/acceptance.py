@@ -96,6 +96,10 @@ PROOF = 1e-8
 #: digits of the associative limits.
 CLOSED, OUTSIDE = 1e-5, 1e-4
 
+#: By how much a state's forces may exceed the limits below which a bound holds, relative and in median block
+#: weights; and what a point that certifies a bound may leave of its equations, in units of the load.
+BEYOND_LIMITS, FEASIBLE = 1e-6, 1e-11
+
 #: That a scene stands, in median block weights. Forces of another scene show it with this room inside yield,
 #: and this much out of balance: far less than the room, so that forces that leave nothing are near.
 ROOM, UNBALANCED = 1e-5, 1e-8

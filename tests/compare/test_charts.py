@@ -67,10 +67,10 @@ def test_a_state_at_the_best_one_is_drawn_at_the_floor_of_gaps():
     summary = frames.summary(rows, {}, {"a": BestKnown(0.8, "refined")}, {})
     chart = next(chart for chart in charts(summary) if chart.name == "time_error_coulomb")
     heights = sorted(y for series in chart.panels["a"] if series.marker for y in series.y)
-    assert heights == pytest.approx([1e-7, 1e-3])
-    assert min(chart.y.ticks) == pytest.approx(1e-7)
+    assert heights == pytest.approx([1e-6, 1e-3])
+    assert min(chart.y.ticks) == pytest.approx(1e-6)
     assert chart.y.ticks[min(chart.y.ticks)].startswith("≤")
-    assert "1e-07" in chart.notes
+    assert "1e-06" in chart.notes
 
 
 def test_short_axes_have_few_ticks():
