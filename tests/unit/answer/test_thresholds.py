@@ -12,8 +12,9 @@ from scenes import CASES, values_of
 import masonry_opt as mo
 from masonry_opt.answer.motion import joint_motion, moving_blocks
 from masonry_opt.answer.reasons import Code
-from masonry_opt.answer.thresholds import MOVES, SAME, is_lower, same
+from masonry_opt.answer.thresholds import MOVES, SAME, SLIDES, is_lower, same
 from masonry_opt.explain.stressed_joints import stressed_joints
+from masonry_opt.studies.atlas.random_scenes import random_scene
 from masonry_opt.studies.many.mechanism import mechanism
 
 
@@ -43,6 +44,17 @@ def test_words_name_the_blocks_that_the_summary_counts(little):
     speeds = result.blocks.set_index("block")[["vx", "vy"]].abs().max(axis=1)
     # Both turn about the edge of their ledge, so that corners are as much faster than centroids.
     assert names == (["A", "B"] if speeds["B"] > MOVES * speeds["A"] else ["A"])
+
+
+@pytest.mark.parametrize("seed", [911, 914, 917])
+def test_the_joints_that_more_friction_would_hold_are_those_that_slide_in_the_picture(seed):
+    """Seeds of which some joints slip as they come apart: friction has nothing to hold there."""
+    result = mo.solve(random_scene("tessellation", seed), "static")
+    slides = joint_motion(result.assembly, result.solution).slides
+    named = result.joints.loc[slides, ["first", "second"]].to_numpy().tolist()
+    slips = result.joints["slip"].abs() > SLIDES * result.blocks[["vx", "vy"]].abs().to_numpy().max()
+    assert slips.sum() > len(named) > 0
+    assert sorted(values_of(result, Code.FRICTION_WOULD_HOLD)["pairs"]) == sorted(named)
 
 
 @pytest.mark.parametrize(("share", "moves"), [(0.5, False), (2.0, True)])
