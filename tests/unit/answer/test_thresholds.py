@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from atlas.random_scenes import random_scene
 from scenes import CASES, values_of
 
 import masonry_opt as mo
@@ -14,7 +15,6 @@ from masonry_opt.answer.motion import joint_motion, moving_blocks
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.thresholds import MOVES, SAME, SLIDES, is_lower, same
 from masonry_opt.explain.stressed_joints import stressed_joints
-from masonry_opt.studies.atlas.random_scenes import random_scene
 from masonry_opt.studies.many.mechanism import mechanism
 
 
