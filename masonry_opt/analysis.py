@@ -21,18 +21,6 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.session import Session
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, SolverEntry, find_entry, find_solver
 
-#: Options under other names than they once had: the new name, of an option or a method, and what else has
-#: changed.
-RENAMED = {
-    "pace": "sub_problems ('accurate' for 'paper', 'rough' for 'fast'); preset='paper' is the paper's loop",
-    **dict.fromkeys(
-        ("kicks", "restarts", "perturbations", "spread"), "search (seconds of looking for lower states)"
-    ),
-    "move_limit": "revise (a function; see CHANGELOG.md)",
-    "only_at_yield": "revise (a function; see CHANGELOG.md)",
-    "minimise": "mcp, a method: it finds any state, as minimise=False did, where 'mpec' looks for the least",
-}
-
 #: Arguments of :func:`solve` that are no options of a method.
 _ARGUMENTS = ("scene", "method", "model", "solver", "tolerance", "progress", "phases")
 
@@ -174,11 +162,6 @@ def _choose(name: str, options: Mapping[str, Any]) -> tuple[Method, Any]:
 
 def _instead(option: str, known: list[str]) -> str:
     """What to write in place of an option that a method does not have."""
-    if option in RENAMED:
-        new = RENAMED[option].replace(",", " ").split()[0]
-        homes = [] if new in (*known, *METHODS) else _homes(new)
-        where = f"; methods that have '{new}': {', '.join(homes)}" if homes else ""
-        return f", which is now {RENAMED[option]}{where}"
     if homes := _homes(option):
         return f"; methods that have it: {', '.join(homes)}"
     if close := difflib.get_close_matches(option, [*known, *_ARGUMENTS], n=1):

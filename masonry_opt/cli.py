@@ -218,9 +218,9 @@ def draw(
 @app.command()
 def export(
     case: Case,
-    file: Annotated[Path, typer.Argument(help="File to write (.lp, .mps, .nl, .gms).", show_default=False)],
+    file: Annotated[Path, typer.Argument(help="File to write (.lp, .mps, .nl).", show_default=False)],
     method: Annotated[
-        str, typer.Option(help="static, kinematic or global (any file), mpec (.nl, .gms), mcp (.nl).")
+        str, typer.Option(help="static, kinematic or global (any file), mpec or mcp (.nl).")
     ] = "static",
     force: Force = False,
 ) -> None:

@@ -22,7 +22,7 @@ class Effort:
         stands; ``build`` declares the model; ``compile`` turns it to solver data, updates included; ``solve``
         is the solver's own time; ``read`` turns its answer to arrays; ``associative`` is the whole program
         whose load factor stands beside a Coulomb answer.
-    lp_solves, nlp_solves: linear (or mixed-integer) and nonlinear programs solved.
+    lp_solves, nlp_solves: linear and nonlinear programs solved.
     iterations: of the solvers, summed.
     solvers: names of the solvers by what they did, such as "dead load" or "sub-problems".
     begins: called with the name of each phase as it begins, for whoever waits.

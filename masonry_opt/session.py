@@ -13,6 +13,7 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result, make_result
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
+from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.explain.sense import warnings_of
@@ -30,9 +31,6 @@ _BESIDE_UP_TO = 8000
 
 #: Methods whose answer is associative itself.
 _ASSOCIATIVE = ("static", "kinematic")
-
-#: A load factor this little below zero is zero.
-_NEGATIVE = 1e-6
 
 
 @dataclass
@@ -165,7 +163,7 @@ def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: b
     """Give a Coulomb answer the associative one; refuse a load factor below zero; say why there is none."""
     if not is_associative:
         _set_beside(task, solution)
-    if solution.load_factor is not None and solution.load_factor >= -_NEGATIVE:
+    if solution.load_factor is not None and solution.load_factor >= -ZERO:
         return
     from masonry_opt.explain.no_load_factor import held_by_wedging, name_locking_joints, settle_existence
 

@@ -83,7 +83,6 @@ class Code(StrEnum):
     # forces: whether it assumes a limit of normal forces.
     PROVEN = "proven"
     WITHIN_IMPOSED = "within imposed"
-    CLOSED_BY_SEARCH = "closed by search"  # by the program with binaries, on its solver's word
     TOUCHES_IMPOSED = "touches imposed"
     OUT_OF_TIME = "out of time"  # also time_limit
     OUT_OF_TIME_WITHIN_IMPOSED = "out of time within imposed"  # also time_limit

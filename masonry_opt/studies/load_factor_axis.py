@@ -6,6 +6,8 @@ import numpy as np
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
+from masonry_opt.answer.thresholds import ZERO
+
 #: What it is called.
 LABEL = "load factor λ"
 
@@ -16,9 +18,6 @@ _LEAST = 0.02
 #: From so many times the greatest of the others on, a load factor would press them into the foot of an axis;
 #: at most this share of all is left off it, one of three at least.
 _FAR, _FEW = 10.0, 0.25
-
-#: Load factors up to this are zero but for rounding: nothing is read from the foot of an axis then.
-_ZERO = 1e-6
 
 
 def ends(load_factors: ArrayLike) -> tuple[float, float]:
@@ -40,7 +39,7 @@ def off_axis(load_factors: ArrayLike) -> np.ndarray:
     greatest = np.maximum.accumulate(np.abs(rising))
     few = max(int(_FEW * len(rising)), len(rising) >= 3)
     for first in range(len(rising) - few, len(rising)):
-        if first and greatest[first - 1] > _ZERO and rising[first] >= _FAR * greatest[first - 1]:
+        if first and greatest[first - 1] > ZERO and rising[first] >= _FAR * greatest[first - 1]:
             return values >= rising[first]
     return np.zeros(len(values), dtype=bool)
 

@@ -15,10 +15,11 @@ import typer
 from matplotlib.figure import Figure
 
 from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
-from masonry_opt.files import refuse_unwritable
+from masonry_opt.files import picture_metadata, refuse_unwritable
+from masonry_opt.report.pictures.figure import style
+from masonry_opt.report.pictures.letters import replace_missing
 from masonry_opt.report.terminal import print_text
 from masonry_opt.solvers.registry import find_entry
-from masonry_opt.studies.chart_files import chart_files
 from masonry_opt.studies.writing import csv_text, write_files
 
 #: Takes a quarter of an hour, and is none of the paper's.
@@ -112,5 +113,18 @@ def _written(name: str, names: dict[str, Any]) -> dict[str, str | bytes]:
         if variable.startswith("table") and isinstance(value, pd.DataFrame):
             files[f"{name}{variable.removeprefix('table')}.csv"] = csv_text(value)
         elif variable.startswith("figure") and isinstance(value, Figure):
-            files |= chart_files(value, name + variable.removeprefix("figure"))
+            files |= _pictures(value, name + variable.removeprefix("figure"))
+    return files
+
+
+def _pictures(figure: Figure, name: str) -> dict[str, bytes]:
+    """A figure as PNG and SVG by file names: the same from run to run, to the last byte."""
+    replace_missing(figure)
+    files = {}
+    for kind in ("png", "svg"):
+        stream = io.BytesIO()
+        with style():
+            figure.savefig(stream, format=kind, dpi=150, metadata=picture_metadata(kind))
+        figure.set_layout_engine("none")  # laid out: the next kind looks the same
+        files[f"{name}.{kind}"] = stream.getvalue()
     return files

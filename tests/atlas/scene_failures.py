@@ -226,7 +226,11 @@ ENTRIES: tuple[Entry, ...] = (
             one_pass(0.4, "μ", only=True),
             Expectation(Status.SOLVER_FAILED, "mpec", why=reason(Code.NOT_CERTIFIED)),
             Expectation(
-                Status.CONVERGED, "global", load_factor=0.4, source="μ", why=reason(Code.CLOSED_BY_SEARCH)
+                Status.CONVERGED,
+                "global",
+                load_factor=0.4,
+                source="μ",
+                why=reason(Code.OUT_OF_TIME_WITHIN_IMPOSED),
             ),
         ),
     ),

@@ -92,9 +92,9 @@ def test_a_state_at_the_best_one_is_drawn_at_the_floor_of_gaps():
     ]
     summary = frames.summary(rows, {}, {"a": BestKnown(0.8, "refined")}, {})
     drawing = next(drawing for drawing in charts(summary) if drawing.name == "time_error_coulomb")
-    assert sorted(drawing.chart.data["height"]) == pytest.approx([1e-7, 1e-3])
-    assert min(ticks(drawing, "y")[0]) == pytest.approx(1e-7)
-    assert "1e-07" in drawing.notes
+    assert sorted(drawing.chart.data["height"]) == pytest.approx([1e-6, 1e-3])
+    assert min(ticks(drawing, "y")[0]) == pytest.approx(1e-6)
+    assert "1e-06" in drawing.notes
 
 
 def test_counts_and_times_of_the_bars(drawn):

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import LIMITS, Kind
+from masonry_opt.answer.acceptance import LIMITS, MOST_ENERGY, SMALLEST, Kind
 from masonry_opt.answer.certificate import certify
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
@@ -20,10 +20,6 @@ from masonry_opt.solvers.registry import Solver, in_cvxpy
 #: A face belongs to the mechanism if its rate exceeds this share of the largest: well above what the
 #: solver's tolerance leaves of a zero. First the larger mechanism, then the surer one.
 _SHARES = (1e-6, 1e-4)
-
-#: Energy of faces that move without being at yield beyond which forces and mechanism do not belong together,
-#: in units of λ (below the second it is no measure).
-MOST_ENERGY, _SMALLEST = 1e-3, 1e-6
 
 #: Weight of that energy over λ where a mechanism is known roughly: λ must fall by more than so many times the
 #: energy that it adds. On façades 10 leaves up to half as much energy again; 100 leaves λ up to 0.2 % higher.
@@ -93,7 +89,7 @@ def belong_together(
 ) -> bool:
     """Whether forces (3c,) and velocities (3b,) belong together under a flow rule, shape (k,)."""
     left = certify(problem, load_factor, q, d, slope)
-    most = MOST_ENERGY * max(abs(load_factor), _SMALLEST)
+    most = MOST_ENERGY * max(abs(load_factor), SMALLEST)
     return left.complementarity <= most and left.flow <= LIMITS[Kind.LOOP].flow
 
 

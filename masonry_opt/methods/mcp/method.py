@@ -12,6 +12,7 @@ from masonry_opt.answer.acceptance import LIMITS, Kind, residuals
 from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
+from masonry_opt.answer.thresholds import same
 from masonry_opt.effort import Effort
 from masonry_opt.explain.existence import existence
 from masonry_opt.methods.loop.exact_end import ExactEnd, motion_for, rough_end
@@ -45,10 +46,6 @@ _NEARLY = 5e-3
 #: Joints up to which an exact state is sought from a pass's: beyond, the linear programs for it take longer
 #: than the pass.
 _DESCENT_UP_TO = 500
-
-#: An exact state that is higher by no more than this share counts as being as low: the forces of a pass are
-#: known no better.
-_EVEN = 1e-6
 
 
 class McpOptions(Options):
@@ -217,7 +214,7 @@ def _descended(task: Task, passes: Passes, solution: Solution) -> Solution:
     fall = None
     if solution.load_factor is not None:
         fall = solution.load_factor - exact.load_factor
-        higher = fall < -_EVEN * abs(solution.load_factor)
+        higher = fall < 0 and not same(exact.load_factor, solution.load_factor)
         if higher and not replace(solution, kind=Kind.EXACT).failing(problem):
             return solution
     return replace(

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
-from math import isclose
 
 import numpy as np
 
 from masonry_opt.answer.reasons import Code, Reason, reason
+from masonry_opt.answer.thresholds import same
 from masonry_opt.methods.mcp.history import NewtonStep
 from masonry_opt.methods.mcp.passes import Passes
 from masonry_opt.methods.mcp.rules import ATTEMPTS
@@ -29,9 +29,6 @@ _MORE_FRICTION = 1.1
 #: blocks, of which 2 % ended more than 1 % above the lowest state met without them, 0.2 % with them, at
 #: three to five times the pass's time; with 10 in a row 0.7 %.
 SMALL, _NOTHING_NEW, _MOST_STEPS = 60, 15, 4
-
-#: States whose load factors differ by no more than this share are one.
-_SAME = 1e-6
 
 #: Share of the faces that hold λ up which a neighbour lets go of, one at least.
 _LET_GO = 0.02
@@ -67,9 +64,7 @@ class Met:
     def seen(self, origin: str, state: ExactState | None) -> Candidate:
         """A candidate, counted."""
         self.candidates += 1
-        if state is not None and not any(
-            isclose(state.load_factor, known, rel_tol=_SAME) for known in self.load_factors
-        ):
+        if state is not None and not any(same(state.load_factor, known) for known in self.load_factors):
             self.load_factors.append(state.load_factor)
         return Candidate(origin, state)
 

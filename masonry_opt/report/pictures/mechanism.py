@@ -7,9 +7,10 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
+from masonry_opt.answer.motion import JointMotion, joint_motion
 from masonry_opt.answer.result import Result
 from masonry_opt.report.colours import CRUSHES, HINGES, SEPARATES, SLIDES
-from masonry_opt.report.motion import JointMotion, Velocities, fastest, has_mechanism, joint_motion
+from masonry_opt.report.motion import Velocities, fastest, has_mechanism
 from masonry_opt.report.pictures.arrows import draw_loads
 from masonry_opt.report.pictures.blocks import (
     Handle,

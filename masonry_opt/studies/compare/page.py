@@ -7,11 +7,12 @@ from typing import Any
 
 import pandas as pd
 
-from masonry_opt.answer.acceptance import LIMITS
+from masonry_opt.answer.acceptance import LIMITS, OUTSIDE
+from masonry_opt.answer.thresholds import APART
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
-from masonry_opt.studies.compare.judge import GAP_FLOOR, OUTSIDE, TARGET, VERDICTS
+from masonry_opt.studies.compare.judge import GAP_FLOOR, TARGET, VERDICTS
 from masonry_opt.studies.compare.limits import RESIDUALS
 from masonry_opt.studies.compare.opening import opening
 from masonry_opt.studies.compare.text import number, reason_text
@@ -129,7 +130,7 @@ def _references(comparison: Comparison) -> dict[str, Any]:
             ]
         )
     bounded = ["associative λ, at least", "at most", "certified to"]
-    coulomb = ["lowest exact Coulomb λ", "found by", f"runs more than {frames.APART:.0%} apart in Coulomb λ"]
+    coulomb = ["lowest exact Coulomb λ", "found by", f"runs more than {APART:.0%} apart in Coulomb λ"]
     columns = ["scene", "title", *bounded, *coulomb, "known by hand"]
     return {"columns": columns, "rows": rows, "numbers": {*bounded[:2], coulomb[0]}}
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from masonry_opt.answer.thresholds import APART
 from masonry_opt.errors import OptionError, OutputError, counted, printable
 from masonry_opt.files import write_whole
 from masonry_opt.studies.compare import frames
@@ -79,4 +80,4 @@ def _spread_lines(comparison: Comparison) -> list[str]:
     for name in ("lowest", "highest"):
         apart[name] = apart[name].map(number)
     apart["spread"] = apart["spread"].map("{:.1%}".format)
-    return [f"\ncertified Coulomb λ more than {frames.APART:.0%} apart:", apart.to_string(index=False)]
+    return [f"\ncertified Coulomb λ more than {APART:.0%} apart:", apart.to_string(index=False)]

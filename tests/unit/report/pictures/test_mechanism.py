@@ -8,8 +8,8 @@ from drawn import legend, lines, marks
 from scenes import CASES, block_on_floor, overhanging
 
 import masonry_opt as mo
+from masonry_opt.answer.motion import joint_motion
 from masonry_opt.report.colours import CRUSHES, HINGES, SEPARATES, SLIDES
-from masonry_opt.report.motion import joint_motion
 
 
 def beside_a_wall():
