@@ -53,7 +53,8 @@ napoleon_custom_sections = [("Attributes", "params_style"), ("Fields", "params_s
 sphinx_gallery_conf = {
     "examples_dirs": "gallery",
     "gallery_dirs": "examples",
-    "filename_pattern": r"\.py$",
+    # Of the paper's, those that take seconds are run as the guide is built.
+    "filename_pattern": r"gallery/(?!paper)\w+/\w+\.py$|paper/fig(7|8|10|12)\.py$",
     "ignore_pattern": r"__init__",
     "subsection_order": [
         "gallery/first",
@@ -61,6 +62,7 @@ sphinx_gallery_conf = {
         "gallery/walls",
         "gallery/many",
         "gallery/methods",
+        "gallery/paper",
     ],
     "within_subsection_order": "FileNameSortKey",
     "image_scrapers": ("figures.scraper",),

@@ -11,7 +11,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from masonry_opt.answer.result import Result
-from masonry_opt.effort import Effort
+from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.methods.task import Method, Progress
@@ -21,20 +21,8 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.session import Session
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, SolverEntry, find_entry, find_solver
 
-#: Options under other names than they once had: the new name, of an option or a method, and what else has
-#: changed.
-RENAMED = {
-    "pace": "sub_problems ('accurate' for 'paper', 'rough' for 'fast'); preset='paper' is the paper's loop",
-    **dict.fromkeys(
-        ("kicks", "restarts", "perturbations", "spread"), "search (seconds of looking for lower states)"
-    ),
-    "move_limit": "revise (a function; see CHANGELOG.md)",
-    "only_at_yield": "revise (a function; see CHANGELOG.md)",
-    "minimise": "mcp, a method: it finds any state, as minimise=False did, where 'mpec' looks for the least",
-}
-
 #: Arguments of :func:`solve` that are no options of a method.
-_ARGUMENTS = ("scene", "method", "model", "solver", "tolerance", "progress")
+_ARGUMENTS = ("scene", "method", "model", "solver", "tolerance", "progress", "phases")
 
 
 def solve(
@@ -45,6 +33,7 @@ def solve(
     solver: str | None = None,
     tolerance: float | None = None,
     progress: Progress = lambda _: None,
+    phases: Phases = lambda _: None,
     **options: Any,
 ) -> Result:
     """Find the load factor at which a scene collapses.
@@ -55,8 +44,8 @@ def solve(
         A scene, or the path of a case file.
     method:
         "mcp" (the default: an exact state of Coulomb friction by one interior-point pass over the
-        complementarity problem; where no pass ends in one, above 8000 joints, or where dilatancy falls with
-        stress, the loop takes over and the reasons say so), "nonassociative" (Coulomb: the loop of linear
+        complementarity problem; where no pass ends in one or dilatancy falls with stress the loop takes over,
+        and above 8000 joints it begins; the reasons say so), "nonassociative" (Coulomb: the loop of linear
         programs), "static" or "kinematic" (associative: one linear program), "mpec" (the least load factor
         near the loop's, by IPOPT), "refined" (an exact state of Coulomb friction, by linear programs from
         passes' states down, and by search if asked), or "global" (what can be proven of the least one, on
@@ -73,6 +62,10 @@ def solve(
         Called with every step: :class:`~.mcp.history.NewtonStep`,
         :class:`~.loop.history.Iteration` of the loop, :class:`~.mpec.Relaxation`,
         :class:`~.refined.method.Refinement`, :class:`~.bracket.relaxation.Relaxation` of "global".
+    phases:
+        Called with a few words as each phase begins, such as "finding joints", "does it stand under its dead
+        load?", "sub-problem 3", "exact forces": what large scenes spend their minutes on, before and between
+        steps.
     **options:
         The method's own: :class:`~.mcp.method.McpOptions`, :class:`~.loop.options.LoopOptions`,
         :class:`~.mpec.MpecOptions`, :class:`~.refined.method.RefinedOptions`,
@@ -93,8 +86,11 @@ def solve(
     """
     if not callable(progress):
         raise OptionError(f"progress must be a function of a step (found {progress!r})")
+    if not callable(phases):
+        raise OptionError(f"phases must be a function of a few words (found {phases!r})")
     session = prepare(method, model=model, solver=solver, tolerance=tolerance, **options)
-    effort = Effort()
+    effort = Effort(phases)
+    effort.begins("reading blocks")
     with effort.measure("scene"):
         scene = as_scene(scene)
     return session.solve(scene, progress, effort)
@@ -166,11 +162,6 @@ def _choose(name: str, options: Mapping[str, Any]) -> tuple[Method, Any]:
 
 def _instead(option: str, known: list[str]) -> str:
     """What to write in place of an option that a method does not have."""
-    if option in RENAMED:
-        new = RENAMED[option].replace(",", " ").split()[0]
-        homes = [] if new in (*known, *METHODS) else _homes(new)
-        where = f"; methods that have '{new}': {', '.join(homes)}" if homes else ""
-        return f", which is now {RENAMED[option]}{where}"
     if homes := _homes(option):
         return f"; methods that have it: {', '.join(homes)}"
     if close := difflib.get_close_matches(option, [*known, *_ARGUMENTS], n=1):

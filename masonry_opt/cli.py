@@ -17,7 +17,6 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 from rich.console import Console
-from rich.markup import escape
 from typer.core import TyperGroup
 
 from masonry_opt.analysis import solve as solve_scene
@@ -34,7 +33,7 @@ from masonry_opt.errors import (
 )
 from masonry_opt.explain.sentences import numeral
 from masonry_opt.methods.registry import DEFAULT, METHODS
-from masonry_opt.report.terminal import print_result, print_text
+from masonry_opt.report.terminal import changing_line, left_by, print_result, print_text
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE
 
 #: Commands that are loaded when they are called: by name, where their typer app is.
@@ -42,7 +41,7 @@ _LOADED = {
     "convert": "masonry_opt.convert",
     "compare": "masonry_opt.studies.compare.command",
     "least": "masonry_opt.studies.margins.command",
-    "reproduce": "masonry_opt.studies.paper.command",
+    "reproduce": "masonry_opt.studies.reproduce",
     "sweep": "masonry_opt.studies.many.command",
 }
 
@@ -134,19 +133,32 @@ def solve(
     options = method_options(option, solve_scene)
     errors = Console(stderr=True)
     steps: list[str] = []
+    told: list[str] = []
     errors.quiet = quiet
-    with errors.status(f"solving {escape(printable(str(case)))}") as status, _interrupts() as check_interrupt:
+    name = printable(case.name)
+    with changing_line(errors, name) as show, _interrupts() as check_interrupt:
+
+        def begun(phase: str) -> None:
+            show(f"{name}: {phase}{f' (last {told[-1]})' if told else ''}")
 
         def progress(step: Any) -> None:
             check_interrupt()
             if math.isfinite(step.load_factor):
                 what = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", type(step).__name__).lower()
                 steps.append(f"{what} {len(steps) + 1}: λ = {numeral(step.load_factor, '.6f')}")
-                status.update(steps[-1])
+                told.append(steps[-1] + left_by(step))
+                show(f"{name}: {told[-1]}")
 
         try:
             result = solve_scene(
-                case, method, model=model, solver=solver, tolerance=tolerance, progress=progress, **options
+                case,
+                method,
+                model=model,
+                solver=solver,
+                tolerance=tolerance,
+                progress=progress,
+                phases=begun,
+                **options,
             )
             if not result.solution.interrupted:  # else it is the lowest state of a search
                 check_interrupt()
@@ -206,9 +218,9 @@ def draw(
 @app.command()
 def export(
     case: Case,
-    file: Annotated[Path, typer.Argument(help="File to write (.lp, .mps, .nl, .gms).", show_default=False)],
+    file: Annotated[Path, typer.Argument(help="File to write (.lp, .mps, .nl).", show_default=False)],
     method: Annotated[
-        str, typer.Option(help="static, kinematic or global (any file), mpec (.nl, .gms), mcp (.nl).")
+        str, typer.Option(help="static, kinematic or global (any file), mpec or mcp (.nl).")
     ] = "static",
     force: Force = False,
 ) -> None:

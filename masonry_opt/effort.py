@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+
+#: Called with the name of each phase as it begins, such as "finding joints" or "sub-problem 3".
+Phases = Callable[[str], None]
 
 #: The parts, in the order in which they happen.
 PARTS = ("scene", "dead_load", "build", "compile", "solve", "read", "associative")
@@ -19,12 +22,14 @@ class Effort:
         stands; ``build`` declares the model; ``compile`` turns it to solver data, updates included; ``solve``
         is the solver's own time; ``read`` turns its answer to arrays; ``associative`` is the whole program
         whose load factor stands beside a Coulomb answer.
-    lp_solves, nlp_solves: linear (or mixed-integer) and nonlinear programs solved.
+    lp_solves, nlp_solves: linear and nonlinear programs solved.
     iterations: of the solvers, summed.
     solvers: names of the solvers by what they did, such as "dead load" or "sub-problems".
+    begins: called with the name of each phase as it begins, for whoever waits.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, begins: Phases = lambda _: None) -> None:
+        self.begins = begins
         self.seconds = dict.fromkeys(PARTS, 0.0)
         self.lp_solves = self.nlp_solves = self.iterations = 0
         self.solvers: dict[str, list[str]] = {}

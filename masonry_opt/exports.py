@@ -6,16 +6,18 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 import pyomo.environ as pyo
 
 from masonry_opt.analysis import solve
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
 from masonry_opt.files import MARK, refuse_replacing, refuse_unwritable, write_whole
-from masonry_opt.methods.bracket.limits import limits
+from masonry_opt.methods.bracket.limits import Limits, limits
 from masonry_opt.methods.bracket.method import a_little_above, assumed_rates
-from masonry_opt.methods.bracket.search import with_binaries
+from masonry_opt.methods.bracket.relaxation import edge_lengths
 from masonry_opt.methods.registry import METHODS
+from masonry_opt.models.pyomo_global import PyomoGlobal
 from masonry_opt.models.pyomo_kinematic import PyomoKinematic
 from masonry_opt.models.pyomo_mcp import PyomoMcp, with_pairs
 from masonry_opt.models.pyomo_mpec import PyomoMpec
@@ -74,12 +76,21 @@ def _global(assembly: Assembly) -> Declared:
     of = limits(problem, highest, assumed_rates(problem, known), Effort())
     rates = "follows from kinematics" if of.rates_derived else "is assumed"
     forces = "follow from statics" if of.forces_derived else "are assumed where statics set none"
-    return with_binaries(problem, highest, of).program, [
+    model = PyomoGlobal(problem, _most_slack(problem, of), of.rates / edge_lengths(problem), highest)
+    return model.program, [
         _objective("load_factor", problem),
         f"0 <= load_factor <= {highest:.9g} (a little above the associative one)",
         f"the sum of slips and edge openings is at most {of.rates:.9g}, which {rates}",
         f"limits of forces {forces}",
     ]
+
+
+def _most_slack(problem: Problem, of: Limits) -> np.ndarray:
+    """A face of sliding has z ≤ 2 (c + μ n̂), one of rocking z ≤ L n̂."""
+    shear = ShearLimits.true(problem).at(of.normal[problem.sliding])
+    rocking = problem.half_length * of.normal
+    most: np.ndarray = 2 * np.concatenate([shear, shear, rocking, rocking])
+    return most
 
 
 def _objective(words: str, problem: Problem) -> str:
@@ -97,10 +108,10 @@ class _Export:
 #: Products of variables are too much for LP and MPS files here, and of Pyomo's writers only that of NL files
 #: keeps complementary pairs.
 _EXPORTS = {
-    "static": _Export(_static, (".lp", ".mps", ".nl", ".gms")),
-    "kinematic": _Export(_kinematic, (".lp", ".mps", ".nl", ".gms")),
-    "global": _Export(_global, (".lp", ".mps", ".nl", ".gms")),
-    "mpec": _Export(_mpec, (".nl", ".gms")),
+    "static": _Export(_static, (".lp", ".mps", ".nl")),
+    "kinematic": _Export(_kinematic, (".lp", ".mps", ".nl")),
+    "global": _Export(_global, (".lp", ".mps", ".nl")),
+    "mpec": _Export(_mpec, (".nl",)),
     "mcp": _Export(_mcp, (".nl",)),
 }
 
@@ -119,8 +130,8 @@ def export(
         A scene, or the path of a case file.
     path:
         Of the file, by whose end its format is known: ``.lp`` or ``.mps`` (linear programs, and with
-        binaries), ``.gms`` (and with products) or ``.nl`` (and with complementary pairs). Beside a ``.nl``
-        the names of its rows and columns are written to ``.row`` and ``.col``.
+        binaries) or ``.nl`` (and with products or complementary pairs). Beside a ``.nl`` the names of its
+        rows and columns are written to ``.row`` and ``.col``.
     method:
         "static", eq. (9), "kinematic", eq. (10), "global" (complementarity with a binary for each face;
         its bounds are computed first, by linear programs), "mpec" (with products z p ≤ 10⁻⁶), or "mcp" (with

@@ -25,7 +25,6 @@ _MARKS = {
     ".dxf": rf"\A\s*999\r?\n{MARK}",
     ".lp": rf"\A\\ {MARK}",
     ".mps": rf"\A\* {MARK}",
-    ".gms": rf"\A\* {MARK}",
     ".nl": rf"\A[^\n]*# problem [\"']?{MARK}",
     ".png": rf"\A\x89PNG.*tEXtSoftware\x00{WRITER}",
     ".svg": rf"<dc:creator>\s*<cc:Agent>\s*<dc:title>{WRITER}</dc:title>",

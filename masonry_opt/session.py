@@ -13,6 +13,7 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result, make_result
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
+from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.explain.sense import warnings_of
@@ -30,9 +31,6 @@ _BESIDE_UP_TO = 8000
 
 #: Methods whose answer is associative itself.
 _ASSOCIATIVE = ("static", "kinematic")
-
-#: A load factor this little below zero is zero.
-_NEGATIVE = 1e-6
 
 
 @dataclass
@@ -68,6 +66,7 @@ class Session:
         """
         effort = effort or Effort()
         assembly, solution = self.answer(scene, progress, effort)
+        effort.begins("tables and words")
         result = make_result(
             assembly,
             solution,
@@ -84,12 +83,14 @@ class Session:
 
     def answer(self, scene: Scene, progress: Progress, effort: Effort) -> tuple[Assembly, Solution]:
         """The same, without names, frames and words: they take as long as the solver on small scenes."""
+        effort.begins("finding joints")
         with effort.measure("scene"):
             assembly = self._assembled(scene)
         problem = assembly.problem
         refuse_unsuited(self.method, assembly)
         solution = self._unless_it_stands(assembly, effort)
         if solution is None:
+            effort.begins(f"method '{self.method.name}'")
             task = Task(problem, self.solver, self.options, effort, progress, self.kept)
             solution = self.method.run(task)
             solution.accept(problem)
@@ -111,6 +112,7 @@ class Session:
         from masonry_opt.explain.diagnosis import DeadLoadUndecided, falling_mechanism
 
         problem, own, solver = assembly.problem, Effort(), self.dead_load
+        effort.begins("does it stand under its dead load?")
         solution = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE)
         with effort.measure("dead_load"):
             try:
@@ -127,6 +129,7 @@ class Session:
         from masonry_opt.explain.holding import what_would_hold
         from masonry_opt.explain.no_load_factor import movers
 
+        effort.begins("what falls, and what would hold it")
         with effort.measure("dead_load"):
             falling = solution.d = as_it_falls(assembly, falling, own)
         solution.add(Code.FALLS, blocks=movers(assembly, falling))
@@ -160,7 +163,7 @@ def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: b
     """Give a Coulomb answer the associative one; refuse a load factor below zero; say why there is none."""
     if not is_associative:
         _set_beside(task, solution)
-    if solution.load_factor is not None and solution.load_factor >= -_NEGATIVE:
+    if solution.load_factor is not None and solution.load_factor >= -ZERO:
         return
     from masonry_opt.explain.no_load_factor import held_by_wedging, name_locking_joints, settle_existence
 
@@ -180,6 +183,7 @@ def _set_beside(task: Task, solution: Solution) -> None:
     problem, effort = task.problem, task.effort
     wanted = solution.associative is None and not solution.proven_none
     if wanted and problem.joints <= _BESIDE_UP_TO:
+        effort.begins("associative load factor")
         own = Task(problem, kept=task.kept)
         effort.uses(own.solver.name, "associative")
         with effort.measure("associative"):

@@ -82,6 +82,32 @@ LIMITS: dict[Kind, Limits] = {
 #: factors, and what any of their conditions may leave.
 AGREEMENT, DUALITY = 1e-7, 1e-6
 
+#: What decides on the way to an answer, which must meet the table all the same. Energy of what moves without
+#: being at yield, over |λ|, up to which the loop's forces and mechanism belong together (else it begins
+#: again); and the largest residual with which a sub-problem's state bears its load factor out.
+MOST_ENERGY, BORNE_OUT = 1e-3, 1e-3
+
+#: What an inequality that proves that no load factor exists may leave of its conditions: it then holds for
+#: all forces, and motions, that are not a hundred million times larger than what the loads and their work
+#: measure.
+PROOF = 1e-8
+
+#: Relative gap at which a bracket is closed; and how far λ may lie outside of certified bounds: the four
+#: digits of the associative limits.
+CLOSED, OUTSIDE = 1e-5, 1e-4
+
+#: By how much a state's forces may exceed the limits below which a bound holds, relative and in median block
+#: weights; and what a point that certifies a bound may leave of its equations, in units of the load.
+BEYOND_LIMITS, FEASIBLE = 1e-6, 1e-11
+
+#: That a scene stands, in median block weights. Forces of another scene show it with this room inside yield,
+#: and this much out of balance: far less than the room, so that forces that leave nothing are near.
+ROOM, UNBALANCED = 1e-5, 1e-8
+
+#: Energy, in median block weights, that forces and mechanism of a margin under dead load may be apart: what
+#: the margin may be off by.
+MARGIN_ENERGY = 1e-4
+
 #: Load factors below this are judged, and compared with each other, as if they were this large.
 SMALLEST = 1e-2
 

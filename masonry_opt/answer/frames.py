@@ -6,12 +6,10 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.chords import parabola
 from masonry_opt.problem.problem import Problem, ShearLimits
-
-#: A joint whose forces are below this share of the scene's largest normal force is idle.
-IDLE = 1e-6
 
 
 def unsigned(frame: pd.DataFrame) -> pd.DataFrame:

@@ -10,10 +10,6 @@ import numpy as np
 
 from masonry_opt.problem.problem import Problem
 
-#: What an inequality may leave of its conditions: it then holds for all forces, and motions, that are not a
-#: hundred million times larger than what the loads and their work measure.
-LIMIT = 1e-8
-
 
 class Existence(StrEnum):
     """What is proven of a load factor λ ≥ 0 at which blocks move under the joints' own flow rule."""

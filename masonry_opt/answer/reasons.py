@@ -54,6 +54,8 @@ class Code(StrEnum):
     LOOP_TOOK_OVER = "loop took over"  # word
     DILATANCY_FALLS = "dilatancy falls"
     TOO_LARGE = "too large"  # joints
+    LOOP_FAR = "loop far"  # joints, count: of sub-problems, off: by what share of λ
+    PASS_NEAR = "pass near"  # steps, gap
 
     # The MPEC.
     LOCAL_MINIMUM = "local minimum"  # epsilon
@@ -81,7 +83,6 @@ class Code(StrEnum):
     # forces: whether it assumes a limit of normal forces.
     PROVEN = "proven"
     WITHIN_IMPOSED = "within imposed"
-    CLOSED_BY_SEARCH = "closed by search"  # by the program with binaries, on its solver's word
     TOUCHES_IMPOSED = "touches imposed"
     OUT_OF_TIME = "out of time"  # also time_limit
     OUT_OF_TIME_WITHIN_IMPOSED = "out of time within imposed"  # also time_limit

@@ -13,7 +13,8 @@ from enum import Enum
 
 import numpy as np
 
-from masonry_opt.answer.infeasibility import LIMIT, kinematic_residual, static_residual
+from masonry_opt.answer.acceptance import PROOF
+from masonry_opt.answer.infeasibility import kinematic_residual, static_residual
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_exact import CvxpyMotion
 from masonry_opt.models.pyomo_alternatives import PyomoNoForces, PyomoNoMotion
@@ -21,7 +22,8 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs_session import HighsSession
 from masonry_opt.solvers.lp import Verdict
 
-#: A rate above this takes part in a mechanism (of which the live load does the work Σ|f_L|).
+#: A rate above this takes part in a mechanism (of which the live load does the work Σ|f_L|). No gate: what is
+#: concluded from it is a cut, which must leave no more than PROOF.
 _MOVES = 1e-9
 
 #: Share of the largest multiplier above which a face is to blame.
@@ -166,7 +168,7 @@ class _Search:
 
     def _keep(self, cuts: list[frozenset[int]], implied: bool, residual: float, blamed: np.ndarray) -> None:
         """Keep a cut that its residual bears out: no state has none of its faces as ``implied``."""
-        if not residual <= LIMIT:
+        if not residual <= PROOF:
             raise _Undecided
         self.cuts.residual = max(self.cuts.residual, residual)
         self._rows[implied][len(cuts), blamed] = 1.0

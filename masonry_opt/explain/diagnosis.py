@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 import shapely
 
+from masonry_opt.answer.acceptance import ROOM, UNBALANCED
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.status import Status
+from masonry_opt.answer.thresholds import DRIVES, NAMED, SLIDES
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyFalling, CvxpyStanding
 from masonry_opt.models.cvxpy_terms import ShearParameters
@@ -17,16 +19,6 @@ from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine, has_optimum
 from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
-
-#: Power of a bounded mechanism, in median block weights, below which nothing moves.
-_NOTHING = 1e-7
-
-#: Slack with which forces of another scene carry the dead load, and what they may leave of equilibrium: in
-#: median block weights, the second far less, so that forces that leave nothing are near.
-_ROOM, _LEFT = 1e-5, 1e-8
-
-#: Share of the largest (velocity or force) below which a joint has no part in locking.
-_LITTLE = 1e-2
 
 #: What a solver does here, as a result tells it.
 DEAD_LOAD, DIAGNOSIS = "dead load", "diagnosis"
@@ -94,13 +86,13 @@ def falling_mechanism(
         raise DeadLoadUndecided(solved.word)
     power, velocities = driven
     # A scene may stand so narrowly that no solver finds a state with room around it.
-    return velocities if power > _NOTHING else None
+    return velocities if power > DRIVES else None
 
 
 def _carries(problem: Problem, q: np.ndarray) -> bool:
     """Whether forces carry the dead load with room to spare: then no solver is needed to say that some do."""
     room = float((problem.slacks(q) / problem.face_arm).min(initial=np.inf))
-    return room > _ROOM and float(np.abs(problem.unbalanced(0.0, q)).max()) < _LEFT
+    return room > ROOM and float(np.abs(problem.unbalanced(0.0, q)).max()) < UNBALANCED
 
 
 def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.ndarray:
@@ -115,7 +107,7 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
     gyration = np.sqrt(((right - left) ** 2 + (top - bottom) ** 2) / 12) / problem.length_unit
     weight = np.hypot(problem.dead[0::3], problem.dead[1::3])
     inertia = float(weight @ (falling**2).reshape(-1, 3).sum(axis=1))
-    scale = min(max(inertia / float(problem.dead @ falling), 1.0), 1 / _NOTHING)
+    scale = min(max(inertia / float(problem.dead @ falling), 1.0), 1 / DRIVES)
     model = CvxpyFalling(problem, ShearLimits.true(problem), gyration, scale)
     if not has_optimum(model.program, in_cvxpy(find_solver("cvxpy", None)), effort, DEAD_LOAD):
         return falling
@@ -128,6 +120,7 @@ def no_optimum(problem: Problem, word: str, solver: Solver, effort: Effort) -> t
     Such a program is unlimited or its solver failed. Which, is decided by whether the live load
     drives any mechanism, not by the solver's word. The effort is told the solver, and no programs.
     """
+    effort.begins("why there is no load factor")
     own = Effort()
     own_flow = _live_load_drives(problem, problem.dilatancy, solver, own)
     associative = _live_load_drives(problem, problem.friction, solver, own)
@@ -160,7 +153,7 @@ def locking_joints(
         d = driven[1]
         departure = problem.departure(d, problem.rates(d, problem.friction), problem.friction)
         cannot_open, slip = np.abs(departure).reshape(3, -1)[0], np.abs(problem.B.T @ d).reshape(3, -1)[1]
-        amount = np.where(slip > _LITTLE, cannot_open, 0.0)
+        amount = np.where(slip > SLIDES * np.abs(d).max(), cannot_open, 0.0)
     elif status in (Status.UNLIMITED, Status.JAMMED):
         slope = problem.dilatancy if status is Status.UNLIMITED else problem.friction
         # The live load in place of the dead, scaled as the driven mechanism is.
@@ -174,14 +167,7 @@ def locking_joints(
     else:
         return nobody
     order = np.argsort(-amount, kind="stable")
-    return order[amount[order] > max(_LITTLE * amount.max(), _NOTHING)]
-
-
-def moving_blocks(d: np.ndarray) -> np.ndarray:
-    """Indices of the blocks that take part in a mechanism, fastest first."""
-    speed = np.abs(d.reshape(-1, 3)).max(axis=1)
-    order = np.argsort(-speed, kind="stable")
-    return order[speed[order] > 1e-3 * speed.max()]
+    return order[amount[order] > max(NAMED * amount.max(), DRIVES)]
 
 
 def _push(problem: Problem) -> np.ndarray:
@@ -194,7 +180,7 @@ def _live_load_drives(problem: Problem, slope: np.ndarray, solver: Solver, effor
     the solver fails to say."""
     limits = ShearLimits(slope, np.zeros_like(slope))
     driven = _driven(problem.growth, _push(problem), limits, in_cvxpy(solver), effort)
-    return None if driven is None else driven[0] > _NOTHING
+    return None if driven is None else driven[0] > DRIVES
 
 
 def _driven(

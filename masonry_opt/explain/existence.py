@@ -6,12 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from masonry_opt.answer.infeasibility import (
-    LIMIT,
-    Existence,
-    InfeasibilityCertificate,
-    ray_residuals,
-)
+from masonry_opt.answer.acceptance import PROOF
+from masonry_opt.answer.infeasibility import Existence, InfeasibilityCertificate, ray_residuals
+from masonry_opt.answer.thresholds import NAMED
 from masonry_opt.effort import Effort
 from masonry_opt.explain.combinatorial_cuts import Cuts, combinatorial_cuts
 from masonry_opt.models.pyomo_alternatives import PyomoNoMotion
@@ -25,9 +22,6 @@ from masonry_opt.solvers.lp import Verdict
 #: decided by 5 to 250 programs, some by 1400 to 3300.
 _RAYS_UP_TO, _CUTS_UP_TO = 2000, 100
 _MOST_WORK = 120_000
-
-#: Share of the largest normal force of a self-stress from which a joint is named.
-_LITTLE = 1e-2
 
 #: What a solver does here, as a result tells it.
 _PURPOSE = "existence"
@@ -44,6 +38,7 @@ def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> In
     """
     if problem.joints > _RAYS_UP_TO:
         return None
+    effort.begins("is there a load factor at all?")
     own = Effort()
     try:
         return _found(in_units_of_load(problem).problem, own, of_mechanism)
@@ -89,7 +84,7 @@ def _ray(problem: Problem, slope: np.ndarray, effort: Effort) -> np.ndarray | No
     if session.solve() is not Verdict.OPTIMAL:
         return None
     q = session.values(program.q)
-    return q if max(ray_residuals(problem, q, slope)) <= LIMIT else None
+    return q if max(ray_residuals(problem, q, slope)) <= PROOF else None
 
 
 def _certificate(
@@ -101,4 +96,4 @@ def _certificate(
 
 def _stressed(n: np.ndarray) -> tuple[int, ...]:
     order = np.argsort(-n, kind="stable")
-    return tuple(order[n[order] > _LITTLE * n.max()].tolist())
+    return tuple(order[n[order] > NAMED * n.max()].tolist())

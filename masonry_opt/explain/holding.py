@@ -9,14 +9,13 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import breadth_first_order
 
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.motion import joint_motion, moving_blocks
 from masonry_opt.answer.reasons import Code, Reason, reason
+from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
-from masonry_opt.explain.diagnosis import (
-    DEAD_LOAD,
-    DeadLoadUndecided,
-    falling_mechanism,
-    moving_blocks,
-)
+from masonry_opt.explain.diagnosis import DEAD_LOAD, DeadLoadUndecided, as_it_falls, falling_mechanism
 from masonry_opt.explain.no_load_factor import movers
 from masonry_opt.models.cvxpy_standing import CvxpyStanding
 from masonry_opt.models.cvxpy_terms import ShearParameters
@@ -31,9 +30,6 @@ _FACTOR_UP_TO, _MOST_FACTORS, _NEAR = 2000, 12, 1e-3
 
 #: No factor is tried that makes any friction larger: the solver would lose its digits in these rows.
 _LARGEST_FRICTION = 100.0
-
-#: Share of the largest slip or block velocity below which a joint does not slide.
-_LITTLE = 1e-2
 
 #: Cosine between a joint's normal and a block's dead load below which the joint does not bear the block.
 _BEARS = 1e-6
@@ -58,19 +54,21 @@ def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, eff
         friction does, STRENGTH_WOULD_HOLD, if the solver can tell.
     """
     problem = assembly.problem
-    hanging = _hanging(assembly, moving_blocks(falling))
+    hanging = _hanging(assembly, moving_blocks(assembly, falling))
     found = [reason(Code.HANGS, blocks=assembly.names(assembly.movable[hanging]))] if len(hanging) else []
+    stuck = replace(assembly, problem=_that_cannot_slide(problem))
     try:
-        falls_all_the_same = falling_mechanism(_that_cannot_slide(problem), solver, effort)
+        falls_all_the_same = falling_mechanism(stuck.problem, solver, effort)
     except DeadLoadUndecided:
         return found
     crushes = len(problem.crushing) > 0
     if falls_all_the_same is not None and crushes and _stands_uncrushed(problem, solver, effort):
         return [*found, reason(Code.STRENGTH_WOULD_HOLD)]
     if falls_all_the_same is not None:
+        falls_all_the_same = as_it_falls(stuck, falls_all_the_same, effort)
         return [*found, reason(Code.NO_FRICTION_HOLDS, blocks=movers(assembly, falls_all_the_same))]
     factor, above = _least_factor(problem, solver, effort)
-    pairs = assembly.pairs(_sliding(problem, falling))
+    pairs = assembly.pairs(_sliding(assembly, falling))
     hangs = bool(len(hanging))
     return [*found, reason(Code.FRICTION_WOULD_HOLD, pairs=pairs, factor=factor, above=above, hangs=hangs)]
 
@@ -128,12 +126,12 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
     return stands, falls
 
 
-def _sliding(problem: Problem, d: np.ndarray) -> np.ndarray:
+def _sliding(assembly: Assembly, d: np.ndarray) -> np.ndarray:
     """Joints that slide in a mechanism (3b,), those that slide most first."""
-    slip = np.zeros(problem.joints)
-    slip[problem.sliding] = np.abs(problem.S @ (problem.B.T @ d))
+    slip = np.abs((assembly.problem.B.T @ d).reshape(3, -1)[1])
+    slides = joint_motion(assembly, Solution(Status.UNSTABLE, Kind.ASSOCIATIVE, d=d)).slides
     order = np.argsort(-slip, kind="stable")
-    return order[slip[order] > _LITTLE * max(slip.max(), np.abs(d).max())]
+    return order[slides[order]]
 
 
 def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:

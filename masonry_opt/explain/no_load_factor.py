@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from masonry_opt.answer.infeasibility import Existence
+from masonry_opt.answer.motion import moving_blocks
 from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
-from masonry_opt.explain.diagnosis import locking_joints, moving_blocks
+from masonry_opt.explain.diagnosis import locking_joints
 from masonry_opt.explain.existence import existence
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.solvers.registry import Solver
@@ -65,4 +66,4 @@ def name_locking_joints(assembly: Assembly, solution: Solution, solver: Solver) 
 
 def movers(assembly: Assembly, d: np.ndarray) -> list[str]:
     """Names of the blocks that a mechanism moves."""
-    return assembly.names(assembly.movable[moving_blocks(d)])
+    return assembly.names(assembly.movable[moving_blocks(assembly, d)])

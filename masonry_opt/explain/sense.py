@@ -7,9 +7,9 @@ import scipy.sparse as sp
 import shapely
 from scipy.sparse.csgraph import connected_components
 
-from masonry_opt.answer.frames import IDLE
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.loads import weights
 

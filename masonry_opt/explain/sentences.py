@@ -8,14 +8,12 @@ from typing import Any
 
 from masonry_opt.answer.reasons import Code, Reason
 from masonry_opt.answer.status import Status
+from masonry_opt.answer.thresholds import LOWER
 from masonry_opt.errors import counted, rounded_up
 from masonry_opt.problem.chords import CHORDS, MISSED
 
 #: Of what a list names, so many are named.
 _NAMED = 5
-
-#: Differences of load factors that are not worth a word.
-_ROUNDING = 1e-8
 
 #: From here on numbers of seven decimals are longer than a double is exact.
 _FIXED = 1e10
@@ -123,7 +121,7 @@ def _least_borne_out(v: dict[str, Any]) -> str:
 
 def _exact(v: dict[str, Any]) -> str:
     fall = v["fall"]
-    if fall is None or abs(fall) < _ROUNDING:
+    if fall is None or abs(fall) <= LOWER:
         return "exact"
     return f"exact, {abs(fall):.1e} " + (
         "below its start" if fall >= 0 else "above its start, which is not as exact"
@@ -147,10 +145,6 @@ def _imposed(v: dict[str, Any]) -> str:
 
 def _between(v: dict[str, Any]) -> str:
     return f"{numeral(v['lowest'], '.6g')} and {numeral(v['highest'], '.6g')}"
-
-
-def _if_imposed(v: dict[str, Any]) -> str:
-    return f", of all states with {_imposed(v)}" if v["rates"] is not None or v["forces"] else ""
 
 
 def _blocks(names: list[str]) -> str:
@@ -287,6 +281,13 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.DILATANCY_FALLS: lambda v: (
         "dilatancy falls with stress, which only the loop, method 'nonassociative', follows"
     ),
+    Code.LOOP_FAR: lambda v: (
+        f"with {counted(v['joints'], 'joint')} the loop began, and left the scene to a pass: after "
+        f"{counted(v['count'], 'sub-problem')} its sliding was off the true law by {v['off']:.0%} of λ"
+    ),
+    Code.PASS_NEAR: lambda v: (
+        f"in {v['steps']} Newton steps to a gap of {v['gap']:.1e}, then exact forces and a mechanism near it"
+    ),
     Code.TOO_LARGE: lambda v: f"with {counted(v['joints'], 'joint')} the loop is quicker than a pass",
     Code.LOCAL_MINIMUM: lambda v: f"a local minimum, complementary to within ε = {v['epsilon']:.0e}",
     Code.RELAXED_FROM: lambda v: f"relaxed from ε = {v['epsilon']:.0e}, larger ones could not be followed",
@@ -317,10 +318,6 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.NO_KINEMATICS: lambda v: "kinematics allow no mechanism",
     Code.PROVEN: lambda v: f"proven least: {_bracket(v)}",
     Code.WITHIN_IMPOSED: lambda v: f"proven least of all states with {_imposed(v)}: {_bracket(v)}",
-    Code.CLOSED_BY_SEARCH: lambda v: (
-        f"proven: {_bracket(v)}{_if_imposed(v)}; "
-        "the program with binaries found none lower, on its solver's word"
-    ),
     Code.TOUCHES_IMPOSED: lambda v: f"nothing is proven: the answer exceeds {_imposed(v)}",
     Code.OUT_OF_TIME: lambda v: f"proven within {v['time_limit']:g} s: {_bracket(v)}",
     Code.OUT_OF_TIME_WITHIN_IMPOSED: lambda v: (

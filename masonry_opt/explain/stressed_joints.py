@@ -7,11 +7,10 @@ import math
 import numpy as np
 import pandas as pd
 
+from masonry_opt.answer.motion import fastest
 from masonry_opt.answer.result import Result
+from masonry_opt.answer.thresholds import SLIDES
 from masonry_opt.errors import OptionError
-
-#: Slip below this share of the fastest block's velocity is the solver's last digits.
-_STILL = 1e-6
 
 
 def stressed_joints(result: Result, above: float | None = None) -> pd.DataFrame:
@@ -60,7 +59,7 @@ def stressed_joints(result: Result, above: float | None = None) -> pd.DataFrame:
         dilation=friction[: problem.joints] * slip,
     )
     frame["energy"] = frame["dilation"] * n / problem.live_norm
-    dilates = (frame["dilation"] > 0) & (slip > _STILL * np.abs(solution.d).max())
+    dilates = (frame["dilation"] > 0) & (slip > SLIDES * fastest(result.assembly, solution.d))
     return frame[dilates & (n > _least_force(result, above))]
 
 

@@ -13,7 +13,7 @@ from pyomo.repn.plugins.lp_writer import LPWriter
 from pyomo.repn.plugins.nl_writer import NLWriter
 
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.report.program_names import legal, names_in, numbered, readable
+from masonry_opt.report.program_names import legal, names_in, readable
 
 #: The files of a program, by the ends of their names.
 Files = dict[str, str]
@@ -34,16 +34,6 @@ def mps(program: pyo.ConcreteModel, assembly: Assembly, header: list[str]) -> Fi
         labelled = {"labeler": lambda data: names[id(data)]}
         WriterFactory("mps")(program, str(path), lambda _: True, labelled)
         return {".mps": _comments("*", header) + path.read_text(encoding="utf-8")}
-
-
-def gms(program: pyo.ConcreteModel, assembly: Assembly, header: list[str]) -> Files:
-    """A GAMS file, whose short names comments explain."""
-    names, text = names_in(program, assembly.problem, numbered(assembly)), io.StringIO()
-    WriterFactory("gams")(program, text, lambda _: True, {"labeler": lambda data: names[id(data)]})
-    told = readable(assembly)
-    legend = [f"joint {number}: {label}" for number, label in enumerate(told.joints)]
-    legend += [f"block {number}: {label}" for number, label in enumerate(told.blocks)]
-    return {".gms": _comments("*", [*header, *legend]) + text.getvalue()}
 
 
 def nl(program: pyo.ConcreteModel, assembly: Assembly, header: list[str]) -> Files:
@@ -70,5 +60,4 @@ WRITERS: dict[str, Callable[[pyo.ConcreteModel, Assembly, list[str]], Files]] = 
     ".lp": lp,
     ".mps": mps,
     ".nl": nl,
-    ".gms": gms,
 }

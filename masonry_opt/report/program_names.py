@@ -62,12 +62,6 @@ def legal(assembly: Assembly) -> Labels:
     return _by_blocks(assembly, names, "{", "}")
 
 
-def numbered(assembly: Assembly) -> Labels:
-    """``n_0``: numbers of the rows of ``Result.joints`` and ``Result.blocks``."""
-    problem = assembly.problem
-    return Labels(list(map(str, range(problem.joints))), list(map(str, range(problem.blocks))), "_", "")
-
-
 def _by_blocks(assembly: Assembly, names: list[str], opens: str, closes: str) -> Labels:
     joints = assembly.joints
     pairs = [
@@ -94,7 +88,7 @@ def unique(labels: Iterable[str]) -> list[str]:
 def names_in(program: pyo.ConcreteModel, problem: Problem, labels: Labels) -> dict[int, str]:
     """A name for every variable, constraint and objective of a declared program, by its identity.
 
-    No two are the same, in capitals or not, and none is of a row and of a column.
+    No two are the same, and none is of a row and of a column.
     """
     joint, block = labels.of_joints, labels.of_blocks
     of_components = {

@@ -7,24 +7,20 @@ from collections import Counter
 import numpy as np
 
 from masonry_opt.answer.acceptance import LIMITS, Kind
+from masonry_opt.answer.motion import joint_motion, moving_blocks
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
+from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.errors import counted, printable
 from masonry_opt.explain.sentences import BY_CHORDS, numeral, sentences
 from masonry_opt.explain.stressed_joints import stressed_joints
-from masonry_opt.report.motion import joint_motion, moving_blocks
 from masonry_opt.scene.case_file import CaseFile
-
-#: Percent of λ below which dilatancy adds nothing that can be told from rounding, and the λ below which its
-#: percentage is one of rounding.
-_NOTHING, _ZERO = 1e-4, 1e-6
 
 #: What is known of lower states; said in place of what is said of all others.
 _BOUNDS = (
     Code.PROVEN,
     Code.WITHIN_IMPOSED,
-    Code.CLOSED_BY_SEARCH,
     Code.TOUCHES_IMPOSED,
     Code.OUT_OF_TIME,
     Code.OUT_OF_TIME_WITHIN_IMPOSED,
@@ -103,7 +99,8 @@ def _mechanism(result: Result) -> str:
     """How many blocks move, and what the joints do."""
     if result.solution.d is None:
         return ""
-    motion, moving = joint_motion(result.assembly, result.solution), int(moving_blocks(result).sum())
+    motion = joint_motion(result.assembly, result.solution)
+    moving = len(moving_blocks(result.assembly, result.solution.d))
     counts = {
         "slide": motion.slides,
         "hinge": motion.hinges,
@@ -188,11 +185,11 @@ def _dilatancy(result: Result) -> str:
     if _is_associative(result):
         return ""
     value = numeral(result.associative, ".7f")
-    adds = 100 * (result.associative / max(result.load_factor, _ZERO) - 1)
-    if adds <= _NOTHING:
+    if result.associative <= max(result.load_factor, ZERO) or same(result.associative, result.load_factor):
         return "joints that open as they slide would carry no more than this state"
-    if result.load_factor < _ZERO:
+    if result.load_factor < ZERO:
         return f"joints that open as they slide would carry λ = {value}"
+    adds = 100 * (result.associative / result.load_factor - 1)
     return f"joints that open as they slide would carry {adds:.3g} % more (associative λ = {value})"
 
 

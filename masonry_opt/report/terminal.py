@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 import pandas as pd
 from rich import box
 from rich.console import Console
-from rich.table import Table
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.table import Column, Table
 from rich.text import Text
 
 from masonry_opt.errors import OutputError, ReaderGoneError
@@ -57,6 +58,27 @@ def print_result(text: str) -> None:
 
 
 @contextmanager
+def changing_line(console: Console, line: str) -> Iterator[Callable[[str], None]]:
+    """One line that changes, with the time since it began, which is gone in the end; none where the console
+    is no terminal. What is yielded changes it."""
+    if not console.is_terminal:
+        yield lambda _: None
+        return
+    # On a narrow terminal the line is cut, not broken.
+    text = TextColumn("{task.description}", markup=False, table_column=Column(no_wrap=True, ratio=1))
+    columns = SpinnerColumn(), TimeElapsedColumn(), text
+    with Progress(*columns, console=console, transient=True, expand=True) as shown:
+        task = shown.add_task(line, total=None)
+        yield lambda line: shown.update(task, description=line)
+
+
+def left_by(step: object) -> str:
+    """What a step of a method leaves, and its seconds, as far as it tells: ", mismatch 4.2e-02, 16.4 s"."""
+    left = [f", {name} {getattr(step, name):.1e}" for name in ("gap", "mismatch") if hasattr(step, name)]
+    return "".join([*left, f", {getattr(step, 'seconds', math.nan):.1f} s"]) if left else ""
+
+
+@contextmanager
 def _printing() -> Iterator[None]:
     """Within it what cannot be printed ends in errors of this package."""
     try:
@@ -67,19 +89,6 @@ def _printing() -> Iterator[None]:
         raise OutputError(f"standard output cannot be written: {error.strerror}") from None
 
 
-def markdown(frame: pd.DataFrame) -> str:
-    """A frame as a Markdown table, its numbers as on the terminal."""
-    rows = [
-        list(map(str, frame.columns)),
-        ["---"] * len(frame.columns),
-        *(
-            [format_cell(str(column), value) for column, value in record.items()]
-            for record in frame.to_dict("records")
-        ),
-    ]
-    return "".join(f"| {' | '.join(cells)} |\n" for cells in rows).replace(" --- ", "---")
-
-
 def frame_text(frame: pd.DataFrame, title: str) -> str:
     """A frame as a table with a title."""
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
@@ -87,7 +96,7 @@ def frame_text(frame: pd.DataFrame, title: str) -> str:
         numeric = pd.api.types.is_numeric_dtype(frame[column])
         table.add_column(str(column), justify="right" if numeric else "left")
     for record in frame.to_dict("records"):
-        table.add_row(*(format_cell(str(column), value) for column, value in record.items()))
+        table.add_row(*(_cell(str(column), value) for column, value in record.items()))
     # A fixed width, wide enough for every column: what is piped or pasted reads as what is seen.
     console = Console(file=io.StringIO(), width=150)
     console.print(table)
@@ -95,7 +104,7 @@ def frame_text(frame: pd.DataFrame, title: str) -> str:
     return "\n".join(line.rstrip() for line in text.splitlines()) + "\n"
 
 
-def format_cell(column: str, value: object) -> str:
+def _cell(column: str, value: object) -> str:
     """A value as tables show it; its column's name says which digits matter."""
     if not isinstance(value, float):
         return str(value)
@@ -107,4 +116,4 @@ def format_cell(column: str, value: object) -> str:
         return numeral(value, "+.3f")
     if "(s)" in column:
         return numeral(value, ".2f")
-    return numeral(value, ".6f" if column in ("mpec", "refined") else ".5f")
+    return numeral(value, ".5f")

@@ -9,10 +9,8 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.answer.result import Result
+from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.problem.assembly import Assembly
-
-#: Normal forces below this share of the scene's largest are nothing, as for ``utilisation``.
-_NOTHING = 1e-6
 
 #: Blocks in a row, each between two others, from which their points of thrust make a line.
 _CHAIN = 3
@@ -41,7 +39,7 @@ def thrust(result: Result) -> Thrust:
     # The direction of s. Where a joint has length it runs from start to end.
     along = np.column_stack([joints.normal[:, 1], -joints.normal[:, 0]])
     force = n[:, None] * joints.normal + s[:, None] * along
-    pressed = n > _NOTHING * np.abs(n).max(initial=0.0)
+    pressed = n > IDLE * np.abs(n).max(initial=0.0)
     off = np.divide(m, n, out=np.full_like(n, np.nan), where=pressed)
     return Thrust(force, frame[["x", "y"]].to_numpy() + off[:, None] * along)
 

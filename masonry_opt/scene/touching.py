@@ -20,6 +20,9 @@ NEAR_MISS = 1e-2
 #: ten tolerances long may lean by any angle that the tolerance allows, what is shorter is held to that angle.
 LEAN = 0.1
 
+#: Share of the tolerance that is rounding.
+_ROUNDING = 1e-3
+
 #: Pairs of edges compared (of blocks that are near each other, in each other's box).
 _MOST_EDGES = 20_000_000
 
@@ -100,17 +103,22 @@ class _Facing:
         kept = (one * other).sum(axis=1) > 0
         pair, i, j, along = pair[kept], i[kept], j[kept], (one + other)[kept]
         along /= np.hypot(*along.T)[:, None]
-        # Both edges run along the bisector, from x to x.
-        lines = [(edges.tail[i], edges.tip[i]), (edges.tip[j], edges.tail[j])]
-        x = [[((end - edges.tail[i]) * along).sum(axis=1) for end in line] for line in lines]
-        at = np.maximum(x[0][0], x[1][0]), np.minimum(x[0][1], x[1][1])
-        first, second = (
-            [start + ((to - x0) / (x1 - x0))[:, None] * (end - start) for to in at]
-            for (start, end), (x0, x1) in zip(lines, x, strict=True)
-        )
-        apart = [np.hypot(*(one - other).T) for one, other in zip(first, second, strict=True)]
-        start, end = ((one + other) / 2 for one, other in zip(first, second, strict=True))
-        return cls(pair, start, end, np.maximum(*apart)).where(at[1] - at[0] > shortest)
+        # Both edges run along the bisector; each end of what they share is a corner of the one or the other.
+        lines = (edges.tail[i], edges.tip[i]), (edges.tip[j], edges.tail[j])
+        x = np.array([[((end - edges.tail[i]) * along).sum(axis=1) for end in line] for line in lines])
+        at = np.maximum(x[0, 0], x[1, 0]), np.minimum(x[0, 1], x[1, 1])
+        ends, apart = [], []
+        for end, to in enumerate(at):
+            of_first = (x[0, end] == to)[:, None]
+            corner = np.where(of_first, lines[0][end], lines[1][end])
+            start, tip = (np.where(of_first, lines[1][e], lines[0][e]) for e in (0, 1))
+            x0, x1 = (np.where(of_first[:, 0], x[1, e], x[0, e]) for e in (0, 1))
+            across = start + ((to - x0) / (x1 - x0))[:, None] * (tip - start) - corner
+            width = np.hypot(*across.T)
+            # Rounding moves no corner: what touches has the coordinates that were given.
+            ends.append(corner + np.where(width > _ROUNDING * shortest, 0.5, 0.0)[:, None] * across)
+            apart.append(width)
+        return cls(pair, ends[0], ends[1], np.maximum(*apart)).where(at[1] - at[0] > shortest)
 
 
 def _joined(parts: _Facing, tolerance: float) -> _Facing:

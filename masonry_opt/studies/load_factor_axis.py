@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
+
+from masonry_opt.answer.thresholds import ZERO
 
 #: What it is called.
 LABEL = "load factor λ"
@@ -15,9 +18,6 @@ _LEAST = 0.02
 #: From so many times the greatest of the others on, a load factor would press them into the foot of an axis;
 #: at most this share of all is left off it, one of three at least.
 _FAR, _FEW = 10.0, 0.25
-
-#: Load factors up to this are zero but for rounding: nothing is read from the foot of an axis then.
-_ZERO = 1e-6
 
 
 def ends(load_factors: ArrayLike) -> tuple[float, float]:
@@ -39,6 +39,13 @@ def off_axis(load_factors: ArrayLike) -> np.ndarray:
     greatest = np.maximum.accumulate(np.abs(rising))
     few = max(int(_FEW * len(rising)), len(rising) >= 3)
     for first in range(len(rising) - few, len(rising)):
-        if first and greatest[first - 1] > _ZERO and rising[first] >= _FAR * greatest[first - 1]:
+        if first and greatest[first - 1] > ZERO and rising[first] >= _FAR * greatest[first - 1]:
             return values >= rising[first]
     return np.zeros(len(values), dtype=bool)
+
+
+def ticks(least: float, greatest: float, whole: bool = False) -> list[float]:
+    """Round numbers between two ends, a few; ``whole`` ones alone."""
+    values = np.asarray(MaxNLocator(6, integer=whole).tick_values(least, greatest))
+    found: list[float] = values[(values >= least) & (values <= greatest)].tolist()
+    return found

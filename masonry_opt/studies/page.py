@@ -6,7 +6,7 @@ from masonry_opt.errors import OptionError
 from masonry_opt.files import WRITER
 
 #: What is said where a library of pages is missing.
-NEEDED = "pages need Jinja2 and plotly; install them with: pip install '.[studies]'"
+NEEDED = "charts and pages need Altair, vl-convert and Jinja2; install them with: pip install '.[studies]'"
 
 
 def render(template: str, **values: object) -> str:

@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+from paper_scripts import definitions
 from scenes import WALLS, declared
 
 import masonry_opt as mo
@@ -14,8 +15,9 @@ from masonry_opt.methods.loop.run import run
 from masonry_opt.methods.loop.steps import Turn
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.solvers.registry import find_solver
-from masonry_opt.studies.paper.variants import MoveLimit, only_at_yield
 
+VARIANTS = definitions("variants")
+move_limit, only_at_yield = VARIANTS.move_limit, VARIANTS.only_at_yield
 WALL_2, WALL_4 = WALLS[1], WALLS[3]
 PAPER = {"sub_problems": "accurate", "finish": False}
 CLARABEL = find_solver("cvxpy", None)
@@ -36,7 +38,7 @@ def turned_about(problem, step):
 
 
 def test_a_huge_move_limit_is_none():
-    ours = mo.solve(WALL_2, "nonassociative", **PAPER, revise=MoveLimit(1e9)).history["load_factor"]
+    ours = mo.solve(WALL_2, "nonassociative", **PAPER, revise=move_limit(1e9)).history["load_factor"]
     none = mo.solve(WALL_2, "nonassociative", **PAPER).history["load_factor"]
     np.testing.assert_array_equal(ours, none)
 
@@ -44,7 +46,7 @@ def test_a_huge_move_limit_is_none():
 def test_a_move_limit_bounds_what_the_limits_turn_about():
     """As a share of the force and the mean one; the small cohesion, 1e-5 of the largest force, aside."""
     share = 0.1
-    problem, said = steps(WALL_2, MoveLimit(share))
+    problem, said = steps(WALL_2, move_limit(share))
     about = [turned_about(problem, step) for step in said[1:]]
     assert len(about) > 5
     bound = False
@@ -83,7 +85,7 @@ def test_turning_only_some_changes_the_path():
 
 def test_a_move_limit_forgets_the_run_before():
     """It keeps the forces that its limits turned about, and begins anew with every run."""
-    revise = MoveLimit(0.1)
+    revise = move_limit(0.1)
     first, again = (
         mo.solve(WALL_2, "nonassociative", **PAPER, revise=revise).history["load_factor"] for _ in range(2)
     )

@@ -6,13 +6,13 @@ import warnings
 
 import numpy as np
 import pytest
+from atlas.small_scenes import four_in_a_point
 from passes import EXACT, GAP, assert_descended, assert_one_pass, one_pass
 from scenes import CASES, WALLS, block_on_floor, irregular, small_wall, two_blocks
 from scenes import values_of as values
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
-from masonry_opt.studies.atlas.small_scenes import four_in_a_point
 
 WEDGES, ARCH = CASES / "livesley" / "wedges.toml", CASES / "casapulla_lauro" / "arch.toml"
 

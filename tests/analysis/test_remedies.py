@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import cache
 
 import pytest
+from atlas.small_scenes import confined, ferris_tinloi
+from atlas.solver_failures import STEPPED, TWO_PATHS
 from scenes import CASES, WALLS, values_of
 
 import masonry_opt as mo
@@ -12,8 +14,6 @@ from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.loop import run as loop_run
-from masonry_opt.studies.atlas.small_scenes import confined, ferris_tinloi
-from masonry_opt.studies.atlas.solver_failures import STEPPED, TWO_PATHS
 
 WALL_4, WALL_6 = WALLS[3], WALLS[5]
 

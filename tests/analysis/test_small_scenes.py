@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import pytest
+from atlas.random_scenes import random_scene
 from scenes import two_blocks, values_of
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
-from masonry_opt.studies.atlas.random_scenes import random_scene
 
 
 def test_the_default_ends_low_where_states_are_far_apart():

@@ -1,18 +1,15 @@
-"""The pages of `compare` and `reproduce` as a browser lays them out: on a desk, and on a telephone."""
+"""The page of `compare` as a browser lays it out: on a desk, and on a telephone."""
 
 from __future__ import annotations
 
 import itertools
-import math
 
-import pandas as pd
 import pytest
 from comparisons import made_up
+from selenium.webdriver.support.wait import WebDriverWait
 
 from masonry_opt.studies.compare.charts import charts
 from masonry_opt.studies.compare.page import page
-from masonry_opt.studies.paper.example import Basis, PublishedValue, Report
-from masonry_opt.studies.paper.folder import write_report
 
 WIDTHS = (1280, 400)
 
@@ -21,11 +18,6 @@ _BOXES = """return [...document.querySelectorAll(arguments[0])].map(element => {
   const box = element.getBoundingClientRect();
   return [box.left, box.top + scrollY, box.right, box.bottom + scrollY];
 });"""
-
-#: Of every table's columns the heading, and each alignment that a cell of it has.
-_ALIGNMENTS = """return [...document.querySelectorAll('table')].map(table =>
-  [...table.tHead.rows[0].cells].map((head, at) => [head.textContent, ...new Set(
-    [...table.rows].filter(row => row.cells[at]).map(row => getComputedStyle(row.cells[at]).textAlign))]));"""
 
 
 @pytest.fixture(scope="module")
@@ -44,23 +36,6 @@ def charts_page(tmp_path_factory):
     comparison = made_up()
     path.write_text(page(comparison, charts(comparison.summary)), "utf-8")
     return path
-
-
-@pytest.fixture(scope="module")
-def reproduced_page(tmp_path_factory):
-    """Long words, many columns, and values of every basis; a table whose columns mix numbers and none."""
-    folder = tmp_path_factory.mktemp("reproduce")
-    source = "by an independent computation, https://example.org/" + "a-very-long-address-" * 8
-    values = [
-        PublishedValue(f"λ of the {basis} example", 1.5, 1.6, source, tolerance=1e-3, basis=basis)
-        for basis in Basis
-    ]
-    values.append(PublishedValue("share of energy in sliding", 0.0, 1e-9, "0.25", tolerance=1e-3))
-    wide = pd.DataFrame({f"column {at}": [1.5, math.nan, -2.0] for at in range(20)})
-    table = wide.assign(status=["9", "unstable under dead load", "–"])
-    report = Report(values, tables={"fig8_wide": table}, captions={"fig8_wide": "a wide table"})
-    write_report(folder, "fig8", report, 1.0)
-    return folder / "index.html"
 
 
 def overflow(browser):
@@ -119,59 +94,52 @@ def test_no_table_moves_sideways_on_a_telephone(browser, comparison_page):
     assert chromium.execute_script(first) != before
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("width", WIDTHS)
-def test_legends_stand_below_their_charts(browser, charts_page, width):
+def opened(browser, charts_page, width):
+    """The page in a browser, with all its charts drawn."""
     chromium = browser(width)
     chromium.get(charts_page.as_uri())
+    missing = "return document.querySelectorAll('.chart:not(:has(.role-axis-label text))').length"
+    WebDriverWait(chromium, 30).until(lambda page: page.execute_script(missing) == 0)
+    return chromium
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("width", WIDTHS)
+def test_charts_are_drawn_whole(browser, charts_page, width):
+    """Each as wide as the page, its legend inside it, the labels of its ticks apart."""
+    chromium = opened(browser, charts_page, width)
     assert overflow(chromium) <= 0
-    assert chromium.execute_script("return document.querySelector('.js-plotly-plot .legend')") is None
-    plots, legends = (
-        chromium.execute_script(_BOXES, f"figure {part}") for part in (".js-plotly-plot", "ul.legend")
-    )
-    assert len(plots) == len(legends) > 4
-    for plot, legend in zip(plots, legends, strict=True):
-        assert plot[3] - plot[1] > 100
-        assert legend[1] >= plot[3]
-        assert legend[2] <= width
+    plots = chromium.execute_script(_BOXES, "figure .chart svg")
+    assert len(plots) == len(chromium.find_elements("css selector", "figure")) > 4
+    for at, (left, top, right, bottom) in enumerate(plots, 1):
+        assert bottom - top > 100
+        assert width / 2 < right - left <= width
+        entries = chromium.execute_script(_BOXES, f"#chart_{at} .role-legend-label text")
+        assert len(entries) > 0 or at == 2  # one colour
+        assert all(box[2] <= right + 1 and box[3] <= bottom + 1 for box in entries)
+        labels = f"#chart_{at} [aria-label^='X-axis'] .role-axis-label text:not([opacity='0'])"
+        ticks = sorted(chromium.execute_script(_BOXES, labels))
+        assert len(ticks) > 1
+        assert all(one[2] < other[0] for one, other in itertools.pairwise(ticks))
     assert [line for line in chromium.get_log("browser") if line["level"] == "SEVERE"] == []
 
 
 @pytest.mark.slow
-def test_labels_of_ticks_stand_apart_on_a_telephone(browser, charts_page):
-    chromium = browser(400)
-    chromium.get(charts_page.as_uri())
-    for axis in ("x", "x2"):
-        boxes = chromium.execute_script(_BOXES, f"figure:first-of-type .{axis}tick text")
-        assert len(boxes) > 1
-        assert all(one[2] < other[0] for one, other in itertools.pairwise(sorted(boxes)))
+def test_a_name_of_a_legend_fades_the_others(browser, charts_page):
+    chromium = opened(browser, charts_page, 1280)
+    faded = "return document.querySelectorAll('#chart_4 path[opacity=\"0.1\"]').length"
+    entry = chromium.find_element("css selector", "#chart_4 .role-legend-label text")
+    assert chromium.execute_script(faded) == 0
+    entry.click()
+    assert chromium.execute_script(faded) > 0
 
 
 @pytest.mark.slow
-def test_a_name_of_a_legend_fades_its_marks(browser, charts_page):
-    chromium = browser(1280)
-    chromium.get(charts_page.as_uri())
-    faded = "return document.querySelectorAll('.js-plotly-plot')[1].data.map(trace => trace.opacity)"
-    click = "document.querySelectorAll('figure')[1].querySelector('.legend button').click()"
-    assert chromium.execute_script(faded)[0] in (None, 1)
-    chromium.execute_script(click)
-    assert chromium.execute_script(faded)[0] < 0.5
-    chromium.execute_script(click)
-    assert chromium.execute_script(faded)[0] == 1
-
-
-@pytest.mark.parametrize("width", WIDTHS)
-def test_the_papers_examples(browser, reproduced_page, width):
-    """No sideways scrolling, and one alignment a column, its heading's too."""
-    chromium = browser(width)
-    chromium.get(reproduced_page.as_uri())
-    assert overflow(chromium) <= 0
-    tables = chromium.execute_script(_ALIGNMENTS)
-    assert len(tables) == 3
-    for columns in tables:
-        assert {len(column) for column in columns} == {2}
-    alignment = dict(tables[1])
-    assert (alignment["what"], alignment["source"]) == ("left", "left")
-    assert {alignment[basis] for basis in Basis} | {alignment["ours"], alignment["diff %"]} == {"right"}
-    assert dict(tables[2])["status"] == "left"
-    assert dict(tables[2])["column 0"] == "right"
+def test_each_scene_has_its_panel(browser, charts_page):
+    chromium = opened(browser, charts_page, 1280)
+    marks = "return document.querySelector('#chart_6 svg').innerHTML"
+    first = chromium.execute_script(marks)
+    select = chromium.find_element("css selector", "#chart_6 select")
+    *_, last = select.find_elements("css selector", "option")
+    last.click()
+    assert chromium.execute_script(marks) != first

@@ -6,12 +6,12 @@ import dataclasses
 
 import numpy as np
 import pytest
+from atlas.small_scenes import block, chute, confined, overhanging
 from scenes import CASES, block_on_floor, small_wall, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.solvers.driver import Driver
-from masonry_opt.studies.atlas.small_scenes import block, chute, confined, overhanging
 from masonry_opt.studies.compare.accuracy import CLOSE, CertifiedBounds, certified_bounds
 
 #: What arithmetic of double precision may take from a bound.

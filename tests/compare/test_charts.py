@@ -1,14 +1,15 @@
-"""What charts hold, on made-up runs, and that both ways of drawing draw it."""
+"""What the charts of a comparison hold, on made-up runs, and that pictures show every point of it."""
 
 from __future__ import annotations
 
 import pytest
 from lines import line
 
-from masonry_opt.studies.compare import draw_matplotlib, draw_plotly, frames
+from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
-from masonry_opt.studies.compare.charts import Bars, Chart, charts
+from masonry_opt.studies.compare.charts import charts
+from masonry_opt.studies.drawing import Drawing, pictures
 from masonry_opt.studies.palette import COLOURS
 
 #: One scene: Clarabel at two tolerances in 1 s and 2 s; Pyomo with HiGHS certified, and killed after 60 s.
@@ -25,38 +26,63 @@ ROWS = [
 
 
 @pytest.fixture(scope="module")
-def drawn() -> dict[str, Chart | Bars]:
+def drawn() -> dict[str, Drawing]:
     bounds = {"a": CertifiedBounds(1 - 1e-12, 1 + 1e-12)}
     summary = frames.summary(ROWS, bounds, {"a": BestKnown(0.8, "refined")}, {})
-    return {chart.name: chart for chart in charts(summary)}
+    return {drawing.name: drawing for drawing in charts(summary)}
+
+
+def encodings(drawing, channel):
+    """What each layer of a drawing says of a channel by which it places or codes a column."""
+    found = (layer["encoding"].get(channel, {}) for layer in drawing.on_page()["layer"])
+    return [encoding for encoding in found if "scale" in encoding]
+
+
+def looks(drawing, channel):
+    """What pairs look like."""
+    scale = encodings(drawing, channel)[0]["scale"]
+    return dict(zip(scale["domain"], scale["range"], strict=True))
+
+
+def ticks(drawing, channel):
+    """Values of the ticks of an axis, and the expression that words them."""
+    axis = encodings(drawing, channel)[0]["axis"]
+    return axis["values"], axis["labelExpr"]
 
 
 def test_time_against_error(drawn):
-    chart = drawn["time_error_associative"]
-    clarabel, highs, killed, front = chart.panels["a"]
-    assert [*clarabel.x] == [2.0, 1.0]  # from tight to loose
-    assert [*clarabel.y] == pytest.approx([1e-7, 5e-5])
-    assert (clarabel.colour, clarabel.marker, clarabel.filled) == (COLOURS[0], "circle", True)
-    assert (highs.colour, highs.marker, highs.filled) == (COLOURS[1], "circle", False)
-    assert ([*killed.x], [*killed.letters], killed.name) == ([60.0], ["T"], highs.name)
-    assert all(chart.band < y < chart.y.limits[1] for y in killed.y)
-    assert [*front.x] == [1.0, 2.0]
-    assert chart.x.limits[0] < 1.0
-    assert chart.x.limits[1] > 60.0
+    drawing = drawn["time_error_associative"]
+    marks = drawing.chart.data
+    assert marks["time"].tolist() == [1.0, 2.0, 4.0, 60.0]
+    assert marks["height"].tolist()[:3] == pytest.approx([5e-5, 1e-7, 2e-7])
+    assert marks["letter"].tolist() == ["", "", "", "T"]
+    assert marks["front"].tolist() == [True, True, False, False]
+    least, top = encodings(drawing, "y")[0]["scale"]["domain"]
+    assert least < 1e-7
+    assert 5e-5 < marks["height"].iloc[3] < top
+    low, high = encodings(drawing, "x")[0]["scale"]["domain"]
+    assert low < 1.0
+    assert high > 60.0
+    clarabel, highs = marks["pair"].unique()
+    assert looks(drawing, "stroke") == {clarabel: COLOURS[0], highs: COLOURS[1]}
+    assert looks(drawing, "fill") == {clarabel: COLOURS[0], highs: "white"}
+    assert looks(drawing, "shape") == {clarabel: "circle", highs: "circle"}
 
 
 def test_a_state_below_the_best_is_marked(drawn):
-    *_, below = drawn["time_error_coulomb"].panels["a"]
-    assert ([*below.x], below.marker) == ([5.0], "triangle-down")
+    marks = drawn["time_error_coulomb"].chart.data
+    assert marks["time"][marks["below"]].tolist() == [5.0]
+    assert len(set(looks(drawn["time_error_coulomb"], "shape").values())) == 2
 
 
 def test_what_is_drawn_at_a_floor_is_told(drawn):
     """The gap of 5 % of one scene is above it, and needs no word; the violation is zero."""
     gap, violation = drawn["time_error_coulomb"], drawn["time_violation_coulomb"]
-    assert gap.notes == ""
-    assert not any("≤" in text for text in gap.y.ticks.values())
+    assert "\\u2264" not in ticks(gap, "y")[1]
     assert "1e-10" in violation.notes
-    assert violation.y.ticks[1e-10] == "≤ 10⁻¹⁰"
+    values, words = ticks(violation, "y")
+    assert min(values) == 1e-10
+    assert words.count("\\u2264") == 1
 
 
 def test_a_state_at_the_best_one_is_drawn_at_the_floor_of_gaps():
@@ -65,36 +91,25 @@ def test_a_state_at_the_best_one_is_drawn_at_the_floor_of_gaps():
         line(scene="a", method="refined", load_factor=0.8008),
     ]
     summary = frames.summary(rows, {}, {"a": BestKnown(0.8, "refined")}, {})
-    chart = next(chart for chart in charts(summary) if chart.name == "time_error_coulomb")
-    heights = sorted(y for series in chart.panels["a"] if series.marker for y in series.y)
-    assert heights == pytest.approx([1e-7, 1e-3])
-    assert min(chart.y.ticks) == pytest.approx(1e-7)
-    assert chart.y.ticks[min(chart.y.ticks)].startswith("≤")
-    assert "1e-07" in chart.notes
-
-
-def test_short_axes_have_few_ticks():
-    rows = [line(scene="a", wall=10.0**power, tolerance=10.0**power) for power in range(-3, 4)]
-    bars = charts(frames.summary(rows, {}, {}, {}))[0]
-    assert 2 <= len(bars.time.ticks) <= 3
+    drawing = next(drawing for drawing in charts(summary) if drawing.name == "time_error_coulomb")
+    assert sorted(drawing.chart.data["height"]) == pytest.approx([1e-6, 1e-3])
+    assert min(ticks(drawing, "y")[0]) == pytest.approx(1e-6)
+    assert "1e-06" in drawing.notes
 
 
 def test_counts_and_times_of_the_bars(drawn):
-    bars = drawn["success"]
-    counts = {name: counts for name, _, counts in bars.parts}
+    bars, times = drawn["success"].chart.data, drawn["success_time"].chart.data
+    counts = bars.groupby("verdict")["count"].agg(list)
     assert counts["certified"] == [1, 1, 1, 0, 1, 1]
     assert counts["failed but said so"] == [0, 0, 0, 1, 0, 0]
-    assert bars.times[1] == (2.0, 2.0, 2.0)
+    assert times[["low", "time", "high"]].iloc[1].tolist() == [2.0, 2.0, 2.0]
 
 
-def test_both_drawings_hold_every_point(drawn):
-    for chart in drawn.values():
-        figure, picture = draw_plotly.draw(chart), draw_matplotlib.draw(chart)
-        if isinstance(chart, Bars):
-            assert [[*trace.x] for trace in figure.data[:-1]] == [counts for _, _, counts in chart.parts]
-            continue
-        series = chart.panels[next(iter(chart.panels))]
-        for one, trace in zip(series, figure.data, strict=True):
-            assert [*trace.y] == [*one.y]
-        lines = picture.axes[0].lines
-        assert sum(len(line.get_xdata()) for line in lines) == sum(len([*one.x]) for one in series)
+def test_pictures_hold_every_point_and_are_the_same_from_run_to_run(drawn):
+    files = pictures(drawn.values())
+    assert set(files) == {f"{name}.{kind}" for name in drawn for kind in ("png", "svg")}
+    for name in ("time_error_associative", "time_error_coulomb", "time_violation_coulomb"):
+        marks = drawn[name].chart.data
+        points = int((marks["letter"] == "").sum() + marks["below"].sum())
+        assert files[f"{name}.svg"].count('aria-roledescription="point"') == points
+    assert pictures([drawn["success"]]).items() <= files.items()

@@ -13,9 +13,7 @@ from scenes import CASES, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.studies.compare import frames
-from masonry_opt.studies.compare.charts import charts
 from masonry_opt.studies.compare.comparison import Comparison
-from masonry_opt.studies.compare.legend import legend
 from masonry_opt.studies.compare.opening import Cell, opening
 from masonry_opt.studies.compare.page import page
 from masonry_opt.studies.compare.thumbnail import thumbnail
@@ -108,14 +106,6 @@ def test_the_page_opens_with_the_table_and_ends_with_definitions(comparison):
     assert opening_rows.count("<svg") == len(NAMES)
     assert ">0.63898</b>" in opening_rows
     assert 'href="#words"' in html
-
-
-def test_every_legend_names_each_series_once(comparison):
-    for chart in charts(comparison.summary):
-        names = [entry.name for entry in legend(chart)]
-        assert len(names) == len(set(names))
-        panels = getattr(chart, "panels", {})
-        assert {series.name for panel in panels.values() for series in panel} <= set(names) or not panels
 
 
 def test_a_thumbnail_is_the_scene_to_scale():

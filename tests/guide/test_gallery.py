@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 
 DOCS = Path(__file__).parents[2] / "docs"
-EXAMPLES = sorted((DOCS / "gallery").glob("*/*.py"))
+#: The paper's are tested by their command (`tests/reproduce`).
+EXAMPLES = sorted(path for path in (DOCS / "gallery").glob("*/*.py") if path.parent.name != "paper")
 
 #: Those that take more than a second or two.
 SLOW = {

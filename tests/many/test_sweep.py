@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import pandas as pd
 import pytest
 from scenes import CASES, block_on_floor, run_command
@@ -165,6 +167,14 @@ def test_options_are_refused_before_the_first_run():
         mo.sweep(block_on_floor(), VARY, method="nonassociative", bta=0.5)
     with pytest.raises(mo.OptionError, match="option 'revise'"):
         mo.sweep(block_on_floor(), VARY, method="nonassociative", revise=lambda *_: None)
+
+
+def test_a_table_needs_no_extra(monkeypatch, tmp_path):
+    for module in ("drawing", "many.charts"):
+        monkeypatch.delitem(sys.modules, f"masonry_opt.studies.{module}", raising=False)
+    monkeypatch.setitem(sys.modules, "altair", None)
+    mo.sweep(block_on_floor(), {"joints.friction": [0.3, 0.4]}, method="static", workers=1, out=tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"runs.csv", "journal.jsonl"}
 
 
 def test_the_command_writes_table_and_charts(monkeypatch, capsys, tmp_path):

@@ -1,28 +1,47 @@
-"""Write the tables of ``docs/paper.md`` anew (``python tests/report/refresh_tables.py`` in the clone)."""
+"""Write the tables of ``docs/paper.md`` anew (``python tests/report/refresh_tables.py``) from what
+``make table1`` has written to results/."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
 
-from masonry_opt.report.terminal import markdown
-from masonry_opt.studies.paper.table1 import table1
+import pandas as pd
 
 #: Times are of one run on one machine: they are printed, not kept.
 LEFT_OUT = ["method", "NLPs", "time (s)", "published (s)"]
 
 
-def refresh(page: Path, cases: Path) -> None:
-    """Replace what stands between the markers of each table."""
-    tables, text = table1(cases, print).tables, page.read_text("utf-8")
-    residuals = tables["table1_residuals"]
+def markdown(frame: pd.DataFrame) -> str:
+    """A frame as a Markdown table, load factors with the paper's five digits."""
+    rows = [[str(column) for column in frame.columns], ["---"] * len(frame.columns)]
+    for record in frame.to_dict("records"):
+        rows.append([_cell(str(column), value) for column, value in record.items()])
+    return "".join(f"| {' | '.join(cells)} |\n" for cells in rows).replace(" --- ", "---")
+
+
+def _cell(column: str, value: object) -> str:
+    if not isinstance(value, float):
+        return str(value)
+    digits = ".5f" if value > 1e-2 else ".1e"
+    return format(value, "+.3f" if "%" in column else digits)
+
+
+def tables(folder: Path) -> dict[str, str]:
+    """What stands between the markers of each table of the page."""
+    residuals = pd.read_csv(folder / "table1_residuals.csv")
     loops = residuals[residuals["method"] == "loop"].drop(columns=LEFT_OUT)
-    parts = {"table1": tables["table1"], "residuals": loops}
-    for name, frame in parts.items():
+    return {"table1": markdown(pd.read_csv(folder / "table1.csv")), "residuals": markdown(loops)}
+
+
+def refresh(page: Path, folder: Path) -> None:
+    """Replace what stands between the markers."""
+    text = page.read_text("utf-8")
+    for name, table in tables(folder).items():
         between = re.compile(rf"(<!-- {name} -->\n).*?(<!-- /{name} -->)", re.DOTALL)
-        text = between.sub(lambda match, frame=frame: match[1] + markdown(frame) + match[2], text)
+        text = between.sub(lambda match, table=table: match[1] + table + match[2], text)
     page.write_text(text, "utf-8")
 
 
 if __name__ == "__main__":
-    refresh(Path("docs", "paper.md"), Path("cases"))
+    refresh(Path("docs", "paper.md"), Path("results"))

@@ -95,9 +95,7 @@ def test_the_answer_as_json(block):
 
 @pytest.mark.parametrize("kind", ["distribution", "fragility", "sensitivity"])
 def test_pictures(block, kind):
-    axes = block.plot(kind).axes[0]
-    assert axes.get_xlabel()
-    assert axes.has_data()
+    assert block.plot(kind).to_dict()["layer"]
     with pytest.raises(mo.OptionError, match="kind"):
         block.plot("histogram")
 
@@ -132,18 +130,26 @@ def test_all_kinds_of_samples_are_drawn():
     for values in ([1.0], [2.0] * 5, [np.nan] * 3):
         found = with_load_factors(values)
         for kind in ("distribution", "fragility", "sensitivity"):
-            assert found.plot(kind).axes
+            assert found.plot(kind).to_dict()
         assert str(found)
 
 
 def test_a_load_factor_that_does_not_change_is_drawn_as_one():
     found = with_load_factors((0.5 + 1e-10 * np.arange(20)).tolist())
-    (bar,) = (bar for bar in found.plot("distribution").axes[0].patches if bar.get_height())
-    assert bar.get_height() == 20
-    assert bar.get_width() == pytest.approx(0.01 / 11, rel=1e-3)
-    low, high = found.plot("fragility").axes[0].get_xlim()
-    assert (low, high) == pytest.approx((0.4945, 0.5055), abs=1e-8)
-    assert not found.plot("sensitivity").axes[0].patches
+    bars = found.plot("distribution").layer[0].data
+    (bar,) = bars[bars["runs"] > 0].itertuples()
+    assert bar.runs == 20
+    assert bars["to"][bar.Index] - bars["from"][bar.Index] == pytest.approx(0.01 / 11, rel=1e-3)
+    load = found.plot("fragility").data["load"]
+    assert (load.min(), load.max()) == pytest.approx((0.4945, 0.5055), abs=1e-8)
+    assert found.plot("sensitivity").data.empty
+
+
+def test_the_bars_hold_every_run_and_the_band_the_curve(block):
+    bars, curve = block.plot("distribution").layer[0].data, block.plot("fragility").data
+    assert bars["runs"].sum() == np.isfinite(block.load_factors).sum()
+    assert (curve["lower"] <= curve["probability"]).all()
+    assert (curve["probability"] <= curve["upper"]).all()
 
 
 def test_values_that_are_no_friction_are_refused_before_any_run():
@@ -241,6 +247,7 @@ def test_a_folder_holds_tables_and_charts_and_goes_on(tmp_path):
     names = {path.name for path in tmp_path.iterdir()}
     for kind in ("distribution", "fragility", "sensitivity"):
         assert {f"{kind}.png", f"{kind}.svg"} <= names
+    assert "charts.html" in names
     assert {"quantiles.csv", "fragility.csv", "sensitivity.csv"} <= names
     with pytest.raises(mo.OptionError, match="method"):
         uncertain(4, workers=1, out=tmp_path, method="kinematic")

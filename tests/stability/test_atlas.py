@@ -5,13 +5,12 @@ from __future__ import annotations
 import dataclasses
 
 import pytest
+from atlas.entries import ATLAS
+from atlas.entry import Expectation, carry_out
 from scenes import CASES
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code, reason
-from masonry_opt.studies.atlas.entries import ATLAS
-from masonry_opt.studies.atlas.entry import Expectation, carry_out
-from masonry_opt.studies.atlas.heat_maps import scene_sheet
 
 #: Runs of many attempts each, beside others of their entry that stay: the loop's remedies in vain before a
 #: method that begins with it, and walls of large friction by vertices.
@@ -75,9 +74,3 @@ def test_a_traceback_is_observed_too():
     observed = carry_out(dataclasses.replace(ENTRY, scene=broken), RIGHT, CASES)
     assert observed.got == "traceback of ZeroDivisionError"
     assert "in the scene" in observed.difference
-
-
-def test_scene_sheet_shows_each_scene_once():
-    observeds = [carry_out(ENTRY, run, CASES) for run in ENTRY.runs[:2]]
-    titles = [axes.get_title() for axes in scene_sheet(observeds).axes if axes.get_title()]
-    assert titles == ["joint 10⁻⁶ of a block long\nstatic: λ = 0.5"]

@@ -17,6 +17,14 @@ import masonry_opt as mo
 WALL_1 = CASES / "ferris_tinloi" / "wall_1.toml"
 
 
+@pytest.fixture(autouse=True)
+def _interruptible():
+    """Ctrl-C as a terminal sends it: a job in the background ignores it."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 def press_ctrl_c():
     os.kill(os.getpid(), signal.SIGINT)
 

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from atlas.large_scenes import LARGE, large_scene
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
@@ -15,7 +16,6 @@ from masonry_opt.effort import Effort
 from masonry_opt.explain.diagnosis import falling_mechanism
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.solvers.registry import find_solver
-from masonry_opt.studies.atlas.large_scenes import LARGE, large_scene
 
 #: Joints of a stone, over all sizes: nearly three in large scenes, fewer in small ones.
 JOINTS = {"rubble": (2, 3), "openings": (1.5, 3), "piers": (1.3, 3)}

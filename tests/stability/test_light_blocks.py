@@ -7,10 +7,10 @@ from math import inf
 
 import numpy as np
 import pytest
+from atlas.small_scenes import rectangle
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.studies.atlas.small_scenes import rectangle
 
 RUNS = {
     "static": ("static", {}),

@@ -7,13 +7,13 @@ proven to have no load factor, and two were left undecided.
 from __future__ import annotations
 
 import pytest
+from atlas.odd_stones import odd_scene
 from mappings import SAME, same
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.status import Status
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.studies.atlas.odd_stones import odd_scene
 
 #: Programs solved to 1e-9, twice; sliver cells cost digits.
 RANDOM = 1e-6

@@ -12,13 +12,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from atlas.random_scenes import KINDS, random_scene
 from mappings import SAME, mapped, same
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, SMALLEST, Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.status import Status
-from masonry_opt.studies.atlas.random_scenes import KINDS, random_scene
 
 #: Programs solved to 1e-9, twice. Random scenes have sliver cells and light blocks, which cost digits.
 RANDOM = 1e-6

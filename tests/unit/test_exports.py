@@ -26,10 +26,10 @@ from masonry_opt.errors import NoLoadFactorError, OutputError
 from masonry_opt.exports import EPSILON
 
 FORMATS = {
-    "static": (".lp", ".mps", ".nl", ".gms"),
-    "kinematic": (".lp", ".mps", ".nl", ".gms"),
-    "global": (".lp", ".mps", ".nl", ".gms"),
-    "mpec": (".nl", ".gms"),
+    "static": (".lp", ".mps", ".nl"),
+    "kinematic": (".lp", ".mps", ".nl"),
+    "global": (".lp", ".mps", ".nl"),
+    "mpec": (".nl",),
     "mcp": (".nl",),
 }
 NO_LIVE_LOAD = two_blocks().model_copy(
@@ -228,68 +228,6 @@ def test_nl_files_count_binaries(tmp_path):
     file = read_nl(path)
     assert file.counts[5][0] == sum(name.startswith("y_") for name in file.columns) == 10
     assert path.with_suffix(".row").read_text().splitlines()[-1] == "objective"
-
-
-GAMS = {"static": "lp", "kinematic": "lp", "mpec": "nlp", "global": "mip"}
-
-
-@pytest.mark.parametrize("method", GAMS)
-def test_gams_files_declare_what_they_use_and_hold_at_our_answer(tmp_path, method):
-    """The text as GAMS reads it: what is declared is defined, no more is used, and an answer meets it."""
-    scene = two_blocks()
-    (path,) = mo.export(scene, tmp_path / "two.gms", method)
-    text = path.read_text()
-    legend = dict(re.findall(r"^\* (?:joint|block) (\d+): (.*\|?.*)$", text, re.MULTILINE)[:3])
-    assert legend == {"0": "A|B", "1": "A|floor", "2": "B|support"}
-    assert re.search(r"SOLVE GAMS_MODEL USING (\w+) minimizing", text)[1] == GAMS[method]
-    declared = {
-        what: re.findall(r"\w+", words)
-        for what, words in re.findall(
-            r"^((?:\w+ )?(?:EQUATIONS|VARIABLES))\n((?:\t\w+\n?)+);", text, re.MULTILINE
-        )
-    }
-    defined = {
-        name: sides for name, *sides in re.findall(r"^(\w+)\.\. (.*) =([el])= (.*) ;$", text, re.MULTILINE)
-    }
-    assert list(defined) == declared["EQUATIONS"]
-    faces, forces, motion = 10, 9, 6
-    equations = {
-        "static": motion + faces,
-        "kinematic": forces + 1,
-        "mpec": motion + forces + 1 + 2 * faces,  # slacks and products
-        "global": motion + forces + 2 + 3 * faces,  # slacks, at rest, at yield, and what bounds rates
-    }
-    assert len(defined) == equations[method] + 1  # the objective
-    variables = {
-        "static": 1 + forces,
-        "kinematic": motion + faces,
-        "mpec": 1 + forces + motion + 2 * faces,
-        "global": 1 + forces + motion + 3 * faces,
-    }
-    names = [name for what, names in declared.items() if "VARIABLES" in what for name in names]
-    assert len(set(map(str.lower, names))) == len(names) == variables[method] + 1
-
-    if method == "kinematic":
-        return  # its least is no state of Coulomb's joints
-    result = mo.solve(scene, "mcp")
-    known = {
-        re.sub(r"\[(.*)\]", lambda found: f"_{number(found[1])}", name): value
-        for name, value in by_name(result, 0.1).items()
-    }
-    known |= {
-        name.replace("p_", "y_", 1): float(value > 1e-9) for name, value in known.items() if name[:2] == "p_"
-    }
-    known["GAMS_OBJECTIVE"] = -result.load_factor if method == "static" else result.load_factor
-    for name, (left, sign, right) in defined.items():
-        left, right = (eval(side, {"__builtins__": {}}, known) for side in (left, right))
-        assert left - right <= 1e-9, name
-        if sign == "e":
-            assert left == pytest.approx(right, abs=1e-9), name
-
-
-def number(label):
-    """Of two blocks' joints and blocks, as the legend in the file has it."""
-    return {"A|B": 0, "A|floor": 1, "B|support": 2, "A": 0, "B": 1}[label]
 
 
 def test_files_are_beside_each_other_and_the_same_twice(tmp_path):

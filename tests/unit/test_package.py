@@ -125,7 +125,7 @@ load_factor = mo.solve("two_blocks.toml", "nonassociative").load_factor
 of_drawing = ("masonry_opt.report.page", "masonry_opt.report.pictures", "matplotlib")
 drawing = [name for name in sys.modules if name.startswith(of_drawing)]
 import masonry_opt.cli
-of_studies = [name for name in sys.modules if name.startswith(("masonry_opt.studies", "plotly"))]
+of_studies = [name for name in sys.modules if name.startswith(("masonry_opt.studies", "altair"))]
 print(json.dumps([load_factor, mo.__file__, cvxpy_terms.__file__, drawing, of_studies]))
 """
 
@@ -166,7 +166,7 @@ def test_what_takes_seconds_to_import_is_imported_when_it_is_used():
         timeout=120,
         env=os.environ | {"PYTHONPATH": str(ROOT)},
     )
-    dear = ("cvxpy", "pyomo", "casadi", "highspy", "matplotlib", "plotly")
+    dear = ("cvxpy", "pyomo", "casadi", "highspy", "matplotlib", "altair")
     names, static, mcp = ([name for name in dear if name in known] for known in json.loads(done.stdout))
     assert names == []
     assert static == ["cvxpy", "highspy"]

@@ -6,22 +6,18 @@ import math
 
 import numpy as np
 import pytest
+from continuous_arch import least_friction_to_hinge, least_friction_to_stand, least_thickness_ratio
 from hinges import four_hinge_load_factors
+from paper_scripts import definitions
 from scenes import CASES
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.case_file import load_with_arch
-from masonry_opt.studies.paper.arch import largest_obliquity, least_friction, mode_of
-from masonry_opt.studies.paper.continuous_arch import (
-    least_friction_to_hinge,
-    least_friction_to_stand,
-    least_thickness_ratio,
-)
-from masonry_opt.studies.paper.least_thickness import least_thickness, opened_scene
 
 SCENE, ARCH = load_with_arch(CASES / "casapulla_lauro" / "arch.toml")
-HINGED = mo.JointDefaults(friction=math.inf)
+FIG9 = definitions("fig9")
+thinnest, transitions = FIG9.thinnest, FIG9.transitions
 
 
 def variant(**changes):
@@ -37,17 +33,17 @@ def variant(**changes):
 )
 def test_least_thickness_of_27_voussoirs(weights, references):
     """10.68 % of the radius (paper: four digits); 10.6776 % and 10.672 % by an independent computation."""
-    found = least_thickness(variant(weights=weights), mo.JointDefaults(friction=0.5))
+    found = thinnest(variant(weights=weights), 0.5)
     for name in references:
         known = SCENE.reference[name]
-        assert found.thickness == pytest.approx(known.value, rel=known.tolerance)
-    assert found.threshold.evaluations <= 30
+        assert found.value == pytest.approx(known.value, rel=known.tolerance)
+    assert found.evaluations <= 30
 
 
 def test_the_search_is_proven_on_either_side():
     """A state of the dead load alone at the thicker end, at most a millionth off; a mechanism that the dead
     load drives at the thinner."""
-    found = least_thickness(ARCH, mo.JointDefaults(friction=0.35)).threshold
+    found = thinnest(ARCH, 0.35)
     assert found.holds.value / found.fails.value - 1 < 1e-6
     stands, falls = found.holds.result, found.fails.result
     problem = stands.assembly.problem
@@ -68,39 +64,22 @@ def test_the_search_is_proven_on_either_side():
 def test_many_voussoirs_come_to_the_closed_form(weights, published):
     """Cocchetti & Rizzi (2020) with weights on the centreline; Milankovitch with true centroids."""
     assert least_thickness_ratio(weights) == pytest.approx(published, abs=6e-7)
-    many = least_thickness(variant(weights=weights, voussoirs=242), HINGED)
-    assert many.thickness == pytest.approx(10 * least_thickness_ratio(weights), rel=1e-4)
-    assert largest_obliquity(many.collapse) == pytest.approx(least_friction_to_hinge(weights), rel=1e-4)
+    thickness, hinging, sliding = transitions(variant(weights=weights, voussoirs=242))
+    assert thickness == pytest.approx(10 * least_thickness_ratio(weights), rel=1e-4)
+    assert hinging == pytest.approx(least_friction_to_hinge(weights), rel=1e-4)
+    assert sliding == pytest.approx(0.309215, rel=1e-4)
 
 
 def test_limits_of_the_modes():
-    """0.395832 and 0.309215: Cocchetti & Rizzi (2020); 242 voussoirs come within 1e-4."""
+    """0.395832 and 0.309215: Cocchetti & Rizzi (2020)."""
     assert least_friction_to_hinge("centreline") == pytest.approx(0.395832, abs=1e-6)
     assert least_friction_to_stand() == pytest.approx(0.309215, abs=1e-6)
-    assert least_friction(variant(voussoirs=242)) == pytest.approx(0.309215, rel=1e-4)
-
-
-def test_modes_change_where_they_should():
-    """27 voussoirs; the paper's 0.396 and 0.31 within half a per cent."""
-    hinging = largest_obliquity(least_thickness(ARCH, HINGED).collapse)
-    sliding = least_friction(ARCH)
-    for name, mu, above, below in (
-        ("mode_I_to_II", hinging, "I", "II"),
-        ("mode_II_to_III", sliding, "II", "III"),
-    ):
-        known = SCENE.reference[name]
-        assert mu == pytest.approx(known.value, rel=known.tolerance)
-        for side, mode in ((1e-4, above), (-1e-4, below)):
-            found = least_thickness(ARCH, mo.JointDefaults(friction=mu + side))
-            assert mode_of(found.collapse) == mode
-    assert found.thickness is None  # no thickness stands in mode III
 
 
 @pytest.mark.parametrize("friction", [0.35, 0.5])
 def test_associative_and_coulomb_coincide(friction):
     """An exact Coulomb state has the associative margin."""
-    joints = mo.JointDefaults(friction=friction)
-    scene = opened_scene(ARCH, 1.05 * least_thickness(ARCH, joints).thickness, joints)
+    scene = FIG9.opened(friction, 1.05 * thinnest(ARCH, friction).value)
     exact = mo.solve(scene, "refined")
     assert exact.certificate.worst < 1e-7
     assert exact.load_factor == pytest.approx(mo.solve(scene, "static").load_factor, rel=1e-6)
@@ -108,9 +87,11 @@ def test_associative_and_coulomb_coincide(friction):
 
 @pytest.mark.parametrize("changes", [{"radius": 0.3}, {"unit_weight": 25.0}, {"angles": (0.0, 180.0)}])
 def test_least_thickness_scales_with_the_radius_alone(changes):
-    found = least_thickness(variant(**changes), HINGED).thickness
-    radius = changes.get("radius", ARCH.radius)
-    assert found / radius == pytest.approx(least_thickness(ARCH, HINGED).thickness / ARCH.radius, rel=1e-8)
+    radius = changes.get("radius", 10)
+    ends = 1e-3 * radius, 1.99 * radius
+    of = variant(**changes)
+    found = mo.least(lambda t: FIG9.scene(of, math.inf, t), *ends, tolerance=1e-6, samples=0).value
+    assert found / radius == pytest.approx(thinnest(ARCH, math.inf).value / 10, rel=1e-8)
 
 
 def test_load_factor_of_the_case_by_enumeration():

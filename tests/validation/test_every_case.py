@@ -10,7 +10,6 @@ from scenes import ALL_CASES, CASES
 
 import masonry_opt as mo
 from masonry_opt.methods.loop.options import PAPER
-from masonry_opt.studies.paper.table1 import SEED
 
 #: The method that must meet a reference of that name, and its options.
 METHODS: dict[str, tuple[str, dict[str, Any]]] = {
@@ -18,8 +17,6 @@ METHODS: dict[str, tuple[str, dict[str, Any]]] = {
     "nonassociative": ("nonassociative", PAPER),
     "coulomb": ("refined", {}),
     "mcp": ("mcp", {}),
-    "mpec": ("mpec", {}),
-    "refined": ("refined", {"search": 120.0, "seed": SEED}),
 }
 
 #: References that are found by more than one solve, and the test that does.
@@ -45,8 +42,7 @@ def references() -> list[Any]:
         for name, reference in mo.load(path).reference.items():
             if reference.tolerance is None or name in ELSEWHERE or (path.parent.name, name) in OWN_TEST:
                 continue
-            slow = path.stem in LARGE or name in ("mpec", "refined")
-            marks = [pytest.mark.slow] if slow else []
+            marks = [pytest.mark.slow] if path.stem in LARGE else []
             found.append(pytest.param(path, name, id=f"{path.stem}-{name}", marks=marks))
     return found
 
@@ -57,14 +53,12 @@ def test_reference(path: Path, name: str) -> None:
     assert name in METHODS, f"{path.name}: say in METHODS how '{name}' is computed"
     method, options = METHODS[name]
     reference = scene.reference[name]
-    if name == "refined":  # a search need not go on when it is there
-        options = options | {"until": reference.value * (1 + reference.tolerance)}
     result = mo.solve(scene, method, **options)
     assert result.status.usable, result.message
     margin = reference.tolerance * abs(reference.value)
     assert result.load_factor <= reference.value + margin
-    # The MCP's is one state of many, the refined one the lowest known: a lower one, exact too, is no mistake.
-    if name in ("mcp", "refined"):
+    # The MCP's is one state of many: a lower one, exact too, is no mistake.
+    if name == "mcp":
         assert result.certificate.worst < 1e-8
     else:
         assert result.load_factor >= reference.value - margin

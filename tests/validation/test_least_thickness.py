@@ -14,11 +14,11 @@ import math
 
 import numpy as np
 import pytest
+from continuous_arch import least_thickness_ratio
 from scipy.optimize import brentq
 
 import masonry_opt as mo
 from masonry_opt.studies.margins.standing import standing
-from masonry_opt.studies.paper.continuous_arch import least_thickness_ratio
 
 
 def closed_form(voussoirs: int) -> float:

@@ -31,7 +31,7 @@ scene = mo.Scene(
 )
 
 # %%
-# By file: LP, MPS, NL or GAMS. Rows and columns are named after joints and blocks, λ is a column.
+# By file: LP, MPS or NL. Rows and columns are named after joints and blocks, λ is a column.
 with tempfile.TemporaryDirectory() as folder:
     file = Path(folder, "wall.lp")
     mo.export(scene, file, method="static")

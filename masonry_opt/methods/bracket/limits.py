@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from masonry_opt.answer.acceptance import BEYOND_LIMITS
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
 from masonry_opt.problem.edges import EdgeFactors
@@ -18,9 +19,6 @@ _PURPOSE = "bounds"
 
 #: Where statics set no limit, forces are assumed to be at most so many times all loads.
 _TIMES_LOADS = 10.0
-
-#: By how much a state's forces may exceed their limits, relative and in median block weights: rounding.
-_ROUNDING = 1e-6
 
 #: A mechanism that only rates and velocities this large could make is none.
 _BEYOND = 1e9
@@ -56,7 +54,7 @@ class Limits:
         """Whether a state's forces (3c,) and the sum of its rates stay below what is assumed."""
         forces = np.abs(q).reshape(3, -1)[:2]
         most = np.stack([self.normal, self.forces[2::3]])
-        within = self.forces_derived or bool((forces <= most + _ROUNDING * (1 + most)).all())
+        within = self.forces_derived or bool((forces <= most + BEYOND_LIMITS * (1 + most)).all())
         return within and (self.rates_derived or rates < self.rates)
 
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
 from pydantic import Field, Strict
 
-from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.acceptance import CLOSED, SMALLEST, Kind, passes
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
@@ -23,14 +22,10 @@ from masonry_opt.methods.bracket.relaxation import (
     edge_lengths,
     relaxed,
 )
-from masonry_opt.methods.bracket.search import lower_state
 from masonry_opt.methods.refined.method import RefinedOptions, refined
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.registry import find_solver
-
-#: Relative gap at which a bracket counts as closed.
-_CLOSED = 1e-5
 
 #: The programs take this share more than the best λ known, so that they have an interior.
 _ABOVE = 1e-4
@@ -41,9 +36,6 @@ _WORTH_REPEATING = 0.5
 
 #: No program keeps more products than this (memory).
 _MOST_PRODUCTS = 400_000
-
-#: Up to so many faces the search with binaries is worth its time.
-_MOST_BINARIES = 150
 
 #: What rates are assumed to sum to, at least, and over those of the state known (on walls 30 to 140).
 _LEAST_RATES, _OVER_KNOWN = 100.0, 10.0
@@ -81,7 +73,7 @@ def global_search(task: Task) -> Solution:
     start = refined(task.with_options(RefinedOptions(search=search)))
     if start.interrupted:
         raise KeyboardInterrupt
-    exact = start.kind is Kind.EXACT and start.load_factor is not None
+    exact = _is_exact(problem, start)
     # Where dilatancy locks the associative flow, an exact state bounds λ instead.
     ends_above = [found.load_factor for found in (upper, *([start] if exact else []))]
     if not (bounds := [load_factor for load_factor in ends_above if load_factor is not None]):
@@ -92,20 +84,19 @@ def global_search(task: Task) -> Solution:
     solution.flow_rule_matters, solution.associative = start.flow_rule_matters, upper.load_factor
     if exact:
         solution.load_factor, solution.q, solution.d = start.load_factor, start.q, start.d
-    ends = began + options.time_limit
     of = limits(problem, highest, options.rate_bound or assumed_rates(problem, solution.d), effort)
     solution.bound = min(best, 0.0)
     if best > 0:
         _raise(task, solution, best, highest, of, began)
-    searched = None
-    if not _closed(solution.bound, solution.load_factor) and problem.faces <= _MOST_BINARIES:
-        seconds = max(ends - time.perf_counter(), LEAST_TIME)
-        found, searched = lower_state(task, highest, of, seconds)
-        if found is not None and (solution.load_factor is None or found.load_factor < solution.load_factor):
-            lower = replace(solution, load_factor=found.load_factor, q=found.q, d=found.d)
-            solution = solution if lower.failing(problem) else lower
-    _conclude(problem, solution, of, searched, options)
+    _conclude(problem, solution, of, options)
     return solution
+
+
+def _is_exact(problem: Problem, start: Solution) -> bool:
+    """Whether a state, of the refinement or of a pass that it could not refine, is exact."""
+    if start.load_factor is None or start.q is None or start.d is None:
+        return False
+    return passes(problem, Kind.EXACT, start.load_factor, start.q, start.d, problem.dilatancy)
 
 
 def assumed_rates(problem: Problem, d: np.ndarray | None) -> float:
@@ -155,13 +146,11 @@ def _raise(task: Task, solution: Solution, best: float, highest: float, of: Limi
 
 
 def _closed(bound: float, load_factor: float | None) -> bool:
-    return load_factor is not None and load_factor - bound <= _CLOSED * max(abs(load_factor), 1e-3)
+    return load_factor is not None and load_factor - bound <= CLOSED * max(abs(load_factor), SMALLEST)
 
 
-def _conclude(
-    problem: Problem, solution: Solution, of: Limits, searched: float | None, options: GlobalOptions
-) -> None:
-    """Status and reason from what was found; ``searched``: the bound of the program with binaries."""
+def _conclude(problem: Problem, solution: Solution, of: Limits, options: GlobalOptions) -> None:
+    """Status and reason from what was found."""
     load_factor, q, d = solution.load_factor, solution.q, solution.d
     if load_factor is None or q is None or d is None:
         solution.end(Status.SOLVER_FAILED, Code.NO_EXACT_STATE, time_limit=options.time_limit)
@@ -179,8 +168,6 @@ def _conclude(
             solution.end(Status.OPTIMAL, Code.PROVEN, **said)
         else:
             solution.end(Status.CONVERGED, Code.WITHIN_IMPOSED, **said)
-    elif searched is not None and _closed(searched, load_factor):
-        solution.end(Status.CONVERGED, Code.CLOSED_BY_SEARCH, **said)
     else:
         code = Code.OUT_OF_TIME if of.derived else Code.OUT_OF_TIME_WITHIN_IMPOSED
         solution.end(Status.CONVERGED, code, **said, time_limit=options.time_limit)

@@ -17,6 +17,7 @@ from math import inf
 
 import numpy as np
 
+from masonry_opt.answer.acceptance import LIMITS, Kind, residuals
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.energy import WEIGHT
@@ -101,6 +102,7 @@ class Refiner:
     effort: where time and programs are counted.
     deadline: of ``time.perf_counter``, from which on every program raises OutOfTime.
     why: why ``first`` last found nothing.
+    left: residuals for which the state that forces last led to is none.
     undecided: programs that the solver neither solved nor found infeasible in the last round of
         ``descend``: where there are any, that nothing lowers λ is not known.
     """
@@ -124,6 +126,7 @@ class Refiner:
         self._minimise_load_factor()
         self.undecided = 0
         self.why = Code.NO_STATICS
+        self.left: dict[str, float | None] = {}
         self.deadline = inf
 
     def _under(self, law: Problem) -> LinearProgram | None:
@@ -177,14 +180,20 @@ class Refiner:
         """The exact state that any forces (3c,) lead to; None if they lead to none.
 
         First on the mechanism that goes with them, descended, then on the one that goes with the forces
-        found there, until λ falls no more.
+        found there, until λ falls no more. None, too, where its certificate does not bear the state out: a
+        joint without normal force that contracts in both senses at once meets every row, and no flow rule.
         """
+        self.left = {}
         settled: ExactState | None = None
         found = self.first(q, repairs)
         while found is not None and (settled is None or is_lower(found, settled)):
             settled = self.descend(found)
             found = self.first(settled.q, repairs)
-        return settled
+        if settled is None:
+            return None
+        problem, state = self.problem, (settled.load_factor, settled.q, settled.d)
+        self.left = LIMITS[Kind.EXACT].failing(residuals(problem, *state, problem.dilatancy))
+        return None if self.left else settled
 
     def first(self, q: np.ndarray, repairs: int = _REPAIRS) -> ExactState | None:
         """(a) and (b) from any forces; None if they do not lead to an exact state.

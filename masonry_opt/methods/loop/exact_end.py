@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import LIMITS, Kind
+from masonry_opt.answer.acceptance import LIMITS, MOST_ENERGY, SMALLEST, Kind
 from masonry_opt.answer.certificate import certify
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.energy import forces_for, motion_for
@@ -21,9 +21,6 @@ from masonry_opt.solvers.registry import Solver, in_cvxpy
 #: solver's tolerance leaves of a zero. First the larger mechanism, then the surer one.
 _SHARES = (1e-6, 1e-4)
 
-#: Energy of faces that move without being at yield beyond which forces and mechanism do not belong together,
-#: in units of λ (below the second it is no measure).
-MOST_ENERGY, _SMALLEST = 1e-3, 1e-6
 
 #: What a solver does here, as a result tells it.
 _PURPOSE = "exact end"
@@ -76,7 +73,7 @@ def belong_together(
 ) -> bool:
     """Whether forces (3c,) and velocities (3b,) belong together under a flow rule, shape (k,)."""
     left = certify(problem, load_factor, q, d, slope)
-    most = MOST_ENERGY * max(abs(load_factor), _SMALLEST)
+    most = MOST_ENERGY * max(abs(load_factor), SMALLEST)
     return left.complementarity <= most and left.flow <= LIMITS[Kind.LOOP].flow
 
 

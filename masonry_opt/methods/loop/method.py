@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from math import inf
 
-from masonry_opt.answer.acceptance import residuals
+from masonry_opt.answer.acceptance import BORNE_OUT, residuals
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
@@ -20,9 +20,6 @@ from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import rougher
-
-#: Residuals up to which a sub-problem's state bears its load factor out.
-_BORNE_OUT = 1e-3
 
 Failure = Status | Shortfall
 
@@ -88,7 +85,7 @@ class _LeastBorneOut:
             return
         slope = self.problem.dilatancy_at(self.problem.normal_forces(state.q))
         left = residuals(self.problem, state.load_factor, state.q, state.d, slope)
-        if max(left.values()) <= _BORNE_OUT:
+        if max(left.values()) <= BORNE_OUT:
             self.least = state.load_factor
 
     @property

@@ -24,7 +24,7 @@ from masonry_opt.solvers.registry import Solver
 #: Energy by which sliding joints are off the true law, over λ, from which on an early end is tried (on
 #: façades exact forces leave 3e-4 to 7e-4 of λ from there on, and 1e-3 takes two to three times the
 #: sub-problems); after a failure so many sub-problems pass before the next.
-_NEARLY_TRUE = 5e-3
+_NEARLY_TRUE = 5e-3  # no gate: what the try finds must leave no more than MOST_ENERGY
 _PAUSE = 2
 
 #: Sub-problems for which a run goes on after λ stands still, while there is no exact state yet.
@@ -142,6 +142,7 @@ class _Run:
         problem, state, effort = self.problem, last.state, self.driver.effort
         assert state is not None  # the sub-problem was solved
         end: ExactEnd | None
+        effort.begins("exact forces")
         if self.parameters.tolerance is not None:
             end = rough_end(problem, state, self.solver, effort)
         else:

@@ -97,6 +97,7 @@ def sub_problems(
     before: State | None = None
     number = 1
     while True:
+        driver.effort.begins(f"sub-problem {number}")
         driver.set_shear_limits(limits)  # step 2
         answer = driver.solve()
         if number == 1 and parameters.start == "cohesive":

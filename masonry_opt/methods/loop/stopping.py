@@ -6,11 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from masonry_opt.answer.thresholds import SAME
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
-
-#: Below this share of λ the energy of sliding cannot matter: the flow rule has no influence.
-NO_INFLUENCE = 1e-6
 
 #: As often in a row must λ more than double for the loop to diverge.
 _DOUBLINGS = 5
@@ -29,7 +27,7 @@ def obeys_own_flow(problem: Problem, state: State) -> bool:
     n = problem.normal_forces(state.q)
     spared = ShearLimits(problem.friction - problem.dilatancy_at(n), problem.cohesion).at(n[problem.sliding])
     energy = float(spared @ problem.slip(state.p))
-    return energy <= NO_INFLUENCE * abs(state.load_factor) * problem.live_norm
+    return energy <= SAME * abs(state.load_factor) * problem.live_norm
 
 
 def diverges(load_factors: Sequence[float]) -> bool:

@@ -17,7 +17,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 
 #: From this gap on a pass that stalls may have forces that a mechanism goes with.
-_NEAR = 1e-4
+NEAR = 1e-4
 
 
 class Passes:
@@ -29,7 +29,7 @@ class Passes:
 
     Attributes
     ----------
-    outcome: how the last one ended.
+    outcome, gap: how the last one ended, and its last iterate's gap.
     """
 
     def __init__(self, problem: Problem, like: Passes | None = None) -> None:
@@ -40,21 +40,25 @@ class Passes:
         else:
             self._elimination = Elimination(EdgeForm(replace(problem, live=self._unit * problem.live)))
         self.outcome: Outcome
+        self.gap: float
 
-    def run(self, rules: Rules, follow: Callable[[NewtonStep], None] = lambda _: None) -> State | None:
+    def run(
+        self, rules: Rules, follow: Callable[[NewtonStep], None] = lambda _: None, near: float = NEAR
+    ) -> State | None:
         """The state that a pass ends in; None if it ends in none, or far from one.
 
         Parameters
         ----------
         follow: called with every step, its λ that of the problem.
+        near: gap from which on the last iterate of a pass that stalls is taken for a state.
         """
 
         def in_whole(step: NewtonStep) -> None:
             follow(replace(step, load_factor=self._unit * step.load_factor))
 
         end = run(self._elimination, rules, in_whole)
-        self.outcome = end.outcome
-        if end.outcome is Outcome.LOST or (end.outcome is not Outcome.SOLVED and not end.gap < _NEAR):
+        self.outcome, self.gap = end.outcome, end.gap
+        if end.outcome is Outcome.LOST or (end.outcome is not Outcome.SOLVED and not end.gap < near):
             return None
         state = self._elimination.form.state(end.iterate)
         return replace(state, load_factor=self._unit * state.load_factor)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -64,6 +64,10 @@ ATTEMPTS = (
     ),
 )
 
+#: The rules for scenes of more than 8000 joints: the second, which pass folds, with the patience that walls
+#: of 10,000 blocks take.
+OF_LARGE = replace(ATTEMPTS[1], exact=1e-9, patience=60)
+
 #: The rungs of θ, and the highest that is used while the gap is above ``Rules.blend_above``; below the last
 #: gap θ is 1 and the brake is off.
 RUNGS, HIGHEST_AT_FIRST, NEWTON_BELOW = (1.0, 0.9, 0.7, 0.4, 0.0), 2, 1e-4
@@ -71,9 +75,9 @@ RUNGS, HIGHEST_AT_FIRST, NEWTON_BELOW = (1.0, 0.9, 0.7, 0.4, 0.0), 2, 1e-4
 #: Steps shorter than the first are short, longer than the second long; the third counts towards giving up.
 SHORT, LONG, SHORTEST = 0.1, 0.3, 0.05
 
-#: The end: gap, residual of statics and yield (over the largest dead load, one at least), residual of
-#: kinematics (over the largest velocity, one at least; projections at the end take off what is left of it),
-#: and how far below the gap the centre is set at most.
+#: The end, which is no gate (the state must meet its kind's limits): gap, residual of statics and yield (over
+#: the largest dead load, one at least), residual of kinematics (over the largest velocity, one at least;
+#: projections at the end take off what is left of it), and how far below the gap the centre is set at most.
 GAP, STATICS, KINEMATICS, OVERSHOOT = 1e-9, 1e-9, 1e-6, 0.3
 
 #: Steps of a pass at most.

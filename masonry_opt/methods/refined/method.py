@@ -147,10 +147,13 @@ class _Lowest:
 
 
 def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Refiner) -> Solution:
-    """The lowest state as a solution; the first solution where there is none, or it is not exact."""
+    """The lowest state as a solution; the first solution where there is none."""
     problem, best = task.problem, lowest.state
     if best is None:
-        first.add(Code.NOT_REFINED, why=str(refiner.why))
+        if refiner.left:
+            first.add(Code.NOT_REFINED, why=str(Code.RESIDUAL), residuals=refiner.left)
+        else:
+            first.add(Code.NOT_REFINED, why=str(refiner.why))
         return first
     solution = Solution(
         Status.CONVERGED,
@@ -164,9 +167,6 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Refiner) ->
         flow_rule_matters=first.flow_rule_matters,
         size=refiner.size,
     )
-    if failing := solution.failing(problem):
-        first.add(Code.NOT_REFINED, why=str(Code.RESIDUAL), residuals=failing)
-        return first
     # The parabola's load factor is none of this law.
     known = None if first.parabola else first.load_factor
     fall = None if known is None else known - best.load_factor

@@ -9,12 +9,12 @@ from itertools import groupby
 import numpy as np
 import shapely
 
+from masonry_opt.answer.motion import joint_motion
 from masonry_opt.answer.result import Result
 from masonry_opt.report.colours import AT_REST, BLOCK, CRUSHES, FIXED, HATCH, HINGES, SEPARATES, SLIDES
-from masonry_opt.report.motion import joint_motion
 from masonry_opt.report.page.view import SIDE, View
 
-#: Motions of less than these units of the picture are not seen.
+#: Motions of less than these units of the picture are not seen, and not written: nothing is counted by it.
 _STILL = 2.0
 
 #: Distance of the lines that hatch supports.

@@ -12,6 +12,7 @@ from string import Template
 import numpy as np
 
 from masonry_opt.answer.result import Result
+from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import WRITER, refuse_unwritable, write_whole
 from masonry_opt.report.motion import has_mechanism
@@ -31,9 +32,6 @@ _COLUMNS = (
     ("opening", "opening, as a rate"),
     ("utilisation", "utilisation, force over its limit"),
 )
-
-#: Numbers below this share of the largest of their kind are nothing, as for ``utilisation``.
-_NOTHING = 1e-6
 
 
 def refuse_page(path: str | Path, force: bool = False) -> None:
@@ -166,7 +164,7 @@ def _data(result: Result, view: View) -> str:
 
 def _rounded(values: np.ndarray) -> list[float | None]:
     """Five digits of each number, None in place of NaN, what is next to nothing as 0."""
-    nothing = _NOTHING * np.nan_to_num(np.abs(values)).max(initial=0.0)
+    nothing = IDLE * np.nan_to_num(np.abs(values)).max(initial=0.0)
     return [
         None if np.isnan(value) else 0 if abs(value) <= nothing else _short(float(f"{value:.5g}"))
         for value in values

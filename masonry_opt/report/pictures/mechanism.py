@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
+from masonry_opt.answer.motion import JointMotion, joint_motion
 from masonry_opt.answer.result import Result
-from masonry_opt.report.colours import CRUSHES, HINGES, MARKED, SEPARATES, SLIDES
-from masonry_opt.report.motion import JointMotion, Velocities, fastest, has_mechanism, joint_motion
+from masonry_opt.report.colours import CRUSHES, HINGES, SEPARATES, SLIDES
+from masonry_opt.report.motion import Velocities, fastest, has_mechanism
 from masonry_opt.report.pictures.arrows import draw_loads
 from masonry_opt.report.pictures.blocks import (
     Handle,
@@ -45,30 +44,25 @@ def draw_kind(result: Result, axes: Axes, names: bool) -> Legend:
     return Legend(handles)
 
 
-def draw_mechanism(result: Result, axes: Axes, marked: Collection[int] = ()) -> None:
-    """Draw a result on given axes: displaced blocks, marked joints, the load factor as title.
-
-    Joints ``marked``, by their numbers in ``result.joints``, stand out.
-    """
+def draw_mechanism(result: Result, axes: Axes) -> None:
+    """Draw a result on given axes: displaced blocks, joints by how they move, the load factor as title."""
     frame(axes, result.assembly)
     if has_mechanism(result):
         draw_at_rest(axes, result.assembly)
     draw_blocks(axes, result.assembly, _displaced(result))
     if has_mechanism(result):
-        _mark_joints(result, axes, marked)
+        _mark_joints(result, axes)
     title_result(axes, result)
 
 
-def legend_handles(result: Result, marked: str = "") -> list[Handle]:
-    """What a legend shows of a drawn result; ``marked`` says what its marked joints are."""
+def legend_handles(result: Result) -> list[Handle]:
+    """What a legend shows of a drawn result."""
     handles = block_handles()
     if not has_mechanism(result):
         return handles
     motion = joint_motion(result.assembly, result.solution)
     if motion.slides.any():
         handles.append(Line2D([], [], color=SLIDES, linewidth=2.2, label="sliding joint"))
-    if marked:
-        handles.append(Line2D([], [], color=MARKED, linewidth=4.0, label=marked))
     if motion.separates.any():
         handles.append(
             Line2D([], [], color=SEPARATES, linewidth=2.2, linestyle=_DASHES, label="separating joint")
@@ -91,7 +85,7 @@ def _displaced(result: Result) -> Place:
     return lambda block, points: points + scale * motion.at(block, points) + origin
 
 
-def _mark_joints(result: Result, axes: Axes, marked: Collection[int]) -> None:
+def _mark_joints(result: Result, axes: Axes) -> None:
     joints, place, motion = (
         result.assembly.joints,
         _displaced(result),
@@ -103,14 +97,12 @@ def _mark_joints(result: Result, axes: Axes, marked: Collection[int]) -> None:
         blocks = (joints.first[joint], joints.second[joint])
         return np.mean([place(block, point[None])[0] for block in blocks], axis=0)
 
-    by_colour: dict[str, list[int]] = {MARKED: list(marked)}
-    for colour, which in _kinds(motion).items():
-        by_colour[colour] = [j for j in np.flatnonzero(which).tolist() if j not in marked]
     few = len(joints.first) < 1000
-    for colour, numbers in by_colour.items():
+    for colour, which in _kinds(motion).items():
+        numbers = np.flatnonzero(which).tolist()
         ends = [[midway(j, joints.start[j]), midway(j, joints.end[j])] for j in numbers]
         style = _DASHES if colour == SEPARATES else "solid"
-        lines = LineCollection(ends, color=colour, linewidth=4.0 if colour == MARKED else 2.2, zorder=3)
+        lines = LineCollection(ends, color=colour, linewidth=2.2, zorder=3)
         lines.set(linestyle=style, capstyle="butt" if colour == SEPARATES else "round")
         axes.add_collection(lines)
         # A corner on an edge has no line, and colour alone is not told apart in grey.

@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from scipy.optimize import linprog
 from scipy.sparse.linalg import SuperLU, splu
 
-from masonry_opt.answer.acceptance import SMALLEST
+from masonry_opt.answer.acceptance import FEASIBLE, SMALLEST
 from masonry_opt.effort import Effort
 from masonry_opt.explain.diagnosis import falling_mechanism
 from masonry_opt.problem.load_units import in_units_of_load
@@ -25,7 +25,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
 
-#: (upper − lower) / |λ| that is close enough.
+#: (upper − lower) / |λ| that is close enough: no gate, the next solver is asked until it is.
 CLOSE = 1e-9
 
 #: The solvers whose answers are made exact, until the bracket is narrow enough: an interior point, and of
@@ -35,16 +35,13 @@ _SOURCES = (("cvxpy", "clarabel", 1e-11), ("cvxpy", "clarabel", 1e-10), ("pyomo"
 #: From so many joints on HiGHS takes minutes.
 _SMALL = 1000
 
-#: Largest residual left in the equations (forces in units of the load, velocities near 1).
-_RESIDUAL = 1e-11
-
 #: Shares by which a point is moved inside beyond need, because the sum is rounded: the first that does.
 _FURTHER = (0.0, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11)
 
 #: How scipy's linprog says that a program has no point, and that its optimum is unlimited.
 _INFEASIBLE, _UNBOUNDED = 2, 3
 
-#: A margin below this is none.
+#: A margin below this is none: no gate, what is moved inside must be feasible.
 _MARGIN = 1e-9
 
 
@@ -113,7 +110,7 @@ class _Polyhedron:
 
     def _bound(self, x: np.ndarray) -> float:
         """λ of a point; NaN unless it is feasible."""
-        feasible = (self.G @ x + self.g).min() >= 0 and np.abs(self.A @ x - self.b).max() <= _RESIDUAL
+        feasible = (self.G @ x + self.g).min() >= 0 and np.abs(self.A @ x - self.b).max() <= FEASIBLE
         return float(self.cost @ x) if feasible else np.nan
 
     def interior(self) -> np.ndarray | None:

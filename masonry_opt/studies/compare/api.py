@@ -11,7 +11,6 @@ from masonry_opt.errors import MasonryError, OptionError
 from masonry_opt.studies.cases import case_folder
 from masonry_opt.studies.compare.case_scenes import find_scenes
 from masonry_opt.studies.compare.comparison import Comparison, RunLimits, run_plan
-from masonry_opt.studies.compare.made_scenes import write_atlas, write_large, write_random
 from masonry_opt.studies.compare.plan import plan
 
 #: What is compared when nothing is named: every method that a wall of Table 1 takes seconds for, with the
@@ -47,10 +46,6 @@ def compare(
     out: str | Path = OUT,
     update_best_known: bool = False,
     cases: str | Path | None = None,
-    atlas: bool = False,
-    random: int = 0,
-    stones: Sequence[int] = (),
-    seeds: int = 1,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Comparison:
     """Time methods and solvers on scenes, judge their answers, write tables, charts and a page.
@@ -67,10 +62,6 @@ def compare(
     time_limit, memory_limit: seconds and MB (10⁶ bytes, libraries included) that a run may take.
     out: folder of results and report.
     update_best_known: write lower exact Coulomb states to the registry ``best_known.toml``.
-    atlas: also the scenes of the failure atlas.
-    random: also so many random scenes.
-    stones: also large random scenes of so many stones, of each family.
-    seeds: how many of each.
     progress: called with a line before each run.
 
     Raises
@@ -94,12 +85,9 @@ def compare(
     )
     folder, out = case_folder(None if cases is None else Path(cases)), Path(out)
     named = _listed("scenes", scenes)
-    if not (named or atlas or random or stones):
-        raise OptionError("nothing to compare: name case files, --atlas, --random or --stones")
-    made = out / "scenes"
-    expected = write_atlas(made, folder) if atlas else {}
-    written = [*expected, *write_random(made, random), *write_large(made, stones, seeds)]
-    compared = find_scenes([*named, *written], folder, expected, made)
+    if not named:
+        raise OptionError("nothing to compare: name case files")
+    compared = find_scenes(named, folder)
     limits = RunLimits(time_limit, memory_limit, repeats)
     comparison = run_plan(compared, planned, limits, out, progress, update_best_known)
     progress("report")

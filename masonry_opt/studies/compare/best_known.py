@@ -10,7 +10,8 @@ from typing import Any
 
 import tomli_w
 
-from masonry_opt.answer.acceptance import SMALLEST, Kind
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.thresholds import is_lower
 from masonry_opt.errors import CaseError
 from masonry_opt.files import write_whole
 from masonry_opt.studies.compare.case_scenes import CaseScene
@@ -19,18 +20,14 @@ from masonry_opt.studies.compare.limits import residuals_over_limit
 #: The registry's name, in the folder of the case files or one above.
 FILE = "best_known.toml"
 
-#: By so much, relative, must a load factor be lower: states are exact to no more.
-_LOWER = 1e-8
-
 #: The kinds of answer that can be exact: in the loop's, sliding may contract.
 _EXACT_KINDS = (Kind.ONE_PASS, Kind.RELAXED, Kind.EXACT)
 
 _HEADER = """\
-# The lowest exact Coulomb load factor known of each scene, and the method that found it: of case files, and
-# of the scenes that `masonry-opt compare` makes ("atlas/...", "random/...", "large/...").
-# `masonry-opt compare --update-best-known` rewrites this file when a run of mcp, mpec, refined or global,
-# all of whose residuals are below 1e-8, finds a lower one. `content` is the scene's hash: a changed scene has
-# no best known state.
+# The lowest exact Coulomb load factor known of each scene, and the method that found it. `content` is the
+# scene's hash: a changed scene has no best known state. `--update-best-known` of `masonry-opt compare` (of
+# case files) and of benchmarks/verdicts.py (of the scenes that tests/atlas makes) rewrites the file beside
+# them when a run of mcp, mpec, refined or global, all of whose residuals are below 1e-8, finds a lower one.
 """
 
 
@@ -70,7 +67,7 @@ def lowest_exact(
         if row["scene"] not in low:
             continue
         before = best.get(row["scene"])
-        if before is None or _is_lower(row["load_factor"], before.load_factor):
+        if before is None or is_lower(row["load_factor"], before.load_factor):
             best[row["scene"]] = BestKnown(row["load_factor"], row["method"])
     return best
 
@@ -86,7 +83,7 @@ def merged(known: dict[str, BestKnown], found: dict[str, BestKnown]) -> dict[str
     lower = {
         name: best
         for name, best in found.items()
-        if name not in known or _is_lower(best.load_factor, known[name].load_factor)
+        if name not in known or is_lower(best.load_factor, known[name].load_factor)
     }
     return known | lower
 
@@ -102,7 +99,7 @@ def improve(scenes: Iterable[CaseScene], best: Mapping[str, BestKnown], write: b
         entries, lower, new = _read(registry), [], 0
         for key, scene in keys.items():
             known, found = _known(registry, entries, key, scene), best.get(scene.name)
-            if found is None or (known and not _is_lower(found.load_factor, known.load_factor)):
+            if found is None or (known and not is_lower(found.load_factor, known.load_factor)):
                 continue
             if known is None:
                 new += 1
@@ -157,10 +154,6 @@ def _write(registry: Path, entries: Mapping[str, Any]) -> str:
     except OSError as error:
         return f"{registry} cannot be written ({error.strerror})"
     return f"written to {registry}"
-
-
-def _is_lower(load_factor: float, than: float) -> bool:
-    return load_factor < than - _LOWER * max(abs(than), SMALLEST)
 
 
 def _read(registry: Path) -> dict[str, Any]:

@@ -1,11 +1,10 @@
-"""The charts of a comparison, described once: what is drawn, whatever draws it. From the frames alone."""
+"""The charts of a comparison, from its frames alone."""
 
 from __future__ import annotations
 
+import json
 import math
-import textwrap
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -26,15 +25,22 @@ from masonry_opt.studies.compare.judge import (
 )
 from masonry_opt.studies.compare.known_answers import ASSOCIATIVE, COULOMB
 from masonry_opt.studies.compare.text import number, reason_text
+from masonry_opt.studies.drawing import Drawing, alt
 from masonry_opt.studies.palette import COLOURS
 
 GREY = "#777777"
 
-#: Letters in a line of what a mark says.
-_HOVER = 44
-
-#: Shapes of marks, by plotly's names, of methods in the order of the registry; the last is no method's.
-MARKERS = ("circle", "square", "triangle-up", "diamond", "star", "cross", "hexagon", "triangle-down")
+#: Shapes of marks of methods in the order of the registry; the last is no method's.
+SHAPES = (
+    "circle",
+    "square",
+    "triangle-up",
+    "diamond",
+    "M0-1L.3-.4 1-.3.5.2.6 1 0 .6-.6 1-.5.2-1-.3-.3-.4Z",
+    "cross",
+    "triangle-right",
+    "triangle-down",
+)
 
 #: Letters of runs that are not certified, and what they stand for.
 _LETTERS = {
@@ -56,91 +62,42 @@ _FLOORS = {
 
 _VERDICT_COLOURS = {CERTIFIED: COLOURS[2], NAMED: COLOURS[5], FAILED: "#BBBBBB", WRONG: COLOURS[1]}
 
-#: Steps between the ticks of a logarithmic axis, and of a short one, for which a telephone has room.
-_STEPS, _FEW = 7, 2
+#: Share of a bar that has room for its count.
+_LABELLED = 0.03
+
+#: Most steps between the ticks of a logarithmic axis.
+_STEPS = 7
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
+#: What a mark says when pointed at.
+_SAID = ("scene", "pair", "tolerance", "verdict", "λ", "error", "violation", "seconds", "MB", "iterations")
 
-@dataclass(frozen=True)
-class Axis:
-    """An axis: its ends, and the text of each tick."""
-
-    label: str
-    limits: tuple[float, float]
-    ticks: Mapping[float, str]
-    log: bool = True
+#: Those chosen in the legend stand out.
+_CHOSEN = alt.selection_point(name="chosen", fields=["pair"], bind="legend")
+_FADED = alt.when(_CHOSEN).then(alt.value(1)).otherwise(alt.value(0.1))
 
 
-@dataclass(frozen=True)
-class Series:
-    """Points of one look: marks, a line through them ("straight" or "steps"), or a letter each.
-
-    The legend has one entry for each name. ``filled``: full marks and whole lines, else open and broken.
-    ``hover``: what each point says when pointed at.
-    """
-
-    name: str
-    x: Iterable[float]
-    y: Iterable[float]
-    colour: str
-    marker: str = ""
-    filled: bool = True
-    line: str = ""
-    letters: Iterable[str] = ()
-    hover: Iterable[str] = ()
-
-
-@dataclass(frozen=True)
-class Chart:
-    """Panels, by title, that share their axes; from ``band`` upwards stands what is not certified.
-
-    name: of its files.
-    """
-
-    name: str
-    title: str
-    x: Axis
-    y: Axis
-    panels: Mapping[str, list[Series]]
-    band: float | None = None
-    notes: str = ""
-
-
-@dataclass(frozen=True)
-class Bars:
-    """How scenes ended: a stacked bar a row, beside it a median time and its middle half (seconds).
-
-    parts: name, colour, and the count of each row. times: 25 %, median and 75 % of each row; NaN if unknown.
-    """
-
-    name: str
-    title: str
-    labels: list[str]
-    parts: list[tuple[str, str, list[int]]]
-    times: list[tuple[float, float, float]]
-    time: Axis
-    notes: str
-
-
-def charts(summary: pd.DataFrame) -> list[Chart | Bars]:
+def charts(summary: pd.DataFrame) -> list[Drawing]:
     """Every chart of a summary (see :func:`~.frames.summary`); none of an empty one."""
     if summary.empty:
         return []
-    drawn: list[Chart | Bars] = [_success(summary)]
+    drawn = _success(summary)
     for question in (ASSOCIATIVE, COULOMB):
         if not (summary["question"] == question).any():
             continue
         drawn.append(_time_error(summary, question, "error"))
         if question == COULOMB:
             drawn.append(_time_error(summary, question, "violation"))
-        drawn += [_profile(summary, question), _size(summary, question)]
+        times = frames.reached(summary, question)
+        if np.isfinite(times["time"]).any():
+            drawn += [_profile(summary, question, times), _size(summary, question, times)]
     return drawn
 
 
-def _time_error(summary: pd.DataFrame, question: str, error: str) -> Chart:
-    """Time against error, a panel a scene; what is not certified stands in a band at the top."""
-    rows, looks = summary[summary["question"] == question], _looks(summary)
+def _time_error(summary: pd.DataFrame, question: str, error: str) -> Drawing:
+    """Time against error, a panel a scene; what is not certified stands in a band at the top, as letters."""
+    rows = summary[summary["question"] == question]
     certified = rows["verdict"] == CERTIFIED
     low, high = _decades(rows[certified][error])
     band = high * 10**0.3
@@ -149,145 +106,228 @@ def _time_error(summary: pd.DataFrame, question: str, error: str) -> Chart:
     # times are kept apart by three heights in turn.
     turn = (rows[~certified].groupby("scene").cumcount() % 3).reindex(rows.index)
     in_band = band * (top / band) ** (0.15 + 0.25 * turn)
-    rows = rows.assign(height=rows[error].clip(low).where(certified, in_band))
-    panels = {}
-    for scene, frame in rows.groupby("scene", sort=False):
-        series = []
-        for pair, group in frame.groupby("pair", sort=False):
-            series += _pair_series(str(pair), looks[str(pair)], group)
-        front = frames.pareto(frame, error=error)
-        below = frame[(frame["verdict"] == CERTIFIED) & frame["below"] & (error == "error")]
-        series.append(Series("Pareto front", front["time"], front["height"], GREY, line="steps"))
-        if len(below):
-            name = "below the best exact state (|gap|)"
-            series.append(Series(name, below["time"], below["height"] * 0.6, GREY, MARKERS[-1]))
-        panels[str(scene)] = series
-    letters = dict.fromkeys(_letter(row) for row in rows[~certified].to_dict("records"))
-    notes = [f"{letter}: {_LETTERS[letter]}" for letter in letters]
+    front = [frames.pareto(frame, error=error).index for _, frame in rows.groupby("scene")]
+    looks = _looks(summary, rows["pair"])
+    marks = pd.DataFrame(
+        {
+            "time": rows["time"],
+            "height": rows[error].clip(low).where(certified, in_band),
+            "letter": [_letter(row) for row in rows.to_dict("records")],
+            "colour": rows["pair"].map(looks.set_index("pair")["colour"]),
+            "rung": rows["tolerance"],
+            "front": rows.index.isin(np.concatenate(front)),
+            "below": certified & rows["below"] & (error == "error"),
+            **_said(rows),
+        }
+    )
+    notes = [f"{letter}: {_LETTERS[letter]}" for letter in dict.fromkeys(marks["letter"]) if letter]
     what, label = _error_words(question, error)
     ticks, floor = _powers(low, high), _FLOORS.get((question, error))
     if floor and math.isclose(low, floor[0]):
         ticks[low] = f"≤ {ticks[low]}"
         notes.append(floor[1])
-    return Chart(
-        f"time_{error}_{question.lower()}",
-        f"{question.capitalize()} λ: time against {what}",
-        _log_axis("time (s)", rows["time"]),
-        Axis(label, (low / 3, top), ticks),
-        panels,
-        band,
-        "; ".join(notes),
+    notes.append("grey steps: Pareto front")
+    if marks["below"].any():
+        notes.append("grey triangles: below the best exact state (|gap|)")
+    places = {
+        "x": _log(alt.X, "time", "time (s)", rows["time"]),
+        "y": _placed(alt.Y, "height", label, (low / 3, top), ticks),
+    }
+    known, once = (
+        alt.Chart().transform_filter("datum.letter === ''"),
+        alt.Chart().transform_aggregate(rows="count()"),
     )
+    steps = alt.Chart().transform_filter("datum.front").mark_line(interpolate="step-after", color=GREY)
+    below = alt.Chart().transform_filter("datum.below").mark_point(shape=SHAPES[-1], fill=GREY, stroke=GREY)
+    letters = alt.Chart().transform_filter("datum.letter !== ''").mark_text(fontWeight="bold", fontSize=13)
+    layers = [
+        once.mark_rect(color="#EDEDED").encode(y=alt.datum(band), y2=alt.datum(top)),
+        once.mark_text(align="left", color=GREY).encode(
+            x=alt.value(5), y=alt.value(9), text=alt.value("not certified")
+        ),
+        steps.encode(**places),
+        _line(known, looks).encode(**places, order="rung:Q"),
+        below.encode(**places),
+        _points(known, looks, _SAID).encode(**places),
+        letters.encode(
+            **places,
+            text="letter:N",
+            color=alt.Color("colour:N", scale=None),
+            opacity=_FADED,
+            tooltip=_tooltip(_SAID),
+        ),
+    ]
+    title = f"{question.capitalize()} λ: time against {what}"
+    name = f"time_{error}_{question.lower()}"
+    return Drawing(name, title, alt.layer(*layers, data=marks).add_params(_CHOSEN), "; ".join(notes), "scene")
 
 
-def _pair_series(pair: str, look: dict[str, Any], rows: pd.DataFrame) -> list[Series]:
-    """Certified answers of one pair on one scene, joined by tolerance, and the letters of the others."""
-    known, others = rows[rows["verdict"] == CERTIFIED], rows[rows["verdict"] != CERTIFIED]
-    known = known[known["height"].notna()].sort_values("tolerance")
-    marks = Series(pair, known["time"], known["height"], **look, line="straight", hover=_hover(known))
-    letters = [_letter(row) for row in others.to_dict("records")]
-    place = others["time"], others["height"], look["colour"]
-    return [marks, Series(pair, *place, letters=letters, hover=_hover(others))] if letters else [marks]
-
-
-def _profile(summary: pd.DataFrame, question: str) -> Chart:
-    """Performance profiles over the scenes."""
-    times, looks = frames.reached(summary, question), _looks(summary)
+def _profile(summary: pd.DataFrame, question: str, times: pd.DataFrame) -> Drawing:
+    """Performance profiles over the scenes, of the times as of :func:`~.frames.reached`."""
     curves = frames.profiles(times)
-    last = 2.0 * float(curves["ratio"].max() if len(curves) else 1.0)
-    series = []
-    for pair, curve in curves.groupby("pair", sort=False):
-        x, y = [*curve["ratio"], last], [*curve["share"], curve["share"].iloc[-1]]
-        series.append(Series(str(pair), x, y, **looks[str(pair)], line="steps"))
+    last = 2.0 * float(curves["ratio"].max())
+    ends = curves.groupby("pair", sort=False, as_index=False).last().assign(ratio=last)
+    curves = pd.concat([curves, ends])
     doublings = math.ceil(math.log2(last))
     ticks = {2.0**power: f"{2**power}" for power in range(0, doublings + 1, math.ceil(doublings / 7))}
-    percents = {share / 100: f"{share} %" for share in range(0, 101, 20)}
+    share = alt.Axis(title="scenes reached within it", format="%", values=np.linspace(0, 1, 6).tolist())
+    places = {
+        "x": _placed(alt.X, "ratio", "time over the fastest pair's", (1.0, last), ticks),
+        "y": alt.Y("share:Q", scale=alt.Scale(domain=(-0.02, 1.04), nice=False), axis=share),
+    }
+    looks = _looks(summary, curves["pair"])
+    # A few marks a curve: its steps are many.
+    few = curves[curves.groupby("pair").cumcount() % max(1, times["scene"].nunique() // 4) == 0]
+    lines = _line(alt.Chart(curves), looks, interpolate="step-after").encode(**places)
+    chart = (lines + _points(alt.Chart(few), looks, ("pair",)).encode(**places)).add_params(_CHOSEN)
     title = f"performance profile: to {TARGET[question]:g}, {counted(times['scene'].nunique(), 'scene')}"
-    return Chart(
-        f"profile_{question.lower()}",
-        f"{question.capitalize()} λ, {title}",
-        Axis("time over the fastest pair's", (1.0, last), ticks),
-        Axis("scenes reached within it", (-0.02, 1.04), percents, log=False),
-        {"": series},
-    )
+    return Drawing(f"profile_{question.lower()}", f"{question.capitalize()} λ, {title}", chart)
 
 
-def _size(summary: pd.DataFrame, question: str) -> Chart:
+def _size(summary: pd.DataFrame, question: str, times: pd.DataFrame) -> Drawing:
     """Time against the number of joints, with fitted exponents."""
-    times, looks = frames.reached(summary, question), _looks(summary)
     fits = frames.growth(times).set_index("pair")
     solved = times[np.isfinite(times["time"])]
-    series = []
-    for pair, group in solved.groupby("pair", sort=False):
-        look, fit = looks[str(pair)], fits.loc[str(pair)]
-        known = bool(np.isfinite(fit["exponent"]))
-        name = f"{pair} ∝ c^{fit['exponent']:.2f}" if known else str(pair)
-        series.append(Series(name, group["joints"], group["time"], **look, hover=group["scene"]))
-        if known:
-            fitted = group["joints"][group["joints"] >= frames.FITTED_FROM]
-            x = np.array([fitted.min(), fitted.max()])
-            y = fit["factor"] * x ** fit["exponent"]
-            series.append(Series(name, x, y, look["colour"], filled=look["filled"], line="straight"))
-    return Chart(
-        f"size_{question.lower()}",
-        f"{question.capitalize()} λ: time to reach {TARGET[question]:g}, against size",
-        _log_axis("joints c", solved["joints"]),
-        _log_axis("time (s)", solved["time"]),
-        {"": series},
-    )
+    powers = {pair: f" ∝ c^{of:.2f}" for pair, of in fits["exponent"].items() if np.isfinite(of)}
+    fitted = solved[(solved["joints"] >= frames.FITTED_FROM) & solved["pair"].isin(powers)]
+    lines = fitted.groupby("pair", sort=False)["joints"].agg(["min", "max"]).stack().rename("joints")
+    ends = lines.reset_index(level="pair").join(fits, on="pair")
+    ends["time"] = ends["factor"] * ends["joints"] ** ends["exponent"]
+    looks = _looks(summary, solved["pair"])
+    named = {pair: f"{pair}{powers.get(pair, '')}" for pair in looks["pair"]}
+    looks, solved, ends = (frame.assign(pair=frame["pair"].map(named)) for frame in (looks, solved, ends))
+    places = {
+        "x": _log(alt.X, "joints", "joints c", solved["joints"]),
+        "y": _log(alt.Y, "time", "time (s)", solved["time"]),
+    }
+    points = _points(alt.Chart(solved), looks, ("scene", "pair", "joints", "time")).encode(**places)
+    chart = (_line(alt.Chart(ends), looks).encode(**places) + points).add_params(_CHOSEN)
+    title = f"{question.capitalize()} λ: time to reach {TARGET[question]:g}, against size"
+    return Drawing(f"size_{question.lower()}", title, chart)
 
 
-def _success(summary: pd.DataFrame) -> Bars:
-    """How the scenes ended, a bar a pair and tolerance; beside it the time of its certified answers."""
+def _success(summary: pd.DataFrame) -> list[Drawing]:
+    """How the scenes ended, a bar a pair and tolerance; and the time of its certified answers."""
     table = frames.success(summary)
     least, most = int(table["scenes"].min()), int(table["scenes"].max())
     # An interruption leaves some out.
     scenes = counted(most, "scene") if least == most else f"{least} to {most} scenes"
-    times = table[["time 25 %", "time", "time 75 %"]]
     rungs = zip(table["pair"], table["tolerance"], strict=True)
-    return Bars(
-        "success",
-        "How the scenes ended",
-        [f"{pair}{'' if pd.isna(tolerance) else f' · {tolerance:.0e}'}" for pair, tolerance in rungs],
-        [(name, colour, [*table[name]]) for name, colour in _VERDICT_COLOURS.items()],
-        [*times.itertuples(index=False, name=None)],
-        _log_axis("time (s)", pd.Series(times.to_numpy().ravel()), _FEW),
-        f"{scenes}, counts in the bars. Time: median of the certified answers, and their middle half",
+    # In two lines, to leave room beside them on a narrow screen.
+    table["row"] = [
+        f"{pair}{'' if pd.isna(rung) else f' · {rung:.0e}'}".replace(" · ", "\n", 1) for pair, rung in rungs
+    ]
+    row = alt.Y(
+        "row:N",
+        sort=None,
+        title=None,
+        scale=alt.Scale(domain=[*table["row"]]),
+        axis=alt.Axis(labelExpr="split(datum.label, '\\n')", labelLimit=0),
+    )
+    bars = table.melt(["row", "scenes"], [*_VERDICT_COLOURS], "verdict", "count")
+    bars["order"] = bars["verdict"].map([*_VERDICT_COLOURS].index)
+    wide = bars["count"] >= _LABELLED * bars["scenes"]
+    bars["text"] = bars["count"].astype(str).where(wide & (bars["count"] > 0), "")
+    verdict = alt.Scale(domain=[*_VERDICT_COLOURS], range=[*_VERDICT_COLOURS.values()])
+    share = alt.X("count:Q", stack="normalize", title="scenes", axis=alt.Axis(format="%", tickCount=3))
+    all_bars = alt.Chart(bars).encode(y=row, order="order:O", tooltip=_tooltip(("row", "verdict", "count")))
+    counts = all_bars.mark_text().encode(
+        x=alt.X("count:Q", stack="normalize", bandPosition=0.5), text="text:N", detail="verdict:N"
+    )
+    ended = (
+        all_bars.mark_bar().encode(
+            x=share, color=alt.Color("verdict:N", scale=verdict, legend=alt.Legend(columns=2))
+        )
+        + counts
+    )
+    times = table.rename(columns={"time 25 %": "low", "time 75 %": "high"})[["row", "low", "time", "high"]]
+    times["seconds"] = [f"{number(time, 3)} s" if math.isfinite(time) else "" for time in times["time"]]
+    every = pd.Series(times[["low", "time", "high"]].to_numpy().ravel())
+    rows = alt.Chart(times).encode(y=row, tooltip=_tooltip(("row", "seconds")))
+    half = rows.mark_rule(color=GREY, strokeWidth=3).encode(
+        x=_log(alt.X, "low", "time (s)", every), x2="high:Q"
+    )
+    middle = rows.encode(x=_log(alt.X, "time", "time (s)", every))
+    told = middle.mark_text(dy=-9, fontSize=10).encode(text="seconds:N")
+    height = 34 * len(table)
+    return [
+        Drawing(
+            "success",
+            "How the scenes ended",
+            ended.properties(height=height),
+            f"{scenes}, counts in the bars",
+        ),
+        Drawing(
+            "success_time",
+            "Time of the certified answers",
+            (half + middle.mark_circle(color="black", size=45) + told).properties(height=height),
+            "median, and their middle half",
+        ),
+    ]
+
+
+def _looks(summary: pd.DataFrame, pairs: pd.Series) -> pd.DataFrame:
+    """By pair that is drawn: the colour of its solver, the shape of its method, full and whole for CVXPY,
+    else open and broken."""
+    solvers, methods = list(dict.fromkeys(summary["solver"])), list(METHODS)
+    found = summary.drop_duplicates("pair")
+    found = found[found["pair"].isin(pairs)]
+    colour = [COLOURS[solvers.index(solver) % len(COLOURS)] for solver in found["solver"]]
+    cvxpy = [*(found["model"] == "cvxpy")]
+    return pd.DataFrame(
+        {
+            "pair": found["pair"],
+            "colour": colour,
+            "fill": [own if full else "white" for own, full in zip(colour, cvxpy, strict=True)],
+            "shape": [SHAPES[methods.index(method) % len(SHAPES)] for method in found["method"]],
+            "dash": [[1, 0] if full else [4, 3] for full in cvxpy],
+        }
     )
 
 
-def _looks(summary: pd.DataFrame) -> dict[str, dict[str, Any]]:
-    """By pair: the colour of its solver, the marker of its method, filled for CVXPY."""
-    solvers, methods = list(dict.fromkeys(summary["solver"])), list(METHODS)
+def _by(channel: Any, looks: pd.DataFrame, column: str) -> Any:
+    """Pairs told apart by a column of their looks."""
+    return channel("pair:N", scale=alt.Scale(domain=[*looks["pair"]], range=[*looks[column]]))
+
+
+def _line(chart: Any, looks: pd.DataFrame, **how: Any) -> Any:
+    stroke, dash = _by(alt.Stroke, looks, "colour"), _by(alt.StrokeDash, looks, "dash")
+    return chart.mark_line(strokeWidth=1.2, **how).encode(stroke=stroke, strokeDash=dash, opacity=_FADED)
+
+
+def _points(chart: Any, looks: pd.DataFrame, said: Iterable[str]) -> Any:
+    coded = {"stroke": alt.Stroke, "fill": alt.Fill, "shape": alt.Shape}
+    columns = {"stroke": "colour", "fill": "fill", "shape": "shape"}
+    channels = {name: _by(channel, looks, columns[name]) for name, channel in coded.items()}
+    return chart.mark_point(size=80, opacity=1).encode(**channels, opacity=_FADED, tooltip=_tooltip(said))
+
+
+def _tooltip(columns: Iterable[str]) -> list[Any]:
+    return [alt.Tooltip(f"{column}:N") for column in columns]
+
+
+def _said(rows: pd.DataFrame) -> dict[str, Any]:
+    """What marks of rows say when pointed at."""
+    records = rows.to_dict("records")
     return {
-        row["pair"]: {
-            "colour": COLOURS[solvers.index(row["solver"]) % len(COLOURS)],
-            "marker": MARKERS[methods.index(row["method"]) % len(MARKERS)],
-            "filled": row["model"] == "cvxpy",
-        }
-        for row in summary.drop_duplicates("pair").to_dict("records")
+        "scene": rows["scene"],
+        "pair": rows["pair"],
+        "tolerance": [number(row["tolerance"]) for row in records],
+        "verdict": [f"{row['verdict']} {reason_text(row)}".strip() for row in records],
+        "λ": [number(row["load_factor"], 9) for row in records],
+        "error": [number(row["error"]) for row in records],
+        "violation": [number(row["violation"]) for row in records],
+        "seconds": [number(row["time"], 3) for row in records],
+        "MB": [number(row["peak_memory"], 4) for row in records],
+        "iterations": [number(row["iterations"]) for row in records],
     }
 
 
 def _letter(row: Mapping[Any, Any]) -> str:
-    """The letter of a row that is not certified."""
+    """The letter of a row that is not certified; "" of one that is."""
     if row["verdict"] != FAILED:
-        return "W" if row["verdict"] == WRONG else "N"
+        return {CERTIFIED: "", WRONG: "W"}.get(row["verdict"], "N")
     return {VerdictReason.TIME_LIMIT: "T", VerdictReason.MEMORY_LIMIT: "M"}.get(row["reason"], "F")
-
-
-def _hover(rows: pd.DataFrame) -> list[str]:
-    """What the marks of rows say when pointed at, in lines."""
-    return ["\n".join(_said(row)) for row in rows.to_dict("records")]
-
-
-def _said(row: Mapping[Any, Any]) -> Iterator[str]:
-    yield row["scene"]
-    yield f"{row['pair']}, tolerance {number(row['tolerance'])}"
-    yield textwrap.fill(f"{row['verdict']} {reason_text(row)}", _HOVER)
-    yield f"λ {number(row['load_factor'], 9)}"
-    yield f"error {number(row['error'])}, violation {number(row['violation'])}"
-    yield f"{number(row['time'], 3)} s, {row['peak_memory']:.0f} MB, iterations: {number(row['iterations'])}"
 
 
 def _error_words(question: str, error: str) -> tuple[str, str]:
@@ -308,13 +348,21 @@ def _decades(values: pd.Series) -> tuple[float, float]:
     return 10.0**low, 10.0 ** max(high, low + 1)
 
 
-def _log_axis(label: str, values: pd.Series, steps: int = _STEPS) -> Axis:
+def _log(channel: Any, field: str, label: str, values: pd.Series) -> Any:
+    """A field on a logarithmic axis of whole decades that hold the values."""
     low, high = _decades(values)
-    return Axis(label, (low / 1.25, high * 1.25), _powers(low, high, steps))
+    return _placed(channel, field, label, (low / 1.25, high * 1.25), _powers(low, high))
 
 
-def _powers(low: float, high: float, steps: int = _STEPS) -> dict[float, str]:
-    """Ticks at powers of ten, so many steps at most."""
+def _placed(channel: Any, field: str, label: str, ends: tuple[float, float], ticks: dict[float, str]) -> Any:
+    """A field on a logarithmic axis between two ends, with the text of each tick."""
+    text = f"{json.dumps([*ticks.values()])}[indexof({json.dumps([*ticks])}, datum.value)]"
+    axis = alt.Axis(title=label, values=[*ticks], labelExpr=text)
+    return channel(f"{field}:Q", scale=alt.Scale(type="log", domain=ends, nice=False), axis=axis)
+
+
+def _powers(low: float, high: float) -> dict[float, str]:
+    """Ticks at powers of ten, no more than can be read."""
     first, last = round(math.log10(low)), round(math.log10(high))
-    powers = range(first, last + 1, math.ceil((last - first) / steps))
+    powers = range(first, last + 1, math.ceil((last - first) / _STEPS))
     return {10.0**power: f"10{str(power).translate(_SUPERSCRIPTS)}" for power in powers}

@@ -14,6 +14,7 @@ from masonry_opt.errors import InterruptedByUserError, OptionError
 from masonry_opt.report.terminal import print_text
 from masonry_opt.studies.cases import CASES_HELP
 from masonry_opt.studies.compare import api
+from masonry_opt.studies.page import NEEDED
 from masonry_opt.studies.process import ended_by_kill
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
@@ -28,14 +29,6 @@ def compare(
     scenes: Annotated[
         list[str] | None, typer.Argument(metavar="CASE...", help="Case files, or names of those in --cases.")
     ] = None,
-    atlas: Annotated[
-        bool, typer.Option("--atlas", help="Also the scenes of the failure atlas, with their right answers.")
-    ] = False,
-    random: Annotated[int, typer.Option(min=0, help="Also so many random scenes, by seed.")] = 0,
-    stones: Annotated[
-        str, typer.Option(help="Also large random scenes of so many stones, of each family: 60,200.")
-    ] = "",
-    seeds: Annotated[int, typer.Option(min=1, help="How many of each of those.")] = 1,
     methods: Annotated[str, typer.Option(help="Separated by commas; also: global.")] = _joined(api.METHODS),
     solvers: Annotated[
         str,
@@ -77,10 +70,6 @@ def compare(
             out=out,
             update_best_known=update_best_known,
             cases=cases,
-            atlas=atlas,
-            random=random,
-            stones=_counts(stones),
-            seeds=seeds,
             progress=lambda line: status.update(escape(line)),
         )
     print_text(str(comparison))
@@ -88,7 +77,7 @@ def compare(
     errors.print(
         f"written: {page}, tables and pictures beside it"
         if page.exists()
-        else f"written: {out / 'summary.csv'}, pictures beside it; the page needs: pip install '.[studies]'",
+        else f"written: {out / 'summary.csv'}; {NEEDED}",
         markup=False,
         soft_wrap=True,
     )
@@ -106,10 +95,3 @@ def _numbers(text: str) -> list[float]:
         return [float(name) for name in _split(text)]
     except ValueError:
         raise OptionError(f"--tolerances '{text}': numbers separated by commas, such as 1e-6,1e-9") from None
-
-
-def _counts(text: str) -> list[int]:
-    try:
-        return [int(name) for name in _split(text)]
-    except ValueError:
-        raise OptionError(f"--stones '{text}': whole numbers separated by commas, such as 60,200") from None

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.answer.acceptance import SMALLEST
+from masonry_opt.answer.thresholds import APART, SAME
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
 from masonry_opt.studies.compare.judge import CERTIFIED, GAP_FLOOR, NAMED, TARGET, VERDICTS, judge
@@ -20,12 +21,6 @@ from masonry_opt.studies.compare.store import pair_of
 
 #: Scenes with fewer joints do not count in the fit of time against size: fixed costs rule there.
 FITTED_FROM = 50
-
-#: Certified Coulomb load factors of a scene that differ by more than this, relative, are told of.
-APART = 1e-2
-
-#: Certified load factors nearer than this, relative, are one answer: the quicker run gives it.
-SAME = 1e-6
 
 _PAIR = ["method", "model", "solver", "tolerance"]
 

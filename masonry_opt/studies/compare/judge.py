@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from enum import StrEnum
 from typing import Any
 
-from masonry_opt.answer.acceptance import SMALLEST
+from masonry_opt.answer.acceptance import OUTSIDE, SMALLEST
 from masonry_opt.answer.infeasibility import Existence
+from masonry_opt.answer.thresholds import SAME
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
 from masonry_opt.studies.compare.known_answers import ANSWER, ASSOCIATIVE, CLAIMS, COULOMB, known_claims
@@ -23,11 +24,8 @@ from masonry_opt.studies.endings import CRASHED, DIED
 CERTIFIED, NAMED, FAILED, WRONG = "certified", "named correctly", "failed but said so", "wrong"
 VERDICTS = (CERTIFIED, NAMED, FAILED, WRONG)
 
-#: How far λ may lie outside the certified bounds, relative: the four digits of the associative limits.
-OUTSIDE = 1e-4
-
-#: Gaps to the best exact Coulomb state below this are none: the MPEC leaves some 1e-8 of λ.
-GAP_FLOOR = 1e-7
+#: Gaps to the best exact Coulomb state below this are none, and drawn there.
+GAP_FLOOR = SAME
 
 #: Violations below this are rounding.
 VIOLATION_FLOOR = 1e-10
@@ -90,8 +88,8 @@ def judge(
     -------
     ``question``; ``verdict`` (one of VERDICTS), ``reason`` (VerdictReason); ``right``: the claims known to be
     right of the scene; ``error``: distance of λ from the certified one, half the bracket's width at least,
-    or from the best exact Coulomb state, 1e-7 at least, both relative; ``below``: whether λ is below that
-    state, which no exact one is known to be; ``violation``: largest violation of yield, in median block
+    or from the best exact Coulomb state, GAP_FLOOR at least, both relative; ``below``: whether λ is below
+    that state, which no exact one is known to be; ``violation``: largest violation of yield, in median block
     weights, 1e-10 at least. None where there is no such number.
     """
     question = question_of(row["method"])

@@ -8,6 +8,7 @@ from typing import Any
 
 import pandas as pd
 
+from masonry_opt.answer.thresholds import APART
 from masonry_opt.errors import CaseError
 from masonry_opt.explain.sentences import numeral
 from masonry_opt.scene.case_file import load
@@ -59,7 +60,7 @@ def opening(comparison: Comparison) -> Opening:
     columns = ["b × c", *(f"associative λ, {method}" for method in associative or ["certified"])]
     if coulomb:
         columns += ["lowest Coulomb λ known", *(f"Coulomb λ, {method}" for method in coulomb)]
-        columns.append(f"spread of Coulomb λ, if over {100 * frames.APART:g} %")
+        columns.append(f"spread of Coulomb λ, if over {100 * APART:g} %")
     summary = comparison.summary
     answers = frames.answers(summary).to_dict("records") if len(summary) else []
     apart = {str(row["scene"]): row for row in frames.spread(summary).to_dict("records")}

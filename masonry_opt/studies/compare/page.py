@@ -7,19 +7,18 @@ from typing import Any
 
 import pandas as pd
 
-from masonry_opt.answer.acceptance import LIMITS
-from masonry_opt.errors import OptionError
+from masonry_opt.answer.acceptance import LIMITS, OUTSIDE
+from masonry_opt.answer.thresholds import APART
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.charts import Bars, Chart
 from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
-from masonry_opt.studies.compare.judge import GAP_FLOOR, OUTSIDE, TARGET, VERDICTS
-from masonry_opt.studies.compare.legend import legend
+from masonry_opt.studies.compare.judge import GAP_FLOOR, TARGET, VERDICTS
 from masonry_opt.studies.compare.limits import RESIDUALS
 from masonry_opt.studies.compare.opening import opening
 from masonry_opt.studies.compare.text import number, reason_text
+from masonry_opt.studies.drawing import Drawing, script
 from masonry_opt.studies.machine import machine, versions
-from masonry_opt.studies.page import NEEDED, render
+from masonry_opt.studies.page import render
 
 #: Columns of tables: of the frames, and their headings here.
 _SUCCESS = {
@@ -67,11 +66,8 @@ _FORMATS = {
 _NUMBERS = {*_FORMATS, *VERDICTS}
 
 
-def page(comparison: Comparison, charts: Sequence[Chart | Bars]) -> str:
-    """The whole file.
-
-    Raises OptionError if plotly or Jinja2, of the extra "studies", is not installed.
-    """
+def page(comparison: Comparison, charts: Sequence[Drawing]) -> str:
+    """The whole file."""
     summary = comparison.summary
     about = machine() | {f"version of {name}": release for name, release in versions().items()}
     left_out = [[i.method, i.model, i.solver, i.reason] for i in comparison.plan.left_out]
@@ -83,7 +79,8 @@ def page(comparison: Comparison, charts: Sequence[Chart | Bars]) -> str:
         notes=comparison.notes,
         success=_table(frames.success(summary) if len(summary) else summary, _SUCCESS),
         runs=_table(summary.assign(why=[*map(reason_text, summary.to_dict("records"))]), _RUNS),
-        charts=_drawn(charts),
+        charts=charts,
+        script=script(),
         references=_references(comparison),
         left_out={"columns": ["method", "model", "solver", "why"], "rows": left_out, "numbers": ()},
         residuals={
@@ -99,20 +96,6 @@ def page(comparison: Comparison, charts: Sequence[Chart | Bars]) -> str:
         repeated_below=f"{REPEATED_BELOW:g}",
         about={"columns": ["", ""], "rows": [*about.items()], "numbers": ()},
     )
-
-
-def _drawn(charts: Sequence[Chart | Bars]) -> list[dict[str, Any]]:
-    try:
-        from masonry_opt.studies.compare import draw_plotly
-    except ImportError:
-        raise OptionError(NEEDED) from None
-    drawn: list[dict[str, Any]] = []
-    for chart in charts:
-        # Without its bar of buttons, which covers the charts on a narrow screen.
-        config = {"displayModeBar": False, "responsive": True}
-        html = draw_plotly.draw(chart).to_html(full_html=False, include_plotlyjs=not drawn, config=config)
-        drawn.append({"title": chart.title, "html": html, "notes": chart.notes, "legend": legend(chart)})
-    return drawn
 
 
 def _table(frame: pd.DataFrame, columns: dict[str, str]) -> dict[str, Any]:
@@ -147,7 +130,7 @@ def _references(comparison: Comparison) -> dict[str, Any]:
             ]
         )
     bounded = ["associative λ, at least", "at most", "certified to"]
-    coulomb = ["lowest exact Coulomb λ", "found by", f"runs more than {frames.APART:.0%} apart in Coulomb λ"]
+    coulomb = ["lowest exact Coulomb λ", "found by", f"runs more than {APART:.0%} apart in Coulomb λ"]
     columns = ["scene", "title", *bounded, *coulomb, "known by hand"]
     return {"columns": columns, "rows": rows, "numbers": {*bounded[:2], coulomb[0]}}
 

@@ -7,31 +7,31 @@ from pathlib import Path
 
 import pandas as pd
 
+from masonry_opt.answer.thresholds import APART
 from masonry_opt.errors import OptionError, OutputError, counted, printable
 from masonry_opt.files import write_whole
-from masonry_opt.studies.chart_files import chart_files
-from masonry_opt.studies.compare import draw_matplotlib, frames
-from masonry_opt.studies.compare.charts import charts
+from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
 from masonry_opt.studies.compare.judge import TARGET
 from masonry_opt.studies.compare.known_answers import ASSOCIATIVE, COULOMB
-from masonry_opt.studies.compare.page import page
 from masonry_opt.studies.compare.text import number
 from masonry_opt.studies.writing import csv_text
 
 
 def write_report(comparison: Comparison, folder: Path) -> list[Path]:
-    """Write summary.csv, pictures (PNG and SVG) and, where the extra "studies" is installed, report.html;
-    the paths of all that the folder then holds.
+    """Write summary.csv and, where the extra "studies" is installed, charts (PNG and SVG) and report.html;
+    returns the paths of all that the folder then holds.
 
     Raises OutputError if the folder cannot be written.
     """
     files: dict[str, str | bytes] = {"summary.csv": csv_text(comparison.summary)}
-    drawn = charts(comparison.summary)
-    for chart in drawn:
-        files |= chart_files(draw_matplotlib.draw(chart), chart.name)
-    with contextlib.suppress(OptionError):  # the table and the pictures need no extra
-        files["report.html"] = page(comparison, drawn)
+    with contextlib.suppress(OptionError):  # the table needs no extra
+        from masonry_opt.studies.compare.charts import charts
+        from masonry_opt.studies.compare.page import page
+        from masonry_opt.studies.drawing import pictures
+
+        drawn = charts(comparison.summary)
+        files |= pictures(drawn) | {"report.html": page(comparison, drawn)}
     try:
         for name, content in files.items():
             write_whole(folder / name, content)
@@ -80,4 +80,4 @@ def _spread_lines(comparison: Comparison) -> list[str]:
     for name in ("lowest", "highest"):
         apart[name] = apart[name].map(number)
     apart["spread"] = apart["spread"].map("{:.1%}".format)
-    return [f"\ncertified Coulomb λ more than {frames.APART:.0%} apart:", apart.to_string(index=False)]
+    return [f"\ncertified Coulomb λ more than {APART:.0%} apart:", apart.to_string(index=False)]

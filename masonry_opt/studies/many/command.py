@@ -16,6 +16,7 @@ from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.report.terminal import print_text
 from masonry_opt.studies.many.sweep import sweep as sweep_scene
 from masonry_opt.studies.many.words import said
+from masonry_opt.studies.page import NEEDED
 from masonry_opt.studies.process import ended_by_kill
 from masonry_opt.studies.sampling.distributions import parse
 from masonry_opt.studies.sampling.draws import SEQUENCES
@@ -150,7 +151,8 @@ def sweep(
                 f"interrupted: {counted(done, 'run')} kept, and the same command goes on from there"
             ) from None
     print_text(told)
-    errors.print(f"written: {out / 'runs.csv'}, charts beside it", markup=False, soft_wrap=True)
+    beside = ", charts beside it" if (out / "charts.html").exists() else f"; {NEEDED}"
+    errors.print(f"written: {out / 'runs.csv'}{beside}", markup=False, soft_wrap=True)
 
 
 def _values(text: str) -> tuple[str, list[float]]:

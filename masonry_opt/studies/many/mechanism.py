@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from masonry_opt.answer.motion import joint_motion
 from masonry_opt.answer.solution import Solution
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.report.motion import joint_motion
 
 #: What mechanisms are called; "none" where blocks move without a joint that slides, opens or crushes.
 SLIDING, HINGING, CRUSHING, MIXED = "sliding", "hinging", "crushing", "mixed"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 import itertools
 import math
@@ -51,8 +52,9 @@ def sweep(
     method, model, solver, tolerance, options:
         As of :func:`~masonry_opt.analysis.solve`.
     out:
-        Folder for ``runs.csv`` and charts. Runs that it holds already are not made again: an interrupted
-        sweep goes on where it stopped. A table there with other runs than those asked for is not replaced.
+        Folder for ``runs.csv`` and charts (with the extra ``studies``). Runs that it holds already are not
+        made again: an interrupted sweep goes on where it stopped. A table there with other runs than those
+        asked for is not replaced.
     parquet:
         Also ``runs.parquet`` (needs the extra ``parquet``).
     force:
@@ -104,11 +106,12 @@ def sweep(
         study, points, make=make, folder=folder, force=force, workers=workers, dask=dask, progress=progress
     )
     if folder is not None:
-        # Charts are slow to import: only when they are needed.
-        from masonry_opt.studies.many.charts import write_charts
-
         write_table(frame, folder, parquet)
-        write_charts(frame, list(vary), folder)
+        with contextlib.suppress(OptionError):  # the table needs no extra
+            from masonry_opt.studies.drawing import write_charts
+            from masonry_opt.studies.many.charts import drawings
+
+            write_charts("Sweep", drawings(frame, list(vary)), folder)
     return frame
 
 

@@ -7,18 +7,16 @@ from collections.abc import Sequence
 import pandas as pd
 
 from masonry_opt.answer.acceptance import SMALLEST
+from masonry_opt.answer.thresholds import SAME
 from masonry_opt.errors import counted
 from masonry_opt.explain.sentences import numeral
-
-#: Relative difference of load factors that is rounding.
-_SAME = 1e-6
 
 
 def at_least(frame: pd.DataFrame) -> pd.Series:
     """Which runs have the least load factor, shape (runs,): of a plateau all that are on it."""
     values = frame["load_factor"]
     least = values.min()
-    return values <= least + _SAME * max(abs(least), SMALLEST)
+    return values <= least + SAME * max(abs(least), SMALLEST)
 
 
 def where(rows: pd.DataFrame, names: Sequence[str]) -> str:

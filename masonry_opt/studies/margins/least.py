@@ -12,6 +12,7 @@ import numpy as np
 
 from masonry_opt.analysis import prepare
 from masonry_opt.answer.status import Status
+from masonry_opt.answer.thresholds import JUMP, LOWER
 from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
@@ -27,12 +28,6 @@ TOLERANCE = 1e-6
 
 #: Values between the ends that are tried before the search, to see whether it is one threshold.
 SAMPLES = 5
-
-#: A load factor, or a margin in block weights, this much too low is rounding of the solver's.
-_ROUNDING = 1e-8
-
-#: Load factors at the ends of the answer that differ by more, as a share of the largest, are a jump.
-_JUMP = 1e-3
 
 #: The ends need be no nearer than this share of the range times the tolerance, where the threshold is zero.
 _OF_RANGE = 1e-3
@@ -196,7 +191,7 @@ class _Search:
         number = result.load_factor
         if number is None:
             number = FALLS if result.status is Status.UNSTABLE else UNLIMITED
-        holds = number >= -_ROUNDING
+        holds = number >= -LOWER
         return Trial(value, holds, number, under_dead_load(result, holds), result.certificate)
 
     def _carrying(self, value: float, scene: Scene) -> Trial:
@@ -215,7 +210,7 @@ class _Search:
                 f"at {value:.9g}: whether the load is carried could not be decided: {result.status}: "
                 f"{result.message}; narrow the range, or name another method"
             )
-        holds = number >= self.load - _ROUNDING * max(1.0, abs(self.load))
+        holds = number >= self.load - LOWER * max(1.0, abs(self.load))
         return Trial(value, holds, number, result, result.certificate)
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
@@ -264,7 +259,7 @@ class _Search:
         # Where the scene falls by itself there is no load factor: what is asked is the least that it had.
         before = self.load if fails.number == FALLS else fails.number
         assert before is not None
-        far = holds.number - before > _JUMP * max(known)
+        far = holds.number - before > JUMP * max(known)
         return (fails.number, holds.number) if far else None
 
     def _no_threshold(self, row: list[Trial], least: bool) -> str:

@@ -7,7 +7,7 @@ from math import inf
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import SMALLEST, Kind
+from masonry_opt.answer.acceptance import MARGIN_ENERGY, SMALLEST, Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result, make_result
 from masonry_opt.answer.solution import Solution
@@ -23,10 +23,6 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.report.summary import texts
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import Solver, find_solver
-
-#: Energy, in median block weights, that forces and mechanism of a margin may be apart: what the margin may be
-#: off by.
-_GAP = 1e-4
 
 
 def standing(scene: Scene) -> Result:
@@ -122,7 +118,7 @@ def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None
     failing = solution.failing(pressed)
     energy = failing.pop("complementarity", 0.0)
     gap = inf if energy is None else energy * max(abs(solution.load_factor), SMALLEST)
-    return solution if not failing and gap <= _GAP else None
+    return solution if not failing and gap <= MARGIN_ENERGY else None
 
 
 def _yes_or_no(assembly: Assembly, solver: Solver, effort: Effort) -> Solution:

@@ -18,7 +18,7 @@ from masonry_opt.studies.load_factor_axis import ends
 from masonry_opt.studies.sampling.estimates import fragility, quantiles, sensitivity
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    import altair
 
 #: Probabilities of the quantiles that are told unless others are asked for, and the confidence of intervals.
 PROBABILITIES, CONFIDENCE = (0.05, 0.5, 0.95), 0.95
@@ -110,18 +110,18 @@ class Sample:
         """
         return sensitivity(self.table[list(self.drawn)], self.load_factors, _share(confidence))
 
-    def plot(self, kind: str = "distribution") -> Figure:
+    def plot(self, kind: str = "distribution") -> altair.TopLevelMixin:
         """Draw the "distribution" of the load factor, its "fragility" curve or the "sensitivity" to what was
-        drawn, as a matplotlib figure without pyplot's state.
+        drawn, as a chart of Altair.
 
-        Raises OptionError if there is no such kind.
+        Raises OptionError if there is no such kind, or Altair, of the extra "studies", is not installed.
         """
         # Charts are slow to import: only when they are needed.
         from masonry_opt.studies.sampling.charts import KINDS
 
         if kind not in KINDS:
             raise OptionError(f"kind '{kind}' is unknown; choose from: {', '.join(KINDS)}")
-        return KINDS[kind](self)
+        return KINDS[kind](self).on_paper()
 
     def __str__(self) -> str:
         lines = {

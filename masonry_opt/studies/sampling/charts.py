@@ -1,16 +1,15 @@
-"""Pictures of a sample: how its load factors are distributed, the fragility curve, and what matters."""
+"""Charts of a sample: how its load factors are distributed, the fragility curve, and what matters."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+import pandas as pd
 
 from masonry_opt.errors import counted
-from masonry_opt.report.pictures.letters import boxed
-from masonry_opt.studies.load_factor_axis import LABEL, ends
+from masonry_opt.studies.drawing import Drawing, alt
+from masonry_opt.studies.load_factor_axis import LABEL, ends, ticks
 from masonry_opt.studies.palette import COLOURS
 from masonry_opt.studies.sampling.answer import CONFIDENCE, Sample
 from masonry_opt.studies.sampling.estimates import LIMITS
@@ -24,103 +23,109 @@ _BARS = 12
 _RUNS, _MARKS = COLOURS[0], COLOURS[1]
 
 
-def distribution(sample: Sample) -> Figure:
+def distribution(sample: Sample) -> Drawing:
     """Histogram of the load factors, with quantiles and their intervals."""
-    figure, found = _figure(), sample.load_factors
-    axes, finite = figure.add_subplot(), found[np.isfinite(found)]
-    middle = (finite.min() + finite.max()) / 2 if len(finite) else 0.0
-    if len(finite):
-        shown = ends(finite)
-        # Of a load factor that hardly changes bars as wide as if it did.
-        bins = "auto" if shown == (finite.min(), finite.max()) else np.linspace(*shown, _BARS).tolist()
-        axes.hist(finite, bins=bins, color=_RUNS, alpha=0.55, edgecolor="white", linewidth=0.8)
-    top = max(axes.get_ylim()[1], 1.0)
-    for step, row in enumerate(sample.quantiles().to_dict("records")):
-        if not np.isfinite(row["value"]):
-            continue
-        # Each on a line of its own above the bars: quantiles may lie close together.
-        height = top * (1.06 + 0.09 * step)
-        known = np.isfinite([row["lower"], row["upper"]])
-        limits = [row[name] if there else row["value"] for name, there in zip(LIMITS, known, strict=True)]
-        axes.plot(limits, [height, height], color=_MARKS, linewidth=5, alpha=0.45, solid_capstyle="butt")
-        axes.plot([row["value"]] * 2, [0, height], color=_MARKS, linewidth=1.3)
-        aside, at = (6, "left") if row["value"] <= middle else (-6, "right")
-        text = f"{row['probability']:.0%}: {row['value']:.4f}"
-        beyond = limits[1] if at == "left" else limits[0]
-        axes.annotate(
-            text, (beyond, height), (aside, 0), textcoords="offset points", ha=at, va="center", fontsize=9
-        )
-    axes.set_ylim(0, 1.36 * top)
-    if len(finite):
-        margin = 0.05 * (shown[1] - shown[0])
-        axes.set_xlim(shown[0] - margin, shown[1] + margin)
-    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_xlabel(LABEL)
-    axes.set_ylabel("runs")
-    axes.set_title(f"{_title(sample)}\nquantiles, with {CONFIDENCE:.0%} confidence", fontsize=10)
-    return figure
+    finite = sample.load_factors[np.isfinite(sample.load_factors)]
+    least, greatest = ends(finite)
+    # Of a load factor that hardly changes bars as wide as if it did.
+    changes = len(finite) and (least, greatest) == (finite.min(), finite.max())
+    edges = np.histogram_bin_edges(finite, "auto") if changes else np.linspace(least, greatest, _BARS)
+    runs, _ = np.histogram(finite, edges)
+    top = max(int(runs.max()), 1)
+    bars = alt.Chart(pd.DataFrame({"from": edges[:-1], "to": edges[1:], "runs": runs}))
+    marks = sample.quantiles()
+    marks = marks[np.isfinite(marks["value"])].reset_index(drop=True)
+    marks["lower"], marks["upper"] = (
+        marks[end].where(np.isfinite(marks[end]), marks["value"]) for end in LIMITS
+    )
+    # Each on a line of its own above the bars: quantiles may lie close together.
+    marks["height"] = top * (1.06 + 0.09 * marks.index)
+    marks["text"] = [f"{row.probability:.0%}: {row.value:.4f}" for row in marks.itertuples()]
+    left = marks["value"] <= (least + greatest) / 2
+    marks["beside"] = marks["upper"].where(left, marks["lower"])
+    margin = 0.05 * (greatest - least)
+    scale = alt.Scale(domain=(least - margin, greatest + margin), nice=False)
+    x = {"scale": scale, "axis": alt.Axis(title=LABEL)}
+    whole = alt.Axis(title="runs", values=ticks(0, top, whole=True), format="d")
+    y = {"scale": alt.Scale(domain=(0, 1.36 * top), nice=False), "axis": whole}
+    quantiles = alt.Chart(marks).encode(y=alt.Y("height:Q", **y), tooltip=["text:N", "lower:Q", "upper:Q"])
+    texts = [
+        alt.Chart(marks[side])
+        .mark_text(align=align, dx=6 if align == "left" else -6)
+        .encode(x=alt.X("beside:Q", **x), y=alt.Y("height:Q", **y), text="text:N")
+        for side, align in ((left, "left"), (~left, "right"))
+    ]
+    chart = alt.layer(
+        bars.mark_bar(color=_RUNS, opacity=0.55, stroke="white").encode(
+            x=alt.X("from:Q", **x),
+            x2="to:Q",
+            y=alt.Y("runs:Q", **y),
+            y2=alt.datum(0),
+            tooltip=["from:Q", "to:Q", "runs:Q"],
+        ),
+        quantiles.mark_rule(color=_MARKS, strokeWidth=5, opacity=0.45).encode(
+            x=alt.X("lower:Q", **x), x2="upper:Q"
+        ),
+        quantiles.mark_rule(color=_MARKS, strokeWidth=1.5).encode(x=alt.X("value:Q", **x), y2=alt.datum(0)),
+        *texts,
+    )
+    return Drawing(
+        "distribution",
+        f"Load factors, {_title(sample)}",
+        chart,
+        f"quantiles, with {CONFIDENCE:.0%} confidence",
+    )
 
 
-def fragility(sample: Sample) -> Figure:
+def fragility(sample: Sample) -> Drawing:
     """Probability of collapse against load, with its interval."""
-    figure, curve = _figure(), sample.fragility()
-    axes = figure.add_subplot()
-    axes.fill_between(
-        curve["load"],
-        curve["lower"],
-        curve["upper"],
-        color=_RUNS,
-        alpha=0.25,
-        linewidth=0,
-        step="post",
-        label=f"{CONFIDENCE:.0%} confidence",
+    curve = sample.fragility()
+    scale = alt.Scale(domain=(float(curve["load"].min()), float(curve["load"].max())), nice=False)
+    share = {"scale": alt.Scale(domain=(0, 1.02), nice=False)}
+    along = alt.Chart(curve).encode(
+        x=alt.X("load:Q", scale=scale, axis=alt.Axis(title=LABEL)),
+        tooltip=[alt.Tooltip(f"{name}:Q", format=".4f") for name in ("load", "probability", *LIMITS)],
     )
-    axes.step(
-        curve["load"], curve["probability"], where="post", color=_RUNS, linewidth=1.8, label="share of runs"
+    axis = alt.Axis(title="probability of collapse")
+    band = along.mark_area(color=_RUNS, opacity=0.25, interpolate="step-after")
+    line = along.mark_line(color=_RUNS, strokeWidth=2, interpolate="step-after")
+    chart = band.encode(y=alt.Y("lower:Q", axis=axis, **share), y2="upper:Q") + line.encode(
+        y=alt.Y("probability:Q", axis=axis, **share)
     )
-    axes.set_ylim(0, 1.02)
-    axes.set_xlim(float(curve["load"].min()), float(curve["load"].max()))
-    axes.set_xlabel(LABEL)
-    axes.set_ylabel("probability of collapse")
-    axes.set_title(_title(sample), fontsize=10)
-    axes.grid(color="#DDDDDD", linewidth=0.6)
-    figure.legend(loc="outside lower center", ncols=2, frameon=False)
-    return figure
+    notes = f"line: share of runs; band: {CONFIDENCE:.0%} confidence"
+    return Drawing("fragility", f"Fragility, {_title(sample)}", chart, notes)
 
 
-def sensitivity(sample: Sample) -> Figure:
+def sensitivity(sample: Sample) -> Drawing:
     """Rank correlations, strongest on top."""
     found = sample.sensitivity().dropna()
-    shown = found.head(_SHOWN).iloc[::-1]
-    figure = Figure(figsize=(7.0, 1.6 + 0.28 * max(len(shown), 2)), layout="constrained")
-    axes = figure.add_subplot()
-    at = np.arange(len(shown))
-    value = shown["rank_correlation"].to_numpy()
-    reach = np.abs(shown[["lower", "upper"]].to_numpy().T - value)
+    shown = found.head(_SHOWN).copy()
     # What may as well be chance is pale.
     certain = (shown["lower"] > 0) | (shown["upper"] < 0)
-    axes.barh(at, value, color=[_RUNS if known else "#BBBBBB" for known in certain], alpha=0.7)
-    axes.errorbar(value, at, xerr=reach, fmt="none", ecolor="black", elinewidth=1, capsize=2.5)
-    axes.axvline(0, color="black", linewidth=0.8)
-    axes.set_yticks(at, [*map(boxed, shown["parameter"])])
-    axes.set_xlim(-1.05, 1.05)
-    axes.set_ylim(-0.7, max(len(shown), 1) - 0.3)
-    axes.set_xlabel(
-        f"rank correlation with λ ({CONFIDENCE:.0%} confidence that all intervals hold; grey: may be none)"
+    shown["colour"] = np.where(certain, _RUNS, "#BBBBBB")
+    scale = alt.Scale(domain=(-1.05, 1.05), nice=False)
+    x = {"scale": scale, "axis": alt.Axis(title="rank correlation with λ")}
+    rows = alt.Chart(shown).encode(
+        y=alt.Y("parameter:N", sort=None, title=None, axis=alt.Axis(labelLimit=190)),
+        tooltip=["parameter:N", *(f"{name}:Q" for name in ("rank_correlation", *LIMITS))],
     )
+    bars = rows.mark_bar(opacity=0.7).encode(
+        x=alt.X("rank_correlation:Q", **x), color=alt.Color("colour:N", scale=None)
+    )
+    chart = bars + rows.mark_rule().encode(x=alt.X("lower:Q", **x), x2="upper:Q")
     left_out = f", the first {len(shown)} of {len(found)}" if len(found) > len(shown) else ""
     if found.empty:
         left_out = ": nothing drawn matters"
-    axes.set_title(f"{_title(sample)}{left_out}", fontsize=10)
-    return figure
+    return Drawing(
+        "sensitivity",
+        f"What matters, {_title(sample)}{left_out}",
+        chart.properties(height=28 * max(len(shown), 2)),
+        f"{CONFIDENCE:.0%} confidence that all intervals hold; grey: may be none",
+    )
 
 
 #: What can be drawn.
 KINDS = {"distribution": distribution, "fragility": fragility, "sensitivity": sensitivity}
-
-
-def _figure() -> Figure:
-    return Figure(figsize=(7.0, 4.2), layout="constrained")
 
 
 def _title(sample: Sample) -> str:

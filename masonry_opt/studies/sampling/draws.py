@@ -11,15 +11,15 @@ from scipy.stats import qmc
 
 from masonry_opt.errors import OptionError
 
-#: How points are spread over the unit cube: two scrambled sequences, and plain random numbers.
-SEQUENCES = ("sobol", "halton", "random")
+#: How points are spread over the unit cube: a scrambled sequence, and plain random numbers.
+SEQUENCES = ("sobol", "random")
 
 #: Dimensions up to which Sobol's points are taken unless others are named. Of 83 dimensions 128 of them have
 #: pairs correlated by 0.8, where independent points have 0.3 at most.
 _FEW = 10
 
-#: Probabilities are kept this far from 0 and 1, where distributions have no value: below what the sequences
-#: resolve.
+#: Probabilities are kept this far from 0 and 1, where distributions have no value: below what the sequence
+#: resolves.
 _EDGE = 2.0**-32
 
 
@@ -66,7 +66,7 @@ def _points(count: int, dimensions: int, sequence: str | None, seed: int) -> np.
     if sequence == "random":
         return rng.random((count, dimensions))
     try:
-        made = qmc.Sobol(dimensions, seed=rng) if sequence == "sobol" else qmc.Halton(dimensions, seed=rng)
+        made = qmc.Sobol(dimensions, seed=rng)
     except ValueError as error:
         raise OptionError(f"{dimensions} numbers are drawn: {error}; take sequence='random'") from None
     with warnings.catch_warnings():

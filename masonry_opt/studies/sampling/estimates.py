@@ -15,11 +15,10 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
+from masonry_opt.answer.thresholds import SAME
+
 #: Names of the confidence limits in tables.
 LIMITS = ["lower", "upper"]
-
-#: Load factors are known to this share of their median.
-_ROUNDING = 1e-6
 
 
 def quantiles(values: np.ndarray, probabilities: Sequence[float], confidence: float) -> pd.DataFrame:
@@ -79,7 +78,7 @@ def sensitivity(drawn: pd.DataFrame, values: np.ndarray, confidence: float) -> p
     n, rows = len(values), []
     each = 1 - (1 - confidence) / max(drawn.shape[1], 1)
     known = np.abs(values[np.isfinite(values)])
-    step = (_ROUNDING * float(np.median(known)) if len(known) else 0.0) or 1.0
+    step = (SAME * float(np.median(known)) if len(known) else 0.0) or 1.0
     ranks = stats.rankdata(np.round(values / step))
     for name in drawn:
         own = stats.rankdata(drawn[name].to_numpy())

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 
-from masonry_opt.studies.chart_files import chart_files
+from masonry_opt.errors import OptionError
 from masonry_opt.studies.many.table import write_table
 from masonry_opt.studies.sampling.answer import Sample
-from masonry_opt.studies.sampling.charts import KINDS
 from masonry_opt.studies.writing import csv_text, write_files
 
 
 def write_sample(sample: Sample, folder: Path, parquet: bool = False) -> None:
-    """Write the runs, what they say, and charts, each file whole or not at all.
+    """Write the runs, what they say, and charts (with the extra ``studies``), each file whole or not at all.
 
     Raises OutputError if a file cannot be written.
     """
@@ -24,5 +24,8 @@ def write_sample(sample: Sample, folder: Path, parquet: bool = False) -> None:
     }
     texts = {f"{name}.csv": csv_text(frame) for name, frame in tables.items()}
     write_files(folder, texts)
-    for kind in KINDS:
-        write_files(folder, chart_files(sample.plot(kind), kind))
+    with contextlib.suppress(OptionError):  # the tables need no extra
+        from masonry_opt.studies.drawing import write_charts
+        from masonry_opt.studies.sampling.charts import KINDS
+
+        write_charts("Sample", [draw(sample) for draw in KINDS.values()], folder)

@@ -78,9 +78,8 @@ def sample(
         independent), or between all joints (``by="joint"``; 0 unless given). Of the normal scores from which
         values are made, so exactly that of normal distributions.
     sequence:
-        "sobol" (the default up to 10 numbers) or "halton", both scrambled, or "random" (the default above):
-        independent points. Of many numbers Sobol's points move some as one, unless there are thousands of
-        runs.
+        "sobol", scrambled (the default up to 10 numbers), or "random" (the default above): independent
+        points. Of many numbers Sobol's points move some as one, unless there are thousands of runs.
     method, model, solver, tolerance, **options:
         Of :func:`~masonry_opt.analysis.solve`.
     out:

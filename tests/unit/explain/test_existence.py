@@ -7,11 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from atlas.random_scenes import random_scene
 from scenes import block_on_floor, pressed_down, values_of
 
 import masonry_opt as mo
+from masonry_opt.answer.acceptance import PROOF
 from masonry_opt.answer.infeasibility import (
-    LIMIT,
     Existence,
     InfeasibilityCertificate,
     kinematic_residual,
@@ -25,7 +26,6 @@ from masonry_opt.explain.combinatorial_cuts import combinatorial_cuts
 from masonry_opt.explain.existence import existence
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.load_units import in_units_of_load
-from masonry_opt.studies.atlas.random_scenes import random_scene
 
 #: Pushed along and, 1.5 times as hard, down, on a floor of friction 2: it would slide at λ = 2 (1 + 1.5 λ).
 PUSHED = block_on_floor(width=4.0, height=1.0, friction=2.0, live=(1.0, -1.5))
@@ -56,7 +56,7 @@ def test_no_mechanism(scene):
     found = of(scene)
     assert found.existence is Existence.NO_MECHANISM
     assert found.proven
-    assert max(found.equilibrium, found.yield_) < LIMIT
+    assert max(found.equilibrium, found.yield_) < PROOF
 
 
 @pytest.mark.parametrize("method", COULOMB)
@@ -70,7 +70,7 @@ def test_friction_that_grows_with_the_load_is_proven_to_hold(method):
     assert values_of(result, Code.JOINTS)["pairs"] == [["A", "floor"]]
     told = json.loads(result.to_json())["infeasibility"]
     assert told["proven"]
-    assert told["cut_residual"] <= LIMIT
+    assert told["cut_residual"] <= PROOF
 
 
 def test_the_loop_does_not_run_where_none_exists():
@@ -130,7 +130,7 @@ def test_random_scenes_that_jam(kind, seed):
     result = mo.solve(random_scene(kind, seed))
     assert result.status is Status.JAMMED
     assert result.infeasibility.existence is Existence.NO_STATE
-    assert 0 < result.infeasibility.cut_residual <= LIMIT
+    assert 0 < result.infeasibility.cut_residual <= PROOF
 
 
 @pytest.mark.parametrize("kind", ["wall", "stack", "arch", "tessellation"])

@@ -47,6 +47,7 @@ VALUES = {
     "most": 0.6,
     "normal_forces": [12.5],
     "number": 3,
+    "off": 0.1,
     "pairs": [["A", "B"]],
     "period": 2,
     "rates": 100.0,
@@ -118,6 +119,15 @@ WORDS = {
         reason(Code.TOO_LARGE, joints=9000),
         "with 9000 joints the loop is quicker than a pass",
     ),
+    Code.LOOP_FAR: (
+        reason(Code.LOOP_FAR, joints=9000, count=2, off=0.104),
+        "with 9000 joints the loop began, and left the scene to a pass: after 2 sub-problems its sliding was "
+        "off the true law by 10% of λ",
+    ),
+    Code.PASS_NEAR: (
+        reason(Code.PASS_NEAR, steps=134, gap=4.4e-4),
+        "in 134 Newton steps to a gap of 4.4e-04, then exact forces and a mechanism near it",
+    ),
     Code.EXACT: (reason(Code.EXACT, fall=-1e-4), "exact, 1.0e-04 above its start, which is not as exact"),
 }
 
@@ -134,7 +144,7 @@ def test_several_reasons_are_one_message():
     assert result.message == message(result.reasons)
     assert re.fullmatch(r"in \d+ Newton steps", mo.solve(two_blocks(), descent=False).message)
     exact = mo.solve(two_blocks()).message
-    assert re.fullmatch(r"in \d+ Newton steps; exact, 2\.7e-04 below its start; .+ 16 candidates .+", exact)
+    assert re.fullmatch(r"in \d+ Newton steps; exact, 2\.7e-04 below its start; .+ 17 candidates .+", exact)
     assert mo.solve(two_blocks(), "static").message == ""
     falls = mo.solve(overhanging(), "nonassociative", solver="highs").message
     assert falls == "the dead load alone moves block 'A': support what falls; no friction can hold block 'A'"

@@ -307,32 +307,6 @@ def test_options_out_of_range_are_refused_by_name(option, value):
         mo.solve(two_blocks(), "nonassociative", **{option: value})
 
 
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ({"pace": "paper"}, "sub_problems"),
-        ({"pace": "fast"}, "sub_problems"),
-        ({"kicks": 5}, "search"),
-        ({"restarts": 5}, "search"),
-        ({"perturbations": 5}, "search"),
-        ({"move_limit": 0.1}, "revise"),
-        ({"only_at_yield": True}, "revise"),
-    ],
-)
-def test_old_names_of_options_are_refused_with_the_new(old, new):
-    method = "refined" if {"kicks", "restarts", "perturbations"} & set(old) else "nonassociative"
-    with pytest.raises(mo.OptionError, match=rf"no option '{next(iter(old))}', which is now {new}"):
-        mo.solve(two_blocks(), method, **old)
-
-
-def test_old_names_of_options_of_another_method_name_it():
-    words = (
-        r"'mcp' has no option 'pace', which is now sub_problems .*; methods that have 'sub_problems': nonass"
-    )
-    with pytest.raises(mo.OptionError, match=words):
-        mo.solve(two_blocks(), pace="paper")
-
-
 LOOP = {"method": "nonassociative"}
 
 
@@ -347,10 +321,6 @@ LOOP = {"method": "nonassociative"}
         ({"method": "statik"}, "method 'statik' is unknown; choose from: static, kinematic"),
         ({"beta": 0.5}, "method 'mcp' has no option 'beta'; methods that have it: nonassociative"),
         ({"method": "static", "beta": 0.5}, "no option 'beta'; methods that have it: nonassociative"),
-        (
-            {"method": "mpec", "minimise": False},
-            "no option 'minimise', which is now mcp, a method: it finds any",
-        ),
         (LOOP | {"beta": 7}, r"option 'beta': .*\(found 7\)"),
         (
             {"solver": "highs"},

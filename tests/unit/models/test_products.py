@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from atlas.random_scenes import random_scene
 from scenes import CASES, UNCRUSHED, small_wall
 
 import masonry_opt as mo
@@ -17,7 +18,6 @@ from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.edges import EdgeFactors
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.highs_lp import LinearProgram
-from masonry_opt.studies.atlas.random_scenes import random_scene
 
 SCENES = UNCRUSHED | {
     "wedges": mo.load(CASES / "livesley" / "wedges.toml"),

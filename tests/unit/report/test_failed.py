@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import pytest
+from atlas.small_scenes import pebble
 from drawn import legend
 from scenes import CASES
 
@@ -12,7 +13,6 @@ import masonry_opt as mo
 from masonry_opt.report.motion import has_mechanism
 from masonry_opt.report.page.page import page
 from masonry_opt.report.summary import facts
-from masonry_opt.studies.atlas.small_scenes import pebble
 
 
 @pytest.fixture(scope="module")

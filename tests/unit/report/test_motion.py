@@ -7,7 +7,7 @@ import pytest
 from scenes import CASES, block_on_floor, overhanging
 
 import masonry_opt as mo
-from masonry_opt.report.motion import joint_motion
+from masonry_opt.answer.motion import joint_motion
 
 
 def motion_of(result):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import matplotlib as mpl
-import pandas as pd
 import pytest
 from matplotlib.font_manager import FontProperties, findfont, get_font
 from matplotlib.text import Text
@@ -11,8 +10,6 @@ from scenes import block_on_floor
 
 import masonry_opt as mo
 from masonry_opt.report.pictures.letters import NOTE, boxed
-from masonry_opt.studies.chart_files import chart_files
-from masonry_opt.studies.sampling.answer import Sample
 
 #: Of DejaVu Sans, which matplotlib brings, the first two are none.
 MISSING, THERE = "石塔", "Gewölbe λ ≥ « مرحبا »"
@@ -66,13 +63,3 @@ def test_a_scene_s_warnings_have_them_too(tmp_path):
     )
     figure = mo.draw(apart, tmp_path / "a.png", names=True)
     assert any("warning" in text and "□" in text for text in texts(figure))
-
-
-@pytest.mark.filterwarnings("error")
-def test_charts_have_them_too():
-    name = f"block.{MISSING}.weight"
-    table = pd.DataFrame({name: [1.0, 2.0, 3.0, 4.0], "load_factor": [0.1, 0.2, 0.4, 0.3]})
-    table = table.assign(status="optimal", any_load=False)
-    sample = Sample(case=MISSING, table=table, drawn=(name,), distributions={name: "uniform(1, 4)"})
-    for kind in ("distribution", "fragility", "sensitivity"):
-        assert chart_files(sample.plot(kind), kind)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 from drawn import legend, lines, marks
 from scenes import CASES, block_on_floor, overhanging
 
 import masonry_opt as mo
-from masonry_opt.report.colours import CRUSHES, HINGES, MARKED, SEPARATES, SLIDES
-from masonry_opt.report.motion import joint_motion
-from masonry_opt.report.pictures.mechanism import draw_mechanism
+from masonry_opt.answer.motion import joint_motion
+from masonry_opt.report.colours import CRUSHES, HINGES, SEPARATES, SLIDES
 
 
 def beside_a_wall():
@@ -56,13 +54,6 @@ def test_a_toe_that_crushes_is_crossed():
     assert len(lines(figure.axes[0], CRUSHES)) == len(marks(figure.axes[0], CRUSHES)) == 1
     assert not len(lines(figure.axes[0], SLIDES))
     assert "crushing joint" in legend(figure)
-
-
-def test_marked_joints_stand_out_and_are_drawn_once():
-    axes = mpl.figure.Figure().add_subplot()
-    draw_mechanism(mo.solve(beside_a_wall()), axes, marked={0})
-    assert len(lines(axes, MARKED)) == 1
-    assert len(lines(axes, SLIDES)) + len(lines(axes, SEPARATES)) == 1
 
 
 def test_blocks_that_fall_are_drawn_falling_and_named_so():

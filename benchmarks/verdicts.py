@@ -1,0 +1,63 @@
+"""Is an answer wrong, how often is there none? Methods and solvers on scenes built to fail and random ones.
+
+    python benchmarks/verdicts.py --random 40 --time-limit 10
+    python benchmarks/verdicts.py --no-atlas --stones 60,200 --seeds 2 \\
+        --methods nonassociative,mcp --solvers clarabel
+
+Compares as `masonry-opt compare` does, on the failure atlas (tests/atlas), whose right answers are known, and
+on random scenes; an interrupted run continues. Lowest exact states known: tests/atlas/best_known.toml.
+Exit code 1: a verdict is wrong.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
+
+from atlas.made_scenes import write_atlas, write_large, write_random  # noqa: E402
+
+from masonry_opt.studies.compare.case_scenes import find_scenes  # noqa: E402
+from masonry_opt.studies.compare.comparison import Comparison, RunLimits, run_plan  # noqa: E402
+from masonry_opt.studies.compare.plan import plan  # noqa: E402
+from masonry_opt.studies.compare.report import summary_text, write_report  # noqa: E402
+
+
+def verdicts(asked: argparse.Namespace) -> Comparison:
+    """Compare on the scenes asked for, and write the comparison's tables, charts and report."""
+    made = asked.out / "scenes"
+    expected = write_atlas(made, ROOT / "cases") if asked.atlas else {}
+    large = write_large(made, [int(count) for count in asked.stones.split(",") if count], asked.seeds)
+    paths = [*expected, *write_random(made, asked.random), *large]
+    scenes = find_scenes(paths, ROOT / "tests" / "atlas", expected, made)
+    planned = plan(asked.methods.split(","), ["cvxpy"], asked.solvers.split(","), [1e-9])
+    limits = RunLimits(asked.time_limit, 4000.0, 1)
+    comparison = run_plan(scenes, planned, limits, asked.out, asked.progress, asked.update_best_known)
+    write_report(comparison, asked.out)
+    return comparison
+
+
+def arguments(given: list[str] | None = None) -> argparse.Namespace:
+    """What the command line asks for."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--atlas", action=argparse.BooleanOptionalAction, default=True)
+    parser.add_argument("--random", type=int, default=0, help="so many small random scenes, by seed")
+    parser.add_argument("--stones", default="", help="large random scenes of so many stones: 60,200")
+    parser.add_argument("--seeds", type=int, default=1, help="how many of each")
+    parser.add_argument("--methods", default="static,nonassociative,mcp")
+    parser.add_argument("--solvers", default="clarabel,highs")
+    parser.add_argument("--time-limit", type=float, default=60.0, help="seconds a run")
+    parser.add_argument("--update-best-known", action="store_true")
+    parser.add_argument("--out", type=Path, default=Path("results/verdicts"))
+    return parser.parse_args(given, argparse.Namespace(progress=print))
+
+
+if __name__ == "__main__":
+    comparison = verdicts(arguments())
+    print(summary_text(comparison))
+    sys.exit(int((comparison.summary["verdict"] == "wrong").any()))

@@ -1,0 +1,125 @@
+"""
+Fig. 9: the least thickness of a semicircular arch
+==================================================
+
+27 voussoirs, centreline radius 10 m, own weight (section 5.2): it collapses by hinges alone (mode I) where
+friction is above 0.396, by sliding alone (mode III) below 0.31, where no thickness stands, by both (mode II)
+between. Limits of many voussoirs: Cocchetti & Rizzi (2020), doi 10.3221/IGF-ESIS.51.26.
+"""
+
+import math
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+import masonry_opt as mo
+from masonry_opt.studies.cases import case_folder
+
+KNOWN = mo.load(case_folder() / "casapulla_lauro" / "arch.toml").reference
+ARCH = mo.Arch(radius=10, angles=(180, 0), thickness=1, voussoirs=27, unit_weight=1)
+FRICTIONS = (0.32, 0.33, 0.34, 0.35, 0.36, 0.37, 0.38, 0.39, 0.4, 0.45, 0.5, 0.6, 0.8)
+
+
+def scene(arch: mo.Arch, friction: float, thickness: float | None = None) -> mo.Scene:
+    """The arch, of another thickness if one is given."""
+    made = arch if thickness is None else arch.model_copy(update={"thickness": thickness})
+    return mo.Scene(title="arch", joints=mo.JointDefaults(friction=friction), blocks=made.blocks())
+
+
+def thinnest(arch: mo.Arch, friction: float):
+    """The least thickness at which it stands, with both ends of the interval in which it lies."""
+    return mo.least(lambda t: scene(arch, friction, t), 0.01, 19.9, tolerance=1e-6, samples=0)
+
+
+def transitions(arch: mo.Arch) -> tuple[float, float, float]:
+    """Least thickness of the arch that hinges, μ from mode I to II, μ from mode II to III.
+
+    A thrust that is unique needs |s| ≤ μ n in every joint. The work of a sliding mechanism is in proportion
+    to the thickness, and its sign decides in an arch as thick as its radius.
+    """
+    hinged = thinnest(arch, math.inf)
+    forces = hinged.holds.result.joints
+    thick = arch.model_copy(update={"thickness": arch.radius})
+    slides = mo.least(lambda mu: scene(thick, mu), 1e-3, 1.0, tolerance=1e-6, samples=0)
+    return hinged.value, float((forces["s"].abs() / forces["n"]).max()), slides.value
+
+
+def opened(friction: float, thickness: float) -> mo.Scene:
+    """The arch under a live load that takes one voussoir's weight off the normal force of every joint, a
+    pressure from inside: its load factor is the margin with which it stands."""
+    step = math.pi / ARCH.voussoirs
+    outward = 2 * math.sin(step / 2) * step * ARCH.radius * thickness
+    angles = [math.pi - step * (number + 0.5) for number in range(ARCH.voussoirs)]
+    loads = [
+        mo.PointLoad(voussoir=number, force=(outward * math.cos(angle), outward * math.sin(angle)))
+        for number, angle in enumerate(angles, start=1)
+    ]
+    return scene(ARCH.model_copy(update={"point_loads": loads}), friction, thickness)
+
+
+# %%
+# Where the mode changes; with weights of straight-edged voussoirs, and of 501 with weights along the
+# centreline, as Cocchetti & Rizzi have them.
+hinging, one_to_two, two_to_three = transitions(ARCH)
+straight = transitions(ARCH.model_copy(update={"weights": "straight"}))
+many = transitions(ARCH.model_copy(update={"weights": "centreline", "voussoirs": 501}))
+checks = [
+    ("least thickness (m), mode I", KNOWN["least_thickness"].value, hinging, 5e-4),
+    ("the same, annular sectors", KNOWN["least_thickness_sector"].value, hinging, 5e-6),
+    ("the same, straight edges", KNOWN["least_thickness_straight"].value, straight[0], 5e-5),
+    ("μ from mode I to II", KNOWN["mode_I_to_II"].value, one_to_two, 5e-3),
+    ("μ from mode II to III", KNOWN["mode_II_to_III"].value, two_to_three, 5e-3),
+    ("least thickness (m), 501 voussoirs", 1.07426, many[0], 1e-4),
+    ("μ from mode I to II, 501 voussoirs", 0.395832, many[1], 1e-4),
+    ("μ from mode II to III, 501 voussoirs", 0.309215, many[2], 1e-5),
+]
+table_transitions = pd.DataFrame(checks, columns=["what", "published", "ours", "tolerance"])
+print(table_transitions.to_string(index=False, float_format="{:.6g}".format))
+missed = table_transitions.query("abs(ours / published - 1) > tolerance")
+assert missed.empty, missed
+
+# %%
+# The curve, and whether Coulomb's flow rule changes it: below the least thickness no state of equilibrium
+# exists, whatever the flow rule; 5 % above, exact Coulomb states have the associative margin.
+rows = []
+for mu in sorted([*FRICTIONS, two_to_three + 1e-4, one_to_two - 1e-4, one_to_two + 1e-4]):
+    found = thinnest(ARCH, mu)
+    moving = found.fails.result.joints
+    slip, turn = moving["slip"].abs().max(), (moving["rotation"].abs() * moving["length"] / 2).max()
+    thicker = opened(mu, 1.05 * found.value)
+    margins = [mo.solve(thicker, method).load_factor for method in ("static", "refined")]
+    mode = "I" if slip < 1e-5 * turn else "II" if turn > 1e-5 * slip else "III"
+    rows.append((mu, mode, found.value, found.value / ARCH.radius, *margins))
+names = ["μ", "mode", "thickness (m)", "over radius", "margin, associative", "margin, Coulomb"]
+table = pd.DataFrame(rows, columns=names)
+print(table.to_string(index=False, float_format="{:.6g}".format))
+assert (table["mode"] == np.where(table["μ"] > one_to_two, "I", "II")).all()
+mixed = table[table["μ"] > 0.31]  # where all slides, sliding does no work against the pressure
+assert (mixed["margin, Coulomb"] / mixed["margin, associative"] - 1).abs().max() < 1e-6
+falls = [mo.solve(opened(mu, 19.9), "static").status for mu in (0.2, 0.3, two_to_three - 1e-4)]
+assert set(falls) == {mo.Status.UNSTABLE}
+
+# %%
+figure = Figure(figsize=(7, 4.2), layout="constrained")
+axes = figure.add_subplot(xlabel="friction μ = tan φ", ylabel="least thickness (m)", xlim=(0.2, 0.8))
+for mode, text in (("II", "mode II: mixed"), ("I", f"mode I: hinging, μ > {one_to_two:.4f}")):
+    part = table[table["mode"] == mode]
+    axes.plot(part["μ"], part["thickness (m)"], "o-", markersize=3.5, label=text)
+axes.plot(
+    [two_to_three] * 2, [table["thickness (m)"].max(), 5], label=f"mode III: sliding, μ = {two_to_three:.4f}"
+)
+axes.axvspan(0.2, two_to_three, color="#EEEEEE", zorder=0, label="no thickness stands")
+axes.set_ylim(0, 5)
+axes.secondary_yaxis("right", functions=(lambda t: 10 * t, lambda t: t / 10)).set_ylabel("% of the radius")
+axes.legend()
+
+# The modes. Sliding does no work against the pressure: a load on the crown drives mode III.
+figure_mode_i = mo.solve(opened(0.5, 1.0002 * hinging), "nonassociative", always=True).plot()
+figure_mode_ii = mo.solve(opened(0.35, 1.05 * thinnest(ARCH, 0.35).value), "nonassociative").plot()
+crown, rougher = mo.PointLoad(voussoir=14, force=(0, -1)), two_to_three + 0.005
+pushed = ARCH.model_copy(update={"point_loads": [crown], "thickness": 1.1 * thinnest(ARCH, rougher).value})
+sliding = mo.solve(scene(pushed, rougher), "nonassociative", always=True)
+figure_mode_iii = sliding.plot()
+assert sliding.joints["rotation"].abs().max() < 1e-5 * sliding.joints["slip"].abs().max()
+figure  # noqa: B018

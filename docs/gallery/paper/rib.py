@@ -1,0 +1,86 @@
+"""
+Section 5.2: the arch rib of Pippard & Ashby
+============================================
+
+For friction above about 0.11, the paper says, associative and Coulomb load factors of the rib coincide. Its
+geometry is not in the paper; with the one assumed in the case file they coincide below as well, down to the
+friction at which the rib no longer stands under its own weight.
+"""
+
+import pandas as pd
+from matplotlib.figure import Figure
+
+import masonry_opt as mo
+from masonry_opt.studies.cases import case_folder
+
+RIB = mo.load(case_folder() / "pippard_ashby" / "rib.toml")
+CLAIMED = RIB.reference["coincide_above"].value
+FRICTIONS = (
+    0.066,
+    0.07,
+    0.08,
+    0.09,
+    0.1,
+    0.105,
+    0.11,
+    0.115,
+    0.12,
+    0.14,
+    0.16,
+    0.2,
+    0.25,
+    0.3,
+    0.4,
+    0.6,
+    0.8,
+)
+#: Where a global search looks for a lower Coulomb load factor.
+SEARCHED = (0.07, 0.08, 0.1, 0.12)
+
+
+def rib(friction: float) -> mo.Scene:
+    """The rib with another friction in all joints."""
+    return RIB.model_copy(update={"joints": mo.JointDefaults(friction=friction)})
+
+
+# %%
+# The friction below which the rib falls by itself.
+stands = mo.least(rib, 1e-3, 1.0, samples=0)
+print(stands)
+assert stands.value < CLAIMED
+assert mo.solve(rib(stands.value - 1e-4), "static").status is mo.Status.UNSTABLE
+assert 0 < mo.solve(rib(stands.value + 1e-4), "static").required() < 0.01
+
+# %%
+# Load factors, in voussoir weights: the loop to its own tolerance, exact states to that of the solver.
+rows = []
+for mu in FRICTIONS:
+    scene = rib(mu)
+    rows.append(
+        {
+            "μ": mu,
+            "associative": mo.solve(scene, "static").required(),
+            "loop": mo.solve(scene, "nonassociative", always=True).required(),
+            "refined": mo.solve(scene, "refined", search=0.5).required(),
+            "global": mo.solve(scene, "global", time_limit=5).required() if mu in SEARCHED else None,
+        }
+    )
+table = pd.DataFrame(rows)
+print(table.to_string(index=False))
+apart = table[["loop", "refined", "global"]].div(table["associative"], axis=0).sub(1).abs().max()
+print(f"largest relative difference from the associative load factor:\n{apart.to_string()}")
+assert apart["loop"] < 2e-5
+assert apart["refined"] < 1e-7
+assert apart["global"] < 1e-4
+
+# %%
+figure = Figure(figsize=(7, 4.2), layout="constrained")
+axes = figure.add_subplot(xlabel="friction μ = tan φ", ylabel="load factor λ (voussoir weights)")
+axes.plot(table["μ"], table["associative"], color="#0072B2", label="associative")
+axes.plot(table["μ"], table["loop"], "o", color="#D55E00", fillstyle="none", label="loop")
+axes.plot(table["μ"], table["refined"], "x", color="black", markersize=5, label="exact Coulomb (refined)")
+axes.axvline(CLAIMED, color="#777777", linestyle="--", label=f"μ = {CLAIMED:g}: published, coincide above")
+axes.axvspan(0, stands.value, color="#DDDDDD", zorder=0, label="falls by itself")
+axes.set(xlim=(0, 0.82), ylim=(0, None))
+axes.legend(loc="lower right")
+figure  # noqa: B018

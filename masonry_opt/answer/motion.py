@@ -1,0 +1,95 @@
+"""How blocks and joints move in a mechanism."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.thresholds import CRUSHES, HINGES, IDLE, MOVES, SEPARATES, SLIDES
+from masonry_opt.problem.assembly import Assembly
+
+
+@dataclass(frozen=True)
+class JointMotion:
+    """How the joints move in a mechanism.
+
+    Attributes
+    ----------
+    slides: joints that slip while they touch, and do not crush, shape (c,).
+    hinges: joints that open about one edge, shape (c,).
+    hinge: that edge, or corner, where ``hinges``, shape (c, 2).
+    separates: joints that open along their whole length, shape (c,).
+    crushes: joints whose edges come nearer, shape (c,).
+    """
+
+    slides: np.ndarray
+    hinges: np.ndarray
+    hinge: np.ndarray
+    separates: np.ndarray
+    crushes: np.ndarray
+
+
+def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
+    """Which joints slide, hinge, separate and crush, in a solution that has a mechanism.
+
+    The opening that the flow rule of the answer gives to sliding (associative flow: the friction) makes it
+    neither hinge nor separation. What opens in the middle and carries nothing separates if it slips: that an
+    edge then keeps its distance is chance. If it does not slip, it turns about that edge, a hinge.
+    """
+    assert solution.d is not None
+    problem, joints = assembly.problem, assembly.joints
+    slope = np.zeros(problem.joints)
+    # Blocks that fall under their dead load do so by associative flow.
+    own = problem.friction if solution.load_factor is None else problem.dilatancy
+    slope[problem.sliding] = own if solution.slope is None else solution.slope
+    opening, slip, _ = (problem.B.T @ solution.d).reshape(3, -1)
+    slip = np.abs(slip)
+    omega = np.zeros(len(assembly.scene.blocks))
+    omega[assembly.movable] = solution.d[2::3] / problem.length_unit
+    # A corner on an edge turns about itself: by how much is measured on a joint of usual length.
+    in_a_point = joints.length == 0
+    half = np.where(in_a_point, problem.length_unit, joints.length / 2)
+    turning = (omega[joints.first] - omega[joints.second]) * half
+    speed = fastest(assembly, solution.d)
+    # Opening of the edge that opens less: the first block's edge runs from start to end.
+    apart = opening - slope * slip
+    nearer = apart - np.where(in_a_point, 0.0, np.abs(turning))
+    touches, crushes = nearer <= SEPARATES * speed, nearer < -CRUSHES * speed
+    slips = slip > SLIDES * speed
+    if solution.q is not None:
+        n = solution.q[: problem.joints]
+        pressed = n > IDLE * np.abs(n).max(initial=0.0)
+        touches &= pressed | (apart <= SEPARATES * speed) | ~slips
+    return JointMotion(
+        slides=touches & slips & ~crushes,
+        hinges=touches & (np.abs(turning) > HINGES * speed),
+        hinge=np.where((turning > 0)[:, None], joints.start, joints.end),
+        separates=~touches,
+        crushes=crushes,
+    )
+
+
+def moving_blocks(assembly: Assembly, d: np.ndarray) -> np.ndarray:
+    """Indices of the movable blocks that take part in a mechanism (3b,), fastest first."""
+    speeds = _corner_speeds(assembly, d)
+    order = np.argsort(-speeds, kind="stable")
+    return order[speeds[order] > MOVES * (speeds.max() or 1.0)]
+
+
+def fastest(assembly: Assembly, d: np.ndarray) -> float:
+    """Speed of the fastest corner in a mechanism (3b,); 1 where nothing moves."""
+    return float(_corner_speeds(assembly, d).max()) or 1.0
+
+
+def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
+    """Speed of the fastest corner of each movable block, shape (b,), under block velocities (3b,)."""
+    movable, shapes = assembly.movable, assembly.geometry
+    corners, block = shapely.get_coordinates(shapes.polygons[movable], return_index=True)
+    vx, vy, omega = d.reshape(-1, 3)[block].T
+    x, y = (corners - shapes.centroid[movable[block]]).T / assembly.problem.length_unit
+    speeds = np.zeros(len(movable))
+    np.maximum.at(speeds, block, np.hypot(vx - omega * y, vy + omega * x))
+    return speeds

@@ -1,0 +1,126 @@
+"""A chart described once, in Altair: for paper as PNG and SVG, for pages as what Vega's script draws."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from textwrap import wrap
+from typing import Any
+
+import matplotlib
+
+from masonry_opt.errors import OptionError
+from masonry_opt.studies.page import NEEDED, render
+from masonry_opt.studies.writing import write_files
+
+try:
+    import altair as alt
+    import vl_convert
+except ImportError:
+    raise OptionError(NEEDED) from None
+
+# Altair is taken from here: where it is missing, one place says so.
+__all__ = ["Drawing", "alt", "pictures", "script", "write_charts"]
+
+#: Pixels of a chart's width and of a panel on paper; panels side by side, and at most: more are too small to
+#: read. A page shows each.
+_WIDTH, _PANEL, _COLUMNS, _PANELS = 620, 230, 4, 24
+
+#: Pixels that an entry of a legend takes, for as many columns as there is room for.
+_ENTRY = 300
+
+#: Pixels that a letter of the notes takes.
+_LETTER = 6
+
+#: Matplotlib brings it with it, and it has superscripts: pictures are the same on every machine.
+_FONT = "DejaVu Sans"
+vl_convert.register_font_directory(str(Path(matplotlib.get_data_path(), "fonts", "ttf")))
+
+_CONFIG: dict[str, Any] = {
+    "font": f"{_FONT}, Verdana, sans-serif",
+    "axis": {"gridColor": "#E4E4E4", "labelFontSize": 11, "titleFontSize": 12, "titleFontWeight": "normal"},
+    "axisX": {"labelOverlap": "greedy", "labelSeparation": 8, "labelFlush": False, "tickCount": 8},
+    "view": {"stroke": "#BBBBBB"},
+    "title": {"anchor": "start", "fontSize": 14, "subtitleFontSize": 11, "subtitleColor": "#555555"},
+    "header": {"labelFontSize": 11, "title": None},
+}
+_LEGEND = {"orient": "bottom", "title": None, "labelLimit": 0, "symbolSize": 80, "symbolStrokeWidth": 1.5}
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A chart, with the name of its files, and the title and notes that stand in it on paper, beside it on a
+    page. ``panels``: the column of whose values each has a panel: side by side on paper, on a page one at
+    a time, to be chosen.
+    """
+
+    name: str
+    title: str
+    chart: Any
+    notes: str = ""
+    panels: str = ""
+
+    def on_paper(self) -> Any:
+        """The chart with title and notes, in Altair."""
+        chart, width, notes = self.chart, _WIDTH, self.notes
+        if self.panels:
+            named = self._panels()
+            chart = chart.transform_filter(alt.FieldOneOfPredicate(self.panels, named[:_PANELS]))
+            columns = min(_COLUMNS, len(named))
+            width = columns * _PANEL
+            chart = chart.properties(width=_PANEL, height=_PANEL).facet(f"{self.panels}:N", columns=columns)
+            if len(named) > _PANELS:
+                notes += f"; the first {_PANELS} of {len(named)}"
+        else:
+            chart = chart.properties(width=width)
+        chart = chart.properties(title=alt.Title(self.title, subtitle=wrap(notes, width // _LETTER)))
+        return _dressed(chart, max(1, width // _ENTRY))
+
+    def on_page(self) -> dict[str, Any]:
+        """What Vega-Lite draws of it, as wide as there is room."""
+        chart = self.chart.properties(width="container", autosize={"type": "fit-x", "contains": "padding"})
+        if self.panels:
+            named = self._panels()
+            select = alt.binding_select(options=named, name=f"{self.panels} ")
+            chosen = alt.param("panel", value=named[0], bind=select)
+            chart = chart.add_params(chosen).transform_filter(f"datum[{self.panels!r}] === panel")
+        return specification(_dressed(chart, alt.expr(f"max(1, floor(containerSize()[0] / {_ENTRY}))")))
+
+    def _panels(self) -> list[str]:
+        return [*dict.fromkeys(self.chart.data[self.panels])]
+
+
+def _dressed(chart: Any, columns: Any) -> Any:
+    return chart.configure(**_CONFIG, legend=alt.LegendConfig(**_LEGEND, columns=columns))
+
+
+def specification(chart: Any) -> dict[str, Any]:
+    """A chart of Altair for Vega-Lite, whatever the number of its rows."""
+    with alt.data_transformers.enable("default", max_rows=None):
+        described: dict[str, Any] = chart.to_dict()
+    return described
+
+
+def pictures(drawings: Iterable[Drawing]) -> dict[str, str | bytes]:
+    """Contents of PNG and SVG by file names: the same from run to run, to the last byte."""
+    files: dict[str, str | bytes] = {}
+    for drawing in drawings:
+        described = specification(drawing.on_paper())
+        files[f"{drawing.name}.png"] = vl_convert.vegalite_to_png(described, scale=2)
+        files[f"{drawing.name}.svg"] = vl_convert.vegalite_to_svg(described)
+    return files
+
+
+def script() -> str:
+    """Vega, Vega-Lite and Vega-Embed, to be put inside a page."""
+    return vl_convert.javascript_bundle()  # type: ignore[call-arg]  # it has a default, unlike its stub
+
+
+def write_charts(title: str, drawings: Sequence[Drawing], folder: Path) -> list[Path]:
+    """Write charts as PNG, as SVG and on one page that needs no network; returns the files.
+
+    Raises OutputError if one cannot be written.
+    """
+    page = render("charts.html", title=title, charts=drawings, script=script())
+    return write_files(folder, pictures(drawings) | {"charts.html": page})

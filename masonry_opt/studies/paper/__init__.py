@@ -1,1 +1,0 @@
-"""The paper's results rebuilt from case files, each beside what was published."""

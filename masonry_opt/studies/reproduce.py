@@ -1,0 +1,130 @@
+"""The command `masonry-opt reproduce`: runs the paper's examples, the scripts of the guide's gallery."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import sys
+import time
+import traceback
+from pathlib import Path
+from typing import Annotated, Any
+
+import pandas as pd
+import typer
+from matplotlib.figure import Figure
+
+from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
+from masonry_opt.files import picture_metadata, refuse_unwritable
+from masonry_opt.report.pictures.figure import style
+from masonry_opt.report.pictures.letters import replace_missing
+from masonry_opt.report.terminal import print_text
+from masonry_opt.solvers.registry import find_entry
+from masonry_opt.studies.writing import csv_text, write_files
+
+#: Takes a quarter of an hour, and is none of the paper's.
+_BEYOND = "bracket"
+
+_PACKAGE = Path(__file__).parents[1]
+
+app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+
+
+def scripts() -> dict[str, Path]:
+    """The paper's examples by name: those of the package, or of the clone that it lies in."""
+    folders = _PACKAGE / "paper", _PACKAGE.parent / "docs" / "gallery" / "paper"
+    found = next((folder for folder in folders if folder.is_dir()), folders[0])
+    # By length first: fig6 before fig10.
+    return {path.stem: path for path in sorted(found.glob("*.py"), key=lambda path: (len(path.stem), path))}
+
+
+@app.command()
+def reproduce(
+    example: Annotated[
+        str, typer.Argument(help="One of those that are listed if none is named; or all of the paper's.")
+    ] = "",
+    out: Annotated[Path, typer.Option(help="Folder for tables (CSV) and pictures (PNG, SVG).")] = Path(
+        "results"
+    ),
+) -> None:
+    """Rebuild results of the paper from the case files (cases/ here, or else the package's own).
+
+    Exit code 0: every value is as near to the published one as the example says; 1: one is not; 2: wrong
+    example or folder, or an extra is missing.
+    """
+    known = scripts()
+    listed = "\n".join(f"{name:10} {_title(path)}" for name, path in known.items())
+    if not example:
+        print_text(listed)
+        return
+    names = [name for name in known if name != _BEYOND] if example == "all" else [example]
+    if unknown := set(names) - set(known):
+        raise OptionError(
+            f"nothing to reproduce is named '{unknown.pop()}'; choose all, or one of:\n{listed}"
+        )
+    if "table1" in names:
+        find_entry("pyomo", "casadi")  # a missing extra is said now, not after minutes
+    _open(out)
+    missed = False
+    for name in names:
+        print(f"{name}: {_title(known[name])} ...", file=sys.stderr, flush=True)
+        start = time.perf_counter()
+        missed = _run(name, known[name], out) or missed
+        print(f"{name}: {time.perf_counter() - start:.1f} s, written to {out}", file=sys.stderr, flush=True)
+    if missed:
+        raise typer.Exit(1)
+
+
+def _open(folder: Path) -> None:
+    """Make the folder before the minutes that filling it takes."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{folder}: cannot be written: {error.strerror}") from None
+    refuse_unwritable(folder / ".masonry_opt")
+
+
+def _title(path: Path) -> str:
+    """The first line of a script's docstring."""
+    return path.read_text("utf-8").split("\n", 2)[1]
+
+
+def _run(name: str, path: Path, out: Path) -> bool:
+    """Run a script; print what it prints, and write its tables and figures. Whether it misses a value."""
+    names: dict[str, Any] = {"__name__": "__main__", "__file__": str(path)}
+    said, missed = io.StringIO(), ""
+    with contextlib.redirect_stdout(said):
+        try:
+            # Assertions count even where Python is told to leave them out (-O).
+            exec(compile(path.read_text("utf-8"), str(path), "exec", optimize=0), names)
+        except (AssertionError, NoLoadFactorError) as error:
+            line = traceback.extract_tb(error.__traceback__)[1].lineno  # of the script
+            missed = f"{name}: not as published ({path.name}, line {line}): {error}"
+    # Each example is printed and written before the next begins: an interrupt loses one at most.
+    print_text(said.getvalue() + missed)
+    write_files(out, _written(name, names))
+    return bool(missed)
+
+
+def _written(name: str, names: dict[str, Any]) -> dict[str, str | bytes]:
+    """The files of what a script calls ``table...`` and ``figure...``: fig6's ``table_x`` is fig6_x.csv."""
+    files: dict[str, str | bytes] = {}
+    for variable, value in names.items():
+        if variable.startswith("table") and isinstance(value, pd.DataFrame):
+            files[f"{name}{variable.removeprefix('table')}.csv"] = csv_text(value)
+        elif variable.startswith("figure") and isinstance(value, Figure):
+            files |= _pictures(value, name + variable.removeprefix("figure"))
+    return files
+
+
+def _pictures(figure: Figure, name: str) -> dict[str, bytes]:
+    """A figure as PNG and SVG by file names: the same from run to run, to the last byte."""
+    replace_missing(figure)
+    files = {}
+    for kind in ("png", "svg"):
+        stream = io.BytesIO()
+        with style():
+            figure.savefig(stream, format=kind, dpi=150, metadata=picture_metadata(kind))
+        figure.set_layout_engine("none")  # laid out: the next kind looks the same
+        files[f"{name}.{kind}"] = stream.getvalue()
+    return files

@@ -1,0 +1,147 @@
+"""What an analysis tells of its phases as they begin, before and between its steps."""
+
+from __future__ import annotations
+
+import io
+import sys
+import threading
+
+import pytest
+from scenes import WALLS, block_on_floor, overhanging, run_command, small_wall
+
+import masonry_opt as mo
+from masonry_opt import cli
+from masonry_opt.errors import OptionError
+from masonry_opt.report.terminal import left_by
+
+FIRST = ["reading blocks", "finding joints", "does it stand under its dead load?"]
+LAST = "tables and words"
+
+
+def phases_of(scene, method, **options):
+    told = []
+    return mo.solve(scene, method, phases=told.append, **options), told
+
+
+def test_a_linear_program_has_one_phase():
+    assert phases_of(block_on_floor(), "static")[1] == [*FIRST, "method 'static'", LAST]
+
+
+def test_each_sub_problem_is_told_before_it_is_solved():
+    """And those that its exact forces take, where it ends in them."""
+    order = []
+    mo.solve(
+        WALLS[0], "nonassociative", phases=order.append, progress=lambda step: order.append(step.iteration)
+    )
+    count = max(entry for entry in order if isinstance(entry, int))
+    assert count > 3
+    for number in range(1, count + 1):
+        assert order.index(f"sub-problem {number}") + 1 == order.index(number)
+    assert order[-2:] == ["exact forces", LAST]
+
+
+def test_a_pass_and_what_follows_it():
+    assert phases_of(WALLS[0], "mcp")[1] == [
+        *FIRST,
+        "method 'mcp'",
+        "pass 1",
+        "exact states nearby",
+        "associative load factor",
+        LAST,
+    ]
+
+
+def test_of_what_falls_no_method_is_told():
+    result, told = phases_of(overhanging(), "mcp")
+    assert result.status is mo.Status.UNSTABLE
+    assert told == [*FIRST, "what falls, and what would hold it", LAST]
+
+
+def test_an_interrupt_between_steps_goes_through():
+    def interrupt(phase):
+        if phase == "exact forces":
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        mo.solve(small_wall(), "nonassociative", phases=interrupt)
+
+
+def test_phases_are_a_function():
+    with pytest.raises(OptionError, match="phases"):
+        mo.solve(block_on_floor(), phases="all")
+
+
+class Screen(io.StringIO):
+    """A stream that is a terminal, or is none, and tells when a text has been written to it."""
+
+    encoding = "utf-8"
+
+    def __init__(self, terminal):
+        super().__init__()
+        self.terminal, self.written = terminal, threading.Condition()
+
+    def isatty(self):
+        return self.terminal
+
+    def write(self, text):
+        with self.written:
+            count = super().write(text)
+            self.written.notify_all()
+        return count
+
+    def shows(self, text, seconds=20.0):
+        with self.written:
+            return self.written.wait_for(lambda: text in self.getvalue(), seconds)
+
+
+@pytest.fixture
+def environment(monkeypatch):
+    for name in ("NO_COLOR", "FORCE_COLOR", "TTY_COMPATIBLE"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "150")
+
+
+def watched(screen, seen):
+    """``solve`` that waits until the screen, if it is a terminal, shows each phase and each step."""
+
+    def solve(*arguments, phases, progress, **options):
+        def begun(phase):
+            phases(phase)
+            seen.append((phase, screen.terminal and screen.shows(phase)))
+
+        def follow(step):
+            progress(step)
+            line = f"λ = {step.load_factor:.6f}{left_by(step)}"
+            seen.append((line, screen.terminal and screen.shows(line)))
+
+        return mo.solve(*arguments, phases=begun, progress=follow, **options)
+
+    return solve
+
+
+@pytest.mark.parametrize("how", [(), ("--json",)])
+def test_a_terminal_shows_phases_and_steps_and_output_stays_clean(monkeypatch, capsys, environment, how):
+    screen, seen = Screen(terminal=True), []
+    asked = ("solve", WALLS[0], "--method", "nonassociative", *how)
+    before = run_command(monkeypatch, capsys, *asked)[1]
+    monkeypatch.setattr(sys, "stderr", screen)
+    monkeypatch.setattr(cli, "solve_scene", watched(screen, seen))
+    code, out, _ = run_command(monkeypatch, capsys, *asked)
+    assert code == 0
+    assert all(shown for _, shown in seen)
+    assert {text for text, _ in seen} >= {*FIRST, "sub-problem 1", "sub-problem 2", "exact forces", LAST}
+    assert "wall_1.toml" in screen.getvalue()
+    if how:
+        assert out.startswith("{")
+        assert out.count("\n") == before.count("\n")
+    else:
+        assert out == before
+
+
+@pytest.mark.parametrize(("terminal", "how"), [(False, ()), (True, ("--quiet",))])
+def test_nothing_is_shown_in_a_pipe_or_quietly(monkeypatch, capsys, environment, terminal, how):
+    screen = Screen(terminal)
+    monkeypatch.setattr(sys, "stderr", screen)
+    code, _, _ = run_command(monkeypatch, capsys, "solve", WALLS[0], *how)
+    assert (code, screen.getvalue()) == (0, "")

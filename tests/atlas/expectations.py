@@ -1,0 +1,125 @@
+"""Runs that many entries of the atlas share: the same answer of every method, or of every solver."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from atlas.entry import Expectation
+
+from masonry_opt.answer.reasons import Code, Reason, reason
+from masonry_opt.answer.status import Status
+from masonry_opt.errors import CaseError
+
+#: The loop stops at a relative change of λ of 1e-5 and leaves the small cohesion's trace.
+LOOP = 2e-5
+
+#: HiGHS and Clarabel solve to 1e-9; friction in the hundred thousands costs digits.
+COARSE = 1e-5
+
+#: IPOPT's last relaxation, ε = 3e-9.
+MPEC = 1e-7
+
+#: A pass ends in an exact state, near the least of them but seldom there: so far above at most.
+PASS = 1e-2
+
+#: Digits to which least load factors are given here.
+LEAST = 1e-6
+
+WITHOUT_HALVING = {"alpha": 0.0, "alpha_min": 0.0}
+#: The paper's loop without so much as less slope where it fails.
+RAW: dict[str, Any] = {"preset": "paper", "remedies": "none"}
+AGAIN = reason(Code.BEGAN_AGAIN, remedies="alpha=")
+LOCKS = reason(Code.BEGAN_AGAIN, first=Status.LOCKED, remedies="start=cohesive")
+REMEDIED = reason(Code.BEGAN_AGAIN)
+TOOK_OVER = reason(Code.LOOP_TOOK_OVER)
+NO_INFLUENCE = reason(Code.FLOW_RULE_IDLE)
+
+TWO_FORMULATIONS = "MPEC and refinement, which agree"
+OTHERS = "static and kinematic, three solvers, which agree"
+
+SOLVERS = ("clarabel", "highs", "highs-ipm")
+
+
+def associative(
+    expected: Status | type[CaseError],
+    load_factor: float | tuple[float, float] | None = None,
+    source: str = "",
+    **keys: Any,
+) -> tuple[Expectation, ...]:
+    """The static program in three solvers, and the kinematic one in Pyomo."""
+    return (
+        *(
+            Expectation(expected, "static", solver=name, load_factor=load_factor, source=source, **keys)
+            for name in SOLVERS
+        ),
+        Expectation(expected, "kinematic", "pyomo", load_factor=load_factor, source=source, **keys),
+    )
+
+
+def loops(
+    expected: Status | type[CaseError],
+    load_factor: float | tuple[float, float] | None = None,
+    source: str = "",
+    solvers: tuple[str, ...] = SOLVERS,
+    tolerance: float = LOOP,
+    **keys: Any,
+) -> tuple[Expectation, ...]:
+    """The loop in CVXPY, in some solvers."""
+    return tuple(
+        Expectation(
+            expected, solver=name, load_factor=load_factor, source=source, tolerance=tolerance, **keys
+        )
+        for name in solvers
+    )
+
+
+def one_pass(
+    load_factor: float | tuple[float, float],
+    source: str,
+    why: Reason | None = None,
+    only: bool = False,
+) -> Expectation:
+    """One interior-point pass, and not the loop in its place unless ``why`` says so.
+
+    Parameters
+    ----------
+    load_factor: the least of any Coulomb state; or an interval.
+    only: whether there is no other.
+    """
+    if not (only or isinstance(load_factor, tuple)):
+        load_factor = load_factor * (1 - LEAST), load_factor * (1 + PASS)
+        source = f"{source}, to {100 * PASS:g} % above"
+    return Expectation(
+        Status.CONVERGED, "mcp", load_factor=load_factor, source=source, why=why or reason(Code.ONE_PASS)
+    )
+
+
+def references(
+    load_factor: float | tuple[float, float],
+    source: str,
+    proven: bool | None = None,
+) -> tuple[Expectation, ...]:
+    """The refinement, the MPEC warm and cold, and the bracket (``proven`` or not; None: not asked)."""
+    found: dict[str, Any] = {"load_factor": load_factor, "source": source}
+    runs = [
+        Expectation(Status.CONVERGED, "refined", **found),
+        Expectation(Status.CONVERGED, "mpec", tolerance=MPEC, **found),
+        Expectation(Status.CONVERGED, "mpec", options={"start": "cold"}, tolerance=MPEC, **found),
+    ]
+    if proven is not None:
+        runs.append(Expectation(Status.OPTIMAL if proven else Status.CONVERGED, "global", **found))
+    return tuple(runs)
+
+
+def every_method(expected: Status, why: Reason | None = None) -> tuple[Expectation, ...]:
+    """A status that every method must give."""
+    return (
+        *associative(expected, why=why),
+        *loops(expected, why=why),
+        Expectation(expected, options={"start": "cohesive"}, why=why),
+        Expectation(expected, "refined", why=why),
+        Expectation(expected, "global", why=why),
+        Expectation(expected, "mcp", why=why),
+        Expectation(expected, "mpec", why=why),
+        Expectation(expected, "mpec", options={"start": "cold"}, why=why),
+    )

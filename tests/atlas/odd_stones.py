@@ -1,0 +1,67 @@
+"""Random scenes of odd stones: notched ones, some that stand on corners, joints that crush."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from atlas.random_scenes import Points, Rng, assembled
+
+from masonry_opt.scene.scene import Scene
+
+#: Strengths, as multiples of the mean pressure below all stones.
+_WEAKEST, _STRONGEST = 4.0, 100.0
+
+
+def odd_scene(seed: int) -> Scene:
+    """The scene of a seed, the same in every release: a slab on stones of which some bear it with a corner,
+    and on it cells of a tessellation, some of them grown together. Two in three can be crushed."""
+    rng = np.random.default_rng([7, seed])
+    feet, width, height = _feet(rng)
+    slab = float(rng.uniform(0.2, 0.5))
+    box = shapely.box(0.0, height + slab, width, height + slab + float(rng.uniform(0.8, 2.0)))
+    outlines = [*feet, _corners(shapely.box(0.0, height, width, height + slab)), *_stones(rng, box)]
+    base = [(-1.0, -1.0), (width + 1, -1.0), (width + 1, 0.0), (-1.0, 0.0)]
+    scene = assembled(rng, outlines, {"base": base})
+    strength = None
+    if rng.random() < 2 / 3:
+        pressure = sum(shapely.Polygon(outline).area for outline in outlines) / width
+        strength = pressure * float(np.exp(rng.uniform(np.log(_WEAKEST), np.log(_STRONGEST))))
+    joints = scene.joints.model_copy(update={"strength": strength})
+    return scene.model_copy(update={"joints": joints, "title": f"odd stones {seed}"})
+
+
+def _feet(rng: Rng) -> tuple[list[Points], float, float]:
+    """Stones of one height, pointed or flat, the width that they take, and the height."""
+    height, x = float(rng.uniform(0.6, 1.5)), 0.0
+    outlines: list[Points] = []
+    for number in range(int(rng.integers(3, 7))):
+        wide = float(rng.uniform(0.5, 1.2))
+        if number and rng.random() < 0.5:
+            tip = x + wide * float(rng.uniform(0.3, 0.7))
+            outlines.append([(x, 0.0), (x + wide, 0.0), (tip, height)])
+        else:
+            outlines.append([(x, 0.0), (x + wide, 0.0), (x + wide, height), (x, height)])
+        x += wide + float(rng.uniform(0.0, 0.4))
+    return outlines, x, height
+
+
+def _stones(rng: Rng, box: shapely.Polygon) -> list[Points]:
+    """Cells of a tessellation of the box, a third of them united with a neighbour."""
+    left, low, right, high = box.bounds
+    points = rng.uniform([left, low], [right, high], size=(int(rng.integers(5, 18)), 2))
+    cells = shapely.get_parts(shapely.voronoi_polygons(shapely.MultiPoint(points), extend_to=box))
+    stones = [cell for cell in shapely.intersection(cells, box) if cell.area > 1e-3]
+    for _ in range(len(stones) // 3):
+        first = int(rng.integers(len(stones)))
+        shared = shapely.length(shapely.intersection(stones[first], stones))
+        shared[first] = 0.0
+        second = int(np.argmax(shared))
+        united = shapely.union(stones[first], stones[second], grid_size=1e-9)
+        if united.geom_type == "Polygon" and not united.interiors:
+            stones = [stone for number, stone in enumerate(stones) if number not in (first, second)]
+            stones.append(united)
+    return [_corners(stone) for stone in stones]
+
+
+def _corners(stone: shapely.Polygon) -> Points:
+    return [(float(x), float(y)) for x, y in shapely.get_coordinates(stone.exterior)[:-1]]

@@ -1,0 +1,300 @@
+"""Atlas, first part: failures of the loop, its parameters and the solvers, on scenes that have an answer."""
+
+from __future__ import annotations
+
+from atlas.entry import Entry, Expectation
+from atlas.expectations import (
+    AGAIN,
+    LOOP,
+    OTHERS,
+    RAW,
+    REMEDIED,
+    TWO_FORMULATIONS,
+    WITHOUT_HALVING,
+    associative,
+    loops,
+    one_pass,
+    references,
+)
+from atlas.small_scenes import (
+    block,
+    bonded,
+    ferris_tinloi,
+)
+
+from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.answer.status import Status
+
+#: Two paths to the base, round an opening, whose load factors lie near each other.
+TWO_PATHS = bonded([[0.5, 1, 1, 0.5], [1, -1, 1], [0.5, 1, 1, 0.5]], (4, 1), 0.8)
+#: Others on which the small cohesion decides, or a vertex.
+STUCK = bonded([[0.5, 1, 1, 0.5], [1, -1, 1], [0.5, 1, -1, 0.5], [1, 1, 1]], (4, 1), 0.8)
+PENETRATING = bonded([[0.5, 1, 1, 1, 0.5], [1, -1, 1, 1], [0.5, 1, 1, 1, 0.5]], (4, 1), 0.8)
+STEPPED = bonded([[0.5, 1, 1, 0.5], [1, -1, 1], [0.5, -1, 1, 0.5], [1, 1, 1]], (4, 3), 0.65)
+
+ENTRIES: tuple[Entry, ...] = (
+    Entry(
+        "cycling on wall 6",
+        "With β = 1 the shear limits follow the last normal forces alone and the loop swings between states.",
+        ferris_tinloi(6),
+        (
+            Expectation(
+                Status.CYCLING, options={"beta": 1.0, **WITHOUT_HALVING, **RAW}, why=reason(Code.REPEATS)
+            ),
+            Expectation(
+                Status.CONVERGED,
+                options={"beta": 1.0, **WITHOUT_HALVING},
+                load_factor=0.30040907,
+                source="an exact state on the mechanism of the cycle, 1.3 % above the paper's",
+                why=reason(Code.REPEATS, period=2),
+            ),
+            Expectation(
+                Status.CONVERGED,
+                options={"beta": 1.0},
+                load_factor=(0.291786, 0.29649 * 1.01),
+                source="lowest exact state known, to 1 % above the paper's",
+                why=REMEDIED,
+            ),
+            Expectation(
+                Status.CONVERGED, load_factor=0.29649, tolerance=3e-4, source="paper, Table 1 (β = 0.6)"
+            ),
+            one_pass((0.291785, 0.29649), "lowest exact state known, to the paper's"),
+        ),
+    ),
+    Entry(
+        "cycling between near-equal load paths",
+        "Two ways round an opening carry nearly the same λ: each turn of the shear limits sends the load the "
+        "other way.",
+        TWO_PATHS,
+        (
+            *loops(Status.CYCLING, options={"beta": 1.0, **RAW}, why=reason(Code.REPEATS, period=2)),
+            *loops(
+                Status.CONVERGED,
+                13 / 17,
+                TWO_FORMULATIONS,
+                options={"beta": 1.0},
+                why=reason(Code.REPEATS, exact=True),
+                tolerance=1e-6,
+            ),
+            *loops(Status.CONVERGED, 13 / 17, TWO_FORMULATIONS, tolerance=2e-4),
+            *associative(Status.OPTIMAL, 79 / 101, OTHERS),
+            *references(13 / 17, TWO_FORMULATIONS),
+            one_pass(13 / 17, TWO_FORMULATIONS),
+        ),
+    ),
+    Entry(
+        "c₀ = 0: stuck at the associative answer",
+        "Joints without normal force get the limits |s| ≤ -αμn, can never be loaded again, and λ stands "
+        "still where it began.",
+        STUCK,
+        (
+            *loops(Status.CONVERGED, 0.6918799, "the associative λ, 7 % too high", options={"c0": 0.0}),
+            *loops(Status.CONVERGED, 0.6439628, TWO_FORMULATIONS),
+            *associative(Status.OPTIMAL, 0.6918799, OTHERS),
+            *references(0.6439628, TWO_FORMULATIONS),
+            one_pass(0.6439628, TWO_FORMULATIONS),
+        ),
+    ),
+    Entry(
+        "c₀ = 0: uncontrolled penetration",
+        "Both limits of a joint at n = 0 are active at once, and slip of both senses together closes the "
+        "joint at no cost: blocks pass into each other, below any Coulomb λ. The certificate shows it, and "
+        "λ is not given out.",
+        PENETRATING,
+        (
+            *(
+                Expectation(
+                    Status.SOLVER_FAILED,
+                    solver="highs",
+                    options=options,
+                    why=reason(Code.NOT_CERTIFIED, residuals="'flow'"),
+                )
+                for options in ({"c0": 0.0, **RAW}, {"c0": 0.0})
+            ),
+            *loops(
+                Status.CONVERGED,
+                0.7784431,
+                TWO_FORMULATIONS,
+                ("clarabel", "highs-ipm"),
+                tolerance=5e-5,
+                options={"c0": 0.0},
+            ),
+            *loops(Status.CONVERGED, 0.7784431, TWO_FORMULATIONS, tolerance=5e-5),
+            *references(0.7784431, TWO_FORMULATIONS),
+            one_pass(0.7784431, TWO_FORMULATIONS),
+        ),
+    ),
+    Entry(
+        "a vertex locks joints: wall 3",
+        "Simplex ends in a vertex, where many joints have n = 0: their limits close and no state is left.",
+        ferris_tinloi(3),
+        (
+            *loops(Status.CONVERGED, 0.355817, "published MPEC", ("highs",), why=AGAIN),
+            Expectation(
+                Status.CONVERGED,
+                model="pyomo",
+                solver="highs",
+                load_factor=0.355817,
+                tolerance=LOOP,
+                source="published MPEC",
+                why=AGAIN,
+            ),
+            *loops(Status.CONVERGED, 0.355817, "published MPEC", ("clarabel", "highs-ipm")),
+            one_pass(0.355817, "published MPEC"),
+        ),
+    ),
+    Entry(
+        "a vertex locks joints: wall 4",
+        "As wall 3; and where the loop does not stop at once, the state it ends in depends on the vertex.",
+        ferris_tinloi(4),
+        (
+            *loops(Status.CONVERGED, 0.263736, "published MPEC", ("highs",), why=AGAIN),
+            *loops(Status.CONVERGED, 0.263736, "published MPEC", ("clarabel",)),
+            *(
+                Expectation(
+                    Status.CONVERGED,
+                    model=model,
+                    solver=solver,
+                    load_factor=(0.263736, 0.331949),
+                    source="published MPEC to associative: 0.307 was seen, 16 % above the MPEC",
+                )
+                for model, solver in (("pyomo", "highs"), ("cvxpy", "highs-ipm"))
+            ),
+            one_pass(0.263736, "published MPEC"),
+        ),
+    ),
+    Entry(
+        "a vertex locks joints: wall 5",
+        "As wall 3, with the vertices that HiGHS finds in Pyomo's form of the program, or with c₀ = 0.",
+        ferris_tinloi(5),
+        (
+            Expectation(
+                Status.CONVERGED,
+                model="pyomo",
+                solver="highs",
+                load_factor=0.21455,
+                tolerance=3e-4,
+                source="paper, Table 1",
+                why=AGAIN,
+            ),
+            *loops(
+                Status.CONVERGED,
+                0.21455,
+                "paper, Table 1",
+                ("clarabel",),
+                tolerance=3e-4,
+                options={"c0": 0.0},
+                why=AGAIN,
+            ),
+            one_pass((0.207973, 0.21455), "lowest exact state known, to the paper's"),
+            Expectation(
+                Status.HOMOTOPY, "mpec", options={"start": "cold"}, why=reason(Code.NOTHING_SOLVED), slow=True
+            ),
+        ),
+    ),
+    Entry(
+        "interior point without crossover",
+        "HiGHS's interior point without crossover ends with 'unknown', or so near a vertex that joints lock: "
+        "neither is an answer.",
+        STEPPED,
+        (
+            *loops(
+                Status.NO_STATE,
+                solvers=("highs", "highs-ipm"),
+                options={"c0": 0.0, "start": "cohesive"},
+                why=reason(Code.SUB_PROBLEM_EMPTY),
+            ),
+            *loops(Status.NO_STATE, options=RAW, why=reason(Code.SUB_PROBLEM_EMPTY)),
+            *loops(Status.CONVERGED, 0.364840847, TWO_FORMULATIONS, ("clarabel", "highs"), why=AGAIN),
+            *loops(Status.NO_STATE, solvers=("highs-ipm",), why=reason(Code.SUB_PROBLEM_EMPTY)),
+            *associative(Status.OPTIMAL, 0.4190270, OTHERS),
+            *references(0.364840847, TWO_FORMULATIONS),
+            one_pass(0.364840847, TWO_FORMULATIONS),
+        ),
+    ),
+    Entry(
+        "a vertex from a cohesive start: wall 1",
+        "From trial cohesion simplex soon ends in a vertex from which no state is left, or with 'unknown', "
+        "which must be a status and no traceback; an interior point goes on.",
+        ferris_tinloi(1),
+        (
+            Expectation(
+                Status.NO_STATE,
+                solver="highs",
+                options={"start": "cohesive"},
+                why=reason(Code.SUB_PROBLEM_EMPTY),
+            ),
+            Expectation(
+                Status.CONVERGED,
+                options={"start": "cohesive"},
+                load_factor=0.63982,
+                tolerance=3e-4,
+                source="paper, Table 1",
+            ),
+        ),
+    ),
+    Entry(
+        "a first-order solver",
+        "SCS comes with CVXPY; it solves to a few digits, and reports in a form of its own.",
+        block(1, 2, 0.6),
+        (
+            Expectation(
+                Status.OPTIMAL,
+                "static",
+                solver="scs",
+                load_factor=0.5,
+                tolerance=1e-3,
+                source="w / h",
+            ),
+            Expectation(
+                Status.OPTIMAL, "static", solver="osqp", load_factor=0.5, tolerance=1e-3, source="w / h"
+            ),
+        ),
+    ),
+    Entry(
+        "a solver that ends 'unknown': wall 6",
+        "The warm-started simplex of Pyomo's HiGHS gives up at the fourth sub-problem.",
+        ferris_tinloi(6),
+        (
+            Expectation(
+                Status.SOLVER_FAILED,
+                model="pyomo",
+                solver="highs",
+                options=RAW,
+                why=reason(Code.SUB_PROBLEM_FAILED, word="unknown"),
+            ),
+            Expectation(
+                Status.CONVERGED,
+                model="pyomo",
+                solver="highs",
+                load_factor=(0.291786, 0.29649 * 1.01),
+                source="lowest exact state known, to 1 % above the paper's",
+                why=reason(Code.BEGAN_AGAIN, remedies="tolerance=1e-07"),
+            ),
+        ),
+    ),
+    Entry(
+        "MPEC from a cold start: wall 1",
+        "Nothing to begin from but zeros: IPOPT fails (wall 5) or takes longer, as here, "
+        "where it reaches the published value all the same.",
+        ferris_tinloi(1),
+        (
+            Expectation(
+                Status.CONVERGED,
+                "mpec",
+                options={"start": "cold"},
+                load_factor=0.638982,
+                source="lowest exact state known",
+                slow=True,
+            ),
+            Expectation(
+                Status.CONVERGED,
+                "mpec",
+                load_factor=0.638982,
+                source="lowest exact state known",
+                slow=True,
+            ),
+            one_pass(0.638982, "lowest exact state known"),
+        ),
+    ),
+)
