@@ -9,6 +9,7 @@ from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.loads import weights
@@ -131,11 +132,16 @@ def _corners(assembly: Assembly) -> list[Reason]:
 
 def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reason]:
     """Corners on edges that press where joints have a strength, which limits no force without a length."""
-    if solution is None or solution.load_factor is None or solution.q is None:
+    if solution is None:
         return []
     problem, joints = assembly.problem, assembly.joints
-    n = problem.normal_forces(solution.q)
     limited = problem.in_a_point & np.isfinite(joints.strength)
+    if solution.load_factor is None or solution.q is None:
+        # What no load brings down, crushed corners may.
+        endless = solution.status in (Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
+        pairs = assembly.pairs(np.flatnonzero(limited))
+        return [reason(Code.CORNERS_BEAR, pairs=pairs, normal_forces=[])] if endless and pairs else []
+    n = problem.normal_forces(solution.q)
     pressed = np.flatnonzero(limited & (n > IDLE * np.abs(n).max(initial=0.0)))
     if not len(pressed):
         return []

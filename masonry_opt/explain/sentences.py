@@ -349,7 +349,11 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     ),
     Code.CORNERS_BEAR: lambda v: (
         "'strength' limits no force where a corner stands on an edge, and crushing there is not looked at: "
-        f"at collapse these press with the force told, {_some(_with_forces(v))}"
+        + (
+            f"at collapse these press with the force told, {_some(_with_forces(v))}"
+            if v["normal_forces"]
+            else f"at {_pairs(v)} that may bring down what no load does here"
+        )
     ),
     Code.BARE_EDGE_LOAD: lambda v: (
         f"edge_load no. {v['number']} meets no free edge of a movable block along {v['length']:.4g} of its "

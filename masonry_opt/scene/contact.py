@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -96,8 +97,9 @@ def find_joints(scene: Scene, geometry: Geometry, *, floating: bool = False) -> 
     points, corners = corners_on_edges(edges, geometry, pairs, along, np.flatnonzero(~both_fixed))
     found = along.with_points(points)
     first, second = pairs[found.pair, 0], pairs[found.pair, 1]
+    near_misses = [(int(i), int(j)) for i, j in pairs[near]]
     if not floating:
-        refuse_floating(scene, geometry, first, second)
+        refuse_floating(scene, geometry, first, second, dict(zip(near_misses, gap[near], strict=True)))
     edge = found.end - found.start
     return Joints(
         first=first,
@@ -108,7 +110,7 @@ def find_joints(scene: Scene, geometry: Geometry, *, floating: bool = False) -> 
         length=np.hypot(edge[:, 0], edge[:, 1]),
         **_properties(scene, first, second),
         fixed_pairs=fixed_pairs,
-        near_misses=[(int(i), int(j)) for i, j in pairs[near]],
+        near_misses=near_misses,
         gaps=gap[near].tolist(),
         corners=[(int(i), int(j)) for i, j in pairs[corners]],
     )
@@ -143,12 +145,19 @@ def _near_pairs(scene: Scene, geometry: Geometry) -> np.ndarray:
     return np.unique(np.sort(both_ways[both_ways[:, 0] != both_ways[:, 1]], axis=1), axis=0)
 
 
-def refuse_floating(scene: Scene, geometry: Geometry, first: np.ndarray, second: np.ndarray) -> None:
+def refuse_floating(
+    scene: Scene,
+    geometry: Geometry,
+    first: np.ndarray,
+    second: np.ndarray,
+    gaps: Mapping[tuple[int, int], float],
+) -> None:
     """Raise CaseError if blocks touch nothing, or groups of blocks reach no support.
 
     Parameters
     ----------
     first, second: the two blocks of each joint.
+    gaps: the largest width of each small gap, by the two blocks beside it.
     """
     fixed = np.array([block.fixed for block in scene.blocks])
     count = len(fixed)
@@ -156,7 +165,7 @@ def refuse_floating(scene: Scene, geometry: Geometry, first: np.ndarray, second:
     touched[first] = touched[second] = True
     alone = np.flatnonzero(~touched & ~fixed)
     if len(alone):
-        raise_for(alone, scene, f"touches no other block{_nearest(scene, geometry, int(alone[0]))}")
+        raise_for(alone, scene, f"touches no other block{_nearest(scene, geometry, int(alone[0]), gaps)}")
     links = sp.coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
     _, group = connected_components(links, directed=False)
     supported = np.isin(group, group[fixed])
@@ -167,8 +176,17 @@ def refuse_floating(scene: Scene, geometry: Geometry, first: np.ndarray, second:
     )
 
 
-def _nearest(scene: Scene, geometry: Geometry, block: int) -> str:
+def _nearest(scene: Scene, geometry: Geometry, block: int, gaps: Mapping[tuple[int, int], float]) -> str:
     """How far from a block that touches nothing the nearest is, and what to do."""
+    facing = {pair: gap for pair, gap in gaps.items() if block in pair}
+    if facing:
+        pair = min(facing, key=lambda pair: facing[pair])
+        other = repr(scene.blocks[pair[pair[0] == block]].name)
+        to = rounded_up(facing[pair], 2)
+        return (
+            f": it faces {other} across a gap {facing[pair]:.3g} wide: close the gap, or raise 'tolerance' "
+            f"to {to} if coordinates were rounded or measured"
+        )
     distance = shapely.distance(geometry.polygons[block], geometry.polygons)
     distance[block] = np.inf
     nearest = int(distance.argmin())

@@ -52,8 +52,8 @@ class Contacts:
 def shared_edges(
     scene: Scene, edges: Edges, geometry: Geometry, pairs: np.ndarray
 ) -> tuple[Contacts, np.ndarray]:
-    """The lengths of edge that pairs share, and of each pair that shares none the width of a small gap across
-    which it faces each other, shape (pairs,): the tolerance at which it would touch; ``inf`` without one.
+    """The lengths of edge that pairs share, and of each pair the width of a small gap across which it faces
+    each other beside them, shape (pairs,): the tolerance at which it would touch there; ``inf`` without one.
 
     Edges share the part of their bisector onto which both project, if their largest distance there is within
     the tolerance. Parts that follow one another (an edge drawn in chords) are one length, or several where it
@@ -67,11 +67,11 @@ def shared_edges(
         raise _too_fine(scene, edges.of_each(len(geometry.polygons)))
     facing = _Facing.of(edges, *near_edges, shortest=geometry.tolerance)
     shared = _joined(facing.where(facing.largest <= geometry.tolerance), geometry.tolerance)
-    leaning = facing.largest <= LEAN * facing.length
-    near = leaning & (facing.largest <= reach[facing.pair])
+    leaning = (facing.largest > geometry.tolerance) & (facing.largest <= LEAN * facing.length)
+    near = facing.where(leaning & (facing.largest <= reach[facing.pair]))
+    near = near.where(_beside(near, shared))
     width = np.full(len(pairs), np.inf)
-    np.minimum.at(width, facing.pair[near], facing.largest[near])
-    width[shared.pair] = np.inf
+    np.minimum.at(width, near.pair, near.largest)
     # Counter-clockwise round the first block its interior lies to the left.
     inwards = (shared.end - shared.start) / shared.length[:, None]
     normal = np.column_stack([-inwards[:, 1], inwards[:, 0]])
@@ -119,6 +119,18 @@ class _Facing:
             ends.append(corner + np.where(width > _ROUNDING * shortest, 0.5, 0.0)[:, None] * across)
             apart.append(width)
         return cls(pair, ends[0], ends[1], np.maximum(*apart)).where(at[1] - at[0] > shortest)
+
+
+def _beside(near: _Facing, shared: _Facing) -> np.ndarray:
+    """Which parts lie beside all that their pair shares, and are no mere chamfer of it: a tenth as long."""
+    beside = np.ones(len(near.pair), dtype=bool)
+    for index in np.flatnonzero(np.isin(near.pair, shared.pair)):
+        own = shared.where(shared.pair == near.pair[index])
+        middle = shapely.Point((near.start[index] + near.end[index]) / 2)
+        lines = shapely.linestrings(np.stack([own.start, own.end], axis=1))
+        off = shapely.distance(lines, middle).min() > 2 * near.largest[index]
+        beside[index] = off and near.length[index] > LEAN * own.length.sum()
+    return beside
 
 
 def _joined(parts: _Facing, tolerance: float) -> _Facing:

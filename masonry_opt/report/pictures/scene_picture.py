@@ -148,7 +148,9 @@ def _draw(axes: Axes, assembly: Assembly, names: bool) -> list[Handle]:
 def doubts(assembly: Assembly) -> Iterator[str]:
     """What a scene is refused for that can be drawn all the same, and what looks unintended in it."""
     try:
-        refuse_floating(assembly.scene, assembly.geometry, assembly.joints.first, assembly.joints.second)
+        joints = assembly.joints
+        gaps = dict(zip(joints.near_misses, joints.gaps, strict=True))
+        refuse_floating(assembly.scene, assembly.geometry, joints.first, joints.second, gaps)
     except CaseError as error:
         yield str(error)
     yield from sentences(warnings_of(assembly, None))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -113,6 +114,29 @@ def test_what_was_meant_to_touch_is_named_with_the_tolerance_that_joins_it() -> 
     joined = joints_of(scene_of(blocks, 1.01 * apart.joints.gaps[0]))
     assert len(joined.length) == 1
     assert not joined.near_misses
+
+
+def test_what_touches_nothing_is_told_the_tolerance_that_joins_it() -> None:
+    """A bed .17 mm off at one end and .5 mm at the other: the largest width joins it, the least does not."""
+    blocks = leaning(0.0)
+    blocks["A"] = [(0, 0.00017), (1, 0.0005), (1, 1), (0, 1)]
+    with pytest.raises(mo.CaseError, match="'A' touches no other block") as error:
+        joints_of(scene_of(blocks, 1e-6))
+    (told,) = re.findall(r"'tolerance' to (\S+)", str(error.value))
+    assert len(joints_of(scene_of(blocks, float(told))).length) == 1
+
+
+def test_the_open_part_of_a_broken_edge_is_a_small_gap() -> None:
+    """Half of the bed falls away by 2 mm: it is told beside the half that touches."""
+    blocks = {
+        "A": [(0, 0), (1, 0), (1, 1), (0, 1)],
+        "base": [(-0.5, 0), (-0.5, -1), (1.5, -1), (1.5, -0.004), (0.5, 0)],
+    }
+    open_half = joints_of(scene_of(blocks, 1e-4))
+    assert open_half.length == pytest.approx([0.5], rel=1e-2)
+    assert open_half.gaps == pytest.approx([0.002], rel=1e-2)
+    assert joints_of(scene_of(blocks, 1.01 * open_half.gaps[0])).length.sum() == pytest.approx(1.0, rel=1e-2)
+    assert not joints_of(scene_of(blocks, 1.01 * open_half.gaps[0])).gaps
 
 
 def test_a_foot_out_of_level_is_crushed_like_a_level_one() -> None:
