@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -183,3 +185,13 @@ def test_files_are_the_same_from_run_to_run():
     swept = frame(["sliding", "hinging"], [0.1, 0.2])
     one, other = (pictures([against(swept)]) for _ in range(2))
     assert one == other
+
+
+def test_ticks_are_labelled_with_the_load_factors_they_stand_at():
+    """Of .32 and .28 rounded to one digit both read 0.3."""
+    drawing = against(frame(["sliding"] * 6, [0.28, 0.4, 0.5, 0.6, 0.66, 0.71]))
+    *_, values = marks(drawing)
+    picture = pictures([drawing])["load_factor.svg"]
+    labels = {float(text) for text in re.findall(r">(-?\d*\.?\d+)</text>", picture)}
+    assert len(values) > 3
+    assert all(any(label == pytest.approx(value, abs=1e-9) for label in labels) for value in values)

@@ -105,7 +105,8 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
         }
     )
     x = alt.X("at:Q", scale=alt.Scale(zero=False, nice=False, padding=12), axis=alt.Axis(title=label(name)))
-    axis = alt.Axis(title=LABEL, values=shown)
+    # Without a format Vega writes as many digits as its own ticks would need: .32 and .28 as 0.3.
+    axis = alt.Axis(title=LABEL, values=shown, format=".6~g")
     within = alt.Scale(domain=(low, high), nice=False, zero=False)
     y = alt.Y("height:Q", scale=within, axis=axis)
     scales = {
