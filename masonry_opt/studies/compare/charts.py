@@ -236,7 +236,7 @@ def _success(summary: pd.DataFrame) -> list[Drawing]:
     )
     ended = (
         all_bars.mark_bar().encode(
-            x=share, color=alt.Color("verdict:N", scale=verdict, legend=alt.Legend(columns=2))
+            x=share, color=alt.Color("verdict:N", scale=verdict, legend=alt.Legend(columns=1))
         )
         + counts
     )
