@@ -123,14 +123,9 @@ class _Facing:
 
 def _beside(near: _Facing, shared: _Facing) -> np.ndarray:
     """Which parts lie beside all that their pair shares, and are no mere chamfer of it: a tenth as long."""
-    beside = np.ones(len(near.pair), dtype=bool)
-    for index in np.flatnonzero(np.isin(near.pair, shared.pair)):
-        own = shared.where(shared.pair == near.pair[index])
-        middle = shapely.Point((near.start[index] + near.end[index]) / 2)
-        lines = shapely.linestrings(np.stack([own.start, own.end], axis=1))
-        off = shapely.distance(lines, middle).min() > 2 * near.largest[index]
-        beside[index] = off and near.length[index] > LEAN * own.length.sum()
-    return beside
+    off = _distance(near.pair, (near.start + near.end) / 2, shared) > 2 * near.largest
+    of_pair = np.bincount(shared.pair, shared.length, minlength=near.pair.max(initial=-1) + 1)
+    return off & (near.length > LEAN * of_pair[near.pair])
 
 
 def _joined(parts: _Facing, tolerance: float) -> _Facing:
@@ -225,12 +220,17 @@ def corners_on_edges(
 
 def _apart(pair: np.ndarray, point: np.ndarray, along: Contacts, tolerance: float) -> np.ndarray:
     """Whether points lie off every length of edge that their pair shares."""
-    apart = np.ones(len(pair), dtype=bool)
-    for number in np.flatnonzero(np.isin(pair, along.pair)):
-        own = along.pair == pair[number]
-        lines = shapely.linestrings(np.stack([along.start[own], along.end[own]], axis=1))
-        apart[number] = (shapely.distance(lines, shapely.Point(point[number])) > 2 * tolerance).all()
-    return apart
+    return _distance(pair, point, along) > 2 * tolerance
+
+
+def _distance(pair: np.ndarray, point: np.ndarray, shared: Contacts | _Facing) -> np.ndarray:
+    """Distance of points from what their pair shares along edges, ``inf`` where that is nothing."""
+    distance = np.full(len(pair), np.inf)
+    for number in np.flatnonzero(np.isin(pair, shared.pair)):
+        own = shared.pair == pair[number]
+        lines = shapely.linestrings(np.stack([shared.start[own], shared.end[own]], axis=1))
+        distance[number] = shapely.distance(lines, shapely.Point(point[number])).min()
+    return distance
 
 
 def _ends_at(

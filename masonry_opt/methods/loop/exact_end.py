@@ -21,7 +21,6 @@ from masonry_opt.solvers.registry import Solver, in_cvxpy
 #: solver's tolerance leaves of a zero. First the larger mechanism, then the surer one.
 _SHARES = (1e-6, 1e-4)
 
-
 #: What a solver does here, as a result tells it.
 _PURPOSE = "exact end"
 
