@@ -9,8 +9,8 @@ import numpy as np
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.contact import Joints
-from masonry_opt.scene.edge_load import EdgeLoad
 from masonry_opt.scene.geometry import Geometry
+from masonry_opt.scene.loads import EdgeLoad
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.touching import LEAN
 

@@ -11,7 +11,6 @@ import numpy as np
 from masonry_opt.scene.blocks import Point
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.tilt import turned_towards
 
 #: The row of its block, a force, and where it acts (None: at the centroid).
 _Force = tuple[int, Point, Point | None]
@@ -96,7 +95,8 @@ def loads(scene: Scene, shapes: Geometry, movable: np.ndarray) -> Loads:
         return Forces(row, np.array([force for _, force, _ in acting], dtype=float).reshape(-1, 2), point)
 
     if scene.tilt:
-        live = of_weights([turned_towards(scene.tilt, gravity)] * len(blocks))
+        x, y = gravity
+        live = of_weights([(-y, x) if scene.tilt == "right" else (y, -x)] * len(blocks))
     else:
         live = given("live") + of_weights([block.live_per_weight for block in blocks])
     return Loads(

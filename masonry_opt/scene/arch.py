@@ -18,6 +18,7 @@ from masonry_opt.scene.blocks import (
     Point,
     Positive,
     Record,
+    YesNo,
     rectangle,
 )
 from masonry_opt.scene.generator import Generator
@@ -58,8 +59,8 @@ class Arch(Generator):
         Where the arch begins and ends, in degrees, counter-clockwise from the x axis. ``[180, 0]`` is a
         semicircle whose voussoirs are counted from the left.
     span, rise:
-        Of the intrados, above the line between its springing points, whose middle is the origin. Voussoirs
-        are counted from the left; those of a pointed arch are even in number.
+        Of the intrados, above the line between its springing points. Voussoirs are counted from the left;
+        those of a pointed arch are even in number.
     thickness:
         Radial, less than twice the radius.
     voussoirs:
@@ -99,7 +100,7 @@ class Arch(Generator):
     weights: Weights = "sector"
     point_loads: list[PointLoad] = []
     skewbacks: Positive | None = None
-    abutments: Annotated[bool, Strict()] = True
+    abutments: YesNo = True
 
     def _mistakes(self) -> Iterator[str]:
         yield from super()._mistakes()
@@ -112,15 +113,14 @@ class Arch(Generator):
             yield f"'angles' sweep {swept:g}°: must be more than 0° and less than 360°"
         elif not swept < 180 * self.voussoirs:
             yield f"a voussoir of {swept / self.voussoirs:g}° is no wedge: raise 'voussoirs'"
-        if self.pointed and self.voussoirs % 2:
+        if self._is_pointed and self.voussoirs % 2:
             yield (
                 "'rise' is more than half of 'span': a pointed arch has an even number of 'voussoirs' "
                 f"(found {self.voussoirs})"
             )
-        if not self.thickness < 2 * self.centreline:
+        if not self.thickness < 2 * self._radius:
             yield (
-                f"'thickness' must be less than twice the radius {self.centreline:g} "
-                f"(found {self.thickness:g})"
+                f"'thickness' must be less than twice the radius {self._radius:g} (found {self.thickness:g})"
             )
         yield from self._wrong_skewbacks()
         numbers = Counter(load.voussoir for load in self.point_loads)
@@ -134,146 +134,116 @@ class Arch(Generator):
         if self.skewbacks is None:
             return
         for angle, turn in self._ends:
-            across, up = -turn * math.cos(angle), math.sin(angle)
-            if up <= _ROUNDING or across < -_ROUNDING:
+            foot, up = self.thickness * -turn * math.cos(angle), math.sin(angle)
+            if up <= _ROUNDING or foot < -_ROUNDING * self.thickness:
                 yield "'skewbacks' go with feet that slope, rising outwards; level ones stand as they are"
                 return
-            if self.skewbacks < self.thickness * across * (1 - _ROUNDING):
-                foot = self.thickness * across
+            if self.skewbacks < foot * (1 - _ROUNDING):
                 yield f"'skewbacks' are narrower than the arch's foot, {foot:g} (found {self.skewbacks:g})"
                 return
 
     @property
     def size(self) -> int:
-        """How many voussoirs it has."""
+        """Number of voussoirs."""
         return self.voussoirs
 
     @property
-    def pointed(self) -> bool:
-        """Whether two arcs meet at the crown."""
+    def _is_pointed(self) -> bool:
         return bool(self.span and self.rise and self.rise > self.span / 2 * (1 + _ROUNDING))
 
     @property
-    def centreline(self) -> float:
-        """Radius of the centreline."""
-        if self.radius is not None:
-            return self.radius
-        return self._intrados + self.thickness / 2
+    def _circle(self) -> tuple[float, float]:
+        """Half the span and the radius of the intrados, of an arch by span and rise: of the circle through
+        springings and crown, or of arcs round points of the springing line."""
+        assert self.span is not None
+        assert self.rise is not None
+        half = self.span / 2
+        return half, (half**2 + self.rise**2) / (self.span if self._is_pointed else 2 * self.rise)
 
     @property
-    def springings(self) -> tuple[float, float]:
+    def _radius(self) -> float:
+        """Radius of the centreline."""
+        return self._circle[1] + self.thickness / 2 if self.radius is None else self.radius
+
+    @property
+    def _springings(self) -> tuple[float, float]:
         """Directions of the first and the last joint from their centres of curvature, in radians."""
         if self.angles is not None:
             return math.radians(self.angles[0]), math.radians(self.angles[1])
-        if self.pointed:
+        if self._is_pointed:
             return math.pi, 0.0
-        assert self.span is not None
-        half = math.asin(min(self.span / 2 / self._intrados, 1.0))
-        return math.pi / 2 + half, math.pi / 2 - half
+        half, radius = self._circle
+        angle = math.asin(min(half / radius, 1.0))
+        return math.pi / 2 + angle, math.pi / 2 - angle
 
     @property
     def _ends(self) -> list[tuple[float, float]]:
         """Direction of the first and the last joint, and 1 if counter-clockwise is beyond it, else -1."""
-        first, last = self.springings
+        first, last = self._springings
         onwards = math.copysign(1.0, last - first)
         return [(first, -onwards), (last, onwards)]
 
     @property
-    def voussoir_angle(self) -> float:
-        """Angle of a voussoir in radians; of a pointed arch that at its intrados."""
-        return self._swept / self.voussoirs
-
-    @property
-    def _intrados(self) -> float:
-        """Radius of the intrados, of an arch by span and rise: of the circle through springings and crown, or
-        of arcs round points of the springing line."""
-        assert self.span is not None
-        assert self.rise is not None
-        across = self.span if self.pointed else 2 * self.rise
-        return ((self.span / 2) ** 2 + self.rise**2) / across
-
-    @property
     def _swept(self) -> float:
         """Angle from the first to the last joint, in radians; of a pointed arch that of both arcs."""
-        if self.pointed:
-            assert self.span is not None
-            return 2 * math.acos(1 - self.span / 2 / self._intrados)
+        if self._is_pointed:
+            half, radius = self._circle
+            return 2 * math.acos(1 - half / radius)
         if self.angles is not None:
             return math.radians(abs(self.angles[1] - self.angles[0]))
-        return self.springings[0] - self.springings[1]
+        return self._springings[0] - self._springings[1]
 
     def blocks(self, thickness: float = 1.0) -> list[Block]:
         """The voussoirs ``v1``, ``v2``, ..., then ``skewback 1`` and ``skewback 2``, then ``abutment 1`` and
         ``abutment 2``."""
         forces = {load.voussoir: load.force for load in self.point_loads}
-        shapes = self._pointed() if self.pointed else self._circular()
+        shapes = self._voussoirs()
         built = []
         for number, shape in enumerate(shapes, start=1):
             force = forces.get(number, (0.0, 0.0))
-            built.append(
-                self._placed(
-                    f"v{number}",
-                    shape.corners,
-                    weight=self.unit_weight * shape.area * thickness,
-                    weight_at=shape.weight_at,
-                    live_per_weight=self._push,
-                    live=force,
-                    live_at=shape.back if any(force) else None,
-                )
-            )
+            weight, at = self.unit_weight * shape.area * thickness, shape.back if any(force) else None
+            more = {"weight_at": shape.weight_at, "live": force, "live_at": at}
+            built.append(self._stone(f"v{number}", shape.corners, weight, **more))
         first, last = shapes[0].corners[:2], shapes[-1].corners[:1:-1]
         feet = [(*foot, *end) for foot, end in zip((first, last), self._ends, strict=True)]
         if self.skewbacks is not None:
-            built += [
-                self._skewback(f"skewback {number}", inner, outer, turn, thickness)
-                for number, (inner, outer, _, turn) in enumerate(feet, start=1)
-            ]
+            for number, (inner, outer, _, turn) in enumerate(feet, start=1):
+                # Between the foot, a level bed and an upright back.
+                back = inner[0] - turn * self.skewbacks
+                area = (outer[1] - inner[1]) * (self.skewbacks - abs(outer[0] - inner[0]) / 2)
+                corners = [inner, outer, (back, outer[1]), (back, inner[1])]
+                built.append(self._stone(f"skewback {number}", corners, self.unit_weight * area * thickness))
         if self.abutments:
-            built += [
-                self._abutment(f"abutment {number}", *foot) for number, foot in enumerate(feet, start=1)
-            ]
+            for number, foot in enumerate(feet, start=1):
+                built.append(self._support(f"abutment {number}", self._abutment(*foot)))
         return built
 
-    def _circular(self) -> list[Voussoir]:
-        (first, last), count = self.springings, self.voussoirs
-        joints = [first + (last - first) * k / count for k in range(count + 1)]
-        shapes = [
-            wedge(self.centreline, self.thickness, begin, end, self.voussoir_angle, self.weights)
-            for begin, end in pairwise(joints)
-        ]
-        if self.rise is None:
-            return shapes
-        return [shape.seen_from(0.0, self.rise - self._intrados) for shape in shapes]
-
-    def _pointed(self) -> list[Voussoir]:
-        """The left arc, whose centre lies right of the middle, and its mirror image."""
-        assert self.span is not None
-        radius, thickness, angle = self.centreline, self.thickness, self.voussoir_angle
-        centre, half = self._intrados - self.span / 2, self.voussoirs // 2
-        joints = [math.pi - angle * k for k in range(half)]
-        left = [wedge(radius, thickness, begin, end, angle, self.weights) for begin, end in pairwise(joints)]
-        left.append(half_key(self._intrados, thickness, joints[-1], -centre, self.weights))
-        left = [shape.seen_from(centre, 0.0) for shape in left]
+    def _voussoirs(self) -> list[Voussoir]:
+        (first, last), count, angle = self._springings, self.voussoirs, self._swept / self.voussoirs
+        if not self._is_pointed:
+            joints = [first + (last - first) * k / count for k in range(count + 1)]
+            shapes = self._wedges(joints, angle)
+            return (
+                shapes if self.rise is None else [s.moved(0.0, self.rise - self._circle[1]) for s in shapes]
+            )
+        # The left arc, whose centre lies right of the middle, and its mirror image.
+        half, radius = self._circle
+        centre, joints = radius - half, [math.pi - angle * k for k in range(count // 2)]
+        left = self._wedges(joints, angle)
+        left.append(half_key(radius, self.thickness, joints[-1], -centre, self.weights))
+        left = [shape.moved(centre, 0.0) for shape in left]
         return [*left, *(shape.mirrored() for shape in reversed(left))]
 
-    def _skewback(self, name: str, inner: Point, outer: Point, turn: float, thickness: float) -> Block:
-        """Between the foot, a level bed and an upright back."""
-        assert self.skewbacks is not None
-        back = inner[0] - turn * self.skewbacks
-        area = (outer[1] - inner[1]) * (self.skewbacks - abs(outer[0] - inner[0]) / 2)
-        return self._placed(
-            name,
-            [inner, outer, (back, outer[1]), (back, inner[1])],
-            weight=self.unit_weight * area * thickness,
-            live_per_weight=self._push,
-        )
+    def _wedges(self, joints: list[float], angle: float) -> list[Voussoir]:
+        return [
+            wedge(self._radius, self.thickness, begin, end, angle, self.weights)
+            for begin, end in pairwise(joints)
+        ]
 
-    def _abutment(self, name: str, inner: Point, outer: Point, angle: float, turn: float) -> Block:
+    def _abutment(self, inner: Point, outer: Point, angle: float, turn: float) -> list[Point]:
         """A square on the far side of the springing, or a rectangle under the skewback."""
         if self.skewbacks is not None:
             left, right = sorted((inner[0], inner[0] - turn * self.skewbacks))
-            corners = rectangle(left, right, inner[1] - self.thickness, inner[1])
-            return self._placed(name, corners, fixed=True)
-        away = (-turn * self.thickness * math.sin(angle), turn * self.thickness * math.cos(angle))
-        beyond = [(x + away[0], y + away[1]) for x, y in (outer, inner)]
-        return self._placed(name, [inner, outer, *beyond], fixed=True)
+            return rectangle(left, right, inner[1] - self.thickness, inner[1])
+        x, y = -turn * self.thickness * math.sin(angle), turn * self.thickness * math.cos(angle)
+        return [inner, outer, (outer[0] + x, outer[1] + y), (inner[0] + x, inner[1] + y)]

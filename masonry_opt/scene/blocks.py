@@ -1,13 +1,11 @@
-"""What a scene is made of: blocks, joint properties and published reference values.
-
-The same classes are the Python interface and the schema of the case file, so that an
-unknown key or a wrong type is refused alike in both.
-"""
+"""Blocks, joint properties and published values: records that are the Python interface and the schema of the
+case file alike, so that both refuse the same keys and values."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from collections.abc import Mapping
+from typing import Annotated, Any, TypeVar
 
 import numpy as np
 from pydantic import (
@@ -15,6 +13,7 @@ from pydantic import (
     BaseModel,
     BeforeValidator,
     ConfigDict,
+    Discriminator,
     Field,
     PlainSerializer,
     Strict,
@@ -24,13 +23,7 @@ from pydantic import (
 )
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.angles import InDegrees
 from masonry_opt.scene.mistakes import wrong_call
-
-if TYPE_CHECKING:
-    from pydantic._internal._model_construction import ModelMetaclass as _ModelType
-else:
-    _ModelType = type(BaseModel)  # the same; its name is not public
 
 _R = TypeVar("_R", bound="Record")
 
@@ -50,10 +43,6 @@ def _bounded(value: float) -> float:
     return value + 0.0  # no minus before a zero
 
 
-def _unlimited(value: object) -> object:
-    return math.inf if isinstance(value, str) and value == "inf" else value
-
-
 def _friction(value: float) -> float:
     if not value >= 0:
         raise ValueError("must be zero or more")
@@ -67,38 +56,39 @@ NonNegative = Annotated[Number, Field(ge=0)]
 Positive = Annotated[Number, Field(gt=0)]
 Point = tuple[Number, Number]
 Stresses = tuple[NonNegative, NonNegative]
+Angle = Annotated[float, Strict(), Field(ge=0, lt=90)]
+YesNo = Annotated[bool, Strict()]
 #: tan φ; ``inf`` (in JSON the string "inf") for a joint that cannot slide.
 Friction = Annotated[
     float,
     Strict(),
-    BeforeValidator(_unlimited),
+    BeforeValidator(lambda value: math.inf if isinstance(value, str) and value == "inf" else value),
     AfterValidator(_friction),
-    PlainSerializer(lambda v: "inf" if math.isinf(v) else v, when_used="json"),
+    PlainSerializer(lambda value: "inf" if math.isinf(value) else value, when_used="json"),
 ]
+#: Which of two types a value is meant as, each marked with its ``Tag``: errors then tell of that one alone.
+ONE_OR_SEVERAL = Discriminator(lambda value: "<several>" if isinstance(value, (list, tuple)) else "<one>")
 #: Control characters, line ends, and marks that turn the direction of writing round.
 _UNSEEN = r"\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
 Name = Annotated[str, Strict(), StringConstraints(min_length=1, max_length=200, pattern=rf"^[^{_UNSEEN}]*$")]
 #: What a person reads about a scene; it may have several lines.
 Text = Annotated[str, Strict(), StringConstraints(max_length=2000, pattern=rf"^(?:[^{_UNSEEN}]|[\t\n\r])*$")]
-
-
 #: Corners of a polygon in order.
 Ring = Annotated[list[Point], Field(min_length=3)]
 
 
-class _RecordType(_ModelType):
-    """The class of records, which tells what is wrong when one is called in Python.
+class _RecordType(type(BaseModel)):  # type: ignore[misc]  # its name is not public
+    """The class of records: tells what is wrong with the values that one is called with in Python.
 
-    Records inside another, or in a case file, are validated by pydantic, which does not call them: what is
-    wrong with them is told once, with the whole.
+    Records inside another, or in a case file, are validated without a call: their mistakes are told once,
+    with those of the whole.
     """
 
-    # mypy does not know that every class of this type is a Record.
     def __call__(cls: type[_R], /, *unnamed: Any, **values: Any) -> _R:  # type: ignore[misc]
         if unnamed:
             raise CaseError(f"{cls.__name__}: give every value by its name: {', '.join(cls.model_fields)}")
         try:
-            return super().__call__(**values)  # type: ignore[misc]
+            return super().__call__(**values)  # type: ignore[misc,no-any-return]
         except ValidationError as error:
             raise wrong_call(error, cls, values) from None
 
@@ -125,8 +115,7 @@ class Block(Record):
     name:
         Unique within the scene.
     vertices:
-        Corners of a polygon in order, ``[[x, y], ...]``; clockwise order is turned round. It may have
-        notches.
+        Corners of a polygon in order, ``[[x, y], ...]``, in either direction. It may have notches.
     parts:
         In place of ``vertices``, several polygons that are one rigid block, each as there.
     holes:
@@ -165,23 +154,20 @@ class Block(Record):
     live_per_weight: Point = (0.0, 0.0)
     dead: Point = (0.0, 0.0)
     dead_at: Point | None = None
-    fixed: Annotated[bool, Strict()] = False
+    fixed: YesNo = False
 
     @model_validator(mode="after")
-    def _one_shape(self) -> Block:
+    def _one_shape_and_weight(self) -> Block:
+        weights = (self.weight is not None) + (self.unit_weight is not None)
         if (self.vertices is None) == (self.parts is None):
             raise ValueError("give 'vertices', or 'parts' for a block of several polygons")
-        return self
-
-    @model_validator(mode="after")
-    def _one_weight(self) -> Block:
         if self.fixed and any(map(any, (self.live, self.live_per_weight, self.dead))):
             raise ValueError("a fixed block carries no load: take 'live', 'live_per_weight' and 'dead' away")
-        if self.weight is not None and self.unit_weight is not None:
+        if weights == 2:
             raise ValueError("give 'weight' or 'unit_weight', not both")
-        if not self.fixed and self.weight is None and self.unit_weight is None:
+        if not self.fixed and not weights:
             raise ValueError("give 'weight' or 'unit_weight' (or 'fixed = true' for a support)")
-        if self.weight_at is not None and self.weight is None and self.unit_weight is None:
+        if self.weight_at is not None and not weights:
             raise ValueError("'weight_at' needs a 'weight' or 'unit_weight'")
         for force, at in (("live", self.live_at), ("dead", self.dead_at)):
             if at is not None and not any(getattr(self, force)):
@@ -189,11 +175,8 @@ class Block(Record):
         return self
 
     def weight_of(self, size: float) -> float:
-        """Weight of the block, given what ``unit_weight`` is the weight of: the area of its polygon, or its
-        volume; 0 for a support without one."""
-        if self.unit_weight is not None:
-            return self.unit_weight * size
-        return 0.0 if self.weight is None else self.weight
+        """Weight of the block, 0 if it has none, given what ``unit_weight`` refers to: its area or volume."""
+        return (self.weight or 0.0) if self.unit_weight is None else self.unit_weight * size
 
     @property
     def rings(self) -> list[list[Point]]:
@@ -205,7 +188,32 @@ class Block(Record):
         return np.array([point for ring in self.rings for point in ring], dtype=float)
 
 
-class JointDefaults(InDegrees, Record):
+class _InDegrees(Record):
+    """Angles in degrees: taken in place of their tangents, which are kept."""
+
+    friction_angle: Angle | None = Field(default=None, exclude=True, repr=False)
+    dilatancy_angle: Angle | None = Field(default=None, exclude=True, repr=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _as_tangents(cls, given: Any) -> Any:
+        if not isinstance(given, Mapping):
+            return given
+        keys = dict(given)
+        for tangent in ("friction", "dilatancy"):
+            angle = f"{tangent}_angle"
+            degrees = keys.get(angle)
+            if degrees is None:
+                continue
+            if keys.get(tangent) is not None:
+                raise ValueError(f"give '{tangent}' or '{angle}', not both")
+            keys[tangent] = 0.0  # beside a wrong angle, of which its field tells
+            if type(degrees) in (int, float) and 0 <= degrees < 90:
+                keys[tangent] = math.tan(math.radians(keys.pop(angle)))
+        return keys
+
+
+class JointDefaults(_InDegrees):
     """Properties of every joint found, unless an exception names it.
 
     Parameters
@@ -215,22 +223,22 @@ class JointDefaults(InDegrees, Record):
     cohesion:
         Force per unit length of joint; per unit area where the scene has a ``thickness``.
     dilatancy:
-        tan φ₀, the opening per unit slip; 0 is Coulomb's law, ``friction`` the associative one.
+        tan φ₀, the opening per unit slip, at most ``friction``; 0 is Coulomb's law, ``friction`` the
+        associative one.
     friction_angle, dilatancy_angle:
-        φ and φ₀ in degrees, in place of their tangents, which are what is kept.
+        φ and φ₀ in degrees, 0 or more and less than 90, in place of their tangents, which are kept.
     dilatancy_stress:
-        Mean normal stresses ``[full, none]`` (force per unit length, or area, as cohesion): up to the
-        first the dilatancy is whole, from the second there is none, in between it falls linearly
+        Two rising mean normal stresses ``[full, none]`` (force per unit length, or area, as cohesion): up to
+        the first the dilatancy is whole, from the second there is none, in between it falls linearly
         (section 6.5). Default: the dilatancy does not depend on stress.
     strength:
         Compressive strength f_c, as force per unit length, or area, as cohesion: |m| ≤ n (L/2 − n / (2 f_c)).
-        Default: joints carry any pressure. (A corner on an edge has no length for it to act on, and carries
-        any.)
+        Default: joints carry any pressure. (So does a corner on an edge, which has no length.)
 
     Raises
     ------
     CaseError
-        If friction or cohesion is negative, dilatancy exceeds friction, or the stresses do not rise.
+        If a value is out of range.
     """
 
     friction: Friction
@@ -248,7 +256,7 @@ class JointDefaults(InDegrees, Record):
         return self
 
 
-class Joint(InDegrees, Record):
+class Joint(_InDegrees):
     """An exception: the properties of the joint between two named blocks.
 
     Parameters

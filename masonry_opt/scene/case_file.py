@@ -13,13 +13,11 @@ from masonry_opt.errors import CaseError
 from masonry_opt.files import JSON_KEY, MARK, WRITER, refuse_replacing, write_whole
 from masonry_opt.scene.arch import Arch
 from masonry_opt.scene.blocks import MOST_BLOCKS
-from masonry_opt.scene.column import Column
-from masonry_opt.scene.facade import Facade
 from masonry_opt.scene.generator import Generator
 from masonry_opt.scene.mistakes import wrong_file
 from masonry_opt.scene.scene import Scene, SceneKeys
-from masonry_opt.scene.tables import read_tables
-from masonry_opt.scene.wall import Wall
+from masonry_opt.scene.tables import as_path, read_tables, reason
+from masonry_opt.scene.walls import Column, Facade, Wall
 
 _G = TypeVar("_G", bound=Generator)
 
@@ -27,12 +25,8 @@ _G = TypeVar("_G", bound=Generator)
 _UNTIL = f"{MARK}, and replaced by it without asking until this line is deleted"
 
 
-def _several(value: object) -> object:
-    return value if isinstance(value, list) else [value]
-
-
 #: One table of a generator, [arch], or several of them, [[arch]].
-OneOrMore = Annotated[list[_G], BeforeValidator(_several)]
+OneOrMore = Annotated[list[_G], BeforeValidator(lambda value: value if isinstance(value, list) else [value])]
 
 
 class CaseFile(SceneKeys):
@@ -57,8 +51,8 @@ class CaseFile(SceneKeys):
 
     def tables_with_old_live(self) -> list[str]:
         """Generators that give ``live_per_weight`` by its old name, which elsewhere is a force."""
-        names = {Wall: "[wall]", Facade: "[facade]", Arch: "[arch]", Column: "[column]"}
-        return list(dict.fromkeys(names[type(one)] for one in self._generators() if any(one.live)))
+        given = [type(one).__name__.lower() for one in self._generators() if any(one.live)]
+        return [f"[{name}]" for name in dict.fromkeys(given)]
 
     def scene(self) -> Scene:
         """The scene, its generators expanded after the blocks written out.
@@ -90,19 +84,11 @@ def load(path: str | Path) -> Scene:
         If the file cannot be read or does not describe a scene; the message names the file, the
         key and the block.
     """
-    return load_with_arch(path)[0]
-
-
-def load_with_arch(path: str | Path) -> tuple[Scene, Arch | None]:
-    """Read a case file's scene and, unexpanded, its one ``[arch]`` (None if it has none, or several).
-
-    Raises CaseError as :func:`load` does.
-    """
-    path = _path(path)
+    path = as_path(path, "a case file")
     case = read_tables(path)
     try:
         file = CaseFile.model_validate(case)
-        return file.scene().read_from(path, file), file.arch[0] if len(file.arch) == 1 else None
+        return file.scene().read_from(path, file)
     except ValidationError as error:
         raise wrong_file(error, path, case, CaseFile) from None
     except CaseError as error:  # of a block that a generator built: pydantic's error lies behind it
@@ -131,7 +117,7 @@ def save(scene: Scene, path: str | Path, force: bool = False) -> None:
     """
     if not isinstance(scene, Scene):
         raise CaseError(f"what is saved is a Scene (found {type(scene).__name__})")
-    path = _path(path)
+    path = as_path(path, "a case file")
     match path.suffix.lower():
         case ".toml":
             text = f"# {_UNTIL}\n{tomli_w.dumps(_keys(scene, 'python'))}"
@@ -143,19 +129,8 @@ def save(scene: Scene, path: str | Path, force: bool = False) -> None:
     refuse_replacing(path, force)
     try:
         write_whole(path, text)
-    except OSError as error:
-        raise CaseError(f"{path}: cannot be written: {error.strerror}") from None
-    except ValueError as error:  # a path no file can have
-        raise CaseError(f"{path}: cannot be written: {error}") from None
-
-
-def _path(path: str | Path) -> Path:
-    try:
-        return Path(path)
-    except TypeError:
-        raise CaseError(
-            f"the path of a case file is text or a pathlib.Path (found {type(path).__name__})"
-        ) from None
+    except (OSError, ValueError) as error:
+        raise CaseError(f"{path}: cannot be written: {reason(error)}") from None
 
 
 def _keys(scene: Scene, mode: Literal["python", "json"]) -> dict[str, Any]:

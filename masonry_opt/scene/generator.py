@@ -1,4 +1,4 @@
-"""What generators of blocks share: a name, a place, and how their blocks weigh."""
+"""Generators of blocks: what they share, which is a name, a place, live loads, and how their blocks weigh."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Generator(Record):
     Raises
     ------
     CaseError
-        If the values make nothing that can be built; what is wrong is told at once.
+        If the values make nothing that can be built; all that is wrong is told at once.
     """
 
     name: Name | None = None
@@ -52,7 +52,7 @@ class Generator(Record):
 
     @property
     def size(self) -> int:
-        """How many blocks it builds, or more: known before they are built."""
+        """Number of blocks that it builds, or more: known before they are built."""
         raise NotImplementedError
 
     def blocks(self, thickness: float = 1.0) -> list[Block]:
@@ -66,52 +66,35 @@ class Generator(Record):
         """
         raise NotImplementedError
 
-    def _placed(self, name: str, vertices: Iterable[Point], **keys: Any) -> Block:
-        """A block of that name and shape, seen from the generator's origin."""
-        if self.name is not None:
-            name = f"{self.name} {name}"
+    def _stone(self, name: str, corners: Iterable[Point], weight: float, **keys: Any) -> Block:
+        """A movable block; points are seen from the generator's origin."""
+        push = self.live_per_weight if any(self.live_per_weight) else self.live
         keys |= {key: self._moved(keys[key]) for key in ("weight_at", "live_at") if keys.get(key) is not None}
-        return Block(name=name, vertices=[self._moved(vertex) for vertex in vertices], **keys)
+        return self._block(name, corners, weight=weight, live_per_weight=push, **keys)
+
+    def _support(self, name: str, corners: Iterable[Point]) -> Block:
+        return self._block(name, corners, fixed=True)
+
+    def _block(self, name: str, corners: Iterable[Point], **keys: Any) -> Block:
+        name = name if self.name is None else f"{self.name} {name}"
+        return Block(name=name, vertices=[self._moved(corner) for corner in corners], **keys)
 
     def _moved(self, point: Point) -> Point:
         # Left alone where nothing moves: adding 0 turns -0 into 0, which makes it another scene.
         return (point[0] + self.at[0], point[1] + self.at[1]) if any(self.at) else point
 
-    @property
-    def _push(self) -> Point:
-        """Live load of each block as a multiple of its weight, by whichever name it was given."""
-        return self.live_per_weight if any(self.live_per_weight) else self.live
-
 
 class WeighedGenerator(Generator):
-    """A generator whose blocks weigh by their size.
-
-    Parameters
-    ----------
-    weight:
-        What it is the weight of, the generator says.
-    unit_weight:
-        Weight per unit area, in place of ``weight``; per unit volume where the scene has a ``thickness``.
-
-    Raises
-    ------
-    CaseError
-        If both or neither are given.
-    """
+    """A generator whose blocks weigh by their size: by ``weight``, that of a whole, or by ``unit_weight``."""
 
     weight: NonNegative | None = None
     unit_weight: NonNegative | None = None
 
     def _mistakes(self) -> Iterator[str]:
         yield from super()._mistakes()
-        if self.weight is not None and self.unit_weight is not None:
-            yield "give 'weight' or 'unit_weight', not both"
-        if self.weight is None and self.unit_weight is None:
-            yield "give 'weight' or 'unit_weight'"
+        if (self.weight is None) == (self.unit_weight is None):
+            yield "give 'weight' or 'unit_weight'" + ("" if self.weight is None else ", not both")
 
     def _weight_of(self, area: float, thickness: float) -> float:
-        """What ``weight`` says, or the unit weight of what is that large."""
-        if self.weight is not None:
-            return self.weight
-        assert self.unit_weight is not None
-        return self.unit_weight * area * thickness
+        """Weight of the whole, of the given area."""
+        return self.weight if self.weight is not None else (self.unit_weight or 0.0) * area * thickness

@@ -53,8 +53,8 @@ _LONGEST = 500
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
 
-#: Kinds of values of which a key takes either, which pydantic names beside the keys.
-_KINDS = ("<name>", "<lengths>", "<number>", "<two>")
+#: Tags of keys that take either of two types, which pydantic names beside the keys.
+_KINDS = ("<one>", "<several>")
 
 #: Tables of a case file that are written once for each entry.
 _LISTED = ("block", "joint", "edge_load", "load")

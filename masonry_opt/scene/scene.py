@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, PrivateAttr, model_validator
 
@@ -21,9 +21,7 @@ from masonry_opt.scene.blocks import (
     Reference,
     Text,
 )
-from masonry_opt.scene.edge_load import EdgeLoad
-from masonry_opt.scene.load import Load
-from masonry_opt.scene.tilt import Side, why_no_tilt
+from masonry_opt.scene.loads import EdgeLoad, Load
 
 
 class SceneKeys(Record):
@@ -34,7 +32,7 @@ class SceneKeys(Record):
     gravity: Point = (0.0, -1.0)
     tolerance: Positive | None = None
     thickness: Positive = 1.0
-    tilt: Side | None = None
+    tilt: Literal["left", "right"] | None = None
     joints: JointDefaults
     blocks: Annotated[list[Block], Field(alias="block")] = []
     exceptions: Annotated[list[Joint], Field(alias="joint")] = []
@@ -66,7 +64,7 @@ class Scene(SceneKeys):
     tilt:
         "left" or "right": the ground is tilted until the scene falls to that side. The live load is every
         block's weight, turned a quarter from gravity to that side, and the load factor the tangent of the
-        tilt. Goes with weights alone: no other loads, no cohesion.
+        tilt. Goes with weights and friction alone.
     edge_loads:
         :class:`EdgeLoad` records: loads along edges.
     loads:
@@ -92,50 +90,82 @@ class Scene(SceneKeys):
             raise ValueError("'gravity' needs a direction, such as [0, -1]")
         if not self.blocks:
             raise ValueError("the scene has no block: add [[block]] tables or a generator such as [wall]")
-        seen: dict[str, int] = {}
+        numbers: dict[str, int] = {}
         for number, block in enumerate(self.blocks, start=1):
-            first = seen.setdefault(block.name, number)
-            if first != number:
+            if (first := numbers.setdefault(block.name, number)) != number:
                 raise ValueError(
                     f"blocks no. {first} and no. {number} are both named '{block.name}': rename one "
                     "(a generator names its blocks itself: '1-1', ..., 'base'; give it a 'name' of its own)"
                 )
-        if not any(block.fixed for block in self.blocks):
+        fixed = [block.fixed for block in self.blocks]
+        if not any(fixed):
             raise ValueError("no block is fixed: mark the support with 'fixed = true'")
-        if all(block.fixed for block in self.blocks):
+        if all(fixed):
             raise ValueError("every block is fixed: nothing can move")
+        known = {block.name: block for block in self.blocks}
+        for mistake in (self._wrong_exception(known), self._wrong_load(known), self._wrong_tilt()):
+            if mistake:
+                raise ValueError(mistake)
+        return self
+
+    def _wrong_exception(self, known: Mapping[str, Block]) -> str | None:
         pairs: set[frozenset[str]] = set()
         for exception in self.exceptions:
-            for name in exception.between:
-                if name not in seen:
-                    raise ValueError(f"joint between {list(exception.between)}: {_no_block(name, seen)}")
-            pair = frozenset(exception.between)
+            where, pair = f"joint between {list(exception.between)}", frozenset(exception.between)
+            if unknown := [name for name in exception.between if name not in known]:
+                return f"{where}: {_no_block(unknown[0], known)}"
             if len(pair) == 1:
-                raise ValueError(f"joint between {list(exception.between)}: needs two different blocks")
+                return f"{where}: needs two different blocks"
             if pair in pairs:
-                raise ValueError(f"joint between {list(exception.between)} is given twice")
+                return f"{where} is given twice"
             pairs.add(pair)
             try:
                 exception.over(self.joints)
-            except ValueError as error:
-                raise ValueError(
-                    f"joint between {list(exception.between)}: 'dilatancy' must not exceed 'friction'"
-                ) from error
+            except ValueError:
+                return f"{where}: 'dilatancy' must not exceed 'friction'"
+        return None
+
+    def _wrong_load(self, known: Mapping[str, Block]) -> str | None:
         weighed: set[str] = set()
         for number, load in enumerate(self.loads, start=1):
-            if load.block not in seen:
-                raise ValueError(f"load no. {number}: {_no_block(load.block, seen)}")
-            if self.blocks[seen[load.block] - 1].fixed:
-                raise ValueError(f"load no. {number}: block '{load.block}' is fixed: load one that can move")
+            if load.block not in known:
+                return f"load no. {number}: {_no_block(load.block, known)}"
+            if known[load.block].fixed:
+                return f"load no. {number}: block '{load.block}' is fixed: load one that can move"
+            if load.weight is not None and load.block in weighed:
+                return f"load no. {number}: gives block '{load.block}' a second 'weight'"
             if load.weight is not None:
-                if load.block in weighed:
-                    raise ValueError(f"load no. {number}: gives block '{load.block}' a second 'weight'")
                 weighed.add(load.block)
-        if self.tilt:
-            why = why_no_tilt(self.blocks, [self.joints, *self.exceptions], self.edge_loads, self.loads)
-            if why:
-                raise ValueError(f"'tilt' needs a scene of weights and friction alone: {why}")
-        return self
+        return None
+
+    def _wrong_tilt(self) -> str | None:
+        """What tilting does not show, if the scene has it.
+
+        Tilted by θ, weights are cos θ (W + tan θ W'), W' the weights turned a quarter: λ = tan θ if all else
+        grows with cos θ too. Other forces do not, nor what joints resist without being pressed.
+        """
+        if not self.tilt:
+            return None
+        why = [
+            f"block '{block.name}' has a force '{force}', which does not tilt"
+            for block in self.blocks
+            for force in ("live", "live_per_weight", "dead")
+            if any(getattr(block, force))
+        ]
+        why += [
+            f"a 'load' on block '{load.block}' is a force, which does not tilt"
+            for load in self.loads
+            if load.live is not None or load.dead is not None
+        ]
+        why += ["an 'edge_load' does not tilt"] * len(self.edge_loads)
+        for joint in (self.joints, *self.exceptions):
+            resisting = {
+                "cohesion": joint.cohesion,
+                "strength": joint.strength,
+                "dilatancy_stress": joint.dilatancy_stress and joint.dilatancy,
+            }
+            why += [f"'{key}' does not grow with the weights" for key, value in resisting.items() if value]
+        return f"'tilt' needs a scene of weights and friction alone: {why[0]}: take it away" if why else None
 
     @property
     def origin(self) -> str:

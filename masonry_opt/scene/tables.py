@@ -28,6 +28,19 @@ _PART = r"""(?:"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+'|(?<![\w-])[\w-]++)"""
 _LONG_KEY = re.compile(rf"{_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{_MOST_PARTS}}}")
 
 
+def as_path(path: str | Path, of: str) -> Path:
+    """The path of a file. Raises CaseError if it is none."""
+    try:
+        return Path(path)
+    except TypeError:
+        raise CaseError(f"the path of {of} is text or a pathlib.Path (found {type(path).__name__})") from None
+
+
+def reason(error: OSError | ValueError) -> str:
+    """Why a file cannot be read or written: a ValueError is that of a path no file can have."""
+    return str(error.strerror if isinstance(error, OSError) else error)
+
+
 def read_tables(path: Path) -> dict[str, Any]:
     """The tables of a ``.toml`` or ``.json`` file.
 
@@ -62,11 +75,11 @@ def parse_file(path: Path) -> Any:
         raise CaseError(f"{path}: is nested too deeply to be a case file") from None
     except ValueError as error:
         # Beside what the parsers find: whole numbers of more digits than Python converts.
-        reason = str(error)
-        if "integer string conversion" in reason:
-            reason = "a whole number has thousands of digits"
-        reason = reason if len(reason) <= 300 else reason[:297] + "..."
-        raise CaseError(f"{path}: not valid {path.suffix[1:].upper()}: {reason}") from None
+        why = str(error)
+        if "integer string conversion" in why:
+            why = "a whole number has thousands of digits"
+        why = why if len(why) <= 300 else why[:297] + "..."
+        raise CaseError(f"{path}: not valid {path.suffix[1:].upper()}: {why}") from None
 
 
 def read_bytes(path: Path, largest: int) -> bytes:
@@ -82,10 +95,8 @@ def read_bytes(path: Path, largest: int) -> bytes:
                 data = stream.read(largest + 1)
     except FileNotFoundError:
         raise CaseError(f"{path}: no such file") from None
-    except OSError as error:
-        raise CaseError(f"{path}: cannot be read: {error.strerror}") from None
-    except ValueError as error:  # a path no file can have
-        raise CaseError(f"{path}: cannot be read: {error}") from None
+    except (OSError, ValueError) as error:
+        raise CaseError(f"{path}: cannot be read: {reason(error)}") from None
     if stat.S_ISDIR(mode):
         raise CaseError(f"{path}: is a folder, not a case file")
     if not stat.S_ISREG(mode):

@@ -1,4 +1,4 @@
-"""The shape of one voussoir: its corners, and where and how much its weight and load are."""
+"""Shapes of single voussoirs: their corners, area, and the points where weight and load act."""
 
 from __future__ import annotations
 
@@ -26,24 +26,22 @@ class Voussoir:
     back: the middle of its outer edge.
     """
 
-    corners: tuple[Point, Point, Point, Point]
+    corners: tuple[Point, ...]
     area: float
     weight_at: Point
     back: Point
 
-    def seen_from(self, x: float, y: float) -> Voussoir:
-        """The same, of coordinates that count from (-x, -y)."""
+    def moved(self, x: float, y: float) -> Voussoir:
         return self._mapped(lambda p: (p[0] + x, p[1] + y))
 
     def mirrored(self) -> Voussoir:
         """The same on the other side of x = 0, its joints still in the order of the arch."""
         other = self._mapped(lambda p: (-p[0], p[1]))
-        a, b, c, d = other.corners
-        return replace(other, corners=(d, c, b, a))
+        return replace(other, corners=other.corners[::-1])
 
     def _mapped(self, point: Callable[[Point], Point]) -> Voussoir:
-        a, b, c, d = map(point, self.corners)
-        return Voussoir((a, b, c, d), self.area, point(self.weight_at), point(self.back))
+        corners = tuple(map(point, self.corners))
+        return Voussoir(corners, self.area, point(self.weight_at), point(self.back))
 
 
 def wedge(
@@ -92,12 +90,8 @@ def half_key(inner: float, thickness: float, begin: float, plumb: float, weights
     def crown(distance: float) -> float:
         return math.acos(plumb / distance)
 
-    corners = (
-        _polar(inner, begin),
-        _polar(outer, begin),
-        _polar(outer, crown(outer)),
-        _polar(inner, crown(inner)),
-    )
+    ends = ((inner, begin), (outer, begin), (outer, crown(outer)), (inner, crown(inner)))
+    corners = tuple(_polar(*end) for end in ends)
     back = ((corners[1][0] + corners[2][0]) / 2, (corners[1][1] + corners[2][1]) / 2)
     if weights == "centreline":
         angle = begin - crown(radius)

@@ -10,7 +10,7 @@ from typing import Any
 from masonry_opt.scene.blocks import Block, Joint, JointDefaults
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.wall import Wall
+from masonry_opt.scene.walls import Wall
 
 Builder = Callable[[Path], Scene]
 

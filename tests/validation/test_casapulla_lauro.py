@@ -13,9 +13,9 @@ from scenes import CASES
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.scene.case_file import load_with_arch
 
-SCENE, ARCH = load_with_arch(CASES / "casapulla_lauro" / "arch.toml")
+SCENE = mo.load(CASES / "casapulla_lauro" / "arch.toml")
+ARCH = SCENE.case.arch[0]
 FIG9 = definitions("fig9")
 thinnest, transitions = FIG9.thinnest, FIG9.transitions
 

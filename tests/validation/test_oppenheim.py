@@ -8,10 +8,10 @@ from hinges import four_hinge_load_factors
 from scenes import CASES
 
 import masonry_opt as mo
-from masonry_opt.scene.case_file import load_with_arch
 
 PATH = CASES / "oppenheim" / "seven_voussoirs.toml"
-SCENE, ARCH = load_with_arch(PATH)
+SCENE = mo.load(PATH)
+ARCH = SCENE.case.arch[0]
 
 
 def by_enumeration() -> float:

@@ -7,9 +7,9 @@ from paper_scripts import definitions
 from scenes import CASES
 
 import masonry_opt as mo
-from masonry_opt.scene.case_file import load_with_arch
 
-RIB, ARCH = load_with_arch(CASES / "pippard_ashby" / "rib.toml")
+RIB = mo.load(CASES / "pippard_ashby" / "rib.toml")
+ARCH = RIB.case.arch[0]
 rib = definitions("rib").rib
 
 

@@ -1,0 +1,331 @@
+"""The generators ``[wall]``, ``[facade]`` and ``[column]``: courses of blocks and drums on a fixed base."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
+from typing import Annotated, Literal
+
+from pydantic import Field, Strict, Tag
+
+from masonry_opt.scene.blocks import (
+    MOST_BLOCKS,
+    ONE_OR_SEVERAL,
+    Block,
+    Name,
+    NonNegative,
+    Number,
+    Positive,
+    YesNo,
+    rectangle,
+)
+from masonry_opt.scene.generator import WeighedGenerator
+
+Lengths = Annotated[list[Number], Field(min_length=1)]
+Course = Annotated[Annotated[Name, Tag("<one>")] | Annotated[Lengths, Tag("<several>")], ONE_OR_SEVERAL]
+Count = Annotated[int, Strict(), Field(ge=1, le=1000)]
+Widths = Annotated[
+    Annotated[Positive, Tag("<one>")] | Annotated[tuple[Positive, Positive], Tag("<several>")], ONE_OR_SEVERAL
+]
+
+#: Left end, right end (in full blocks) and weight of a block of a course.
+_Piece = tuple[float, float, float]
+
+
+class Wall(WeighedGenerator):
+    """Courses of blocks, bottom first, starting at x = 0 on a fixed base whose top is y = 0.
+
+    Parameters
+    ----------
+    block:
+        Length and height of a full block.
+    weight:
+        Weight of a full block; shorter blocks weigh in proportion.
+    unit_weight:
+        Weight per unit area, in place of ``weight``; per unit volume where the scene has a ``thickness``.
+    courses:
+        Each course as a list of lengths in full blocks, a negative length being a gap, or as the
+        name of a list in ``course``.
+    course:
+        Named courses, so that a bond can be read at a glance.
+    repeat:
+        How often the list of courses is built, one above the other.
+    base:
+        Whether a fixed base, one block longer at either end, is built under the bottom course.
+    name, at, live_per_weight, live:
+        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the left end of the foot,
+        where the first course begins.
+
+    Raises
+    ------
+    CaseError
+        If a course has no block or an unknown name, or the weight is missing or doubled.
+    """
+
+    block: tuple[Positive, Positive]
+    courses: Annotated[list[Course], Field(min_length=1)]
+    course: dict[Name, Lengths] = {}
+    repeat: Annotated[int, Strict(), Field(ge=1, le=100_000)] = 1
+    base: YesNo = True
+
+    def _mistakes(self) -> Iterator[str]:
+        yield from super()._mistakes()
+        for number, entry in enumerate(self.courses, start=1):
+            if not isinstance(entry, str):
+                yield from _wrong_lengths(f"course no. {number}", entry)
+            elif entry not in self.course:
+                known = ", ".join(self.course) or "none"
+                yield f"course no. {number}: no course is named '{entry}' (named: {known})"
+        used = {entry for entry in self.courses if isinstance(entry, str)}
+        for name, lengths in self.course.items():
+            if name not in used:
+                yield f"course '{name}' is never used in 'courses'"
+            yield from _wrong_lengths(f"course '{name}'", lengths)
+        if self.size > MOST_BLOCKS:
+            yield f"has {self.size} blocks and gaps; the most is {MOST_BLOCKS}"
+
+    @property
+    def size(self) -> int:
+        """Number of blocks and gaps."""
+        return self.repeat * sum(len(self._lengths(entry)) for entry in self.courses)
+
+    def _lengths(self, entry: str | list[float]) -> list[float]:
+        return self.course.get(entry, []) if isinstance(entry, str) else entry
+
+    def blocks(self, thickness: float = 1.0) -> list[Block]:
+        """The blocks, course by course from the left, named ``course-block``, the base last."""
+        full, right = self._weight_of(self.block[0] * self.block[1], thickness), 0.0
+        courses: list[list[_Piece]] = []
+        for entry in self.courses:
+            x, course = 0.0, []
+            for part in self._lengths(entry):
+                if part > 0:
+                    course.append((x, x + part, full * part))
+                x += abs(part)
+            courses.append(course)
+            right = max(right, x)
+        return [*_stones(self, courses * self.repeat), *([_base(self, right)] if self.base else [])]
+
+
+class Facade(WeighedGenerator):
+    """Running bond with x × y equal openings, each under a lintel, on a fixed base whose top is y = 0.
+
+    Courses alternate, whole blocks first; where a block of the shifted course would cross the edge of
+    an opening, its inner half is left away, so that both jambs are straight. A storey is ``sill``
+    courses, the ``opening``'s, and those of the lintel and the ``spandrel`` above it. The lintel lies in a
+    course of shifted blocks, and a storey has an even number of courses.
+
+    Parameters
+    ----------
+    openings:
+        Numbers of openings across and upwards.
+    block:
+        Length and height of a full block.
+    jamb:
+        Width, in blocks, of the masonry on either side of an opening: piers between openings are twice
+        as wide as those at the ends.
+    opening:
+        Width in blocks and height in courses of an opening.
+    sill, spandrel:
+        Courses below an opening, and above its lintel, within its storey.
+    doors:
+        Which openings of the lowest storey reach the ground, counted from the left, 1 the first. (Without
+        ``sill`` all of them do.)
+    weight:
+        Weight of a full block; shorter blocks weigh in proportion.
+    lintel_weight:
+        Weight of a lintel, which bears half a block on either side; goes with ``weight``.
+    unit_weight:
+        Weight per unit area of blocks and lintels, in place of both weights; per unit volume where the
+        scene has a ``thickness``.
+    omit_top_left:
+        Whether the leftmost block of the top course is left away, as in the paper's façades.
+    name, at, live_per_weight, live:
+        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the left end of the foot.
+
+    Raises
+    ------
+    CaseError
+        If the courses do not add up, a door is none, a weight is missing or doubled, or the façade is larger
+        than 100,000 blocks.
+    """
+
+    openings: tuple[Count, Count]
+    block: tuple[Positive, Positive]
+    jamb: Count
+    opening: tuple[Count, Count]
+    sill: Annotated[int, Strict(), Field(ge=0, le=1000)]
+    spandrel: Count
+    doors: list[Count] = []
+    lintel_weight: NonNegative | None = None
+    omit_top_left: YesNo = False
+
+    def _mistakes(self) -> Iterator[str]:
+        yield from super()._mistakes()
+        if self.weight is not None and self.lintel_weight is None:
+            yield "'weight' needs a 'lintel_weight' (or give 'unit_weight' in place of both)"
+        if self.unit_weight is not None and self.lintel_weight is not None:
+            yield "'unit_weight' weighs the lintels too: take 'lintel_weight' away"
+        if (self.sill + self.opening[1]) % 2 == 0:
+            yield "'sill' and the height of 'opening' must add up to an odd number of courses"
+        if self.storey % 2:
+            yield (
+                "'sill', the height of 'opening', one for the lintel and 'spandrel' must add up to an even "
+                "number of courses"
+            )
+        for door in self.doors:
+            if door > self.openings[0]:
+                yield f"'doors' has {door}, of {self.openings[0]} openings across: count from 1"
+        if len(set(self.doors)) < len(self.doors):
+            yield "'doors' has an opening twice"
+        if self.doors and not self.sill:
+            yield "'doors' need a 'sill': without one every opening of the lowest storey reaches the ground"
+        if self.size > MOST_BLOCKS:
+            yield f"is {self.size} blocks large; the most is {MOST_BLOCKS}"
+
+    @property
+    def size(self) -> int:
+        """Number of blocks without openings."""
+        return self.width * self.storey * self.openings[1]
+
+    @property
+    def storey(self) -> int:
+        """Number of courses of a storey."""
+        return self.sill + self.opening[1] + 1 + self.spandrel
+
+    @property
+    def width(self) -> int:
+        """Width in blocks."""
+        return self.openings[0] * (self.opening[0] + 2 * self.jamb)
+
+    def blocks(self, thickness: float = 1.0) -> list[Block]:
+        """The blocks, course by course from the left, named ``course-block``, the base last."""
+        full = self._weight_of(self.block[0] * self.block[1], thickness)
+        # The lintel bears half a block on either side of its opening.
+        lintel = full * (self.opening[0] + 1) if self.lintel_weight is None else self.lintel_weight
+        courses = [self._course(row, full, lintel) for row in range(self.openings[1] * self.storey)]
+        if self.omit_top_left:
+            del courses[-1][0]
+        return [*_stones(self, courses), _base(self, self.width)]
+
+    def _course(self, row: int, full: float, lintel: float) -> list[_Piece]:
+        """The blocks of a course, given the weights of a full block and of a lintel."""
+        level = row % self.storey - self.sill
+        bond = [x + 0.5 * (row % 2) for x in range(self.width)]
+        gaps: list[tuple[float, float]] = []
+        if 0 <= level < self.opening[1]:
+            gaps = self._openings(range(1, self.openings[0] + 1))
+        elif level == self.opening[1]:
+            gaps = self._openings(range(1, self.openings[0] + 1), bearing=0.5)
+        elif row < self.sill:
+            gaps = self._openings(self.doors)
+        ends = sorted({0.0, *bond, float(self.width), *(end for gap in gaps for end in gap)})
+        pieces = [
+            (left, right, full * (right - left))
+            for left, right in pairwise(ends)
+            if not any(start <= left < end for start, end in gaps)
+        ]
+        if level == self.opening[1]:
+            pieces += [(left, right, lintel) for left, right in gaps]
+        return sorted(pieces)
+
+    def _openings(self, numbers: Iterable[int], bearing: float = 0.0) -> list[tuple[float, float]]:
+        """Left and right ends of the openings with these numbers, and so much beyond, in blocks."""
+        step = self.opening[0] + 2 * self.jamb
+        lefts = [float(self.jamb + (number - 1) * step) for number in numbers]
+        return [(left - bearing, left + self.opening[0] + bearing) for left in lefts]
+
+
+class Column(WeighedGenerator):
+    """Equally high drums from the left end of the foot, (0, 0), upwards, on a fixed base: a column, a pier
+    or a buttress.
+
+    Parameters
+    ----------
+    width:
+        Of the column, or ``[bottom, top]``.
+    height:
+        Of the column.
+    drums:
+        How many.
+    batter:
+        Which side slopes where the widths differ: "both" alike, or "left" or "right" alone, the other one
+        upright (a buttress leans with that one).
+    weight:
+        Weight of the column; drums weigh by their areas.
+    unit_weight:
+        Weight per unit area, in place of ``weight``; per unit volume where the scene has a ``thickness``.
+    base:
+        Whether a fixed base, as wide as the foot and as high as a drum, is built under it. Without one it
+        stands on other blocks.
+    name, at, live_per_weight, live:
+        See :class:`~masonry_opt.scene.generator.Generator`; the origin is the left end of the foot.
+
+    Raises
+    ------
+    CaseError
+        If the weight is missing or doubled, or one side is to slope and the widths are the same.
+    """
+
+    width: Widths
+    height: Positive
+    drums: Annotated[int, Strict(), Field(ge=1, le=MOST_BLOCKS)]
+    batter: Literal["both", "left", "right"] = "both"
+    base: YesNo = True
+
+    def _mistakes(self) -> Iterator[str]:
+        yield from super()._mistakes()
+        bottom, top = self._widths()
+        if self.batter != "both" and bottom == top:
+            yield f"'batter' says that the {self.batter} side slopes: give 'width' as [bottom, top]"
+
+    @property
+    def size(self) -> int:
+        """Number of drums."""
+        return self.drums
+
+    def blocks(self, thickness: float = 1.0) -> list[Block]:
+        """The drums ``d1``, ``d2``, ... from the bottom, then the base."""
+        bottom, top = self._widths()
+        weight = self._weight_of((bottom + top) / 2 * self.height, thickness)
+        built: list[Block] = []
+        for number in range(1, self.drums + 1):
+            (x0, x1, low), (x2, x3, high) = self._level(number - 1), self._level(number)
+            share = (x1 - x0 + x3 - x2) / (bottom + top) / self.drums * weight
+            built.append(self._stone(f"d{number}", [(x0, low), (x1, low), (x3, high), (x2, high)], share))
+        if self.base:
+            built.append(self._support("base", rectangle(0.0, bottom, -self.height / self.drums, 0.0)))
+        return built
+
+    def _widths(self) -> tuple[float, float]:
+        return self.width if isinstance(self.width, tuple) else (self.width, self.width)
+
+    def _level(self, joint: int) -> tuple[float, float, float]:
+        """Left end, right end and height of the bed joint above that many drums."""
+        bottom, top = self._widths()
+        up = joint / self.drums
+        # How much of the batter is the left side's.
+        left = {"both": 0.5, "left": 1.0, "right": 0.0}[self.batter]
+        narrower = (bottom - top) * up
+        return left * narrower, bottom - (1 - left) * narrower, self.height * up
+
+
+def _stones(wall: Wall | Facade, courses: Sequence[Sequence[_Piece]]) -> Iterator[Block]:
+    """The blocks of courses one above the other."""
+    length, height = wall.block
+    for row, course in enumerate(courses):
+        for number, (left, right, weight) in enumerate(course, start=1):
+            corners = rectangle(left * length, right * length, row * height, (row + 1) * height)
+            yield wall._stone(f"{row + 1}-{number}", corners, weight)
+
+
+def _base(wall: Wall | Facade, width: float) -> Block:
+    length, height = wall.block
+    return wall._support("base", rectangle(-length, (width + 1) * length, -height, 0.0))
+
+
+def _wrong_lengths(course: str, lengths: list[float]) -> Iterator[str]:
+    if any(length == 0 for length in lengths):
+        yield f"{course}: a length is 0 (blocks > 0, gaps < 0)"
+    if all(length < 0 for length in lengths):
+        yield f"{course}: has gaps only, no block"
