@@ -11,7 +11,7 @@ from masonry_opt.errors import CaseError
 from masonry_opt.scene.blocks import Name, Number
 from masonry_opt.scene.drawings import compas_data
 from masonry_opt.scene.drawings.solids import Solid, View, directions, seen_along
-from masonry_opt.scene.drawings.stones import Drawing, Stone, drawing_path, scene_of
+from masonry_opt.scene.drawings.stones import Drawing, Stone, drawing_path, listed, scene_of
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import parse_file
 
@@ -22,7 +22,7 @@ _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 class CompasDrawing(Drawing):
-    """What COMPAS data leaves open: see :func:`read_compas`."""
+    """Values that COMPAS data leaves open: see :func:`read_compas`."""
 
     fixed: list[Name] = []
     along: tuple[Number, Number, Number] | None = None
@@ -97,7 +97,7 @@ def _seen(solids: Sequence[Solid], drawing: CompasDrawing) -> View:
         if not any(drawing.along):
             raise ValueError("'along' needs a direction, such as y")
         return _asked(solids, np.array(drawing.along), drawing.tolerance)
-    views, whys = [], []
+    views, whys = {}, []
     for direction in directions(solids):
         name = _said(direction)
         try:
@@ -107,32 +107,32 @@ def _seen(solids: Sequence[Solid], drawing: CompasDrawing) -> View:
             continue
         middle, thickness = view.reach.mean(axis=1), np.ptp(view.reach, axis=1)
         off = np.abs(middle - np.median(middle)) > _ONE_PLANE * max(thickness.max(), 1e-300)
-        if not all(solid.flat for solid in solids) and off.any():
-            block = solids[int(np.flatnonzero(off)[0])].name
+        if off.any() and not all(solid.flat for solid in solids):
+            block = solids[int(off.argmax())].name
             whys.append(f"along {name} block '{block}' has its middle in another plane than most")
-            continue
-        views.append((name, view))
-    if len(views) == 1:
-        return views[0][1]
-    if views:
-        known = " and along ".join(name for name, _ in views)
-        raise ValueError(f"all blocks are prisms along {known}: say by 'along' which")
-    raise ValueError(
-        f"the blocks are not prisms of one wall: {'; '.join(whys[:3])}. Name the direction by 'along' if it"
-        " is another, or their middles need not lie in one plane"
-    )
+        else:
+            views[name] = view
+    if not views:
+        raise ValueError(
+            f"the blocks are not prisms of one wall: {'; '.join(whys[:3])}. Name the direction by 'along' if "
+            "it is another, or their middles need not lie in one plane"
+        )
+    if len(views) > 1:
+        raise ValueError(f"all blocks are prisms along {' and along '.join(views)}: say by 'along' which")
+    return next(iter(views.values()))
 
 
 def _asked(solids: Sequence[Solid], direction: np.ndarray, tolerance: float | None) -> View:
+    name = _said(direction)
     try:
         view = seen_along(solids, direction, tolerance)
     except ValueError as error:
-        raise ValueError(f"'along' {_said(direction)}: {error}") from None
+        raise ValueError(f"'along' {name}: {error}") from None
     begins, ends = int(view.reach[:, 0].argmax()), int(view.reach[:, 1].argmin())
     if not all(solid.flat for solid in solids) and view.reach[begins, 0] >= view.reach[ends, 1]:
+        behind, before = solids[begins].name, solids[ends].name
         raise ValueError(
-            f"block '{solids[begins].name}' lies behind block '{solids[ends].name}', seen along"
-            f" {_said(direction)}: no plane cuts both"
+            f"block '{behind}' lies behind block '{before}', seen along {name}: no plane cuts both"
         )
     return view
 
@@ -146,25 +146,16 @@ def _said(direction: np.ndarray) -> str:
 
 def _stones(solids: Sequence[Solid], view: View, drawing: CompasDrawing) -> list[Stone]:
     names = [solid.name for solid in solids]
-    more = ", ..." if len(names) > 10 else ""
     for name in drawing.fixed:
         if name not in names:
-            raise ValueError(f"'fixed': no block '{name}' (blocks: {', '.join(names[:10])}{more})")
+            raise ValueError(f"'fixed': no block '{name}' (blocks: {listed(names)})")
     fixed = [solid.fixed or solid.name in drawing.fixed for solid in solids]
     if not any(fixed):
         raise ValueError(
-            "no block is a support (is_support): name them by 'fixed' (blocks: "
-            f"{', '.join(names[:10])}{more})"
+            f"no block is a support (is_support): name them by 'fixed' (blocks: {listed(names)})"
         )
+    thickness = np.ptp(view.reach, axis=1).tolist()
     return [
-        Stone(
-            name=solid.name,
-            outline=outline,
-            fixed=support,
-            live=drawing.live,
-            thickness=None if solid.flat else float(end - begin),
-        )
-        for solid, outline, support, (begin, end) in zip(
-            solids, view.outlines, fixed, view.reach, strict=True
-        )
+        Stone(solid.name, outline, support, drawing.live, None if solid.flat else thick)
+        for solid, outline, support, thick in zip(solids, view.outlines, fixed, thickness, strict=True)
     ]

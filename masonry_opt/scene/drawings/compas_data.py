@@ -18,18 +18,10 @@ _NO_DATA = "is no COMPAS data: it must hold an assembly, a model, or a list of m
 
 
 def solids(data: Any) -> list[Solid]:
-    """The blocks that COMPAS data holds.
+    """Blocks that the content of a file holds: an assembly (of compas_assembly or compas_cra, new or old), a
+    block model of compas_dem or a problem that holds one, or a list of meshes, polyhedra or polygons.
 
-    Parameters
-    ----------
-    data:
-        Content of a file: an assembly (of compas_assembly or compas_cra, new or old), a block model of
-        compas_dem or a problem that holds one, or a list of meshes, polyhedra or polygons.
-
-    Raises
-    ------
-    ValueError
-        If there is none of these, or a block that cannot be read; the message names it.
+    Raises ValueError if it is none of these, or a block cannot be read; the message names the block.
     """
     found, seen = [], set()
     for key, shape, fixed, matrix in _blocks(data):
@@ -53,7 +45,7 @@ class _UnreadableError(ValueError):
 
 
 def _content(value: Any) -> Any:
-    """What is inside the wrapping of a COMPAS object."""
+    """The inside of the wrapping of a COMPAS object."""
     while isinstance(value, dict) and not any(key in value for key in _CONTENT):
         inner = value.get("data", value.get("value"))
         if inner is None:
@@ -62,13 +54,17 @@ def _content(value: Any) -> Any:
     return value
 
 
+def _table(value: Any) -> dict[str, Any]:
+    return value if isinstance(value, dict) else {}
+
+
 def _blocks(data: Any) -> Iterator[tuple[object, Any, bool, Any]]:
     """Key, shape, whether it is a support, and transformation, of each block."""
     data = _content(data)
     if isinstance(data, list):
         for number, item in enumerate(data):
             one = item[0] if isinstance(item, list) and len(item) == 1 else item
-            yield number, one, _attribute(one, "is_support"), None
+            yield number, one, _is_support(_table(_content(one)).get("attributes")), None
     elif not isinstance(data, dict):
         raise ValueError(_NO_DATA)
     elif "model" in data:
@@ -77,27 +73,26 @@ def _blocks(data: Any) -> Iterator[tuple[object, Any, bool, Any]]:
         if data.get("transformation"):
             raise ValueError("has a model that is transformed as a whole: apply the transformation first")
         for number, element in enumerate(data["elements"].values()):
-            own = element.get("data") if isinstance(element, dict) else None
-            own = own if isinstance(own, dict) else {}
-            yield number, own.get("geometry"), own.get("is_support") is True, own.get("transformation")
+            own = _table(_table(element).get("data"))
+            yield number, own.get("geometry"), _is_support(own), own.get("transformation")
     elif "graph" in data:
         yield from _blocks(data["graph"])
     elif isinstance(data.get("node"), dict):
         for key, node in _sorted(data["node"]):
-            node = node if isinstance(node, dict) else {}
-            yield key, node.get("block"), node.get("is_support") is True, None
+            yield key, _table(node).get("block"), _is_support(node), None
     elif isinstance(data.get("blocks"), dict):
-        assembly = data.get("assembly")
-        assembly = assembly if isinstance(assembly, dict) else {}
-        nodes = assembly.get("node", assembly.get("vertex"))
-        nodes = nodes if isinstance(nodes, dict) else {}
+        assembly = _table(data.get("assembly"))
+        nodes = _table(assembly.get("node", assembly.get("vertex")))
         for key, block in _sorted(data["blocks"]):
-            node = nodes.get(key)
-            yield key, block, isinstance(node, dict) and node.get("is_support") is True, None
+            yield key, block, _is_support(nodes.get(key)), None
     elif isinstance(data.get("blocks"), list):
         yield from _blocks(data["blocks"])
     else:
         raise ValueError(_NO_DATA)
+
+
+def _is_support(attributes: Any) -> bool:
+    return _table(attributes).get("is_support") is True
 
 
 def _sorted(table: dict[str, Any]) -> list[tuple[str, Any]]:
@@ -105,12 +100,6 @@ def _sorted(table: dict[str, Any]) -> list[tuple[str, Any]]:
     if all(re.fullmatch(r"[0-9]{1,9}", key) for key in table):
         return sorted(table.items(), key=lambda entry: int(entry[0]))
     return list(table.items())
-
-
-def _attribute(value: Any, name: str) -> bool:
-    content = _content(value)
-    attributes = content.get("attributes") if isinstance(content, dict) else None
-    return isinstance(attributes, dict) and attributes.get(name) is True
 
 
 def _faces(shape: Any) -> tuple[np.ndarray, list[list[int]]]:

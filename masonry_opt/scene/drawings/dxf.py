@@ -14,19 +14,20 @@ from pydantic import Field
 
 from masonry_opt.errors import CaseError, OutputError
 from masonry_opt.files import MARK, refuse_replacing, write_whole
-from masonry_opt.scene.blocks import Name, Point, Positive
+from masonry_opt.scene.blocks import Block, Name, Point, Positive
 from masonry_opt.scene.drawings import dxf_curves
 from masonry_opt.scene.drawings.outlines import Shape, closed_outlines, shapes
-from masonry_opt.scene.drawings.stones import Drawing, Stone, block_name, drawing_path, scene_of
+from masonry_opt.scene.drawings.stones import Drawing, Stone, block_name, drawing_path, listed, scene_of
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.tables import reason
 
 #: Layers of supports have one of these words in their names.
 FIXED = ("fixed", "support")
 
 
 class DxfDrawing(Drawing):
-    """What a DXF drawing leaves open, and what its layers mean: see :func:`read_dxf`."""
+    """Values that a DXF drawing leaves open, and the meaning of its layers: see :func:`read_dxf`."""
 
     live_layers: dict[Name, Point] = {}
     layers: list[Name] | None = Field(default=None, min_length=1)
@@ -132,8 +133,7 @@ def _on_layers(entities: list[Any], layers: Sequence[str] | None) -> list[Any]:
 def _known(entities: list[Any]) -> str:
     """The layers that something is drawn on, as a message ends with them."""
     layers = sorted({dxf_curves.layer_of(entity) for entity in entities})
-    more = ", ..." if len(layers) > 10 else ""
-    return f" (layers drawn on: {', '.join(layers[:10])}{more})" if layers else " (it is empty)"
+    return f" (layers drawn on: {listed(layers)})" if layers else " (it is empty)"
 
 
 def _names(found: Sequence[Shape], entities: list[Any], scale: float) -> list[str]:
@@ -149,13 +149,14 @@ def _names(found: Sequence[Shape], entities: list[Any], scale: float) -> list[st
             block = int(around[np.argmin(area[around])])
             if not any(shapely.Polygon(hole).contains(at) for hole in found[block].polygon.interiors):
                 said.setdefault(block, []).append(block_name(text))
-    once = Counter(texts[0] for texts in said.values() if len(texts) == 1)
-    names = []
-    for index, shape in enumerate(found):
-        texts = said.get(index, [])
-        named = len(texts) == 1 and texts[0] and once[texts[0]] == 1
-        names.append(texts[0] if named else block_name(f"{shape.curve.layer[:100]}-{shape.curve.handle}"))
-    return names
+    alone = {block: texts[0] for block, texts in said.items() if len(texts) == 1}
+    once = Counter(alone.values())
+    return [
+        alone[index]
+        if alone.get(index) and once[alone[index]] == 1
+        else block_name(f"{shape.curve.layer[:100]}-{shape.curve.handle}")
+        for index, shape in enumerate(found)
+    ]
 
 
 def _stones(found: Sequence[Shape], names: Sequence[str], drawing: DxfDrawing) -> list[Stone]:
@@ -168,16 +169,14 @@ def _stones(found: Sequence[Shape], names: Sequence[str], drawing: DxfDrawing) -
         if not fixed:
             loaded.add(layer)
         stones.append(Stone(name, shape.polygon, fixed, live.get(layer, drawing.live)))
-    layers = ", ".join(sorted({shape.curve.layer for shape in found})[:10])
+    layers = f"layers of blocks: {listed(sorted({shape.curve.layer for shape in found}))}"
     for layer in drawing.live_layers:
         if layer.casefold() not in loaded:
-            raise ValueError(
-                f"'live_layers': no movable block is on layer '{layer}' (layers of blocks: {layers})"
-            )
+            raise ValueError(f"'live_layers': no movable block is on layer '{layer}' ({layers})")
     if not any(stone.fixed for stone in stones):
         raise ValueError(
-            f"no block is on a layer of supports, with {' or '.join(map(repr, words))} in its name (layers of"
-            f" blocks: {layers}): move the supports to one, or name theirs by 'fixed_layers'"
+            f"no block is on a layer of supports, with {' or '.join(map(repr, words))} in its name ({layers})"
+            ": move the supports to one, or name theirs by 'fixed_layers'"
         )
     return stones
 
@@ -210,13 +209,14 @@ def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
         raise CaseError(f"what is drawn is a Scene (found {type(scene).__name__})")
     path = drawing_path(path, ".dxf")
     refuse_replacing(path, force)
-    document = dxf_curves.ezdxf().new("R2010")
+    ezdxf = dxf_curves.ezdxf()
+    document = ezdxf.new("R2010")
     document.units = 0  # the scene's, which has no name
     for name in ("blocks", "fixed", "names"):
         document.layers.add(name)
     space = document.modelspace()
     geometry(scene)  # refuses what has no area or crosses itself
-    drawn = [(block, _drawn(block.rings, block.holes, block.name, scene)) for block in scene.blocks]
+    drawn = [(block, _drawn(block, scene)) for block in scene.blocks]
     # A block that fills a hole comes after it: of two outlines that are the same the first is the outer one.
     for block, polygon in sorted(drawn, key=lambda entry: not entry[1].interiors):
         layer = {"layer": "fixed" if block.fixed else "blocks"}
@@ -224,30 +224,25 @@ def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
             space.add_lwpolyline(list(ring.coords[:-1]), close=True, dxfattribs=layer)
         inside = shapely.point_on_surface(polygon)
         text = space.add_text(block.name, height=0.1 * polygon.area**0.5, dxfattribs={"layer": "names"})
-        text.set_placement((inside.x, inside.y), align=_middle())
+        middle = ezdxf.enums.TextEntityAlignment.MIDDLE_CENTER
+        text.set_placement((inside.x, inside.y), align=middle)
     stream = io.StringIO()
     document.write(stream)
     try:
         # 999: a comment follows.
         write_whole(path, f"999\n{MARK}\n{stream.getvalue()}")
-    except OSError as error:
-        raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
-    except ValueError as error:  # a path no file can have
-        raise OutputError(f"{path}: cannot be written: {error}") from None
+    except (OSError, ValueError) as error:
+        raise OutputError(f"{path}: cannot be written: {reason(error)}") from None
 
 
-def _middle() -> Any:
-    from ezdxf.enums import TextEntityAlignment
-
-    return TextEntityAlignment.MIDDLE_CENTER
-
-
-def _drawn(rings: list[list[Point]], holes: list[list[Point]], name: str, scene: Scene) -> shapely.Polygon:
+def _drawn(block: Block, scene: Scene) -> shapely.Polygon:
     """A block as one polygon, with its own corners where it has one outline and no hole."""
+    rings, holes = ([shapely.Polygon(ring) for ring in drawn] for drawn in (block.rings, block.holes))
     if len(rings) == 1 and not holes:
-        return shapely.Polygon(rings[0])
-    whole = shapely.union_all([shapely.Polygon(ring) for ring in rings])
-    whole = whole.difference(shapely.union_all([shapely.Polygon(hole) for hole in holes]))
+        return rings[0]
+    whole = shapely.union_all(rings).difference(shapely.union_all(holes))
     if not isinstance(whole, shapely.Polygon):
-        raise CaseError(f"{scene.origin}: block '{name}' has parts apart from each other: draw it by hand")
+        raise CaseError(
+            f"{scene.origin}: block '{block.name}' has parts apart from each other: draw it by hand"
+        )
     return whole

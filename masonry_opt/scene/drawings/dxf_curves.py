@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import logging
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -61,13 +61,7 @@ def ezdxf() -> Any:
 
 
 def read_document(path: Path) -> Any:
-    """The document of a DXF file, text or binary.
-
-    Raises
-    ------
-    CaseError
-        If it cannot be read or is no DXF file.
-    """
+    """The document of a DXF file, text or binary. Raises CaseError if it cannot be read or is no DXF file."""
     library = ezdxf()
     if len(read_bytes(path, _LARGEST_DXF)) > _LARGEST_DXF:
         raise CaseError(
@@ -112,18 +106,13 @@ def _attribute(entity: Any, name: str, default: object) -> Any:
 
 
 def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[list[Curve], float]:
-    """Outlines among entities, as chains of straight lines.
+    """Outlines among entities, as chains of straight lines; and the diagonal round them.
 
     Parameters
     ----------
     entities: of one drawing.
     scale: by which all lengths are multiplied.
     sagitta: largest distance between an arc and its chords; None for 10⁻⁴ of the drawing's diagonal.
-
-    Returns
-    -------
-    tuple[list[Curve], float]
-        The curves, and the diagonal round them.
 
     Raises
     ------
@@ -132,12 +121,9 @@ def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[li
     """
     raw = []
     for entity in entities:
-        kind = entity.dxftype()
-        if kind not in _IGNORED and kind not in _OUTLINES:
-            remedy = _REFUSED.get(kind, "of a kind that is not read: draw its outline")
-            raise ValueError(f"{_named(entity)} is {remedy}, or name the layers of the blocks by 'layers'")
-        if kind in _OUTLINES:
-            points, bulges, closed = _in_plane(entity, *_OUTLINES[kind](entity))
+        if entity.dxftype() not in _IGNORED:
+            corners, closed = _corners(entity)
+            points, bulges = _in_plane(entity, np.array(corners, dtype=float).reshape(-1, 4))
             if len(points) == 0 or not (np.isfinite(points).all() and np.isfinite(bulges).all()):
                 raise ValueError(f"{_named(entity)} has no points, or one that is no number: delete it")
             raw.append((entity, points * scale, bulges, closed))
@@ -154,75 +140,57 @@ def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[li
     return found, diagonal
 
 
-#: Points in the entity's own coordinates (x, y, z), bulges from each to the next, whether it is closed.
-_Raw = tuple[Sequence[Sequence[float]], list[float], bool]
+def _corners(entity: Any) -> tuple[list[tuple[float, ...]], bool]:
+    """Corners of an outline, each x, y, z in the entity's own coordinates and the bulge to the next; and whether
+    it is closed."""
+    dxf, kind = entity.dxf, entity.dxftype()
+    match kind:
+        case "LINE":
+            return [(*dxf.start, 0.0), (*dxf.end, 0.0)], False
+        case "CIRCLE":
+            return [_on_circle(entity, 0.0, 1.0), _on_circle(entity, 180.0, 1.0)], True
+        case "ARC":
+            angle = (dxf.end_angle - dxf.start_angle) % 360 or 360.0
+            # A bulge says nothing of a whole circle, and little of nearly one.
+            parts = 1 if angle < 270 else 2
+            bulge = math.tan(math.radians(angle / parts) / 4)
+            ends = [dxf.start_angle + angle * part / parts for part in range(parts + 1)]
+            return [_on_circle(entity, end, bulge) for end in ends], False
+        case "LWPOLYLINE":
+            height = float(dxf.get("elevation", 0.0))
+            return [(x, y, height, bulge) for x, y, bulge in entity.get_points("xyb")], bool(entity.closed)
+        case "POLYLINE" if entity.is_2d_polyline or entity.is_3d_polyline:
+            # Corners of the frame that a smoothed polyline was drawn from are no points of it.
+            corners = [vertex.dxf for vertex in entity.vertices if not vertex.dxf.flags & 16]
+            curved = entity.is_2d_polyline
+            closed = bool(entity.is_closed)
+            return [(*at.location, at.get("bulge", 0.0) if curved else 0.0) for at in corners], closed
+        case "POLYLINE":
+            raise ValueError(f"{_named(entity)} is a mesh: draw its outline")
+    remedy = _REFUSED.get(kind, "of a kind that is not read: draw its outline")
+    raise ValueError(f"{_named(entity)} is {remedy}, or name the layers of the blocks by 'layers'")
 
 
-def _light_polyline(entity: Any) -> _Raw:
-    corners = entity.get_points("xyb")
-    height = float(entity.dxf.get("elevation", 0.0))
-    return [(x, y, height) for x, y, _ in corners], [bulge for _, _, bulge in corners], bool(entity.closed)
-
-
-def _polyline(entity: Any) -> _Raw:
-    if not (entity.is_2d_polyline or entity.is_3d_polyline):
-        raise ValueError(f"{_named(entity)} is a mesh: draw its outline")
-    # Corners of the frame that a smoothed polyline was drawn from are no points of it.
-    corners = [vertex for vertex in entity.vertices if not vertex.dxf.flags & 16]
-    flat = entity.is_2d_polyline
-    bulges = [float(vertex.dxf.get("bulge", 0.0)) if flat else 0.0 for vertex in corners]
-    return [tuple(vertex.dxf.location) for vertex in corners], bulges, bool(entity.is_closed)
-
-
-def _line(entity: Any) -> _Raw:
-    return [tuple(entity.dxf.start), tuple(entity.dxf.end)], [0.0, 0.0], False
-
-
-def _arc(entity: Any) -> _Raw:
-    start = entity.dxf.start_angle
-    angle = (entity.dxf.end_angle - start) % 360 or 360.0
-    # A bulge says nothing of a whole circle, and little of nearly one.
-    parts = 1 if angle < 270 else 2
-    points = [_on_circle(entity, start + angle * part / parts) for part in range(parts + 1)]
-    return points, [math.tan(math.radians(angle / parts) / 4)] * (parts + 1), False
-
-
-def _circle(entity: Any) -> _Raw:
-    return [_on_circle(entity, 0.0), _on_circle(entity, 180.0)], [1.0, 1.0], True
-
-
-def _on_circle(entity: Any, degrees: float) -> tuple[float, float, float]:
+def _on_circle(entity: Any, degrees: float, bulge: float) -> tuple[float, ...]:
     x, y, z = entity.dxf.center
     radius, angle = entity.dxf.radius, math.radians(degrees)
-    return x + radius * math.cos(angle), y + radius * math.sin(angle), z
+    return x + radius * math.cos(angle), y + radius * math.sin(angle), z, bulge
 
 
-_OUTLINES: dict[str, Callable[[Any], _Raw]] = {
-    "LWPOLYLINE": _light_polyline,
-    "POLYLINE": _polyline,
-    "LINE": _line,
-    "ARC": _arc,
-    "CIRCLE": _circle,
-}
-
-
-def _in_plane(
-    entity: Any, points: Sequence[Sequence[float]], bulges: list[float], closed: bool
-) -> tuple[np.ndarray, np.ndarray, bool]:
-    """The same in the drawing's plane, seen from above; the mirror image of an arc turns the other way."""
-    own = np.array(points, dtype=float).reshape(-1, 3)
-    turning = np.array(bulges, dtype=float)
+def _in_plane(entity: Any, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points and bulges in the drawing's plane, seen from above; the mirror image of an arc turns the other
+    way."""
+    points, bulges = corners[:, :3], corners[:, 3]
     normal = entity.dxf.get("extrusion", (0.0, 0.0, 1.0))
     # Lines and 3D polylines are given in the drawing's coordinates.
     if entity.dxftype() != "LINE" and not (entity.dxftype() == "POLYLINE" and entity.is_3d_polyline):
         if abs(normal[0]) > 1e-9 or abs(normal[1]) > 1e-9:
             raise ValueError(f"{_named(entity)} does not lie in the drawing's xy plane: turn it")
         if normal[2] < 0:  # its x axis points to the left
-            own[:, 0] *= -1
-            turning *= -1
-    elif len(own) and np.ptp(own[:, 2]) > 1e-6 * max(np.ptp(own[:, 0]), np.ptp(own[:, 1])):
+            return points[:, :2] * [-1, 1], -bulges
+    elif len(points) and np.ptp(points[:, 2]) > 1e-6 * np.ptp(points[:, :2], axis=0).max():
         raise ValueError(f"{_named(entity)} does not lie in the drawing's xy plane: flatten it")
-    return own[:, :2], turning, closed
+    return points[:, :2], bulges
 
 
 def texts(entities: list[Any]) -> Iterator[tuple[str, float, float]]:
@@ -230,8 +198,7 @@ def texts(entities: list[Any]) -> Iterator[tuple[str, float, float]]:
     for entity in entities:
         match entity.dxftype():
             case "TEXT":
-                at = entity.ocs().to_wcs(entity.get_placement()[1])
-                text = str(entity.dxf.text)
+                at, text = entity.ocs().to_wcs(entity.get_placement()[1]), str(entity.dxf.text)
             case "MTEXT":
                 at, text = entity.dxf.insert, entity.plain_text()
             case _:

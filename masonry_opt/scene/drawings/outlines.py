@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -22,14 +22,8 @@ _SAME = 1e-9
 
 @dataclass(frozen=True)
 class Curve:
-    """A chain of straight lines, arcs already flattened.
-
-    Attributes
-    ----------
-    points: shape (points, 2).
-    closed: whether the last point is joined to the first.
-    layer, handle, kind: where in the drawing it is, to be named in errors.
-    """
+    """A chain of straight lines through points, shape (points, 2), arcs already flattened; and where in the
+    drawing it is."""
 
     points: np.ndarray
     closed: bool
@@ -52,7 +46,8 @@ class Shape:
 
 
 def flattened(points: np.ndarray, bulges: np.ndarray, closed: bool, sagitta: float) -> np.ndarray:
-    """A polyline's points with its arcs divided into equal chords.
+    """Points of a polyline with its arcs divided into equal chords, whose ends lie on the arcs: from either end
+    of an arc the same. Raises ValueError if an arc needs too many chords.
 
     Parameters
     ----------
@@ -60,16 +55,6 @@ def flattened(points: np.ndarray, bulges: np.ndarray, closed: bool, sagitta: flo
     bulges: tan(θ/4) of the segment that begins at each point and turns by θ to the left, shape (points,).
     closed: whether a segment leads from the last point to the first.
     sagitta: largest distance between an arc and its chords.
-
-    Returns
-    -------
-    np.ndarray
-        Points on the arcs themselves, shape (more points, 2): from either end of an arc the same.
-
-    Raises
-    ------
-    ValueError
-        If an arc needs too many chords.
     """
     parts = []
     for index, (start, bulge) in enumerate(zip(points, bulges, strict=True)):
@@ -98,24 +83,18 @@ def flattened(points: np.ndarray, bulges: np.ndarray, closed: bool, sagitta: flo
 def closed_outlines(curves: Sequence[Curve], tolerance: float) -> list[Curve]:
     """The closed curves, and the loops that the open ones of a layer make, in the order of the drawing.
 
-    Raises
-    ------
-    ValueError
-        If a curve is open and does not belong to a simple loop; the message names it.
+    Raises ValueError, naming the curve, if one is open and does not belong to a simple loop.
     """
     outlines, open_ones = [], defaultdict(list)
     for number, curve in enumerate(curves):
-        if curve.closed or math.dist(curve.points[0], curve.points[-1]) <= tolerance < _extent(curve):
+        extent = np.ptp(curve.points, axis=0).max()
+        if curve.closed or math.dist(curve.points[0], curve.points[-1]) <= tolerance < extent:
             outlines.append((number, curve))
         else:
             open_ones[curve.layer].append((number, curve))
     for of_layer in open_ones.values():
         outlines += _loops(of_layer, tolerance)
     return [curve for _, curve in sorted(outlines, key=lambda entry: entry[0])]
-
-
-def _extent(curve: Curve) -> float:
-    return float(np.ptp(curve.points, axis=0).max())
 
 
 def _loops(curves: list[tuple[int, Curve]], tolerance: float) -> list[tuple[int, Curve]]:
@@ -152,7 +131,7 @@ def _loops(curves: list[tuple[int, Curve]], tolerance: float) -> list[tuple[int,
             parts.append(points[::-1] if end % 2 else points)
             end = partner[end ^ 1]
         number, curve = curves[first]
-        loops.append((number, Curve(np.concatenate(parts), True, curve.layer, curve.handle, curve.kind)))
+        loops.append((number, replace(curve, points=np.concatenate(parts), closed=True)))
     return loops
 
 
@@ -160,11 +139,8 @@ def shapes(outlines: Sequence[Curve], tolerance: float) -> list[Shape]:
     """Blocks with their holes: an outline inside one other is a hole of it, one inside a hole a block, and
     so on in turns. Of two outlines that are the same the first is the outer one.
 
-    Raises
-    ------
-    ValueError
-        If an outline has no area or crosses itself, or there are two of the same that lie in no other one;
-        the message names them.
+    Raises ValueError, naming the outlines, if one has no area or crosses itself, or two are the same and lie in
+    no other one.
     """
     polygons = np.array([_polygon(curve, tolerance) for curve in outlines], dtype=object)
     area = shapely.area(polygons)
@@ -176,22 +152,18 @@ def shapes(outlines: Sequence[Curve], tolerance: float) -> list[Shape]:
     covered = rest <= tolerance * shapely.length(polygons[inner])
     inner, outer = inner[covered], outer[covered]
     depth = np.bincount(inner, minlength=len(polygons))
-    holes: defaultdict[int, list[shapely.Polygon]] = defaultdict(list)
+    holes: defaultdict[int, list[shapely.LinearRing]] = defaultdict(list)
     for index in np.flatnonzero(depth % 2).tolist():
         parent = min(outer[inner == index].tolist(), key=lambda other: (-depth[other], area[other]))
         if area[index] >= (1 - _SAME) * area[parent]:
             raise ValueError(
                 f"{outlines[index].where} is drawn twice, here and as {outlines[parent].where}: delete one"
             )
-        holes[parent].append(polygons[index])
+        holes[parent].append(polygons[index].exterior)
     return [
-        Shape(_without(polygons[index], holes[index]), outlines[index])
+        Shape(shapely.Polygon(polygons[index].exterior, holes[index]), outlines[index])
         for index in np.flatnonzero(depth % 2 == 0).tolist()
     ]
-
-
-def _without(polygon: shapely.Polygon, holes: list[shapely.Polygon]) -> shapely.Polygon:
-    return shapely.Polygon(polygon.exterior, [hole.exterior for hole in holes])
 
 
 def _polygon(curve: Curve, tolerance: float) -> shapely.Polygon:

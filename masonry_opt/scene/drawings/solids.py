@@ -14,15 +14,7 @@ _RELATIVE_TOLERANCE = 1e-5
 
 @dataclass(frozen=True)
 class Solid:
-    """A block by its faces; a flat one is one face.
-
-    Attributes
-    ----------
-    name: of the block.
-    points: corners, shape (points, 3).
-    faces: indices of the corners of each face, in order round it.
-    fixed: whether it is a support.
-    """
+    """A block by its corners, shape (points, 3), and the corners of each face, in order round it."""
 
     name: str
     points: np.ndarray
@@ -31,32 +23,27 @@ class Solid:
 
     @property
     def flat(self) -> bool:
-        """Whether it is a polygon without thickness."""
+        """Whether it is a polygon without thickness: one face."""
         return len(self.faces) == 1
 
 
 @dataclass(frozen=True)
 class View:
-    """Solids seen along a direction.
-
-    Attributes
-    ----------
-    outlines: of each solid, in the plane across the direction.
-    reach: where each begins and ends along the direction, shape (solids, 2).
-    """
+    """Outlines of solids in the plane across a direction, and where each begins and ends along it, shape
+    (solids, 2)."""
 
     outlines: list[shapely.Polygon]
     reach: np.ndarray
 
 
-def axes(direction: np.ndarray) -> np.ndarray:
+def _axes(direction: np.ndarray) -> np.ndarray:
     """Axes of the plane across a direction, shape (2, 3): z upwards is its second, or along z itself y.
 
     Raises ValueError if the direction is neither level nor z, so that weights do not act in the plane.
     """
     unit = direction / np.linalg.norm(direction)
     if abs(abs(unit[2]) - 1) < 1e-9:
-        return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+        return np.eye(3)[:2]
     if abs(unit[2]) > 1e-6:
         raise ValueError("is neither level nor upright: weights would not act in the plane")
     across = np.cross(unit, (0.0, 0.0, 1.0))
@@ -70,12 +57,10 @@ def axes(direction: np.ndarray) -> np.ndarray:
 def directions(solids: Sequence[Solid]) -> list[np.ndarray]:
     """Directions along which the solids may be prisms: y, x, and level normals of the first one's faces; of
     polygons also z."""
-    first = solids[0]
-    found = [np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0])]
-    if all(solid.flat for solid in solids):
-        found.insert(0, np.array([0.0, 0.0, 1.0]))
-    for face in first.faces[:100]:
-        normal = _normal(first.points[face])
+    x, y, z = np.eye(3)
+    found = [z, y, x] if all(solid.flat for solid in solids) else [y, x]
+    for face in solids[0].faces[:100]:
+        normal = _normal(solids[0].points[face])
         level = abs(normal[2]) < 1e-6
         if level and not any(np.linalg.norm(np.cross(normal, other)) < 1e-6 for other in found):
             found.append(normal)
@@ -94,7 +79,7 @@ def seen_along(solids: Sequence[Solid], direction: np.ndarray, tolerance: float 
 
     Raises ValueError, naming the block, if one is no prism along it.
     """
-    plane = axes(direction)
+    plane = _axes(direction)
     unit = direction / np.linalg.norm(direction)
     outlines, reach = [], []
     flat = all(solid.flat for solid in solids)
@@ -117,18 +102,18 @@ def _end(solid: Solid, plane: np.ndarray, unit: np.ndarray, tolerance: float) ->
     low, high = along.min(), along.max()
     if solid.flat != (high - low <= tolerance):
         raise ValueError("does not lie across it" if solid.flat else "has no thickness along it")
-    ends: dict[bool, list[shapely.Polygon]] = {False: [], True: []}
+    ends: tuple[list[shapely.Polygon], list[shapely.Polygon]] = [], []
     for face in solid.faces:
         if np.ptp(along[face]) <= tolerance:
-            upper = abs(along[face[0]] - high) <= abs(along[face[0]] - low)
-            if abs(along[face[0]] - (high if upper else low)) > tolerance:
+            off = np.abs(along[face[0]] - (high, low))
+            if off.min() > tolerance:
                 raise ValueError("has a step along it: it is no prism")
-            ends[bool(upper)].append(shapely.Polygon(seen[face]))
+            ends[off.argmin()].append(shapely.Polygon(seen[face]))
         elif _spread(seen[face]) > tolerance:
             raise ValueError("has a face that is neither along it nor across: it is no prism")
     if solid.flat:
-        return _united([*ends[False], *ends[True]], tolerance)
-    one, other = (_united(polygons, tolerance) for polygons in ends.values())
+        return _united([*ends[1], *ends[0]], tolerance)
+    other, one = (_united(polygons, tolerance) for polygons in ends)
     if shapely.area(shapely.symmetric_difference(one, other)) > tolerance * one.length:
         raise ValueError("has two ends that differ: it is no prism")
     return one

@@ -1,40 +1,26 @@
-"""What a drawing does not say, and the scene that its outlines make with it."""
+"""Blocks as they are drawn, what a drawing leaves open, and the scene that both make."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import shapely
 
 from masonry_opt.errors import CaseError, printable
 from masonry_opt.scene.blocks import Block, Friction, JointDefaults, NonNegative, Point, Positive, Record
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.tables import as_path
 
 #: Characters of a block's name; a record takes no more.
 _LONGEST_NAME = 200
 
 
 class Drawing(Record):
-    """What a drawing leaves open: the same for all its blocks and joints.
-
-    Parameters
-    ----------
-    friction:
-        Of every joint, μ = tan φ.
-    unit_weight:
-        Weight per unit area; of solids, per unit volume.
-    live:
-        Live force on every movable block as a multiple of its weight, ``[fx, fy]``, at the centroid.
-    tolerance:
-        Length below which gaps are nothing, between ends of lines and between blocks.
-
-    Raises
-    ------
-    CaseError
-        If a value is out of range.
-    """
+    """Values that a drawing leaves open, the same for all its blocks and joints: see :func:`read_dxf` and
+    :func:`read_compas`."""
 
     friction: Friction
     unit_weight: NonNegative
@@ -44,16 +30,8 @@ class Drawing(Record):
 
 @dataclass(frozen=True)
 class Stone:
-    """A block as drawn.
-
-    Attributes
-    ----------
-    name: of the block.
-    outline: its polygon, with its holes.
-    fixed: whether it is a support.
-    live: live force as a multiple of its weight.
-    thickness: of a solid; None for what is flat.
-    """
+    """A block as drawn: its polygon with holes, whether it is a support, its live force as a multiple of its
+    weight, and the thickness of a solid."""
 
     name: str
     outline: shapely.Polygon
@@ -67,17 +45,13 @@ class Stone:
             [(float(x), float(y)) for x, y in ring.coords[:-1]]
             for ring in (self.outline.exterior, *self.outline.interiors)
         ]
-        if self.fixed:
-            return Block(name=self.name, vertices=outer, holes=holes, fixed=True)
-        solid = None if self.thickness is None else unit_weight * self.outline.area * self.thickness
-        return Block(
-            name=self.name,
-            vertices=outer,
-            holes=holes,
-            live_per_weight=self.live,
-            unit_weight=unit_weight if solid is None else None,
-            weight=solid,
-        )
+        keys: dict[str, Any] = {"fixed": True}
+        if not self.fixed and self.thickness is None:
+            keys = {"live_per_weight": self.live, "unit_weight": unit_weight}
+        elif not self.fixed:
+            weight = unit_weight * self.outline.area * self.thickness
+            keys = {"live_per_weight": self.live, "weight": weight}
+        return Block(name=self.name, vertices=outer, holes=holes, **keys)
 
 
 def block_name(text: str) -> str:
@@ -85,11 +59,13 @@ def block_name(text: str) -> str:
     return " ".join(printable(" ".join(text.split())).split())[:_LONGEST_NAME]
 
 
-def scene_of(stones: Sequence[Stone], drawing: Drawing, path: Path) -> Scene:
-    """The scene of a drawing's stones.
+def listed(names: Sequence[str]) -> str:
+    """The first ten names, as messages list them."""
+    return ", ".join(names[:10]) + (", ..." if len(names) > 10 else "")
 
-    Raises CaseError, beginning with the file, if they make no scene.
-    """
+
+def scene_of(stones: Sequence[Stone], drawing: Drawing, path: Path) -> Scene:
+    """The scene of a drawing's stones. Raises CaseError, beginning with the file, if they make none."""
     try:
         scene = Scene(
             source=f"drawn in {block_name(path.name)}",
@@ -104,12 +80,7 @@ def scene_of(stones: Sequence[Stone], drawing: Drawing, path: Path) -> Scene:
 
 def drawing_path(path: str | Path, suffix: str) -> Path:
     """The path of a drawing. Raises CaseError if it is none, or its name does not end as it should."""
-    try:
-        path = Path(path)
-    except TypeError:
-        raise CaseError(
-            f"the path of a drawing is text or a pathlib.Path (found {type(path).__name__})"
-        ) from None
+    path = as_path(path, "a drawing")
     if path.suffix.lower() != suffix:
         raise CaseError(f"{path}: the name of such a drawing ends in {suffix}")
     return path
