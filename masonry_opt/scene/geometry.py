@@ -76,19 +76,22 @@ def geometry(scene: Scene) -> Geometry:
     # Digits already lost in the coordinates themselves bound what can be told apart.
     tolerance = max(tolerance, 8 * float(np.spacing(np.abs(corners).max())))
     built_up = np.array([len(block.rings) > 1 or bool(block.holes) for block in scene.blocks])
-    simple = np.flatnonzero(~built_up)
     outlines, polygons = (np.empty(len(scene.blocks), dtype=object) for _ in range(2))
     convex = np.zeros(len(scene.blocks), dtype=bool)
+    simple = np.flatnonzero(~built_up)
     if len(simple):
         owner = np.repeat(np.arange(len(simple)), [len(corners_of[index]) for index in simple])
-        own = np.concatenate([corners_of[index] for index in simple]) - origin
-        outlines[simple] = shapely.polygons(shapely.linearrings(own, indices=owner))
-        polygons[simple], convex[simple] = _outlines(own, owner, tolerance, scene, simple)
+        rings = shapely.linearrings(
+            np.concatenate([corners_of[index] for index in simple]) - origin, indices=owner
+        )
+        outlines[simple] = shapely.polygons(rings)
+        polygons[simple], convex[simple] = _plain(rings, tolerance, scene, simple)
     for index in np.flatnonzero(built_up):
         outlines[index] = _built_up(scene, int(index), origin, tolerance)
-        polygons[index] = _without_straight_corners(outlines[index], tolerance)
+        plain = shapely.simplify(shapely.normalize(outlines[index]), _STRAIGHT * tolerance)
+        polygons[index] = shapely.orient_polygons(plain)
     area = shapely.area(outlines)
-    _refuse(area <= tolerance**2, scene, "has no area")
+    raise_for(np.flatnonzero(area <= tolerance**2), scene, "has no area")
     centroid = shapely.get_coordinates(shapely.centroid(outlines))
     return Geometry(origin, tolerance, polygons, convex, area, centroid)
 
@@ -114,62 +117,24 @@ def _built_up(scene: Scene, index: int, origin: np.ndarray, tolerance: float) ->
     return whole
 
 
-def _without_straight_corners(shape: shapely.Geometry, tolerance: float) -> shapely.Geometry:
-    # Normalised rings begin at a leftmost, lowest corner, which no straight edge runs through.
-    plain = shapely.simplify(shapely.normalize(shape), _STRAIGHT * tolerance, preserve_topology=True)
-    return shapely.orient_polygons(plain)
-
-
-def _outlines(
-    corners: np.ndarray, owner: np.ndarray, tolerance: float, scene: Scene, blocks: np.ndarray
+def _plain(
+    rings: np.ndarray, tolerance: float, scene: Scene, blocks: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Counter-clockwise polygons without the corners that make no difference, and which are convex.
-
-    Parameters
-    ----------
-    corners, owner: of all the polygons, and whose they are.
-    blocks: which of the scene's blocks they are.
-    """
-    start = _first_of_each(owner)
-    # Begin each ring at its leftmost, then lowest corner: no straight edge runs through that one.
-    leftmost = np.lexsort((corners[:, 1], corners[:, 0], owner))[start]
-    counts = np.bincount(owner)
-    base = np.repeat(start, counts)
-    turned = base + (np.arange(len(owner)) - base + np.repeat(leftmost - start, counts)) % np.repeat(
-        counts, counts
-    )
-    closed = np.insert(corners[turned], start + counts, corners[leftmost], axis=0)
-    rings = shapely.linestrings(closed, indices=np.repeat(np.arange(len(counts)), counts + 1))
-    rings = shapely.simplify(rings, _STRAIGHT * tolerance, preserve_topology=False)
-    closed, owner = shapely.get_coordinates(rings, return_index=True)
-    last = np.append(owner[1:] != owner[:-1], True)
-    corners, owner = closed[~last], owner[~last]
-    counts = np.bincount(owner, minlength=len(counts))
-    flat = blocks[counts < 3]
-    raise_for(flat, scene, "has no area: its corners lie on one line or in one point")
-
-    start = _first_of_each(owner)
-    direction = closed[1:][~last[:-1]] - corners
-    angle = np.arctan2(direction[:, 1], direction[:, 0])
-    previous = np.arange(len(owner)) - 1
-    previous[start] += counts
-    turn = np.angle(np.exp(1j * (angle - angle[previous])))
-    turns = np.rint(np.add.reduceat(turn, start) / (2 * np.pi))
-    one_way = (np.minimum.reduceat(turn, start) > 0) | (np.maximum.reduceat(turn, start) < 0)
-    convex = one_way & (np.abs(turns) == 1)
-    polygons = shapely.polygons(shapely.linearrings(corners, indices=owner))
-    crossed = ~convex & ~shapely.is_valid(polygons)
+    """Counter-clockwise polygons of the blocks' rings, without the corners that make no difference, and which
+    of them are convex."""
+    # Normalised rings begin at a leftmost, lowest corner, which no straight edge runs through.
+    corners, ring = shapely.get_coordinates(shapely.normalize(rings), return_index=True)
+    lines = shapely.linestrings(corners, indices=ring)
+    lines = shapely.simplify(lines, _STRAIGHT * tolerance, preserve_topology=False)
+    flat = shapely.get_num_coordinates(lines) < 4
+    raise_for(blocks[flat], scene, "has no area: its corners lie on one line or in one point")
+    corners, ring = shapely.get_coordinates(lines, return_index=True)
+    polygons = shapely.polygons(shapely.linearrings(corners, indices=ring))
+    crossed = ~shapely.is_valid(polygons)
     raise_for(blocks[crossed], scene, "crosses itself: give its corners in order round the block")
+    hulls = shapely.convex_hull(polygons)
+    convex = shapely.get_num_coordinates(hulls) == shapely.get_num_coordinates(polygons)
     return shapely.orient_polygons(polygons), convex
-
-
-def _first_of_each(owner: np.ndarray) -> np.ndarray:
-    """Index of the first entry of each owner, of a sorted array of owners."""
-    return np.flatnonzero(np.append(True, owner[1:] != owner[:-1]))
-
-
-def _refuse(wrong: np.ndarray, scene: Scene, why: str) -> None:
-    raise_for(np.flatnonzero(wrong), scene, why)
 
 
 def raise_for(blocks: Sequence[int] | np.ndarray, scene: Scene, why: str) -> None:

@@ -141,8 +141,8 @@ def curves(entities: list[Any], scale: float, sagitta: float | None) -> tuple[li
 
 
 def _corners(entity: Any) -> tuple[list[tuple[float, ...]], bool]:
-    """Corners of an outline, each x, y, z in the entity's own coordinates and the bulge to the next; and whether
-    it is closed."""
+    """Corners of an outline, each x, y, z in the entity's own coordinates and the bulge to the next; and
+    whether it is closed."""
     dxf, kind = entity.dxf, entity.dxftype()
     match kind:
         case "LINE":

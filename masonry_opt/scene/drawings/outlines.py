@@ -46,8 +46,8 @@ class Shape:
 
 
 def flattened(points: np.ndarray, bulges: np.ndarray, closed: bool, sagitta: float) -> np.ndarray:
-    """Points of a polyline with its arcs divided into equal chords, whose ends lie on the arcs: from either end
-    of an arc the same. Raises ValueError if an arc needs too many chords.
+    """Points of a polyline with its arcs divided into equal chords, whose ends lie on the arcs: from either
+    end of an arc the same. Raises ValueError if an arc needs too many chords.
 
     Parameters
     ----------
@@ -139,8 +139,8 @@ def shapes(outlines: Sequence[Curve], tolerance: float) -> list[Shape]:
     """Blocks with their holes: an outline inside one other is a hole of it, one inside a hole a block, and
     so on in turns. Of two outlines that are the same the first is the outer one.
 
-    Raises ValueError, naming the outlines, if one has no area or crosses itself, or two are the same and lie in
-    no other one.
+    Raises ValueError, naming the outlines, if one has no area or crosses itself, or two are the same and lie
+    in no other one.
     """
     polygons = np.array([_polygon(curve, tolerance) for curve in outlines], dtype=object)
     area = shapely.area(polygons)
