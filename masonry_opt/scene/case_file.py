@@ -76,7 +76,7 @@ def load(path: str | Path) -> Scene:
     Returns
     -------
     Scene
-        With generators expanded to blocks.
+        With generators expanded to blocks; unexpanded they are in its ``case``.
 
     Raises
     ------

@@ -12,12 +12,10 @@ import shapely
 from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.errors import CaseError, counted, rounded_up
+from masonry_opt.scene.blocks import JointDefaults
 from masonry_opt.scene.geometry import Geometry, raise_for
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.touching import NEAR_MISS, Edges, corners_on_edges, shared_edges
-
-#: Stresses up to which dilatancy is whole and from which there is none, where it does not depend on them.
-_ANY_STRESS = (np.inf, np.inf)
 
 #: Pairs of blocks near each other: this many, and so many more for each block. Side by side a block has
 #: some six neighbours; blocks that lie on one another are all each other's.
@@ -90,24 +88,23 @@ def find_joints(scene: Scene, geometry: Geometry, *, floating: bool = False) -> 
     both_fixed = fixed[pairs].all(axis=1)
     _refuse_overlaps(scene, geometry, pairs[~both_fixed])
     edges = Edges.of(scene, geometry, pairs)
-    along, gap = shared_edges(scene, edges, geometry, pairs)
+    along, gap = shared_edges(edges, pairs)
     joined, near = ~both_fixed[along.pair], np.flatnonzero(np.isfinite(gap) & ~both_fixed)
     fixed_pairs = len(np.unique(along.pair[~joined]))
     along = along.where(joined)
-    points, corners = corners_on_edges(edges, geometry, pairs, along, np.flatnonzero(~both_fixed))
-    found = along.with_points(points)
+    points, corners = corners_on_edges(edges, pairs, along, np.flatnonzero(~both_fixed))
+    found = along.by_pair(points)
     first, second = pairs[found.pair, 0], pairs[found.pair, 1]
     near_misses = [(int(i), int(j)) for i, j in pairs[near]]
     if not floating:
         refuse_floating(scene, geometry, first, second, dict(zip(near_misses, gap[near], strict=True)))
-    edge = found.end - found.start
     return Joints(
         first=first,
         second=second,
         start=found.start,
         end=found.end,
         normal=found.normal,
-        length=np.hypot(edge[:, 0], edge[:, 1]),
+        length=found.length,
         **_properties(scene, first, second),
         fixed_pairs=fixed_pairs,
         near_misses=near_misses,
@@ -152,13 +149,8 @@ def refuse_floating(
     second: np.ndarray,
     gaps: Mapping[tuple[int, int], float],
 ) -> None:
-    """Raise CaseError if blocks touch nothing, or groups of blocks reach no support.
-
-    Parameters
-    ----------
-    first, second: the two blocks of each joint.
-    gaps: the largest width of each small gap, by the two blocks beside it.
-    """
+    """Raise CaseError if blocks touch nothing, or groups of blocks reach no support, given the two blocks of
+    each joint, and the largest width of each small gap by the two blocks beside it."""
     fixed = np.array([block.fixed for block in scene.blocks])
     count = len(fixed)
     touched = np.zeros(count, dtype=bool)
@@ -168,12 +160,8 @@ def refuse_floating(
         raise_for(alone, scene, f"touches no other block{_nearest(scene, geometry, int(alone[0]), gaps)}")
     links = sp.coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
     _, group = connected_components(links, directed=False)
-    supported = np.isin(group, group[fixed])
-    raise_for(
-        np.flatnonzero(~supported),
-        scene,
-        "reaches no fixed block, neither itself nor through others: support it",
-    )
+    loose = np.flatnonzero(~np.isin(group, group[fixed]))
+    raise_for(loose, scene, "reaches no fixed block, neither itself nor through others: support it")
 
 
 def _nearest(scene: Scene, geometry: Geometry, block: int, gaps: Mapping[tuple[int, int], float]) -> str:
@@ -239,12 +227,7 @@ def _least_width(piece: shapely.Geometry) -> float:
 
 def _properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dict[str, Any]:
     """Properties of joints by name, as :class:`Joints` has them."""
-    defaults = scene.joints
-    friction = np.full(len(first), defaults.friction)
-    cohesion = np.full(len(first), defaults.cohesion)
-    dilatancy = np.full(len(first), defaults.dilatancy)
-    stress = np.tile(defaults.dilatancy_stress or _ANY_STRESS, (len(first), 1))
-    strength = np.full(len(first), defaults.strength or np.inf)
+    found = {name: np.tile(value, (len(first), 1)) for name, value in _values(scene.joints).items()}
     index = {block.name: number for number, block in enumerate(scene.blocks)}
     key = first * np.int64(len(index)) + second  # rising: joints are sorted
     for exception in scene.exceptions:
@@ -258,18 +241,20 @@ def _properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dict[str
                 f"{scene.origin}: joint between {list(exception.between)}: these blocks {why}, "
                 "so there is no joint to describe"
             )
-        own = exception.over(defaults)
-        friction[of_both], cohesion[of_both], dilatancy[of_both] = own.friction, own.cohesion, own.dilatancy
-        stress[of_both] = own.dilatancy_stress or _ANY_STRESS
-        strength[of_both] = own.strength or np.inf
-    # A joint with unlimited friction never slides: cohesion and dilatancy say nothing there.
-    unlimited = np.isinf(friction)
-    cohesion[unlimited] = 0.0
-    dilatancy[unlimited] = 0.0
+        for name, value in _values(exception.over(scene.joints)).items():
+            found[name][of_both] = value
+    return {name: values if name == "dilatancy_stress" else values[:, 0] for name, values in found.items()}
+
+
+def _values(joint: JointDefaults) -> dict[str, float | tuple[float, float]]:
+    """Properties of a joint, ``inf`` for what does not limit. With unlimited friction it never slides:
+    cohesion and dilatancy say nothing there."""
+    slides = np.isfinite(joint.friction)
     return {
-        "friction": friction,
-        "cohesion": cohesion,
-        "dilatancy": dilatancy,
-        "dilatancy_stress": stress,
-        "strength": strength,
+        "friction": joint.friction,
+        "cohesion": joint.cohesion if slides else 0.0,
+        "dilatancy": joint.dilatancy if slides else 0.0,
+        # Stresses up to which dilatancy is whole and from which there is none.
+        "dilatancy_stress": joint.dilatancy_stress or (np.inf, np.inf),
+        "strength": joint.strength or np.inf,
     }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import reprlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, get_args
 
@@ -54,7 +54,7 @@ _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
 
 #: Tags of keys that take either of two types, which pydantic names beside the keys.
-_KINDS = ("<one>", "<several>")
+_TAGS = ("<one>", "<several>")
 
 #: Tables of a case file that are written once for each entry.
 _LISTED = ("block", "joint", "edge_load", "load")
@@ -63,22 +63,11 @@ _LISTED = ("block", "joint", "edge_load", "load")
 def wrong_file(
     error: ValidationError, path: Path, case: Mapping[str, Any], schema: type[BaseModel]
 ) -> CaseError:
-    """The error of a case file: file, table or block, key, what is wrong.
-
-    Parameters
-    ----------
-    error:
-        What pydantic found in ``case``.
-    path:
-        The file.
-    case:
-        Its tables.
-    schema:
-        The record that they fill.
-    """
+    """The error of a case file, given its tables and the record that they fill: file, table or block, key,
+    what is wrong."""
 
     def line(item: dict[str, Any]) -> str:
-        loc, where = list(item["loc"]), []
+        loc, where = _keys(item), []
         table = str(loc[0]) if loc else ""
         record = _held(schema, table)
         if record and len(loc) > 1 and isinstance(loc[1], int):
@@ -88,7 +77,6 @@ def wrong_file(
             loc = loc[2:]
         elif len(loc) > 1 or record:
             where, loc = [f"[{_one_line(table)}]"], loc[1:]
-        loc = [part for part in loc if part not in _KINDS]
         if item["type"] == "list_type" and table in _LISTED and not loc:
             return f"[{table}]: write [[{table}]], with double brackets, once for each {table}"
         return ": ".join([*where, _sentence(item, loc, record or schema, _MESSAGES)])
@@ -97,30 +85,25 @@ def wrong_file(
 
 
 def wrong_call(error: ValidationError, record: type[BaseModel], values: Mapping[str, Any]) -> CaseError:
-    """The error of a record called with wrong values: class, name, key, what is wrong.
-
-    Parameters
-    ----------
-    error:
-        What pydantic found in ``values``.
-    record:
-        The class that was called.
-    values:
-        By name.
-    """
+    """The error of a record called with wrong values: class, name, key, what is wrong."""
     field_names = {field.alias or name: name for name, field in record.model_fields.items()}
 
     def line(item: dict[str, Any]) -> str:
-        loc, where = list(item["loc"]), []
+        loc, where = _keys(item), []
         name = str(field_names.get(loc[0], loc[0])) if loc else ""
         alias = record.model_fields[name].alias if name in record.model_fields else None
-        if alias and _held(record, name) and len(loc) > 1 and isinstance(loc[1], int):
+        held = _held(record, name)
+        if alias and held and len(loc) > 1 and isinstance(loc[1], int):
             where, loc = [_entry(alias, loc[1], values.get(loc[0]))], loc[2:]
-        elif loc:
-            loc = [name, *(part for part in loc[1:] if part not in _KINDS)]
-        return ": ".join([*where, _sentence(item, loc, _held(record, name) or record, _PYTHON_MESSAGES)])
+        else:
+            loc = [name, *loc[1:]] if loc else []
+        return ": ".join([*where, _sentence(item, loc, held or record, _PYTHON_MESSAGES)])
 
     return _told(error, f"{record.__name__} {_name(values)}".rstrip(), line, _MOST_IN_CALL)
+
+
+def _keys(item: dict[str, Any]) -> list[Any]:
+    return [part for number, part in enumerate(item["loc"]) if not number or part not in _TAGS]
 
 
 def _told(error: ValidationError, head: str, line: Callable[[dict[str, Any]], str], most: int) -> CaseError:
@@ -135,19 +118,19 @@ def _sentence(
     item: dict[str, Any], loc: list[Any], record: type[BaseModel], messages: Mapping[str, str]
 ) -> str:
     """The key at ``loc`` and what is wrong with it; ``record`` has the keys to suggest."""
-    key = _dotted(loc)
-    if item["type"] == "extra_forbidden":
+    kind, key = item["type"], _dotted(loc)
+    if kind == "extra_forbidden":
         return f"unknown key '{key}'{_suggestion(key, record)}"
-    if item["type"] == "missing" and loc and isinstance(loc[-1], int):
+    if kind == "missing" and loc and isinstance(loc[-1], int):
         return f"key '{_dotted(loc[:-1])}': {messages['missing']}"
-    if item["type"] == "missing":
+    if kind == "missing":
         return f"missing key '{key}'" if key else "missing table"
-    if item["type"] in messages:
-        message = messages[item["type"]].format(**item.get("ctx", {}))
+    if kind in messages:
+        message = messages[kind].format(**item.get("ctx", {}))
     else:
         message = item["msg"].removeprefix("Value error, ")
         message = message[:1].lower() + message[1:_LONGEST]
-    if item["type"] != "value_error" or key:
+    if kind != "value_error" or key:
         message += f" (found {_shown(item['input'])})"
     return f"key '{key}': {message}" if key else message
 
@@ -186,13 +169,8 @@ def _one_line(text: str) -> str:
 
 
 def _dotted(loc: list[Any]) -> str:
-    key = ""
-    for part in loc:
-        if isinstance(part, int):
-            key += f"[{part}]"
-        else:
-            key += f".{part}" if key else str(part)
-    return _one_line(key)
+    parts = [f"[{part}]" if isinstance(part, int) else f".{part}" for part in loc]
+    return _one_line("".join(parts).removeprefix("."))
 
 
 def _suggestion(key: str, record: type[BaseModel]) -> str:
@@ -211,12 +189,9 @@ def _fields(record: type[BaseModel]) -> dict[str, FieldInfo]:
 
 def _held(record: type[BaseModel], key: str) -> type[BaseModel] | None:
     """The class of the records that a key of another one holds; None if it holds plain values."""
-    field = _fields(record).get(key)
-    return next(_classes(field.annotation), None) if field else None
-
-
-def _classes(annotation: Any) -> Iterator[type[BaseModel]]:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        yield annotation
-    for part in get_args(annotation):
-        yield from _classes(part)
+    waiting: list[Any] = [field.annotation] if (field := _fields(record).get(key)) else []
+    for annotation in waiting:  # which grows by the parts of each
+        if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+            return annotation
+        waiting += get_args(annotation)
+    return None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 import shapely
@@ -28,72 +29,42 @@ _MOST_EDGES = 20_000_000
 
 
 @dataclass(frozen=True)
-class Contacts:
-    """Where blocks touch: which pair, from where to where, and the normal into its first block."""
+class _Parts:
+    """Lines by pair of blocks: which pair, from where to where."""
 
     pair: np.ndarray
     start: np.ndarray
     end: np.ndarray
-    normal: np.ndarray
-
-    def where(self, kept: np.ndarray) -> Contacts:
-        return Contacts(self.pair[kept], self.start[kept], self.end[kept], self.normal[kept])
-
-    def with_points(self, points: Contacts) -> Contacts:
-        """Both, by pairs, along edges first."""
-        order = np.argsort(np.concatenate([self.pair, points.pair]), kind="stable")
-        stacked = (
-            np.concatenate([getattr(self, name), getattr(points, name)])[order]
-            for name in ("pair", "start", "end", "normal")
-        )
-        return Contacts(*stacked)
-
-
-def shared_edges(
-    scene: Scene, edges: Edges, geometry: Geometry, pairs: np.ndarray
-) -> tuple[Contacts, np.ndarray]:
-    """The lengths of edge that pairs share, and of each pair the width of a small gap across which it faces
-    each other beside them, shape (pairs,): the tolerance at which it would touch there; ``inf`` without one.
-
-    Edges share the part of their bisector onto which both project, if their largest distance there is within
-    the tolerance. Parts that follow one another (an edge drawn in chords) are one length, or several where it
-    bends by more than the tolerance.
-    """
-    reach = np.maximum(
-        geometry.tolerance, NEAR_MISS * np.sqrt(geometry.area[pairs].min(axis=1, initial=np.inf))
-    )
-    near_edges = edges.combinations(pairs, reach, shapely.bounds(geometry.polygons))
-    if near_edges is None:
-        raise _too_fine(scene, edges.of_each(len(geometry.polygons)))
-    facing = _Facing.of(edges, *near_edges, shortest=geometry.tolerance)
-    shared = _joined(facing.where(facing.largest <= geometry.tolerance), geometry.tolerance)
-    leaning = (facing.largest > geometry.tolerance) & (facing.largest <= LEAN * facing.length)
-    near = facing.where(leaning & (facing.largest <= reach[facing.pair]))
-    near = near.where(_beside(near, shared))
-    width = np.full(len(pairs), np.inf)
-    np.minimum.at(width, near.pair, near.largest)
-    # Counter-clockwise round the first block its interior lies to the left.
-    inwards = (shared.end - shared.start) / shared.length[:, None]
-    normal = np.column_stack([-inwards[:, 1], inwards[:, 0]])
-    return Contacts(shared.pair, shared.start, shared.end, normal), width
-
-
-@dataclass(frozen=True)
-class _Facing:
-    """Parts of the bisectors of facing edges onto which both edges project: their pairs, their ends in the
-    sense of the first block's edge, and the largest distance of the edges there."""
-
-    pair: np.ndarray
-    start: np.ndarray
-    end: np.ndarray
-    largest: np.ndarray
 
     @property
     def length(self) -> np.ndarray:
+        """Length of each, shape (parts,)."""
         return np.hypot(*(self.end - self.start).T)
 
-    def where(self, kept: np.ndarray) -> _Facing:
-        return _Facing(self.pair[kept], self.start[kept], self.end[kept], self.largest[kept])
+    def where(self, kept: np.ndarray) -> Self:
+        """Those of a mask, or with these numbers in this order."""
+        return type(self)(*(column[kept] for column in vars(self).values()))
+
+    def by_pair(self, *more: Self) -> Self:
+        """These and more, ordered by pair; within a pair as given."""
+        stacked = zip(*(vars(parts).values() for parts in (self, *more)), strict=True)
+        whole = type(self)(*map(np.concatenate, stacked))
+        return whole.where(np.argsort(whole.pair, kind="stable"))
+
+
+@dataclass(frozen=True)
+class Contacts(_Parts):
+    """Joints of pairs, in the sense of their first block's edges, with the normal into the first block."""
+
+    normal: np.ndarray
+
+
+@dataclass(frozen=True)
+class _Facing(_Parts):
+    """Parts of the bisectors of facing edges onto which both edges project, in the sense of the first block's
+    edge, with the largest distance of the edges there."""
+
+    largest: np.ndarray
 
     @classmethod
     def of(cls, edges: Edges, pair: np.ndarray, i: np.ndarray, j: np.ndarray, shortest: float) -> _Facing:
@@ -121,30 +92,43 @@ class _Facing:
         return cls(pair, ends[0], ends[1], np.maximum(*apart)).where(at[1] - at[0] > shortest)
 
 
-def _beside(near: _Facing, shared: _Facing) -> np.ndarray:
-    """Which parts lie beside all that their pair shares, and are no mere chamfer of it: a tenth as long."""
+def shared_edges(edges: Edges, pairs: np.ndarray) -> tuple[Contacts, np.ndarray]:
+    """The lengths of edge that pairs share; and of each pair the width of a small gap across which its blocks
+    face each other beside them, shape (pairs,): the tolerance at which they touch there; ``inf`` without one.
+
+    Edges share the part of their bisector onto which both project, if their largest distance there is within
+    the tolerance. Parts that follow one another (an edge drawn in chords) are one length, or several where it
+    bends by more than the tolerance.
+    """
+    tolerance, area = edges.shapes.tolerance, edges.shapes.area
+    reach = np.maximum(tolerance, NEAR_MISS * np.sqrt(area[pairs].min(axis=1, initial=np.inf)))
+    facing = _Facing.of(edges, *edges.combinations(pairs, reach), shortest=tolerance)
+    shared = _joined(facing.where(facing.largest <= tolerance), tolerance)
+    leaning = (facing.largest > tolerance) & (facing.largest <= LEAN * facing.length)
+    near = facing.where(leaning & (facing.largest <= reach[facing.pair]))
+    # Beside all that the pair shares, and no mere chamfer of it: a tenth as long.
     off = _distance(near.pair, (near.start + near.end) / 2, shared) > 2 * near.largest
-    of_pair = np.bincount(shared.pair, shared.length, minlength=near.pair.max(initial=-1) + 1)
-    return off & (near.length > LEAN * of_pair[near.pair])
+    of_pair = np.bincount(shared.pair, shared.length, len(pairs))
+    near = near.where(off & (near.length > LEAN * of_pair[near.pair]))
+    width = np.full(len(pairs), np.inf)
+    np.minimum.at(width, near.pair, near.largest)
+    # Counter-clockwise round the first block its interior lies to the left.
+    inwards = (shared.end - shared.start) / shared.length[:, None]
+    normal = np.column_stack([-inwards[:, 1], inwards[:, 0]])
+    return Contacts(shared.pair, shared.start, shared.end, normal), width
 
 
 def _joined(parts: _Facing, tolerance: float) -> _Facing:
     """Parts that follow one another as one, where it is straight within the tolerance; and of all those that
     are no corner of it."""
     pairs, number, count = np.unique(parts.pair, return_inverse=True, return_counts=True)
-    found = [parts.where(count[number] == 1)]
-    for pair in pairs[count > 1]:
-        found += [
-            _simplified(chain, tolerance) for chain in _chains(parts.where(parts.pair == pair), tolerance)
-        ]
-    whole = _Facing(
-        *(
-            np.concatenate([getattr(part, name) for part in found])
-            for name in ("pair", "start", "end", "largest")
-        )
-    )
-    whole = whole.where(whole.largest <= LEAN * whole.length)
-    return whole.where(np.argsort(whole.pair, kind="stable"))
+    found = [
+        _simplified(chain, tolerance)
+        for pair in pairs[count > 1]
+        for chain in _chains(parts.where(parts.pair == pair), tolerance)
+    ]
+    whole = parts.where(count[number] == 1).by_pair(*found)
+    return whole.where(whole.largest <= LEAN * whole.length)
 
 
 def _chains(parts: _Facing, tolerance: float) -> Iterator[_Facing]:
@@ -176,7 +160,7 @@ def _simplified(chain: _Facing, tolerance: float) -> _Facing:
 
 
 def corners_on_edges(
-    edges: Edges, geometry: Geometry, pairs: np.ndarray, along: Contacts, joined: np.ndarray
+    edges: Edges, pairs: np.ndarray, along: Contacts, joined: np.ndarray
 ) -> tuple[Contacts, np.ndarray]:
     """Corners on edges, away from what their pair shares along edges, and which pairs meet corner on corner
     where not both blocks have such a length that ends there.
@@ -186,15 +170,12 @@ def corners_on_edges(
     along: the lengths of edge that pairs share.
     joined: pairs that can have joints.
     """
-    tolerance = geometry.tolerance
+    tolerance = edges.shapes.tolerance
     # Two convex blocks that share a length of edge meet nowhere else.
     alone = np.ones(len(pairs), dtype=bool)
-    alone[along.pair] = ~geometry.convex[pairs[along.pair]].all(axis=1)
+    alone[along.pair] = ~edges.shapes.convex[pairs[along.pair]].all(axis=1)
     asked = joined[alone[joined]]
-    reach = np.full(len(asked), tolerance)
-    near_edges = edges.combinations(pairs[asked], reach, shapely.bounds(geometry.polygons))
-    assert near_edges is not None  # they are fewer than those of the shared edges
-    number, i, j = near_edges
+    number, i, j = edges.combinations(pairs[asked], np.full(len(asked), tolerance))
     found, on_corners = [], []
     for corner_of, edge_of, sign in ((i, j, -1.0), (j, i, 1.0)):
         point, tail = edges.tail[corner_of], edges.tail[edge_of]
@@ -213,7 +194,7 @@ def corners_on_edges(
     apart = _apart(pair, point, along, tolerance)
     pair, point = pair[apart], point[apart]
     held = [_ends_at(pairs[pair, side], point, pairs, along, tolerance) for side in (0, 1)]
-    points = found[0].with_points(found[1])
+    points = found[0].by_pair(found[1])
     loose = np.setdiff1d(pair[~(held[0] & held[1])], points.pair)
     return points, loose
 
@@ -248,14 +229,6 @@ def _ends_at(
     return found
 
 
-def _too_fine(scene: Scene, corners: np.ndarray) -> CaseError:
-    finest = int(corners.argmax())
-    return CaseError(
-        f"{scene.origin}: outlines are too fine to find joints (block {scene.blocks[finest].name!r} has "
-        f"{corners[finest]} corners): raise 'tolerance', or give fewer corners"
-    )
-
-
 @dataclass(frozen=True)
 class Edges:
     """Edges of all blocks in turn: their ends, shape (edges, 2), and their blocks, shape (edges,)."""
@@ -263,46 +236,52 @@ class Edges:
     tail: np.ndarray
     tip: np.ndarray
     owner: np.ndarray
+    scene: Scene
+    shapes: Geometry
 
     @classmethod
-    def of(cls, scene: Scene, geometry: Geometry, pairs: np.ndarray) -> Edges:
-        """Those of all blocks, refused if they are too many to compare."""
-        edges = cls(*geometry.edges())
-        corners_of = edges.of_each(len(geometry.polygons))
-        if corners_of[pairs].sum() > _MOST_EDGES:
-            raise _too_fine(scene, corners_of)
+    def of(cls, scene: Scene, shapes: Geometry, pairs: np.ndarray) -> Edges:
+        """Edges of all blocks. Raises CaseError if those of the pairs are too many to compare."""
+        edges = cls(*shapes.edges(), scene, shapes)
+        edges._refuse_more(int(edges.of_each[pairs].sum()))
         return edges
 
-    def of_each(self, blocks: int) -> np.ndarray:
+    @property
+    def of_each(self) -> np.ndarray:
         """Number of edges of each block, shape (blocks,)."""
-        return np.bincount(self.owner, minlength=blocks)
+        return np.bincount(self.owner, minlength=len(self.scene.blocks))
 
-    def combinations(
-        self, pairs: np.ndarray, reach: np.ndarray, bounds: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
-        """Pair, edge of its first and edge of its second block, of all that could touch: an edge
-        that stays out of the other block's box cannot. None if they are too many."""
-        pair1, i = self._beside(pairs[:, 0], bounds[pairs[:, 1]], reach)
-        pair2, j = self._beside(pairs[:, 1], bounds[pairs[:, 0]], reach)
+    def _refuse_more(self, compared: int) -> None:
+        if compared > _MOST_EDGES:
+            finest = int(self.of_each.argmax())
+            raise CaseError(
+                f"{self.scene.origin}: outlines are too fine to find joints (block "
+                f"{self.scene.blocks[finest].name!r} has {self.of_each[finest]} corners): raise 'tolerance', "
+                "or give fewer corners"
+            )
+
+    def combinations(self, pairs: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Pair, edge of its first and edge of its second block, of all edges that could touch: one that stays
+        out of the other block's box cannot. Raises CaseError if they are too many."""
+        (pair1, i), (pair2, j) = (self._beside(pairs, side, reach) for side in (0, 1))
         count2 = np.bincount(pair2, minlength=len(pairs))
-        first2 = np.cumsum(count2) - count2
         repeat = count2[pair1]
-        if repeat.sum() > _MOST_EDGES:
-            return None
-        position = np.arange(repeat.sum()) - np.repeat(np.cumsum(repeat) - repeat, repeat)
-        pair = np.repeat(pair1, repeat)
-        return pair, np.repeat(i, repeat), j[first2[pair] + position]
+        self._refuse_more(int(repeat.sum()))
+        numbers2 = _ranges((np.cumsum(count2) - count2)[pair1], repeat)
+        return np.repeat(pair1, repeat), np.repeat(i, repeat), j[numbers2]
 
-    def _beside(
-        self, blocks: np.ndarray, boxes: np.ndarray, reach: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Pair and edge, for the edges of each pair's block that come near a box, pair by pair."""
-        count = np.bincount(self.owner, minlength=blocks.max(initial=-1) + 1)
-        first = np.cumsum(count) - count
+    def _beside(self, pairs: np.ndarray, side: int, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Pair and edge, of the edges of each pair's block on a side that come near the other's box."""
+        count, blocks = self.of_each, pairs[:, side]
         pair = np.repeat(np.arange(len(blocks)), count[blocks])
-        offset = np.arange(len(pair)) - np.repeat(np.cumsum(count[blocks]) - count[blocks], count[blocks])
-        edge = first[blocks[pair]] + offset
+        edge = _ranges((np.cumsum(count) - count)[blocks], count[blocks])
+        boxes = shapely.bounds(self.shapes.polygons[pairs[:, 1 - side]])[pair]
         low = np.minimum(self.tail[edge], self.tip[edge]) - reach[pair, None]
         high = np.maximum(self.tail[edge], self.tip[edge]) + reach[pair, None]
-        near = (low <= boxes[pair, 2:]).all(axis=1) & (high >= boxes[pair, :2]).all(axis=1)
+        near = (low <= boxes[:, 2:]).all(axis=1) & (high >= boxes[:, :2]).all(axis=1)
         return pair[near], edge[near]
+
+
+def _ranges(first: np.ndarray, count: np.ndarray) -> np.ndarray:
+    """So many numbers from each first one upwards, one range after another."""
+    return np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)

@@ -89,7 +89,7 @@ def read_dxf(
     ------
     CaseError
         If the file cannot be read, an outline is no block, or the blocks make no scene; the message names the
-        file, the entity by its handle, and its layer.
+        file, and the entity by its handle and layer.
     OptionError
         If ezdxf, of the extra "drawings", is not installed.
     """
@@ -123,11 +123,11 @@ def read_dxf(
 def _on_layers(entities: list[Any], layers: Sequence[str] | None) -> list[Any]:
     if layers is None:
         return entities
+    drawn = [dxf_curves.layer_of(entity).casefold() for entity in entities]
     asked = {layer.casefold(): layer for layer in layers}
-    found = [entity for entity in entities if dxf_curves.layer_of(entity).casefold() in asked]
-    for missing in asked.keys() - {dxf_curves.layer_of(entity).casefold() for entity in found}:
+    for missing in asked.keys() - set(drawn):
         raise ValueError(f"'layers': nothing is drawn on a layer '{asked[missing]}'{_known(entities)}")
-    return found
+    return [entity for entity, layer in zip(entities, drawn, strict=True) if layer in asked]
 
 
 def _known(entities: list[Any]) -> str:
