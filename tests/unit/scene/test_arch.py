@@ -101,23 +101,6 @@ def test_load_factor_does_not_know_units():
     assert factor == pytest.approx(mo.solve(small, "static").load_factor, rel=1e-7)
 
 
-WRONG = {
-    "'angles' sweep 0°": {"angles": (90.0, 90.0)},
-    "'angles' sweep 360°": {"angles": (0.0, 360.0)},
-    "raise 'voussoirs'": {"voussoirs": 1},
-    "less than twice the radius": {"thickness": 20.0},
-    "load on voussoir 10, of 9": {"point_loads": [{"voussoir": 10, "force": (0.0, -1.0)}]},
-    "two loads on voussoir 2": {"point_loads": [{"voussoir": 2, "force": (0.0, -1.0)}] * 2},
-    "the old name of": {"live": (1.0, 0.0), "live_per_weight": (1.0, 0.0)},
-}
-
-
-@pytest.mark.parametrize("message", WRONG)
-def test_what_makes_no_arch_is_refused(message):
-    with pytest.raises(ValueError, match=message):
-        arch(**WRONG[message])
-
-
 @pytest.mark.parametrize("thickness", [1e-9, 1e-300])
 def test_an_arch_without_thickness_has_no_area(thickness):
     assert math.hypot(*arch(thickness=thickness).blocks()[0].weight_at) == pytest.approx(
@@ -132,19 +115,6 @@ def test_an_arch_without_thickness_has_no_area(thickness):
 def test_measures_without_proportion_end_in_a_message(changes):
     with pytest.raises(mo.CaseError):
         mo.solve(mo.Scene(joints={"friction": 0.5}, blocks=by_rise(**{"rise": 6.0} | changes).blocks()))
-
-
-def test_a_case_file_names_the_key(tmp_path):
-    path = tmp_path / "arch.toml"
-    text = (CASES / "casapulla_lauro" / "arch.toml").read_text()
-    path.write_text(text.replace("voussoirs = 27", "vousoirs = 27"))
-    with pytest.raises(mo.CaseError, match=r"\[arch\]: unknown key 'vousoirs'; did you mean 'voussoirs'"):
-        mo.load(path)
-
-
-def test_weight_at_needs_a_weight():
-    with pytest.raises(ValueError, match="'weight_at' needs"):
-        mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 1)], weight_at=(0, 0), fixed=True)
 
 
 def test_weight_acts_where_it_is_said():
@@ -273,18 +243,3 @@ def test_an_arch_on_supports_of_one_s_own_is_the_one_between_abutments(rise):
     ]
     assert factors[0] > 0
     assert factors[1] == pytest.approx(factors[0], rel=1e-7)
-
-
-@pytest.mark.parametrize(
-    ("words", "changes"),
-    [
-        ("'radius' and 'angles', or 'span' and 'rise'", {"radius": 5.0, "angles": (180.0, 0.0)}),
-        ("'radius' and 'angles', or 'span' and 'rise'", {"radius": 5.0}),
-        ("'radius' and 'angles', or 'span' and 'rise'", {"span": None}),
-        ("even number of 'voussoirs'", {"voussoirs": 7, "rise": 5.0}),
-        ("raise 'voussoirs'", {"voussoirs": 1, "rise": 4.0}),
-    ],
-)
-def test_what_makes_no_arch_by_span_and_rise_is_refused(words, changes):
-    with pytest.raises(mo.CaseError, match=words):
-        by_rise(**{"rise": 3.0} | changes)

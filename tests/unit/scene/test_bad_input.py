@@ -21,6 +21,7 @@ name = "base"
 vertices = [[-4, -1], [9, -1], [9, 0], [-4, 0]]
 fixed = true
 """
+WALL = "[joints]\nfriction = 0.5\n[wall]\nblock = [4, 1]\nweight = 1\n"
 BESIDE = '[[block]]\nname = "B"\nvertices = [[0.9, 0], [1.9, 0], [1.9, 1], [0.9, 1]]\nweight = 1\n'
 
 
@@ -29,6 +30,10 @@ WRONG_CASES = {
     "unknown key": (
         GOOD.replace("weight", "wieght"),
         ["block no. 1 ('A')", "'wieght'", "did you mean 'weight'"],
+    ),
+    "a key by its name in Python": (
+        GOOD.replace("[[block]]", "[[blocks]]"),
+        ["'blocks'", "did you mean 'block'"],
     ),
     "unknown table": (GOOD + "[joins]\nx = 1", ["unknown key 'joins'", "did you mean"]),
     "unknown joint key": (
@@ -60,12 +65,9 @@ WRONG_CASES = {
     ),
     "no block": ("[joints]\nfriction = 0.5", ["no block"]),
     "empty": ("", ["[joints]", "missing"]),
-    "wall without blocks": (
-        "[joints]\nfriction = 0.5\n[wall]\nblock = [4, 1]\nweight = 1\ncourses = [[-1]]",
-        ["[wall]", "course no. 1", "no block"],
-    ),
+    "wall without blocks": (WALL + "courses = [[-1]]", ["[wall]", "course no. 1", "no block"]),
     "wall with an unknown course": (
-        '[joints]\nfriction = 0.5\n[wall]\nblock = [4, 1]\nweight = 1\ncourses = ["H"]\ncourse = { G = [1] }',
+        WALL + 'courses = ["H"]\ncourse = { G = [1] }',
         ["[wall]", "no course is named 'H'", "G"],
     ),
 }
@@ -95,6 +97,7 @@ def test_wrong_case_file(name, tmp_path, monkeypatch, capsys):
         ("broken.json", b"{", "not valid JSON"),
         ("deep.json", b'{"a":' * 100_000, "nested too deeply"),
         ("table.json", b'{"joints": [1]}', "must be a table"),
+        ("twice.json", b'{"joints": {"friction": 0.1, "friction": 0.9}}', "'friction' is given twice"),
         ("case.yaml", b"", ".toml or .json"),
     ],
 )

@@ -51,18 +51,3 @@ def test_the_base_is_as_wide_as_the_foot_and_may_be_left_out():
     assert blocks[-1].fixed
     assert blocks[-1].vertices == [(0.0, -0.8), (1.0, -0.8), (1.0, 0.0), (0.0, 0.0)]
     assert not any(block.fixed for block in mo.Column(**SLENDER, base=False).blocks())
-
-
-@pytest.mark.parametrize(
-    ("words", "changes"),
-    [
-        ("'batter'", {"batter": "left"}),
-        ("'batter'", {"batter": "top"}),
-        (r"'width\[1\]'", {"width": (1.0, 0.0)}),
-        ("'width'", {"width": 0.0}),
-        ("'drums'", {"drums": 0}),
-    ],
-)
-def test_what_is_no_column_is_refused(words, changes):
-    with pytest.raises(mo.CaseError, match=words):
-        mo.Column(**SLENDER | changes)

@@ -66,6 +66,10 @@ WRONG_CALLS = {
         [["Block 'A'", "'\\x1b[31m\\n'", "known: name"]],
     ),
     "value of several lines": (lambda: block(live=np.eye(3)), [["Block 'A'", "'live'", "found array("]]),
+    "a place without a weight": (
+        lambda: mo.Block(name="A", vertices=TRIANGLE, weight_at=(0, 0), fixed=True),
+        [["Block 'A': ", "'weight_at'"]],
+    ),
     "two weights": (lambda: block(unit_weight=1), [["Block 'A': ", "'weight' or 'unit_weight'"]]),
     "joint": (
         lambda: mo.Joint(between=("A", "B"), fricton=1),

@@ -184,19 +184,3 @@ def test_the_example_stands_on_its_columns():
     up, across = 0.35 * math.cos(half), 0.35 * math.sin(half)
     area = ring + 2 * up * (0.9 - across / 2) + 2 * 0.9 * 1.8
     assert feet["n"].sum() == pytest.approx(22 * 0.5 * area + 3, rel=1e-7)
-
-
-@pytest.mark.parametrize(
-    ("words", "keys"),
-    [
-        ("level ones", {"rise": 2.0}),
-        ("level ones", {"rise": 3.0, "voussoirs": 8}),
-        ("level ones", {"span": None, "rise": None, "radius": 2.0, "angles": (200.0, 30.0)}),
-        ("level ones", {"span": None, "rise": None, "radius": 2.0, "angles": (80.0, 30.0)}),
-        ("narrower than the arch's foot, 0.4", {"skewbacks": 0.39}),
-        ("'skewbacks'", {"skewbacks": 0.0}),
-    ],
-)
-def test_skewbacks_that_cannot_be_are_refused(words, keys):
-    with pytest.raises(mo.CaseError, match=words):
-        segment(**{"skewbacks": 1.0} | keys)

@@ -198,11 +198,8 @@ def test_holes_through_a_block(file):
     }
     del frame["face"]["0"], frame["face"]["1"]
     frame["face"] |= sides | ends
-    scene = (
-        read(file(assembly([frame, prism(LOW)], {1})), fixed=["0"])
-        if False
-        else read(file(assembly([frame, prism(LOW), prism([(-2, -2), (4, -2), (4, -1), (-2, -1)])], {2})))
-    )
+    sill = prism([(-2, -2), (4, -2), (4, -1), (-2, -1)])
+    scene = read(file(assembly([frame, prism(LOW), sill], {2})))
     assert scene.blocks[0].weight == pytest.approx(10 * (30 - 12) * 0.5)
     assert len(scene.blocks[0].holes) == 1
     assert len(find_joints(scene, geometry(scene)).length) == 2

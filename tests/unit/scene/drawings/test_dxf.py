@@ -235,12 +235,8 @@ def test_layers_that_are_read(sheet):
         read(path)
     with pytest.raises(mo.CaseError, match="'gone'"):
         read(path, layers=["gone", "stone"])
-    assert [
-        block.fixed for block in read(path, layers=["STONE", "supports"], fixed_layers=["ston"]).blocks
-    ] == [
-        False,
-        True,
-    ]
+    turned = read(path, layers=["STONE", "supports"], fixed_layers=["ston"])
+    assert [block.fixed for block in turned.blocks] == [False, True]
 
 
 def test_units_are_scaled_only_if_asked_for(sheet):
