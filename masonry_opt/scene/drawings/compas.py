@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.blocks import Name, Number
+from masonry_opt.scene.blocks import Block, Name, Number
 from masonry_opt.scene.drawings import compas_data
 from masonry_opt.scene.drawings.solids import Solid, View, directions, seen_along
-from masonry_opt.scene.drawings.stones import Drawing, Stone, drawing_path, listed, scene_of
+from masonry_opt.scene.drawings.stones import Drawing, drawing_path, listed, scene_of
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import parse_file
 
@@ -85,10 +85,10 @@ def read_compas(
     data = parse_file(path)
     try:
         solids = compas_data.solids(data)
-        stones = _stones(solids, _seen(solids, drawing), drawing)
+        blocks = _blocks(solids, _seen(solids, drawing), drawing)
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from None
-    return scene_of(stones, drawing, path)
+    return scene_of(blocks, drawing, path)
 
 
 def _seen(solids: Sequence[Solid], drawing: CompasDrawing) -> View:
@@ -144,7 +144,7 @@ def _said(direction: np.ndarray) -> str:
     return "[" + ", ".join(f"{part + 0.0:.4g}" for part in direction) + "]"
 
 
-def _stones(solids: Sequence[Solid], view: View, drawing: CompasDrawing) -> list[Stone]:
+def _blocks(solids: Sequence[Solid], view: View, drawing: CompasDrawing) -> list[Block]:
     names = [solid.name for solid in solids]
     for name in drawing.fixed:
         if name not in names:
@@ -154,8 +154,9 @@ def _stones(solids: Sequence[Solid], view: View, drawing: CompasDrawing) -> list
         raise ValueError(
             f"no block is a support (is_support): name them by 'fixed' (blocks: {listed(names)})"
         )
-    thickness = np.ptp(view.reach, axis=1).tolist()
-    return [
-        Stone(solid.name, outline, support, drawing.live, None if solid.flat else thick)
-        for solid, outline, support, thick in zip(solids, view.outlines, fixed, thickness, strict=True)
-    ]
+    blocks = []
+    for solid, outline, support, (begin, end) in zip(solids, view.outlines, fixed, view.reach, strict=True):
+        weight = drawing.unit_weight * outline.area * float(end - begin)
+        keys = {} if solid.flat else {"weight": weight, "unit_weight": None}
+        blocks.append(drawing.block(solid.name, outline, support, **keys))
+    return blocks

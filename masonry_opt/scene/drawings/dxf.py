@@ -17,7 +17,7 @@ from masonry_opt.files import MARK, refuse_replacing, write_whole
 from masonry_opt.scene.blocks import Block, Name, Point, Positive
 from masonry_opt.scene.drawings import dxf_curves
 from masonry_opt.scene.drawings.outlines import Shape, closed_outlines, shapes
-from masonry_opt.scene.drawings.stones import Drawing, Stone, block_name, drawing_path, listed, scene_of
+from masonry_opt.scene.drawings.stones import Drawing, block_name, drawing_path, listed, scene_of
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import reason
@@ -114,10 +114,10 @@ def read_dxf(
         found = shapes(closed_outlines(curves, short), short)
         if not found:
             raise ValueError(f"has no closed outline in its model space{_known(shown)}")
-        stones = _stones(found, _names(found, shown, scale), drawing)
+        blocks = _blocks(found, _names(found, shown, scale), drawing)
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from None
-    return scene_of(stones, drawing, path)
+    return scene_of(blocks, drawing, path)
 
 
 def _on_layers(entities: list[Any], layers: Sequence[str] | None) -> list[Any]:
@@ -159,26 +159,27 @@ def _names(found: Sequence[Shape], entities: list[Any], scale: float) -> list[st
     ]
 
 
-def _stones(found: Sequence[Shape], names: Sequence[str], drawing: DxfDrawing) -> list[Stone]:
+def _blocks(found: Sequence[Shape], names: Sequence[str], drawing: DxfDrawing) -> list[Block]:
     words = [word.casefold() for word in drawing.fixed_layers]
     live = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
-    stones, loaded = [], set()
+    blocks, loaded = [], set()
     for shape, name in zip(found, names, strict=True):
         layer = shape.curve.layer.casefold()
         fixed = any(word in layer for word in words)
         if not fixed:
             loaded.add(layer)
-        stones.append(Stone(name, shape.polygon, fixed, live.get(layer, drawing.live)))
+        push = live.get(layer, drawing.live)
+        blocks.append(drawing.block(name, shape.polygon, fixed, live_per_weight=push))
     layers = f"layers of blocks: {listed(sorted({shape.curve.layer for shape in found}))}"
     for layer in drawing.live_layers:
         if layer.casefold() not in loaded:
             raise ValueError(f"'live_layers': no movable block is on layer '{layer}' ({layers})")
-    if not any(stone.fixed for stone in stones):
+    if not any(block.fixed for block in blocks):
         raise ValueError(
             f"no block is on a layer of supports, with {' or '.join(map(repr, words))} in its name ({layers})"
             ": move the supports to one, or name theirs by 'fixed_layers'"
         )
-    return stones
+    return blocks
 
 
 def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:

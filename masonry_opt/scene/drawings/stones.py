@@ -1,9 +1,8 @@
-"""Blocks as they are drawn, what a drawing leaves open, and the scene that both make."""
+"""Blocks as they are drawn, and the scene that they make with what a drawing leaves open."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -27,31 +26,15 @@ class Drawing(Record):
     live: Point = (0.0, 0.0)
     tolerance: Positive | None = None
 
-
-@dataclass(frozen=True)
-class Stone:
-    """A block as drawn: its polygon with holes, whether it is a support, its live force as a multiple of its
-    weight, and the thickness of a solid."""
-
-    name: str
-    outline: shapely.Polygon
-    fixed: bool
-    live: Point
-    thickness: float | None = None
-
-    def block(self, unit_weight: float) -> Block:
-        """The block of a scene; of a solid, ``weight`` is unit weight times area times thickness."""
+    def block(self, name: str, outline: shapely.Polygon, fixed: bool, **keys: Any) -> Block:
+        """The block of an outline with holes: a support, or with this unit weight and live load unless ``keys``
+        say otherwise."""
         outer, *holes = [
             [(float(x), float(y)) for x, y in ring.coords[:-1]]
-            for ring in (self.outline.exterior, *self.outline.interiors)
+            for ring in (outline.exterior, *outline.interiors)
         ]
-        keys: dict[str, Any] = {"fixed": True}
-        if not self.fixed and self.thickness is None:
-            keys = {"live_per_weight": self.live, "unit_weight": unit_weight}
-        elif not self.fixed:
-            weight = unit_weight * self.outline.area * self.thickness
-            keys = {"live_per_weight": self.live, "weight": weight}
-        return Block(name=self.name, vertices=outer, holes=holes, **keys)
+        loads = {"unit_weight": self.unit_weight, "live_per_weight": self.live} | keys
+        return Block(name=name, vertices=outer, holes=holes, **({"fixed": True} if fixed else loads))
 
 
 def block_name(text: str) -> str:
@@ -64,13 +47,13 @@ def listed(names: Sequence[str]) -> str:
     return ", ".join(names[:10]) + (", ..." if len(names) > 10 else "")
 
 
-def scene_of(stones: Sequence[Stone], drawing: Drawing, path: Path) -> Scene:
-    """The scene of a drawing's stones. Raises CaseError, beginning with the file, if they make none."""
+def scene_of(blocks: Sequence[Block], drawing: Drawing, path: Path) -> Scene:
+    """The scene of a drawing's blocks. Raises CaseError, beginning with the file, if they make none."""
     try:
         scene = Scene(
             source=f"drawn in {block_name(path.name)}",
             joints=JointDefaults(friction=drawing.friction),
-            blocks=[stone.block(drawing.unit_weight) for stone in stones],
+            blocks=list(blocks),
             tolerance=drawing.tolerance,
         )
     except CaseError as error:
