@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, PrivateAttr, model_validator
 
+from masonry_opt.errors import CaseError
 from masonry_opt.scene.blocks import (
     Block,
     Joint,
@@ -121,8 +122,8 @@ class Scene(SceneKeys):
             pairs.add(pair)
             try:
                 exception.over(self.joints)
-            except ValueError:
-                return f"{where}: 'dilatancy' must not exceed 'friction'"
+            except CaseError as error:
+                return f"{where}: {str(error).removeprefix('JointDefaults: ')}"
         return None
 
     def _wrong_load(self, known: Mapping[str, Block]) -> str | None:

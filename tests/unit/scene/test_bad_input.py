@@ -62,6 +62,10 @@ WRONG_CASES = {
         GOOD + '[[joint]]\nbetween = ["A", "bas"]',
         ["no block 'bas'", "did you mean 'base'"],
     ),
+    "stresses of a joint that fall": (
+        GOOD + '[[joint]]\nbetween = ["A", "base"]\ndilatancy_stress = [2, 1]',
+        ["joint between ['A', 'base']", "'dilatancy_stress'"],
+    ),
     "no block": ("[joints]\nfriction = 0.5", ["no block"]),
     "empty": ("", ["[joints]", "missing"]),
     "wall without blocks": (WALL + "courses = [[-1]]", ["[wall]", "course no. 1", "no block"]),
