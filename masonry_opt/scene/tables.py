@@ -42,13 +42,8 @@ def reason(error: OSError | ValueError) -> str:
 
 
 def read_tables(path: Path) -> dict[str, Any]:
-    """The tables of a ``.toml`` or ``.json`` file.
-
-    Raises
-    ------
-    CaseError
-        If there is no such file, or it is no regular file, too large, no UTF-8 text, or not valid.
-    """
+    """The tables of a ``.toml`` or ``.json`` file. Raises CaseError if there is no such file, or it is no
+    regular file, too large, no UTF-8 text, or not valid."""
     case = parse_file(path)
     if not isinstance(case, dict):
         raise CaseError(f"{path}: must be one JSON object with the keys of a case file")
@@ -62,10 +57,7 @@ def read_tables(path: Path) -> dict[str, Any]:
 
 
 def parse_file(path: Path) -> Any:
-    """What a ``.toml`` or ``.json`` file holds, of whatever kind.
-
-    Raises CaseError as :func:`read_tables` does.
-    """
+    """Content of a ``.toml`` or ``.json`` file, of any kind. Raises CaseError as :func:`read_tables` does."""
     text = _read_text(path)
     if path.suffix.lower() not in _PARSERS:
         raise CaseError(f"{path}: a case file's name ends in .toml or .json")
@@ -83,10 +75,8 @@ def parse_file(path: Path) -> Any:
 
 
 def read_bytes(path: Path, largest: int) -> bytes:
-    """What a regular file holds, up to one byte more than the largest that is taken.
-
-    Raises CaseError if there is no such file, or it is no regular file.
-    """
+    """Content of a regular file, up to one byte more than the largest that is taken. Raises CaseError if there
+    is no such file, or it is no regular file."""
     data = b""
     try:
         mode = path.stat().st_mode
@@ -136,7 +126,7 @@ def _number(text: str) -> float:
 
 
 def _without_repeats(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    """A JSON object, refusing a key given twice, of which the parser would keep the last in silence."""
+    """A JSON object. Raises ValueError if a key is given twice: the parser would keep the last in silence."""
     table: dict[str, Any] = {}
     for key, value in pairs:
         if key in table:

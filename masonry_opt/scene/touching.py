@@ -17,8 +17,8 @@ from masonry_opt.scene.scene import Scene
 #: overlaps no deeper come of rounded coordinates.
 NEAR_MISS = 1e-2
 
-#: Edges touch along a length if they stay apart by no more than this share of it (and the tolerance): what is
-#: ten tolerances long may lean by any angle that the tolerance allows, what is shorter is held to that angle.
+#: Edges touch along a length if they are nowhere farther apart than this share of it (and the tolerance).
+#: From ten tolerances on they may lean by any angle that the tolerance allows, shorter ones by this share.
 LEAN = 0.1
 
 #: Share of the tolerance that is rounding.
@@ -119,8 +119,8 @@ def shared_edges(edges: Edges, pairs: np.ndarray) -> tuple[Contacts, np.ndarray]
 
 
 def _joined(parts: _Facing, tolerance: float) -> _Facing:
-    """Parts that follow one another as one, where it is straight within the tolerance; and of all those that
-    are no corner of it."""
+    """Parts, those that follow one another joined where their line is straight within the tolerance; without
+    those that are too short for their width."""
     pairs, number, count = np.unique(parts.pair, return_inverse=True, return_counts=True)
     found = [
         _simplified(chain, tolerance)
@@ -132,8 +132,8 @@ def _joined(parts: _Facing, tolerance: float) -> _Facing:
 
 
 def _chains(parts: _Facing, tolerance: float) -> Iterator[_Facing]:
-    """The parts of one pair by chains of those that begin where another ends: nearer than two tolerances, for
-    what is too short to be a part may lie between."""
+    """Chains of parts of one pair, each of which begins where the one before ends: within two tolerances, as
+    a piece too short to be a part may lie between."""
     apart = np.hypot(*np.moveaxis(parts.end[:, None] - parts.start[None], 2, 0))
     np.fill_diagonal(apart, np.inf)
     after = {int(k): int(apart[k].argmin()) for k in np.flatnonzero(apart.min(axis=1) <= 2 * tolerance)}
@@ -187,21 +187,16 @@ def corners_on_edges(
         within = (np.abs(across) <= tolerance) & (at > tolerance) & (at < length - tolerance)
         # The normal of an edge points into its own block.
         contact = Contacts(asked[number[within]], point[within], point[within], sign * normal[within])
-        found.append(contact.where(_apart(contact.pair, contact.start, along, tolerance)))
+        found.append(contact.where(_distance(contact.pair, contact.start, along) > 2 * tolerance))
         meets = np.hypot(*(point - tail).T) <= tolerance
         on_corners.append((asked[number[meets]], point[meets]))
     pair, point = (np.concatenate(parts) for parts in zip(*on_corners, strict=True))
-    apart = _apart(pair, point, along, tolerance)
+    apart = _distance(pair, point, along) > 2 * tolerance
     pair, point = pair[apart], point[apart]
     held = [_ends_at(pairs[pair, side], point, pairs, along, tolerance) for side in (0, 1)]
     points = found[0].by_pair(found[1])
     loose = np.setdiff1d(pair[~(held[0] & held[1])], points.pair)
     return points, loose
-
-
-def _apart(pair: np.ndarray, point: np.ndarray, along: Contacts, tolerance: float) -> np.ndarray:
-    """Whether points lie off every length of edge that their pair shares."""
-    return _distance(pair, point, along) > 2 * tolerance
 
 
 def _distance(pair: np.ndarray, point: np.ndarray, shared: Contacts | _Facing) -> np.ndarray:
@@ -220,8 +215,6 @@ def _ends_at(
     """Whether each of these blocks shares a length of edge with any other that ends at its point."""
     ends = np.concatenate([along.start, along.end])
     of_ends = np.concatenate([pairs[along.pair]] * 2)
-    if not len(points) or not len(ends):
-        return np.zeros(len(points), dtype=bool)
     tree = shapely.STRtree(shapely.points(ends))
     at, near = tree.query(shapely.points(points), predicate="dwithin", distance=2 * tolerance)
     found = np.zeros(len(points), dtype=bool)

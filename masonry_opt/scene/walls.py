@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 from typing import Annotated, Literal
 
-from pydantic import Field, Strict, Tag
+from pydantic import Discriminator, Field, Strict, Tag
 
 from masonry_opt.scene.blocks import (
     MOST_BLOCKS,
@@ -22,7 +22,10 @@ from masonry_opt.scene.blocks import (
 from masonry_opt.scene.generator import WeighedGenerator
 
 Lengths = Annotated[list[Number], Field(min_length=1)]
-Course = Annotated[Annotated[Name, Tag("<one>")] | Annotated[Lengths, Tag("<several>")], ONE_OR_SEVERAL]
+Course = Annotated[
+    Annotated[Name, Tag("<one>")] | Annotated[Lengths, Tag("<several>")],
+    Discriminator(lambda entry: "<one>" if isinstance(entry, str) else "<several>"),
+]
 Count = Annotated[int, Strict(), Field(ge=1, le=1000)]
 Widths = Annotated[
     Annotated[Positive, Tag("<one>")] | Annotated[tuple[Positive, Positive], Tag("<several>")], ONE_OR_SEVERAL

@@ -113,7 +113,7 @@ def _end(solid: Solid, plane: np.ndarray, unit: np.ndarray, tolerance: float) ->
             raise ValueError("has a face that is neither along it nor across: it is no prism")
     if solid.flat:
         return _united([*ends[1], *ends[0]], tolerance)
-    other, one = (_united(polygons, tolerance) for polygons in ends)
+    one, other = (_united(polygons, tolerance) for polygons in reversed(ends))
     if shapely.area(shapely.symmetric_difference(one, other)) > tolerance * one.length:
         raise ValueError("has two ends that differ: it is no prism")
     return one
