@@ -204,8 +204,8 @@ class Arch(Generator):
             weight, at = self.unit_weight * shape.area * thickness, shape.back if any(force) else None
             more = {"weight_at": shape.weight_at, "live": force, "live_at": at}
             built.append(self._stone(f"v{number}", shape.corners, weight, **more))
-        first, last = shapes[0].corners[:2], shapes[-1].corners[:1:-1]
-        feet = [(*foot, *end) for foot, end in zip((first, last), self._ends, strict=True)]
+        first, last, (begin, end) = shapes[0].corners, shapes[-1].corners, self._ends
+        feet = [(first[0], first[1], *begin), (last[3], last[2], *end)]
         if self.skewbacks is not None:
             for number, (inner, outer, _, turn) in enumerate(feet, start=1):
                 # Between the foot, a level bed and an upright back.

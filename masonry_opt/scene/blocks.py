@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 import numpy as np
 from pydantic import (
@@ -24,6 +24,11 @@ from pydantic import (
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.mistakes import wrong_call
+
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass as _ModelType
+else:
+    _ModelType = type(BaseModel)  # the same; its name is not public
 
 _R = TypeVar("_R", bound="Record")
 
@@ -77,18 +82,19 @@ Text = Annotated[str, Strict(), StringConstraints(max_length=2000, pattern=rf"^(
 Ring = Annotated[list[Point], Field(min_length=3)]
 
 
-class _RecordType(type(BaseModel)):  # type: ignore[misc]  # its name is not public
+class _RecordType(_ModelType):
     """The class of records: tells what is wrong with the values that one is called with in Python.
 
     Records inside another, or in a case file, are validated without a call: their mistakes are told once,
     with those of the whole.
     """
 
+    # mypy does not know that every class of this type is a Record.
     def __call__(cls: type[_R], /, *unnamed: Any, **values: Any) -> _R:  # type: ignore[misc]
         if unnamed:
             raise CaseError(f"{cls.__name__}: give every value by its name: {', '.join(cls.model_fields)}")
         try:
-            return super().__call__(**values)  # type: ignore[misc,no-any-return]
+            return super().__call__(**values)  # type: ignore[misc]
         except ValidationError as error:
             raise wrong_call(error, cls, values) from None
 

@@ -159,7 +159,8 @@ class Scene(SceneKeys):
             if load.live is not None or load.dead is not None
         ]
         why += ["an 'edge_load' does not tilt"] * len(self.edge_loads)
-        for joint in (self.joints, *self.exceptions):
+        properties: list[JointDefaults | Joint] = [self.joints, *self.exceptions]
+        for joint in properties:
             resisting = {
                 "cohesion": joint.cohesion,
                 "strength": joint.strength,

@@ -75,8 +75,8 @@ def parse_file(path: Path) -> Any:
 
 
 def read_bytes(path: Path, largest: int) -> bytes:
-    """Content of a regular file, up to one byte more than the largest that is taken. Raises CaseError if there
-    is no such file, or it is no regular file."""
+    """Content of a regular file, up to one byte more than the largest that is taken. Raises CaseError if
+    there is no such file, or it is no regular file."""
     data = b""
     try:
         mode = path.stat().st_mode
