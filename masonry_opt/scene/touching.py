@@ -213,6 +213,8 @@ def _ends_at(
     blocks: np.ndarray, points: np.ndarray, pairs: np.ndarray, along: Contacts, tolerance: float
 ) -> np.ndarray:
     """Whether each of these blocks shares a length of edge with any other that ends at its point."""
+    if not len(points):
+        return np.zeros(0, dtype=bool)
     ends = np.concatenate([along.start, along.end])
     of_ends = np.concatenate([pairs[along.pair]] * 2)
     tree = shapely.STRtree(shapely.points(ends))
@@ -268,7 +270,7 @@ class Edges:
         count, blocks = self.of_each, pairs[:, side]
         pair = np.repeat(np.arange(len(blocks)), count[blocks])
         edge = _ranges((np.cumsum(count) - count)[blocks], count[blocks])
-        boxes = shapely.bounds(self.shapes.polygons[pairs[:, 1 - side]])[pair]
+        boxes = shapely.bounds(self.shapes.polygons)[pairs[:, 1 - side]][pair]
         low = np.minimum(self.tail[edge], self.tip[edge]) - reach[pair, None]
         high = np.maximum(self.tail[edge], self.tip[edge]) + reach[pair, None]
         near = (low <= boxes[:, 2:]).all(axis=1) & (high >= boxes[:, :2]).all(axis=1)
