@@ -201,8 +201,12 @@ class Arch(Generator):
         built = []
         for number, shape in enumerate(shapes, start=1):
             force = forces.get(number, (0.0, 0.0))
-            weight, at = self.unit_weight * shape.area * thickness, shape.back if any(force) else None
-            more = {"weight_at": shape.weight_at, "live": force, "live_at": at}
+            weight = self.unit_weight * shape.area * thickness
+            more = {
+                "weight_at": shape.weight_at,
+                "live": force,
+                "live_at": shape.back if any(force) else None,
+            }
             built.append(self._stone(f"v{number}", shape.corners, weight, **more))
         first, last, (begin, end) = shapes[0].corners, shapes[-1].corners, self._ends
         feet = [(first[0], first[1], *begin), (last[3], last[2], *end)]
@@ -223,9 +227,9 @@ class Arch(Generator):
         if not self._is_pointed:
             joints = [first + (last - first) * k / count for k in range(count + 1)]
             shapes = self._wedges(joints, angle)
-            return (
-                shapes if self.rise is None else [s.moved(0.0, self.rise - self._circle[1]) for s in shapes]
-            )
+            if self.rise is None:
+                return shapes
+            return [shape.moved(0.0, self.rise - self._circle[1]) for shape in shapes]
         # The left arc, whose centre lies right of the middle, and its mirror image.
         half, radius = self._circle
         centre, joints = radius - half, [math.pi - angle * k for k in range(count // 2)]
