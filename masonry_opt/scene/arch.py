@@ -202,12 +202,9 @@ class Arch(Generator):
         for number, shape in enumerate(shapes, start=1):
             force = forces.get(number, (0.0, 0.0))
             weight = self.unit_weight * shape.area * thickness
-            more = {
-                "weight_at": shape.weight_at,
-                "live": force,
-                "live_at": shape.back if any(force) else None,
-            }
-            built.append(self._stone(f"v{number}", shape.corners, weight, **more))
+            live = {"live": force, "live_at": shape.back} if any(force) else {}
+            at = shape.weight_at
+            built.append(self._stone(f"v{number}", shape.corners, weight, weight_at=at, **live))
         first, last, (begin, end) = shapes[0].corners, shapes[-1].corners, self._ends
         feet = [(first[0], first[1], *begin), (last[3], last[2], *end)]
         if self.skewbacks is not None:
