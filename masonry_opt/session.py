@@ -16,14 +16,14 @@ from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.explain.sense import warnings_of
-from masonry_opt.explain.sentences import message, sentences
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble, with_joints_of
 from masonry_opt.problem.kept import Kept
-from masonry_opt.report.summary import texts
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import Solver
+from masonry_opt.words.sense import warnings_of
+from masonry_opt.words.sentences import message, sentences
+from masonry_opt.words.summary import texts
 
 #: Joints up to which the associative load factor is computed where a method leaves none: the loop, to
 #: which larger scenes go, begins with it.
@@ -109,7 +109,7 @@ class Session:
 
     def _unless_it_stands(self, assembly: Assembly, effort: Effort) -> Solution | None:
         """Why there is no load factor of a scene that does not stand under its dead load."""
-        from masonry_opt.explain.diagnosis import DeadLoadUndecided, falling_mechanism
+        from masonry_opt.standing.diagnosis import DeadLoadUndecided, falling_mechanism
 
         problem, own, solver = assembly.problem, Effort(), self.dead_load
         effort.begins("does it stand under its dead load?")
@@ -125,9 +125,9 @@ class Session:
                 effort.credit(own)
         if falling is None:
             return None
-        from masonry_opt.explain.diagnosis import as_it_falls
-        from masonry_opt.explain.holding import what_would_hold
-        from masonry_opt.explain.no_load_factor import movers
+        from masonry_opt.standing.diagnosis import as_it_falls
+        from masonry_opt.standing.holding import what_would_hold
+        from masonry_opt.standing.no_load_factor import movers
 
         effort.begins("what falls, and what would hold it")
         with effort.measure("dead_load"):
@@ -165,7 +165,7 @@ def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: b
         _set_beside(task, solution)
     if solution.load_factor is not None and solution.load_factor >= -ZERO:
         return
-    from masonry_opt.explain.no_load_factor import held_by_wedging, name_locking_joints, settle_existence
+    from masonry_opt.standing.no_load_factor import held_by_wedging, name_locking_joints, settle_existence
 
     if solution.load_factor is not None:
         held_by_wedging(assembly, solution)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
-from masonry_opt.explain.diagnosis import no_optimum
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import ShearLimits
 from masonry_opt.solvers.driver import Driver
+from masonry_opt.standing.diagnosis import no_optimum
 
 
 def associative(task: Task, formulation: str = "static", by_chords: bool = False) -> Solution:

@@ -12,7 +12,7 @@ from scenes import WALLS, block_on_floor, overhanging, run_command, small_wall
 import masonry_opt as mo
 from masonry_opt import cli
 from masonry_opt.errors import OptionError
-from masonry_opt.report.terminal import left_by
+from masonry_opt.words.terminal import left_by
 
 FIRST = ["reading blocks", "finding joints", "does it stand under its dead load?"]
 LAST = "tables and words"

@@ -69,12 +69,13 @@ TOGETHER = ("session", "analysis", "duality", "exports", "convert", "cli", "comm
 
 #: What a room of the package may not know beside that, because it comes after it.
 LATER = {
-    "scene": ("problem", "answer", "solvers", "models", "methods", "explain", "report"),
-    "problem": ("answer", "solvers", "models", "methods", "explain", "report"),
-    "answer": ("models", "methods", "explain", "report"),
-    "solvers": ("methods", "explain", "report"),
-    "explain": ("methods", "report"),
-    "methods": ("report",),
+    "scene": ("problem", "answer", "solvers", "models", "standing", "methods", "words", "report"),
+    "problem": ("answer", "solvers", "models", "standing", "methods", "words", "report"),
+    "answer": ("models", "standing", "methods", "words", "report"),
+    "solvers": ("standing", "methods", "words", "report"),
+    "standing": ("methods", "words", "report"),
+    "methods": ("words", "report"),
+    "words": ("methods", "report"),
     "report": (),
 }
 

@@ -9,7 +9,6 @@ from masonry_opt.answer.acceptance import BORNE_OUT, residuals
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
-from masonry_opt.explain.diagnosis import no_optimum
 from masonry_opt.methods.loop.exact_end import belong_together
 from masonry_opt.methods.loop.history import Iteration
 from masonry_opt.methods.loop.options import LoopOptions
@@ -20,6 +19,7 @@ from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import rougher
+from masonry_opt.standing.diagnosis import no_optimum
 
 Failure = Status | Shortfall
 

@@ -14,7 +14,6 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import same
 from masonry_opt.effort import Effort
-from masonry_opt.explain.existence import existence
 from masonry_opt.methods.exact.energy import motion_for
 from masonry_opt.methods.exact.refiner import ExactState, refiner_of
 from masonry_opt.methods.exact.search import SMALL, Met, Search, lower_of
@@ -31,6 +30,7 @@ from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.registry import find_solver
+from masonry_opt.standing.existence import existence
 
 #: Joints up to which a pass is tried before the loop: on façades of more (3 × 9 openings) it lingers.
 _PASSES_UP_TO = 8000

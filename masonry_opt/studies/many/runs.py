@@ -12,13 +12,13 @@ from masonry_opt.answer.result import certificate_of, is_exact
 from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, MasonryError
-from masonry_opt.explain.sentences import message
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.endings import CRASHED, DIED, REFUSED
 from masonry_opt.studies.many.mechanism import mechanism
 from masonry_opt.studies.many.parameters import Parameters
+from masonry_opt.words.sentences import message
 
 #: Columns of a row beside the values, in order. ``seconds`` alone depends on machine and time.
 COLUMNS = (

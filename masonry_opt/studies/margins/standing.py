@@ -13,16 +13,16 @@ from masonry_opt.answer.result import Result, make_result
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
-from masonry_opt.explain.diagnosis import DeadLoadUndecided, falling_mechanism
-from masonry_opt.explain.no_load_factor import movers
-from masonry_opt.explain.sentences import message, numeral
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.problem.problem import Problem
-from masonry_opt.report.summary import texts
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import Solver, find_solver
+from masonry_opt.standing.diagnosis import DeadLoadUndecided, falling_mechanism
+from masonry_opt.standing.no_load_factor import movers
+from masonry_opt.words.sentences import message, numeral
+from masonry_opt.words.summary import texts
 
 
 def standing(scene: Scene) -> Result:

@@ -13,8 +13,8 @@ from scenes import CASES, values_of
 import masonry_opt as mo
 from masonry_opt.answer.motion import joint_motion, moving_blocks
 from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.stressed_joints import stressed_joints
 from masonry_opt.answer.thresholds import MOVES, SAME, SLIDES, is_lower, same
-from masonry_opt.explain.stressed_joints import stressed_joints
 from masonry_opt.studies.many.mechanism import mechanism
 
 

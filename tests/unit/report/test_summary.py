@@ -8,7 +8,7 @@ import pytest
 from scenes import block_on_floor, small_wall, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.report.summary import facts
+from masonry_opt.words.summary import facts
 
 
 def associative():

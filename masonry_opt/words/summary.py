@@ -11,11 +11,11 @@ from masonry_opt.answer.motion import joint_motion, moving_blocks
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
+from masonry_opt.answer.stressed_joints import stressed_joints
 from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.errors import counted, printable
-from masonry_opt.explain.sentences import BY_CHORDS, numeral, sentences
-from masonry_opt.explain.stressed_joints import stressed_joints
 from masonry_opt.scene.case_file import CaseFile
+from masonry_opt.words.sentences import BY_CHORDS, numeral, sentences
 
 #: What is known of lower states; said in place of what is said of all others.
 _BOUNDS = (

@@ -15,7 +15,7 @@ from rich.table import Column, Table
 from rich.text import Text
 
 from masonry_opt.errors import OutputError, ReaderGoneError
-from masonry_opt.explain.sentences import numeral
+from masonry_opt.words.sentences import numeral
 
 #: Columns shown as small numbers.
 _RESIDUALS = (

@@ -10,10 +10,10 @@ from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
-from masonry_opt.explain.diagnosis import locking_joints
-from masonry_opt.explain.existence import existence
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.solvers.registry import Solver
+from masonry_opt.standing.diagnosis import locking_joints
+from masonry_opt.standing.existence import existence
 
 
 def held_by_wedging(assembly: Assembly, solution: Solution) -> None:

@@ -15,14 +15,14 @@ from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
-from masonry_opt.explain.diagnosis import DEAD_LOAD, DeadLoadUndecided, as_it_falls, falling_mechanism
-from masonry_opt.explain.no_load_factor import movers
 from masonry_opt.models.cvxpy_standing import CvxpyStanding
 from masonry_opt.models.cvxpy_terms import ShearParameters
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 from masonry_opt.solvers.registry import Solver, in_cvxpy
+from masonry_opt.standing.diagnosis import DEAD_LOAD, DeadLoadUndecided, as_it_falls, falling_mechanism
+from masonry_opt.standing.no_load_factor import movers
 
 #: Joints up to which the least factor on friction is looked for, the factors tried, and how near to each
 #: other, relative, the least at which the scene stands and the greatest at which it falls need be.

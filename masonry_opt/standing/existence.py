@@ -10,12 +10,12 @@ from masonry_opt.answer.acceptance import PROOF
 from masonry_opt.answer.infeasibility import Existence, InfeasibilityCertificate, ray_residuals
 from masonry_opt.answer.thresholds import NAMED
 from masonry_opt.effort import Effort
-from masonry_opt.explain.combinatorial_cuts import Cuts, combinatorial_cuts
 from masonry_opt.models.pyomo_alternatives import PyomoNoMotion
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs_session import HighsSession
 from masonry_opt.solvers.lp import Verdict
+from masonry_opt.standing.combinatorial_cuts import Cuts, combinatorial_cuts
 
 #: Joints up to which rays are looked for, and up to which mechanisms are excluded one after another. That is
 #: given up after so many linear programs times joints: of random scenes of 2 to 38 joints that jam most are
