@@ -5,10 +5,11 @@ What declares or solves a program is imported where it is used: the modelling la
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.answer import Found
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result, make_result
 from masonry_opt.answer.solution import Solution
@@ -21,9 +22,6 @@ from masonry_opt.problem.assembly import Assembly, assemble, with_joints_of
 from masonry_opt.problem.kept import Kept
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import Solver
-from masonry_opt.words.sense import warnings_of
-from masonry_opt.words.sentences import message, sentences
-from masonry_opt.words.summary import texts
 
 #: Joints up to which the associative load factor is computed where a method leaves none: the loop, to
 #: which larger scenes go, begins with it.
@@ -66,23 +64,17 @@ class Session:
         """
         effort = effort or Effort()
         assembly, solution = self.answer(scene, progress, effort)
-        effort.begins("tables and words")
-        result = make_result(
+        return make_result(
             assembly,
             solution,
             effort,
             method=self.method.name,
             model=self.solver.language,
             solver=self.solver.name,
-            message=message(solution.reasons),
         )
-        warnings = warnings_of(assembly, solution)
-        result = replace(result, warnings=warnings, warning_sentences=sentences(warnings))
-        summary, details = texts(result)
-        return replace(result, summary=summary, details=details)
 
     def answer(self, scene: Scene, progress: Progress, effort: Effort) -> tuple[Assembly, Solution]:
-        """The same, without names, frames and words: they take as long as the solver on small scenes."""
+        """The same, as matrices and numbers without names and units."""
         effort.begins("finding joints")
         with effort.measure("scene"):
             assembly = self._assembled(scene)
@@ -93,10 +85,11 @@ class Session:
             effort.begins(f"method '{self.method.name}'")
             task = Task(problem, self.solver, self.options, effort, progress, self.kept)
             solution = self.method.run(task)
-            solution.accept(problem)
+            solution.accept()
             _judge(assembly, task, solution, is_associative=self.method.name in _ASSOCIATIVE)
             if solution.status is Status.SOLVER_FAILED:
-                solution.q = solution.d = None  # nothing bears out what they say
+                # Nothing bears out what forces and velocities say.
+                solution.found = Found(parabola=solution.found.parabola)
         return assembly, solution
 
     def _assembled(self, scene: Scene) -> Assembly:
@@ -131,7 +124,8 @@ class Session:
 
         effort.begins("what falls, and what would hold it")
         with effort.measure("dead_load"):
-            falling = solution.d = as_it_falls(assembly, falling, own)
+            falling = as_it_falls(assembly, falling, own)
+        solution.found = Found(d=falling)
         solution.add(Code.FALLS, blocks=movers(assembly, falling))
         with effort.measure("dead_load"):
             solution.reasons += what_would_hold(assembly, falling, solver, own)
@@ -188,5 +182,5 @@ def _set_beside(task: Task, solution: Solution) -> None:
         effort.uses(own.solver.name, "associative")
         with effort.measure("associative"):
             beside = associative(own, by_chords=True)
-        if beside.accept(problem):
+        if beside.accept():
             solution.associative = beside.load_factor

@@ -7,11 +7,6 @@ from dataclasses import dataclass, fields
 from enum import StrEnum
 from math import inf
 
-import numpy as np
-
-from masonry_opt.answer.certificate import certify
-from masonry_opt.problem.problem import Problem
-
 
 class Kind(StrEnum):
     """Kinds of answer, by what can be demanded of them."""
@@ -111,102 +106,7 @@ MARGIN_ENERGY = 1e-4
 #: Load factors below this are judged, and compared with each other, as if they were this large.
 SMALLEST = 1e-2
 
-#: Forces below this share of the live load at collapse do not matter, whatever acts on their block.
-_NO_MATTER = 1e-4
 
-
-def over_load_factor(complementarity: float | None, load_factor: float) -> float | None:
-    """The certificate's complementarity as a share of |λ|."""
-    return None if complementarity is None else complementarity / max(abs(load_factor), SMALLEST)
-
-
-def residuals(
-    problem: Problem,
-    load_factor: float,
-    q: np.ndarray,
-    d: np.ndarray,
-    slope: np.ndarray,
-    by_parabola: bool = False,
-) -> dict[str, float]:
-    """Everything that ``Limits`` limit, of an answer under a flow rule (see :func:`~.certificate.certify`).
-
-    The certificate measures forces in median weights and total loads, in which a block very much lighter
-    than the others disappears. If it carries the live load, λ is its alone: hence each block for itself.
-    """
-    left = _of_certificate(problem, load_factor, q, d, slope, by_parabola)
-    unbalanced = problem.unbalanced(load_factor, q)
-    work, scale = float(problem.live @ d), max(abs(load_factor), SMALLEST)
-    acting = largest_acting(problem, load_factor, q)
-    wasted = float(np.abs(unbalanced * d).sum())
-    return {
-        **left,
-        # A live load that drives nothing: its entries are below what the solver takes for zero.
-        "work": wasted / work / scale if work > 0 else inf,
-        "block": _balance(problem, unbalanced, acting),
-        "joint": _yielding(problem, problem.slacks(q, by_parabola), q, acting),
-    }
-
-
-def passes(
-    problem: Problem,
-    kind: Kind,
-    load_factor: float,
-    q: np.ndarray,
-    d: np.ndarray,
-    slope: np.ndarray,
-    by_parabola: bool = False,
-) -> bool:
-    """Whether an answer is within the limits of a kind; what is soonest computed is asked first."""
-    given = load_factor, q, d, slope, by_parabola
-    limits = LIMITS[kind]
-    return not limits.failing(_of_certificate(problem, *given)) and not limits.failing(
-        residuals(problem, *given)
-    )
-
-
-def _of_certificate(
-    problem: Problem,
-    load_factor: float,
-    q: np.ndarray,
-    d: np.ndarray,
-    slope: np.ndarray,
-    by_parabola: bool,
-) -> dict[str, float]:
-    """The certificate's residuals, complementarity as a share of |λ|."""
-    certificate = certify(problem, load_factor, q, d, slope, by_parabola)
-    share = certificate.complementarity / max(abs(load_factor), SMALLEST)
-    return {**certificate.as_dict(), "complementarity": share}
-
-
-def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.ndarray:
-    """Largest force (a load, n or s) that acts on each block, or the least that matters, shape (b,)."""
-    loads = np.abs(problem.dead) + abs(load_factor * problem.live)
-    loads = np.maximum(loads[0::3], loads[1::3])
-    at_joints = np.abs(q[: 2 * problem.joints]).reshape(2, -1).max(axis=0)
-    carried, (block, joint) = np.zeros(problem.blocks), problem.touching
-    np.maximum.at(carried, block, at_joints[joint])
-    least = _NO_MATTER * max(abs(load_factor), SMALLEST) * problem.live_norm
-    return np.maximum(np.maximum(loads, carried), least)
-
-
-def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
-    """Of each joint, the largest force on that of its movable blocks that carries less, shape (c,)."""
-    lesser, (block, joint) = np.full(problem.joints, inf), problem.touching
-    np.minimum.at(lesser, joint, acting[block])
-    return lesser
-
-
-def _balance(problem: Problem, unbalanced: np.ndarray, acting: np.ndarray) -> float:
-    """Largest force out of balance on a block over the largest that acts on it; a moment over that force
-    at the longest arm."""
-    forces = np.maximum(np.abs(unbalanced[0::3]), np.abs(unbalanced[1::3])) / acting
-    moments = np.abs(unbalanced[2::3]) / (acting * problem.longest_arm)
-    return float(np.maximum(forces, moments).max())
-
-
-def _yielding(problem: Problem, z: np.ndarray, q: np.ndarray, acting: np.ndarray) -> float:
-    """Largest violation of yield over the largest force on the lesser of a joint's blocks."""
-    least = of_lesser_block(problem, acting)
-    violation = -z / problem.face_arm / least[problem.face_joint]
-    tension = -problem.normal_forces(q) / least
-    return float(max(violation.max(), tension.max(), 0.0))
+def over_load_factor(energy: float, load_factor: float) -> float:
+    """An energy in units of λ, such as the certificate's complementarity, as a share of |λ|."""
+    return energy / max(abs(load_factor), SMALLEST)

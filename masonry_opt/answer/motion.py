@@ -44,7 +44,7 @@ def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
     slope = np.zeros(problem.joints)
     # Blocks that fall under their dead load do so by associative flow.
     own = problem.friction if solution.load_factor is None else problem.dilatancy
-    slope[problem.sliding] = own if solution.slope is None else solution.slope
+    slope[problem.sliding] = own if solution.found.slope is None else solution.found.slope
     opening, slip, _ = (problem.B.T @ solution.d).reshape(3, -1)
     slip = np.abs(slip)
     omega = np.zeros(len(assembly.scene.blocks))

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import LIMITS, Kind, residuals
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.answer import Answer, Found
 from masonry_opt.answer.infeasibility import InfeasibilityCertificate
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.status import Status
 from masonry_opt.problem.problem import Problem
-from masonry_opt.problem.state import State
 from masonry_opt.solvers.lp import LpSize
 
 
@@ -20,14 +20,14 @@ from masonry_opt.solvers.lp import LpSize
 class Solution:
     """How an analysis ended, in the problem's dimensionless units.
 
+    What was found is immutable; status, reasons and history are written as a method goes on.
+
     Attributes
     ----------
     status: how.
     kind: of answer, which decides what its certificate must show.
     reasons: why, in codes.
-    load_factor: λ, None unless the status is usable.
-    q, d: joint forces (3c,) and block velocities (3b,), where there are any.
-    slope: opening per unit slip under the flow rule the answer claims, shape (k,).
+    found: the answer, if the status is usable; else the forces and velocities there are.
     flow_rule_matters: False if the associative answer already obeys the joints' own flow rule.
     exact_end: whether the loop ended with forces that obey the true law exactly.
     history: one record a step of the method.
@@ -35,7 +35,6 @@ class Solution:
     associative: associative load factor; None where it is unlimited or nobody computed it.
     bound: lower bound of λ, of the bracket; what it assumes, if anything, stands in the reasons.
     bound_derived: whether it assumes nothing.
-    parabola: whether crushing was limited by the parabola itself and not by its chords.
     infeasibility: what is proven where there is no λ; None if nobody looked.
     size: of the linear program.
     """
@@ -43,10 +42,7 @@ class Solution:
     status: Status
     kind: Kind
     reasons: list[Reason] = field(default_factory=list)
-    load_factor: float | None = None
-    q: np.ndarray | None = None
-    d: np.ndarray | None = None
-    slope: np.ndarray | None = None
+    found: Found = field(default_factory=Found)
     flow_rule_matters: bool = True
     exact_end: bool = False
     history: list[Any] = field(default_factory=list)
@@ -54,9 +50,28 @@ class Solution:
     associative: float | None = None
     bound: float | None = None
     bound_derived: bool = False
-    parabola: bool = False
     infeasibility: InfeasibilityCertificate | None = None
     size: LpSize | None = None
+
+    @property
+    def answer(self) -> Answer | None:
+        """The state with a load factor, and its certificate."""
+        return self.found if isinstance(self.found, Answer) else None
+
+    @property
+    def load_factor(self) -> float | None:
+        """λ of the answer."""
+        return self.answer.load_factor if self.answer else None
+
+    @property
+    def q(self) -> np.ndarray | None:
+        """Joint forces, shape (3c,)."""
+        return self.found.q
+
+    @property
+    def d(self) -> np.ndarray | None:
+        """Block velocities, shape (3b,)."""
+        return self.found.d
 
     @property
     def associative_value(self) -> float | None:
@@ -89,9 +104,10 @@ class Solution:
         endless = self.kind is Kind.ASSOCIATIVE and self.status in (Status.UNLIMITED, Status.LOCKED)
         return endless or self.proven_none
 
-    def take(self, state: State) -> None:
-        """Keep a state's forces and velocities."""
-        self.q, self.d = state.q, state.d
+    def is_exact(self, problem: Problem) -> bool:
+        """Whether the answer is an exact state under the joints' own flow rule."""
+        answer = self.answer
+        return answer is not None and not answer.under(problem, problem.dilatancy).failing(Kind.EXACT)
 
     def end(self, status: Status, code: Code, **values: Any) -> None:
         """Set the status, and the one reason for it."""
@@ -101,20 +117,19 @@ class Solution:
         """Add a reason."""
         self.reasons.append(reason(code, **values))
 
-    def failing(self, problem: Problem) -> dict[str, float | None]:
-        """Residuals that exceed the limits of its kind; none if it passes or there is no load factor."""
-        if self.load_factor is None or self.q is None or self.d is None:
-            return {}
-        slope = problem.dilatancy if self.slope is None else self.slope
-        left = residuals(problem, self.load_factor, self.q, self.d, slope, self.parabola)
-        return LIMITS[self.kind].failing(left)
+    def withdraw(self, status: Status, code: Code, **values: Any) -> None:
+        """Set the status and the one reason for which the answer is none, and keep what was found."""
+        self.end(status, code, load_factor=self.load_factor, **values)
+        found = self.found
+        self.found = Found(q=found.q, d=found.d, slope=found.slope, parabola=found.parabola)
 
-    def accept(self, problem: Problem) -> bool:
-        """Whether its own certificate bears it out; if not, its load factor is taken away."""
-        failing = self.failing(problem)
+    def failing(self) -> dict[str, float | None]:
+        """Residuals that exceed the limits of its kind; none without an answer."""
+        return self.answer.failing(self.kind) if self.answer else {}
+
+    def accept(self) -> bool:
+        """Whether its certificate bears the answer out; if not, it is withdrawn."""
+        failing = self.failing()
         if failing:
-            self.end(
-                Status.SOLVER_FAILED, Code.NOT_CERTIFIED, load_factor=self.load_factor, residuals=failing
-            )
-            self.load_factor = None
+            self.withdraw(Status.SOLVER_FAILED, Code.NOT_CERTIFIED, residuals=failing)
         return not failing

@@ -48,10 +48,10 @@ def stressed_joints(result: Result, above: float | None = None) -> pd.DataFrame:
             f"stressed_joints: takes an associative result (method 'static' or 'kinematic'), not one of "
             f"'{result.method}'"
         )
-    solution, problem = result.solution, result.assembly.problem
-    if solution.q is None or solution.d is None or result.load_factor is None:
+    answer, problem = result.solution.answer, result.assembly.problem
+    if answer is None:
         raise OptionError(f"stressed_joints: the result has no mechanism: {result.status}")
-    n, slip = problem.normal_forces(solution.q), np.abs((problem.B.T @ solution.d).reshape(3, -1)[1])
+    n, slip = problem.normal_forces(answer.q), np.abs((problem.B.T @ answer.d).reshape(3, -1)[1])
     friction = problem.N.T @ problem.friction
     frame = result.joints[["first", "second", "x", "y"]].assign(
         stress=result.joints["n"] / result.joints["length"],
@@ -59,7 +59,7 @@ def stressed_joints(result: Result, above: float | None = None) -> pd.DataFrame:
         dilation=friction[: problem.joints] * slip,
     )
     frame["energy"] = frame["dilation"] * n / problem.live_norm
-    dilates = (frame["dilation"] > 0) & (slip > SLIDES * fastest(result.assembly, solution.d))
+    dilates = (frame["dilation"] > 0) & (slip > SLIDES * fastest(result.assembly, answer.d))
     return frame[dilates & (n > _least_force(result, above))]
 
 

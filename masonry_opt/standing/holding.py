@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import breadth_first_order
 
 from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.answer import Found
 from masonry_opt.answer.motion import joint_motion, moving_blocks
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
@@ -129,7 +130,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
 def _sliding(assembly: Assembly, d: np.ndarray) -> np.ndarray:
     """Joints that slide in a mechanism (3b,), those that slide most first."""
     slip = np.abs((assembly.problem.B.T @ d).reshape(3, -1)[1])
-    slides = joint_motion(assembly, Solution(Status.UNSTABLE, Kind.ASSOCIATIVE, d=d)).slides
+    slides = joint_motion(assembly, Solution(Status.UNSTABLE, Kind.ASSOCIATIVE, found=Found(d=d))).slides
     order = np.argsort(-slip, kind="stable")
     return order[slides[order]]
 

@@ -19,8 +19,7 @@ from masonry_opt.standing.existence import existence
 def held_by_wedging(assembly: Assembly, solution: Solution) -> None:
     """Refuse a load factor below zero of a scene whose dead load has a state of equilibrium."""
     moving = [] if solution.d is None else movers(assembly, solution.d)
-    solution.end(Status.UNSTABLE, Code.WEDGED, load_factor=solution.load_factor, blocks=moving)
-    solution.load_factor = None
+    solution.withdraw(Status.UNSTABLE, Code.WEDGED, blocks=moving)
 
 
 def settle_existence(assembly: Assembly, solution: Solution, effort: Effort, associative: bool) -> None:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from masonry_opt.analysis import prepare
-from masonry_opt.answer.result import certificate_of, is_exact
 from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, MasonryError
@@ -137,13 +136,13 @@ def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
         "status": str(solution.status),
         "reason": str(solution.reasons[0].code) if solution.reasons else "",
         "any_load": solution.carries_any_load,
-        "exact": is_exact(problem, solution),
+        "exact": solution.is_exact(problem),
         "states": solution.states_met,
         "associative": solution.associative_value,
         "blocks": problem.blocks,
         "joints": problem.joints,
         "message": message(solution.reasons),
     }
-    if certificate := certificate_of(problem, solution):
-        row |= certificate.as_dict()
+    if solution.answer:
+        row |= solution.answer.certificate.as_dict()
     return row | mechanism(assembly, solution)
