@@ -110,8 +110,8 @@ class Session:
         with effort.measure("dead_load"):
             try:
                 falling = falling_mechanism(problem, solver, own, self.kept)
-            except DeadLoadUndecided as word:
-                solution.end(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, word=str(word))
+            except DeadLoadUndecided as stopped:
+                solution.end(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, word=str(stopped))
                 return solution
             finally:
                 # Which solver decides is told; its programs and their time are those of the check.

@@ -27,6 +27,15 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+#: What ``as_dict`` tells, in order; block by block and joint by joint at the end.
+_TOLD = (
+    *("case", "method", "model", "solver", "status", "message", "reasons", "warnings", "kind", "crushing"),
+    *("load_factor", "tilt_angle", "blocks", "joints", "flow_rule_matters", "iterations", "lp_solves"),
+    *("nlp_solves", "stationary", "associative", "exact", "range", "bound", "seconds", "solvers"),
+    *("certificate", "infeasibility", "size", "history"),
+)
+
+
 @dataclass(frozen=True)
 class Size:
     """Size of the scene and of the linear program, and what was not modelled.
@@ -294,44 +303,20 @@ class Result:
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, strings, lists and dictionaries (NaN as None)."""
-        return _plain(
-            {
-                "case": self.case,
-                "method": self.method,
-                "model": self.model,
-                "solver": self.solver,
-                "status": str(self.status),
-                "message": self.message,
-                "reasons": [reason.as_dict() for reason in self.reasons],
-                "warnings": [
-                    {"sentence": sentence, **warning.as_dict()}
-                    for warning, sentence in zip(self.warnings, self.warning_sentences, strict=True)
-                ],
-                "kind": str(self.kind),
-                "crushing": self.crushing,
-                "load_factor": self.load_factor,
-                "tilt_angle": self.tilt_angle,
-                "blocks": self.size.blocks,
-                "joints": self.size.joints,
-                "flow_rule_matters": self.flow_rule_matters,
-                "iterations": self.iterations,
-                "lp_solves": self.lp_solves,
-                "nlp_solves": self.nlp_solves,
-                "stationary": self.stationary,
-                "associative": self.associative,
-                "exact": self.exact,
-                "range": list(self.range),
-                "bound": self.bound,
-                "seconds": self.seconds,
-                "solvers": self.solvers,
-                "certificate": self.certificate.as_dict() if self.certificate else None,
-                "infeasibility": self.infeasibility.as_dict() if self.infeasibility else None,
-                "size": asdict(self.size),
-                "history": self.history.to_dict("records"),
-                "block_results": self.blocks.to_dict("records"),
-                "joint_results": self.joints.to_dict("records"),
-            }
-        )
+        told = {name: getattr(self, name) for name in _TOLD}
+        told["status"], told["kind"] = str(self.status), str(self.kind)
+        told["reasons"] = [reason.as_dict() for reason in self.reasons]
+        told["warnings"] = [
+            {"sentence": sentence, **warning.as_dict()}
+            for warning, sentence in zip(self.warnings, self.warning_sentences, strict=True)
+        ]
+        told["blocks"], told["joints"], told["size"] = self.size.blocks, self.size.joints, asdict(self.size)
+        told["certificate"] = self.certificate.as_dict() if self.certificate else None
+        told["infeasibility"] = self.infeasibility.as_dict() if self.infeasibility else None
+        told["history"] = self.history.to_dict("records")
+        told["block_results"] = self.blocks.to_dict("records")
+        told["joint_results"] = self.joints.to_dict("records")
+        return _plain(told)
 
     def to_json(self) -> str:
         """``as_dict`` as one JSON object."""

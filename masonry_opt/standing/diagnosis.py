@@ -25,7 +25,7 @@ DEAD_LOAD, DIAGNOSIS = "dead load", "diagnosis"
 
 
 class DeadLoadUndecided(Exception):
-    """The solver failed to say whether the scene stands; the message is its word."""
+    """The solver could not decide whether the scene stands; the message is its status."""
 
 
 @dataclass
@@ -114,11 +114,11 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
     return np.asarray(model.mechanism.d.value) / scale
 
 
-def no_optimum(problem: Problem, word: str, solver: Solver, effort: Effort) -> tuple[Status, Reason]:
+def no_optimum(problem: Problem, solver_status: str, solver: Solver, effort: Effort) -> tuple[Status, Reason]:
     """Status and reason for an eq. (9) or (10) without an optimum, of a scene that stands.
 
     Such a program is unlimited or its solver failed. Which, is decided by whether the live load
-    drives any mechanism, not by the solver's word. The effort is told the solver, and no programs.
+    drives any mechanism, not by the solver's status. The effort is told the solver, and no programs.
     """
     effort.begins("why there is no load factor")
     own = Effort()
@@ -126,7 +126,7 @@ def no_optimum(problem: Problem, word: str, solver: Solver, effort: Effort) -> t
     associative = _live_load_drives(problem, problem.friction, solver, own)
     effort.credit(own)
     if own_flow is None or associative is None or associative:
-        return Status.SOLVER_FAILED, reason(Code.SOLVER_STOPPED, word=word)
+        return Status.SOLVER_FAILED, reason(Code.SOLVER_STOPPED, word=solver_status)
     if own_flow:
         return Status.LOCKED, reason(Code.DILATANCY_LOCKS)
     return Status.UNLIMITED, reason(Code.NO_MECHANISM)

@@ -31,7 +31,7 @@ def certificates(monkeypatch):
 @pytest.mark.parametrize("method", ["mcp", "static", "nonassociative", "refined"])
 @pytest.mark.parametrize("number", [1, 6])
 def test_a_state_has_one_certificate(number, method, certificates):
-    """However often it is judged, compared and shown. (On small scenes other starts end in the same state.)"""
+    """However often it is judged, compared and shown. (On small scenes several starts end in one state.)"""
     result = mo.solve(WALLS[number - 1], method)
     assert result.details
     assert result.to_json()
@@ -45,7 +45,7 @@ def test_an_answer_cannot_be_changed():
 
 
 def test_an_associative_answer_is_judged_under_both_flow_rules():
-    """It opens by μ as it slides, against the block's weight: all of λ = μ, which Coulomb's joints do not owe."""
+    """It opens by μ as it slides, which lifts the block: work of all of λ = μ that Coulomb's joints do not do."""
     result = mo.solve(block_on_floor(4, 2, 0.5), "static")
     found, problem = result.solution.answer, result.assembly.problem
     assert not found.failing(Kind.ASSOCIATIVE)
