@@ -86,9 +86,9 @@ def check(scene: Scene | str | Path) -> DualityReport:
         for formulation in ("static", "kinematic"):
             answer = Driver(problem, formulation, solver, Effort(), of_load=True).solve()
             if answer.state is None:
-                word = answer.solved.word
+                status = answer.solved.word
                 raise NoLoadFactorError(
-                    f"{result.case}: {formulation}, {language}: the solver stopped with '{word}'"
+                    f"{result.case}: {formulation}, {language}: the solver stopped with '{status}'"
                 )
             rows.append({"formulation": formulation, "model": language} | _row(problem, answer.state))
     table = pd.DataFrame(rows)

@@ -1,6 +1,6 @@
-"""The one way from scenes to results: assemble, see that it stands, run, accept; once or many times.
+"""The way from scenes to results: assemble, check that the scene stands, run the method, accept.
 
-What declares or solves a program is imported where it is used: the modelling languages take seconds.
+Modules that declare or solve programs are imported where they are used: modelling languages take seconds.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from masonry_opt.problem.kept import Kept
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import Solver
 
-#: Joints up to which the associative load factor is computed where a method leaves none: the loop, to
-#: which larger scenes go, begins with it.
+#: Joints up to which the associative load factor is computed where a method leaves none. (Larger scenes go to
+#: the loop, which begins with it.)
 _BESIDE_UP_TO = 8000
 
 #: Methods whose answer is associative itself.
@@ -35,9 +35,9 @@ _ASSOCIATIVE = ("static", "kinematic")
 class Session:
     """A method with its solver and options, to which scenes are given one after the other.
 
-    With ``kept`` that keeps, scenes that differ from the one before in joint properties alone take their
-    geometry from it, and its compiled programs with other parameters. What a scene's answer is does not
-    depend on the scenes before; but that it stands may be seen from their forces, where it does.
+    If ``kept`` keeps, a scene that differs from the one before in joint properties alone takes over its
+    geometry and its compiled programs. No answer depends on the scenes before; but their forces may serve to
+    show that a scene stands.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ class Session:
         return assembly
 
     def _unless_it_stands(self, assembly: Assembly, effort: Effort) -> Solution | None:
-        """Why there is no load factor of a scene that does not stand under its dead load."""
+        """The solution of a scene that does not stand under its dead load; None if it stands."""
         from masonry_opt.standing.diagnosis import DeadLoadUndecided, falling_mechanism
 
         problem, own, solver = assembly.problem, Effort(), self.dead_load
@@ -114,7 +114,7 @@ class Session:
                 solution.end(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, word=str(stopped))
                 return solution
             finally:
-                # Which solver decides is told; its programs and their time are those of the check.
+                # The result names the solver; its programs and time count as those of the check.
                 effort.credit(own)
         if falling is None:
             return None
@@ -154,7 +154,8 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
 
 
 def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: bool) -> None:
-    """Give a Coulomb answer the associative one; refuse a load factor below zero; say why there is none."""
+    """Set the associative load factor beside a Coulomb answer; withdraw a load factor below zero; where there
+    is none, add why."""
     if not is_associative:
         _set_beside(task, solution)
     if solution.load_factor is not None and solution.load_factor >= -ZERO:
@@ -168,10 +169,8 @@ def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: b
 
 
 def _set_beside(task: Task, solution: Solution) -> None:
-    """Give a Coulomb answer the associative load factor, which none exceeds, unless its method has it.
-
-    Where it is proven that no load factor exists, statics carry any multiple of the load: none is computed.
-    """
+    """Compute the associative load factor, which no Coulomb answer exceeds, unless the method did, or it is
+    proven that no load factor exists (statics then carry any multiple of the load)."""
     from masonry_opt.methods.associative import associative
 
     problem, effort = task.problem, task.effort

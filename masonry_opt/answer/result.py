@@ -1,4 +1,4 @@
-"""The result of an analysis: names and units put to what was found."""
+"""The result of an analysis: a solution with the names and units of its scene."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ _TOLD = (
 
 @dataclass(frozen=True)
 class Size:
-    """Size of the scene and of the linear program, and what was not modelled.
+    """Sizes of the scene and of the linear program.
 
     Attributes
     ----------
     blocks, joints: movable blocks b and joints c.
     rows, columns, nonzeros: of the linear program as the solver received it; None if none was built.
-    left_out: what the scene did not need, each with its reason.
+    left_out: what was not modelled, each with its reason.
     """
 
     blocks: int
@@ -99,7 +99,7 @@ class Result:
     summary: what ``print`` shows: what falls, at what load, how sure that is.
     details: the same, and how it was found: residuals, programs, solvers, times.
     warnings, warning_sentences: what looks unintended in the scene, in codes with their values, and in
-        words; empty if nothing does. They change nothing else.
+        words. They change nothing else.
     """
 
     method: str

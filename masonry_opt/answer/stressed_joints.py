@@ -1,4 +1,4 @@
-"""Whether the dilatancy of an associative answer is credible: the check of section 6.5 of the paper."""
+"""Joints stressed too highly to dilate: the check of section 6.5 of the paper."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from masonry_opt.errors import OptionError
 def stressed_joints(result: Result, above: float | None = None) -> pd.DataFrame:
     """Joints that slide with dilation in an associative answer, stressed too highly to dilate.
 
-    Real joints dilate little under high normal stress (section 6.5): where such joints slide, and
-    most of all where much energy goes into them, the associative load factor may be too high.
+    Real joints dilate little under high normal stress (section 6.5). Where such joints slide, the associative
+    load factor may be too high, the more so the more energy goes into them.
 
     Parameters
     ----------

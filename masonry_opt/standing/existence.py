@@ -1,4 +1,4 @@
-"""Whether there is a load factor at all, where a method ended without one: certified from the matrices."""
+"""Proof, where a method ended without a load factor, that there is none: certified from the matrices."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from masonry_opt.solvers.highs_session import HighsSession
 from masonry_opt.solvers.lp import Verdict
 from masonry_opt.standing.combinatorial_cuts import Cuts, combinatorial_cuts
 
-#: Joints up to which rays are looked for, and up to which mechanisms are excluded one after another. That is
-#: given up after so many linear programs times joints: of random scenes of 2 to 38 joints that jam most are
-#: decided by 5 to 250 programs, some by 1400 to 3300.
+#: Joints up to which rays are looked for, and up to which mechanisms are excluded by branching; and the
+#: linear programs times joints after which branching is given up (most random scenes that jam take 5 to 400
+#: programs, some 1400 to 3300).
 _RAYS_UP_TO, _CUTS_UP_TO = 2000, 100
 _MOST_WORK = 120_000
 
@@ -28,13 +28,13 @@ _PURPOSE = "existence"
 
 
 def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> InfeasibilityCertificate | None:
-    """What can be proven of the load factor of a scene that stands; None if it has too many joints.
+    """Proof for a scene that stands, as far as there is one; None if it has too many joints.
 
     Parameters
     ----------
     effort: is told the solver, and neither programs nor iterations.
-    of_mechanism: whether it depends on the joints' own flow, so that mechanisms are to be excluded one after
-        another. (An associative load factor depends on statics alone.)
+    of_mechanism: whether the load factor depends on the joints' own flow rule, so that mechanisms are to be
+        excluded. (An associative one depends on statics alone.)
     """
     if problem.joints > _RAYS_UP_TO:
         return None
@@ -55,7 +55,7 @@ def _found(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
         return _certificate(problem, against, own_flow, Existence.NO_MECHANISM)
     ray = _ray(problem, problem.friction, effort)
     if ray is None:
-        # Statics end somewhere: a method that found no state there has failed, and a proof would be in vain.
+        # Statics are bounded: the method failed, and there is nothing to prove.
         return InfeasibilityCertificate(Existence.UNDECIDED)
     certificate = _certificate(problem, ray, problem.friction, Existence.UNBOUNDED)
     opposite = _ray(replace(problem, live=-problem.live), problem.friction, effort)

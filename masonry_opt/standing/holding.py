@@ -1,4 +1,4 @@
-"""What would hold a scene that falls under its dead load: friction, how much of it, or support alone."""
+"""Remedies for a scene that falls under its dead load: friction, and how much of it, strength, or support."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ _BEARS = 1e-6
 
 
 def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, effort: Effort) -> list[Reason]:
-    """Reasons that say what would hold a scene that falls under its dead load, or that no friction would.
+    """Reasons that tell what would hold a scene that falls under its dead load, or that no friction would.
 
-    A scene stands here if eq. (9) without live load has a state of equilibrium; that state may be one of
-    wedging alone, where blocks hang between others.
+    To hold means that eq. (9) without live load has a state of equilibrium, which may be one of wedging
+    alone where blocks hang between others.
 
     Parameters
     ----------
@@ -136,8 +136,8 @@ def _sliding(assembly: Assembly, d: np.ndarray) -> np.ndarray:
 
 
 def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
-    """Those of some of the problem's blocks that hang: on no chain of joints whose normals push against the
-    dead loads of the blocks that they bear does a support bear them."""
+    """Those of some of the problem's blocks that hang: no chain of joints leads from a support to them, each
+    with a normal that pushes against the dead load of the block it bears."""
     scene, joints, movable = assembly.scene, assembly.joints, assembly.movable
     count = len(scene.blocks)
     down = np.zeros((count, 2))

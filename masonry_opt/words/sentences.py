@@ -1,4 +1,4 @@
-"""Every sentence that says how an analysis ended, made from its reason codes; nothing else writes any."""
+"""Sentences from reason codes: the one place that writes how an analysis ended, and warnings."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from masonry_opt.answer.thresholds import LOWER
 from masonry_opt.errors import counted, rounded_up
 from masonry_opt.problem.chords import CHORDS, MISSED
 
-#: Of what a list names, so many are named.
+#: Items of a list that are named; the rest is counted.
 _NAMED = 5
 
-#: From here on numbers of seven decimals are longer than a double is exact.
+#: From here on seven decimals are more digits than a double has.
 _FIXED = 1e10
+
 #: How joints crush in all programs but the conic ones.
 BY_CHORDS = f"{len(CHORDS.slope)} chords inside the parabola, at most {100 * MISSED:.2f} % below it"
 
@@ -44,8 +45,8 @@ def sentences(reasons: Sequence[Reason]) -> tuple[str, ...]:
 
 
 def numeral(value: float, spec: str) -> str:
-    """A number in a format, without a sign where all its digits are zero; with a power of ten where decimals
-    would tell digits that it does not have."""
+    """A number in a format, without a sign if all its digits are zero, and with a power of ten where decimals
+    would show more digits than it has."""
     if spec.endswith("f") and _FIXED <= abs(value) < inf:
         spec = f"{spec[:-1]}e"
     text = format(value + 0.0, spec)

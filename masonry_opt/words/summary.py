@@ -18,7 +18,7 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.case_file import CaseFile
 from masonry_opt.words.sentences import BY_CHORDS, numeral, sentences
 
-#: What is known of lower states; said in place of what is said of all others.
+#: Codes that tell what is known of lower states.
 _BOUNDS = (
     Code.PROVEN,
     Code.WITHIN_IMPOSED,
@@ -27,7 +27,7 @@ _BOUNDS = (
     Code.OUT_OF_TIME_WITHIN_IMPOSED,
 )
 
-#: What was tried, which says nothing of the scene.
+#: Codes that tell what was tried, and nothing of the scene.
 _TRIED = (Code.PASS_LOST, Code.LOOP_TOOK_OVER, Code.BEGAN_AGAIN)
 
 #: Width of the labels.

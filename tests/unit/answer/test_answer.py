@@ -45,7 +45,7 @@ def test_an_answer_cannot_be_changed():
 
 
 def test_an_associative_answer_is_judged_under_both_flow_rules():
-    """It opens by μ as it slides, which lifts the block: work of all of λ = μ that Coulomb's joints do not do."""
+    """It opens by μ as it slides, which lifts the block: work that Coulomb joints do not do."""
     result = mo.solve(block_on_floor(4, 2, 0.5), "static")
     found, problem = result.solution.answer, result.assembly.problem
     assert not found.failing(Kind.ASSOCIATIVE)
