@@ -32,7 +32,7 @@ class Found:
 class Answer(Found):
     """A load factor with its forces and mechanism, and what they leave of every condition.
 
-    Made by :func:`certified` alone, so that each state has one certificate, whoever asks for it.
+    Made by :func:`certified` alone: each state has one certificate.
 
     Attributes
     ----------

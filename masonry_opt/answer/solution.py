@@ -32,10 +32,10 @@ class Solution:
     exact_end: whether the loop ended with forces that obey the true law exactly.
     history: one record a step of the method.
     stationary: of a refined state: True if no mechanism tried among the faces at yield lowers λ.
-    associative: associative load factor; None where it is unlimited or nobody computed it.
+    associative: associative load factor; None where it is unlimited, or was not computed.
     bound: lower bound of λ, of the bracket; what it assumes, if anything, stands in the reasons.
     bound_derived: whether it assumes nothing.
-    infeasibility: what is proven where there is no λ; None if nobody looked.
+    infeasibility: what is proven where there is no λ; None if no proof was tried.
     size: of the linear program.
     """
 
@@ -75,7 +75,7 @@ class Solution:
 
     @property
     def associative_value(self) -> float | None:
-        """Load factor with associative flow: its own if it claims that; None if nobody computed it."""
+        """Load factor with associative flow: its own if its flow is that; None if it was not computed."""
         return self.load_factor if self.kind is Kind.ASSOCIATIVE else self.associative
 
     @property
@@ -85,20 +85,19 @@ class Solution:
 
     @property
     def interrupted(self) -> bool:
-        """Whether the user ended the method, which gives what it had by then."""
+        """Whether the user ended the method, so that this is what it had found by then."""
         return any(said.values.get("interrupted", False) for said in self.reasons)
 
     @property
     def states_met(self) -> int | None:
-        """How many different exact states were met on the way; None of methods that look for none."""
+        """Number of different exact states met; None if the method looks for none."""
         met = (said.values["count"] for said in self.reasons if said.code is Code.STATES_MET)
         return next(met, None)
 
     @property
     def carries_any_load(self) -> bool:
-        """Whether the scene stands, and no multiple of the live load makes it collapse: it is proven that no
-        load factor exists, or the program of associative flow, which alone decides there, has no end. Of a
-        Coulomb method a status proves nothing."""
+        """Whether the scene stands and no multiple of the live load makes it collapse: proven, or the
+        associative program is unbounded. The status of a Coulomb method proves nothing."""
         if self.status is Status.UNSTABLE:
             return False
         endless = self.kind is Kind.ASSOCIATIVE and self.status in (Status.UNLIMITED, Status.LOCKED)

@@ -25,8 +25,8 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs_session import HighsSession
 from masonry_opt.solvers.lp import Verdict
 
-#: A rate above this takes part in a mechanism (of which the live load does the work Σ|f_L|). No gate: what is
-#: concluded from it is a cut, which must leave no more than PROOF.
+#: A face with a rate above this moves in a mechanism in which the live load does the work Σ|f_L|. This is no
+#: gate: the cut concluded from it must leave no more than PROOF.
 _MOVES = 1e-9
 
 #: Share of the largest multiplier above which a face is to blame.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -51,16 +52,15 @@ def _found(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
     # Dilatancy that falls with stress allows what less of it does.
     falls = problem.dilatancy_depends_on_stress
     own_flow = np.minimum(problem.dilatancy, 0.0) if falls else problem.dilatancy
-    if (against := _ray(problem, own_flow, effort)) is not None:
-        return _certificate(problem, against, own_flow, Existence.NO_MECHANISM)
+    if against := _ray(problem, own_flow, effort):
+        return InfeasibilityCertificate(Existence.NO_MECHANISM, *against.residuals)
     ray = _ray(problem, problem.friction, effort)
     if ray is None:
         # Statics are bounded: the method failed, and there is nothing to prove.
         return InfeasibilityCertificate(Existence.UNDECIDED)
-    certificate = _certificate(problem, ray, problem.friction, Existence.UNBOUNDED)
-    opposite = _ray(replace(problem, live=-problem.live), problem.friction, effort)
-    if opposite is not None:
-        certificate = replace(certificate, clamped=_stressed(problem.normal_forces(ray + opposite)))
+    certificate = InfeasibilityCertificate(Existence.UNBOUNDED, *ray.residuals)
+    if opposite := _ray(replace(problem, live=-problem.live), problem.friction, effort):
+        certificate = replace(certificate, clamped=_stressed(problem.normal_forces(ray.q + opposite.q)))
     cuts = Cuts()
     if of_mechanism and not falls and problem.joints <= _CUTS_UP_TO:
         cuts = combinatorial_cuts(problem, _MOST_WORK // problem.joints, effort, _PURPOSE)
@@ -75,7 +75,14 @@ def _found(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
     )
 
 
-def _ray(problem: Problem, slope: np.ndarray, effort: Effort) -> np.ndarray | None:
+class _Ray(NamedTuple):
+    """Joint forces (3c,), and what they leave of equilibrium and of yield."""
+
+    q: np.ndarray
+    residuals: tuple[float, float]
+
+
+def _ray(problem: Problem, slope: np.ndarray, effort: Effort) -> _Ray | None:
     """Forces (3c,) that carry the live load alone with shear limits of a slope (k,) and without cohesion;
     None if none were found that their residuals bear out."""
     program = PyomoNoMotion(problem, slope).program
@@ -84,14 +91,8 @@ def _ray(problem: Problem, slope: np.ndarray, effort: Effort) -> np.ndarray | No
     if session.solve() is not Verdict.OPTIMAL:
         return None
     q = session.values(program.q)
-    return q if max(ray_residuals(problem, q, slope)) <= PROOF else None
-
-
-def _certificate(
-    problem: Problem, ray: np.ndarray, slope: np.ndarray, end: Existence
-) -> InfeasibilityCertificate:
-    equilibrium, violation = ray_residuals(problem, ray, slope)
-    return InfeasibilityCertificate(end, equilibrium, violation)
+    left = ray_residuals(problem, q, slope)
+    return _Ray(q, left) if max(left) <= PROOF else None
 
 
 def _stressed(n: np.ndarray) -> tuple[int, ...]:
