@@ -19,7 +19,7 @@ _HOMES = {
     "answer.status": ("Status",),
     "duality": ("DualityReport", "check"),
     "errors": ("CaseError", "MasonryError", "OptionError"),
-    "explain.stressed_joints": ("stressed_joints",),
+    "answer.stressed_joints": ("stressed_joints",),
     "exports": ("export",),
     "report.pictures.scene_picture": ("draw",),
     "scene.arch": ("Arch", "PointLoad"),

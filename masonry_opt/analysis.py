@@ -120,7 +120,7 @@ def prepare(
     """
     chosen, own_options = _choose(method, options)
     named = _solver(chosen, model, solver, tolerance)
-    # Of methods that bring their own solver nobody named one: what is quick decides whether the scene stands.
+    # Where the method brings its own solver, a quick one decides whether the scene stands.
     dead_load = find_solver("cvxpy", None) if solver is None and chosen.own_tolerances else named
     return Session(chosen, named, own_options, dead_load, Kept(keeps))
 

@@ -31,10 +31,10 @@ from masonry_opt.errors import (
     ReaderGoneError,
     printable,
 )
-from masonry_opt.explain.sentences import numeral
 from masonry_opt.methods.registry import DEFAULT, METHODS
-from masonry_opt.report.terminal import changing_line, left_by, print_result, print_text
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE
+from masonry_opt.words.sentences import numeral
+from masonry_opt.words.terminal import changing_line, left_by, print_result, print_text
 
 #: Commands that are loaded when they are called: by name, where their typer app is.
 _LOADED = {

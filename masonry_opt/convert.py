@@ -9,7 +9,6 @@ import typer
 
 from masonry_opt.command_options import Force
 from masonry_opt.errors import OptionError, OutputError, counted
-from masonry_opt.report.terminal import print_text
 from masonry_opt.scene.case_file import load, save
 from masonry_opt.scene.contact import find_joints
 from masonry_opt.scene.drawings.compas import read_compas
@@ -17,6 +16,7 @@ from masonry_opt.scene.drawings.dxf import FIXED, read_dxf, write_dxf
 from masonry_opt.scene.geometry import geometry
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import parse_file
+from masonry_opt.words.terminal import print_text
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 

@@ -13,13 +13,13 @@ from masonry_opt.answer.acceptance import AGREEMENT, DUALITY, SMALLEST
 from masonry_opt.answer.reasons import Reason
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, printable
-from masonry_opt.explain.sentences import BY_CHORDS, numeral
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
-from masonry_opt.report.terminal import frame_text
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import LANGUAGES, find_solver
+from masonry_opt.words.sentences import BY_CHORDS, numeral
+from masonry_opt.words.terminal import frame_text
 
 #: CVXPY with Clarabel leaves more digits here than the default tolerance asks for.
 _SOLVER_TOLERANCE = 1e-10
@@ -86,9 +86,9 @@ def check(scene: Scene | str | Path) -> DualityReport:
         for formulation in ("static", "kinematic"):
             answer = Driver(problem, formulation, solver, Effort(), of_load=True).solve()
             if answer.state is None:
-                word = answer.solved.word
+                status = answer.solved.word
                 raise NoLoadFactorError(
-                    f"{result.case}: {formulation}, {language}: the solver stopped with '{word}'"
+                    f"{result.case}: {formulation}, {language}: the solver stopped with '{status}'"
                 )
             rows.append({"formulation": formulation, "model": language} | _row(problem, answer.state))
     table = pd.DataFrame(rows)

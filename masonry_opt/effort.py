@@ -1,4 +1,4 @@
-"""What an analysis took: seconds by part, programs and iterations, and which solver did what."""
+"""Effort of an analysis: seconds by part, programs and iterations, and which solver did what."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ PARTS = ("scene", "dead_load", "build", "compile", "solve", "read", "associative
 
 
 class Effort:
-    """Counts that add up over an analysis.
+    """Counts of an analysis, added up.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class Effort:
     lp_solves, nlp_solves: linear and nonlinear programs solved.
     iterations: of the solvers, summed.
     solvers: names of the solvers by what they did, such as "dead load" or "sub-problems".
-    begins: called with the name of each phase as it begins, for whoever waits.
+    begins: called with the name of each phase as it begins.
     """
 
     def __init__(self, begins: Phases = lambda _: None) -> None:

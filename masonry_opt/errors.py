@@ -1,4 +1,4 @@
-"""What a user can put right: every error here ends as one message, never as a traceback; and its words."""
+"""Errors that a user can put right, each shown as one message without a traceback; and parts of messages."""
 
 from math import ceil, floor, log10
 
@@ -17,13 +17,13 @@ def printable(text: str) -> str:
 
 
 def rounded_up(value: float, digits: int = 4) -> str:
-    """So many digits of a positive number, and no less than it: a little less would not do."""
+    """A positive number rounded up to so many digits, for what must not be less."""
     unit = 10.0 ** (floor(log10(value)) + 1 - digits)
     return f"{ceil(value / unit) * unit:.{digits}g}"
 
 
 def counted(number: int, noun: str) -> str:
-    """How many of a thing there are: "1 hole", "2 holes"."""
+    """A number of things: "1 hole", "2 holes"."""
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
@@ -53,7 +53,7 @@ class OutputError(MasonryError):
 
 
 class ReaderGoneError(OutputError):
-    """Who read standard output has read enough and closed it: nothing is wrong, and nothing is said."""
+    """The reader of standard output closed it: nothing is wrong, and nothing is printed."""
 
     #: As of programs that the signal SIGPIPE ends.
     exit_code = 128 + 13

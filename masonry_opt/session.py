@@ -1,14 +1,15 @@
-"""The one way from scenes to results: assemble, see that it stands, run, accept; once or many times.
+"""The way from scenes to results: assemble, check that the scene stands, run the method, accept.
 
-What declares or solves a program is imported where it is used: the modelling languages take seconds.
+Modules that declare or solve programs are imported where they are used: modelling languages take seconds.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.answer import Found
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result, make_result
 from masonry_opt.answer.solution import Solution
@@ -16,17 +17,14 @@ from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.explain.sense import warnings_of
-from masonry_opt.explain.sentences import message, sentences
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble, with_joints_of
 from masonry_opt.problem.kept import Kept
-from masonry_opt.report.summary import texts
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import Solver
 
-#: Joints up to which the associative load factor is computed where a method leaves none: the loop, to
-#: which larger scenes go, begins with it.
+#: Joints up to which the associative load factor is computed where a method leaves none. (Larger scenes go to
+#: the loop, which begins with it.)
 _BESIDE_UP_TO = 8000
 
 #: Methods whose answer is associative itself.
@@ -37,9 +35,9 @@ _ASSOCIATIVE = ("static", "kinematic")
 class Session:
     """A method with its solver and options, to which scenes are given one after the other.
 
-    With ``kept`` that keeps, scenes that differ from the one before in joint properties alone take their
-    geometry from it, and its compiled programs with other parameters. What a scene's answer is does not
-    depend on the scenes before; but that it stands may be seen from their forces, where it does.
+    If ``kept`` keeps, a scene that differs from the one before in joint properties alone takes over its
+    geometry and its compiled programs. No answer depends on the scenes before; but their forces may serve to
+    show that a scene stands.
 
     Attributes
     ----------
@@ -66,23 +64,17 @@ class Session:
         """
         effort = effort or Effort()
         assembly, solution = self.answer(scene, progress, effort)
-        effort.begins("tables and words")
-        result = make_result(
+        return make_result(
             assembly,
             solution,
             effort,
             method=self.method.name,
             model=self.solver.language,
             solver=self.solver.name,
-            message=message(solution.reasons),
         )
-        warnings = warnings_of(assembly, solution)
-        result = replace(result, warnings=warnings, warning_sentences=sentences(warnings))
-        summary, details = texts(result)
-        return replace(result, summary=summary, details=details)
 
     def answer(self, scene: Scene, progress: Progress, effort: Effort) -> tuple[Assembly, Solution]:
-        """The same, without names, frames and words: they take as long as the solver on small scenes."""
+        """The same, as matrices and numbers without names and units."""
         effort.begins("finding joints")
         with effort.measure("scene"):
             assembly = self._assembled(scene)
@@ -93,10 +85,11 @@ class Session:
             effort.begins(f"method '{self.method.name}'")
             task = Task(problem, self.solver, self.options, effort, progress, self.kept)
             solution = self.method.run(task)
-            solution.accept(problem)
+            solution.accept()
             _judge(assembly, task, solution, is_associative=self.method.name in _ASSOCIATIVE)
             if solution.status is Status.SOLVER_FAILED:
-                solution.q = solution.d = None  # nothing bears out what they say
+                # Nothing bears out what forces and velocities say.
+                solution.found = Found(parabola=solution.found.parabola)
         return assembly, solution
 
     def _assembled(self, scene: Scene) -> Assembly:
@@ -108,8 +101,8 @@ class Session:
         return assembly
 
     def _unless_it_stands(self, assembly: Assembly, effort: Effort) -> Solution | None:
-        """Why there is no load factor of a scene that does not stand under its dead load."""
-        from masonry_opt.explain.diagnosis import DeadLoadUndecided, falling_mechanism
+        """The solution of a scene that does not stand under its dead load; None if it stands."""
+        from masonry_opt.standing.diagnosis import DeadLoadUndecided, falling_mechanism
 
         problem, own, solver = assembly.problem, Effort(), self.dead_load
         effort.begins("does it stand under its dead load?")
@@ -117,21 +110,22 @@ class Session:
         with effort.measure("dead_load"):
             try:
                 falling = falling_mechanism(problem, solver, own, self.kept)
-            except DeadLoadUndecided as word:
-                solution.end(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, word=str(word))
+            except DeadLoadUndecided as stopped:
+                solution.end(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, word=str(stopped))
                 return solution
             finally:
-                # Which solver decides is told; its programs and their time are those of the check.
+                # The result names the solver; its programs and time count as those of the check.
                 effort.credit(own)
         if falling is None:
             return None
-        from masonry_opt.explain.diagnosis import as_it_falls
-        from masonry_opt.explain.holding import what_would_hold
-        from masonry_opt.explain.no_load_factor import movers
+        from masonry_opt.standing.diagnosis import as_it_falls
+        from masonry_opt.standing.holding import what_would_hold
+        from masonry_opt.standing.no_load_factor import movers
 
         effort.begins("what falls, and what would hold it")
         with effort.measure("dead_load"):
-            falling = solution.d = as_it_falls(assembly, falling, own)
+            falling = as_it_falls(assembly, falling, own)
+        solution.found = Found(d=falling)
         solution.add(Code.FALLS, blocks=movers(assembly, falling))
         with effort.measure("dead_load"):
             solution.reasons += what_would_hold(assembly, falling, solver, own)
@@ -160,12 +154,13 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
 
 
 def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: bool) -> None:
-    """Give a Coulomb answer the associative one; refuse a load factor below zero; say why there is none."""
+    """Set the associative load factor beside a Coulomb answer; withdraw a load factor below zero; where there
+    is none, add why."""
     if not is_associative:
         _set_beside(task, solution)
     if solution.load_factor is not None and solution.load_factor >= -ZERO:
         return
-    from masonry_opt.explain.no_load_factor import held_by_wedging, name_locking_joints, settle_existence
+    from masonry_opt.standing.no_load_factor import held_by_wedging, name_locking_joints, settle_existence
 
     if solution.load_factor is not None:
         held_by_wedging(assembly, solution)
@@ -174,10 +169,8 @@ def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: b
 
 
 def _set_beside(task: Task, solution: Solution) -> None:
-    """Give a Coulomb answer the associative load factor, which none exceeds, unless its method has it.
-
-    Where it is proven that no load factor exists, statics carry any multiple of the load: none is computed.
-    """
+    """Compute the associative load factor, which no Coulomb answer exceeds, unless the method did, or it is
+    proven that no load factor exists (statics then carry any multiple of the load)."""
     from masonry_opt.methods.associative import associative
 
     problem, effort = task.problem, task.effort
@@ -188,5 +181,5 @@ def _set_beside(task: Task, solution: Solution) -> None:
         effort.uses(own.solver.name, "associative")
         with effort.measure("associative"):
             beside = associative(own, by_chords=True)
-        if beside.accept(problem):
+        if beside.accept():
             solution.associative = beside.load_factor

@@ -1,12 +1,17 @@
-"""How well an answer meets every condition, computed from the matrices and never from a solver."""
+"""Residuals of a state, computed from the matrices and never from a solver."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
+from masonry_opt.answer.acceptance import SMALLEST, over_load_factor
 from masonry_opt.problem.problem import Problem
+
+#: Forces below this share of the live load at collapse do not matter, whatever acts on their block.
+_NO_MATTER = 1e-4
 
 
 @dataclass(frozen=True)
@@ -69,3 +74,64 @@ def certify(
         flow=float(np.abs(problem.departure(d, p, slope)).max() / (np.abs(d).max() or 1.0)),
         complementarity=problem.energy(q, p, by_parabola) / abs(live_work),
     )
+
+
+def residuals(
+    problem: Problem,
+    certificate: Certificate,
+    load_factor: float,
+    q: np.ndarray,
+    d: np.ndarray,
+    parabola: bool = False,
+) -> dict[str, float]:
+    """Everything that :class:`~.acceptance.Limits` limit: a state's certificate, with complementarity as a
+    share of |λ|, and its residuals block by block.
+
+    The certificate measures forces in median weights and total loads, in which a block very much lighter
+    than the others disappears. If it carries the live load, λ is its alone: hence each block for itself.
+    """
+    unbalanced = problem.unbalanced(load_factor, q)
+    work, acting = float(problem.live @ d), largest_acting(problem, load_factor, q)
+    wasted = float(np.abs(unbalanced * d).sum())
+    return {
+        **certificate.as_dict(),
+        "complementarity": over_load_factor(certificate.complementarity, load_factor),
+        # A live load that drives nothing: its entries are below what the solver takes for zero.
+        "work": over_load_factor(wasted / work, load_factor) if work > 0 else inf,
+        "block": _balance(problem, unbalanced, acting),
+        "joint": _yielding(problem, problem.slacks(q, parabola), q, acting),
+    }
+
+
+def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.ndarray:
+    """Largest force (a load, n or s) that acts on each block, or the least that matters, shape (b,)."""
+    loads = np.abs(problem.dead) + abs(load_factor * problem.live)
+    loads = np.maximum(loads[0::3], loads[1::3])
+    at_joints = np.abs(q[: 2 * problem.joints]).reshape(2, -1).max(axis=0)
+    carried, (block, joint) = np.zeros(problem.blocks), problem.touching
+    np.maximum.at(carried, block, at_joints[joint])
+    least = _NO_MATTER * max(abs(load_factor), SMALLEST) * problem.live_norm
+    return np.maximum(np.maximum(loads, carried), least)
+
+
+def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
+    """Of each joint, the largest force on that of its movable blocks that carries less, shape (c,)."""
+    lesser, (block, joint) = np.full(problem.joints, inf), problem.touching
+    np.minimum.at(lesser, joint, acting[block])
+    return lesser
+
+
+def _balance(problem: Problem, unbalanced: np.ndarray, acting: np.ndarray) -> float:
+    """Largest force out of balance on a block over the largest that acts on it; a moment over that force
+    at the longest arm."""
+    forces = np.maximum(np.abs(unbalanced[0::3]), np.abs(unbalanced[1::3])) / acting
+    moments = np.abs(unbalanced[2::3]) / (acting * problem.longest_arm)
+    return float(np.maximum(forces, moments).max())
+
+
+def _yielding(problem: Problem, z: np.ndarray, q: np.ndarray, acting: np.ndarray) -> float:
+    """Largest violation of yield over the largest force on the lesser of a joint's blocks."""
+    least = of_lesser_block(problem, acting)
+    violation = -z / problem.face_arm / least[problem.face_joint]
+    tension = -problem.normal_forces(q) / least
+    return float(max(violation.max(), tension.max(), 0.0))

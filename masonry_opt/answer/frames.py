@@ -1,4 +1,4 @@
-"""What a solution says of each block and each joint, with names and in the case's units."""
+"""Tables of a solution: a row a block, a row a joint, with names and in the case's units."""
 
 from __future__ import annotations
 
@@ -38,8 +38,7 @@ def block_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
 
 
 def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
-    """A row a joint: its blocks, middle and length, and what it carries and how it moves (NaN where there are
-    no forces, or no mechanism)."""
+    """A row a joint: its blocks, middle and length, forces and rates (NaN without forces, or mechanism)."""
     problem, joints = assembly.problem, assembly.joints
     nothing = np.full(3 * problem.joints, np.nan)
     q = nothing if solution.q is None else solution.q
@@ -74,11 +73,11 @@ def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
 
 
 def _utilisation(problem: Problem, q: np.ndarray) -> np.ndarray:
-    """Largest of |s| over the true Coulomb limit and |m| over n L/2, or what crushing leaves of it, and of n
-    over f_c L; NaN where a joint is idle. Limits are no smaller than forces that are nothing."""
+    """Largest of |s| over the true Coulomb limit, of |m| over n L/2 (less what crushing takes), and of n over
+    f_c L; NaN where a joint is idle."""
     n, s, m = q.reshape(3, -1)
     m = np.where(problem.in_a_point, 0.0, np.abs(m) / problem.half_length)
-    nothing = IDLE * (np.abs(n).max() or 1.0)
+    nothing = IDLE * (np.abs(n).max() or 1.0)  # no limit is taken for smaller
     limit = ShearLimits.true(problem).at(n[problem.sliding])
     most = n.copy()
     most[problem.crushing] = parabola(n[problem.crushing], problem.crushing_force)

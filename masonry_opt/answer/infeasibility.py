@@ -1,4 +1,4 @@
-"""What is proven where there is no load factor, computed from the matrices and never from a solver."""
+"""Proofs that there is no load factor, computed from the matrices and never from a solver."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Existence(StrEnum):
 
 @dataclass(frozen=True)
 class InfeasibilityCertificate:
-    """What shows that no load factor exists, or is bounded, with its residuals; zero is exact.
+    """Proof that no load factor exists, or the forces that leave it unbounded, with residuals; zero is exact.
 
     Attributes
     ----------

@@ -35,16 +35,16 @@ class JointMotion:
 def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
     """Which joints slide, hinge, separate and crush, in a solution that has a mechanism.
 
-    The opening that the flow rule of the answer gives to sliding (associative flow: the friction) makes it
-    neither hinge nor separation. What opens in the middle and carries nothing separates if it slips: that an
-    edge then keeps its distance is chance. If it does not slip, it turns about that edge, a hinge.
+    A joint that opens as it slides, by the flow rule of the answer, neither hinges nor separates by that. A
+    joint without force that opens in the middle separates if it slips, even if one edge keeps its distance;
+    if it does not slip, it hinges about that edge.
     """
     assert solution.d is not None
     problem, joints = assembly.problem, assembly.joints
     slope = np.zeros(problem.joints)
     # Blocks that fall under their dead load do so by associative flow.
     own = problem.friction if solution.load_factor is None else problem.dilatancy
-    slope[problem.sliding] = own if solution.slope is None else solution.slope
+    slope[problem.sliding] = own if solution.found.slope is None else solution.found.slope
     opening, slip, _ = (problem.B.T @ solution.d).reshape(3, -1)
     slip = np.abs(slip)
     omega = np.zeros(len(assembly.scene.blocks))

@@ -1,4 +1,4 @@
-"""Why an analysis ended as it did: codes with their values. Sentences are made of them in ``explain``."""
+"""Why an analysis ended as it did: codes with their values. Sentences are made of them in ``words``."""
 
 from __future__ import annotations
 

@@ -1,41 +1,50 @@
-"""The result of an analysis: names and units put to what was found."""
+"""The result of an analysis: a solution with the names and units of its scene."""
 
 from __future__ import annotations
 
 import json
 import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
 
-from masonry_opt.answer.acceptance import Kind, passes
-from masonry_opt.answer.certificate import Certificate, certify
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.certificate import Certificate
 from masonry_opt.answer.frames import block_frame, joint_frame, unsigned
 from masonry_opt.answer.infeasibility import InfeasibilityCertificate
 from masonry_opt.answer.reasons import Reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
-from masonry_opt.errors import NoLoadFactorError, counted
+from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.problem.problem import Problem
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+#: What ``as_dict`` tells, in order; block by block and joint by joint at the end.
+_TOLD = (
+    *("case", "method", "model", "solver", "status", "message", "reasons", "warnings", "kind", "crushing"),
+    *("load_factor", "tilt_angle", "blocks", "joints", "flow_rule_matters", "iterations", "lp_solves"),
+    *("nlp_solves", "stationary", "associative", "exact", "range", "bound", "seconds", "solvers"),
+    *("certificate", "infeasibility", "size", "history"),
+)
+
+
 @dataclass(frozen=True)
 class Size:
-    """Size of the scene and of the linear program, and what was not modelled.
+    """Sizes of the scene and of the linear program.
 
     Attributes
     ----------
     blocks, joints: movable blocks b and joints c.
     rows, columns, nonzeros: of the linear program as the solver received it; None if none was built.
-    left_out: what the scene did not need, each with its reason.
+    left_out: what was not modelled, each with its reason.
     """
 
     blocks: int
@@ -46,9 +55,11 @@ class Size:
     left_out: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Result:
     """The answer to "at what load does this masonry collapse?", with its residuals.
+
+    Tables and words are made when they are asked for.
 
     Attributes
     ----------
@@ -88,50 +99,136 @@ class Result:
     summary: what ``print`` shows: what falls, at what load, how sure that is.
     details: the same, and how it was found: residuals, programs, solvers, times.
     warnings, warning_sentences: what looks unintended in the scene, in codes with their values, and in
-        words; empty if nothing does. They change nothing else.
+        words. They change nothing else.
     """
 
-    case: str
     method: str
     model: str
     solver: str
-    status: Status
-    reasons: tuple[Reason, ...]
-    message: str
-    kind: Kind
-    load_factor: float | None
-    certificate: Certificate | None
-    infeasibility: InfeasibilityCertificate | None
-    joints: pd.DataFrame = field(repr=False)
-    blocks: pd.DataFrame = field(repr=False)
-    history: pd.DataFrame = field(repr=False)
-    flow_rule_matters: bool
     iterations: int
     lp_solves: int
     nlp_solves: int
-    stationary: bool | None
-    associative: float | None
-    exact: bool
-    bound: float | None
     seconds: dict[str, float]
     solvers: dict[str, list[str]]
-    size: Size
-    assembly: Assembly = field(repr=False)
-    solution: Solution = field(repr=False)
-    summary: str = field(default="", repr=False)
-    details: str = field(default="", repr=False)
-    warnings: tuple[Reason, ...] = ()
-    warning_sentences: tuple[str, ...] = ()
+    assembly: Assembly
+    solution: Solution
+
+    def __repr__(self) -> str:
+        return f"Result({self.case!r}, {self.method!r}, {str(self.status)!r}, load_factor={self.load_factor})"
 
     def __str__(self) -> str:
         return self.summary
 
     def _repr_html_(self) -> str:
         """What a notebook shows: load factor, status, picture, certificate."""
-        # Pages come after results, as pictures do.
+        # Pages come after results, as pictures and words do: all are loaded where they are asked for.
         from masonry_opt.report.page.notebook import notebook_html
 
         return notebook_html(self)
+
+    @property
+    def case(self) -> str:
+        return self.assembly.scene.called
+
+    @property
+    def status(self) -> Status:
+        return self.solution.status
+
+    @property
+    def reasons(self) -> tuple[Reason, ...]:
+        return tuple(self.solution.reasons)
+
+    @cached_property
+    def message(self) -> str:
+        from masonry_opt.words.sentences import message
+
+        return message(self.reasons)
+
+    @property
+    def kind(self) -> Kind:
+        return self.solution.kind
+
+    @property
+    def load_factor(self) -> float | None:
+        return _unsigned(self.solution.load_factor)
+
+    @property
+    def certificate(self) -> Certificate | None:
+        return self.solution.answer.certificate if self.solution.answer else None
+
+    @property
+    def infeasibility(self) -> InfeasibilityCertificate | None:
+        return self.solution.infeasibility if self.load_factor is None else None
+
+    @cached_property
+    def joints(self) -> pd.DataFrame:
+        return joint_frame(self.assembly, self.solution)
+
+    @cached_property
+    def blocks(self) -> pd.DataFrame:
+        return block_frame(self.assembly, self.solution)
+
+    @cached_property
+    def history(self) -> pd.DataFrame:
+        return unsigned(pd.DataFrame(self.solution.history).drop(columns="solved", errors="ignore"))
+
+    @property
+    def flow_rule_matters(self) -> bool:
+        return self.solution.flow_rule_matters
+
+    @property
+    def stationary(self) -> bool | None:
+        return self.solution.stationary
+
+    @property
+    def associative(self) -> float | None:
+        return _unsigned(self.solution.associative_value)
+
+    @cached_property
+    def exact(self) -> bool:
+        return self.solution.is_exact(self.assembly.problem)
+
+    @property
+    def bound(self) -> float | None:
+        return _unsigned(self.solution.bound)
+
+    @cached_property
+    def size(self) -> Size:
+        from masonry_opt.words.summary import left_out
+
+        problem, lp = self.assembly.problem, self.solution.size
+        return Size(
+            blocks=problem.blocks,
+            joints=problem.joints,
+            rows=lp.rows if lp else None,
+            columns=lp.columns if lp else None,
+            nonzeros=lp.nonzeros if lp else None,
+            left_out=left_out(self.assembly),
+        )
+
+    @cached_property
+    def warnings(self) -> tuple[Reason, ...]:
+        from masonry_opt.words.sense import warnings_of
+
+        return warnings_of(self.assembly, self.solution)
+
+    @property
+    def warning_sentences(self) -> tuple[str, ...]:
+        from masonry_opt.words.sentences import sentences
+
+        return sentences(self.warnings)
+
+    @property
+    def summary(self) -> str:
+        from masonry_opt.words.summary import summary
+
+        return summary(self)
+
+    @property
+    def details(self) -> str:
+        from masonry_opt.words.summary import details
+
+        return details(self)
 
     @property
     def range(self) -> tuple[float | None, float | None]:
@@ -144,7 +241,7 @@ class Result:
     def crushing(self) -> str:
         """How joints of limited strength crush here: by the "parabola", or by "chords" inside it, whose
         moments are up to 0.65 % less; "" where none is limited."""
-        law = "parabola" if self.solution.parabola else "chords"
+        law = "parabola" if self.solution.found.parabola else "chords"
         return law if len(self.assembly.problem.crushing) else ""
 
     @property
@@ -176,7 +273,6 @@ class Result:
         OptionError
             If there is no such kind.
         """
-        # Drawing comes after results, and takes matplotlib: both are loaded where a picture is asked for.
         from masonry_opt.report.pictures.result_picture import picture
 
         return picture(self, kind, names)
@@ -207,44 +303,20 @@ class Result:
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, strings, lists and dictionaries (NaN as None)."""
-        return _plain(
-            {
-                "case": self.case,
-                "method": self.method,
-                "model": self.model,
-                "solver": self.solver,
-                "status": str(self.status),
-                "message": self.message,
-                "reasons": [reason.as_dict() for reason in self.reasons],
-                "warnings": [
-                    {"sentence": sentence, **warning.as_dict()}
-                    for warning, sentence in zip(self.warnings, self.warning_sentences, strict=True)
-                ],
-                "kind": str(self.kind),
-                "crushing": self.crushing,
-                "load_factor": self.load_factor,
-                "tilt_angle": self.tilt_angle,
-                "blocks": self.size.blocks,
-                "joints": self.size.joints,
-                "flow_rule_matters": self.flow_rule_matters,
-                "iterations": self.iterations,
-                "lp_solves": self.lp_solves,
-                "nlp_solves": self.nlp_solves,
-                "stationary": self.stationary,
-                "associative": self.associative,
-                "exact": self.exact,
-                "range": list(self.range),
-                "bound": self.bound,
-                "seconds": self.seconds,
-                "solvers": self.solvers,
-                "certificate": self.certificate.as_dict() if self.certificate else None,
-                "infeasibility": self.infeasibility.as_dict() if self.infeasibility else None,
-                "size": asdict(self.size),
-                "history": self.history.to_dict("records"),
-                "block_results": self.blocks.to_dict("records"),
-                "joint_results": self.joints.to_dict("records"),
-            }
-        )
+        told = {name: getattr(self, name) for name in _TOLD}
+        told["status"], told["kind"] = str(self.status), str(self.kind)
+        told["reasons"] = [reason.as_dict() for reason in self.reasons]
+        told["warnings"] = [
+            {"sentence": sentence, **warning.as_dict()}
+            for warning, sentence in zip(self.warnings, self.warning_sentences, strict=True)
+        ]
+        told["blocks"], told["joints"], told["size"] = self.size.blocks, self.size.joints, asdict(self.size)
+        told["certificate"] = self.certificate.as_dict() if self.certificate else None
+        told["infeasibility"] = self.infeasibility.as_dict() if self.infeasibility else None
+        told["history"] = self.history.to_dict("records")
+        told["block_results"] = self.blocks.to_dict("records")
+        told["joint_results"] = self.joints.to_dict("records")
+        return _plain(told)
 
     def to_json(self) -> str:
         """``as_dict`` as one JSON object."""
@@ -252,51 +324,18 @@ class Result:
 
 
 def make_result(
-    assembly: Assembly,
-    solution: Solution,
-    effort: Effort,
-    *,
-    method: str,
-    model: str,
-    solver: str,
-    message: str = "",
+    assembly: Assembly, solution: Solution, effort: Effort, *, method: str, model: str, solver: str
 ) -> Result:
-    """Put the scene's names and units to a solution."""
-    problem, scene = assembly.problem, assembly.scene
-    lp = solution.size
+    """A solution with the names and units of its scene, and what it took."""
     return Result(
-        case=scene.called,
         method=method,
         model=model,
         solver=solver,
-        status=solution.status,
-        reasons=tuple(solution.reasons),
-        message=message,
-        kind=solution.kind,
-        load_factor=_unsigned(solution.load_factor),
-        certificate=certificate_of(problem, solution),
-        infeasibility=solution.infeasibility if solution.load_factor is None else None,
-        joints=joint_frame(assembly, solution),
-        blocks=block_frame(assembly, solution),
-        history=unsigned(pd.DataFrame(solution.history).drop(columns="solved", errors="ignore")),
-        flow_rule_matters=solution.flow_rule_matters,
         iterations=effort.iterations,
         lp_solves=effort.lp_solves,
         nlp_solves=effort.nlp_solves,
-        stationary=solution.stationary,
-        associative=_unsigned(solution.associative_value),
-        exact=is_exact(problem, solution),
-        bound=_unsigned(solution.bound),
         seconds=effort.seconds,
         solvers=effort.solvers,
-        size=Size(
-            blocks=problem.blocks,
-            joints=problem.joints,
-            rows=lp.rows if lp else None,
-            columns=lp.columns if lp else None,
-            nonzeros=lp.nonzeros if lp else None,
-            left_out=_left_out(assembly),
-        ),
         assembly=assembly,
         solution=solution,
     )
@@ -304,32 +343,6 @@ def make_result(
 
 def _unsigned(number: float | None) -> float | None:
     return None if number is None else number + 0.0
-
-
-def certificate_of(problem: Problem, solution: Solution) -> Certificate | None:
-    """Residuals of a solution under the flow rule it claims; None without a load factor."""
-    if solution.load_factor is None or solution.q is None or solution.d is None:
-        return None
-    slope = problem.dilatancy if solution.slope is None else solution.slope
-    return certify(problem, solution.load_factor, solution.q, solution.d, slope, solution.parabola)
-
-
-def is_exact(problem: Problem, solution: Solution) -> bool:
-    """Whether a solution is an exact state under the joints' own flow rule."""
-    if solution.load_factor is None or solution.q is None or solution.d is None:
-        return False
-    forces = solution.load_factor, solution.q, solution.d
-    return passes(problem, Kind.EXACT, *forces, problem.dilatancy, solution.parabola)
-
-
-def _left_out(assembly: Assembly) -> tuple[str, ...]:
-    problem, joints = assembly.problem, assembly.joints
-    left_out = []
-    if unlimited := problem.joints - len(problem.sliding):
-        left_out.append(f"sliding of {counted(unlimited, 'joint')}: friction is unlimited")
-    if joints.fixed_pairs:
-        left_out.append(f"{counted(joints.fixed_pairs, 'joint')} between two fixed blocks: neither moves")
-    return tuple(left_out)
 
 
 def _plain(value: Any) -> Any:

@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import LIMITS, Kind, residuals
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.answer import Answer, Found
 from masonry_opt.answer.infeasibility import InfeasibilityCertificate
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.status import Status
 from masonry_opt.problem.problem import Problem
-from masonry_opt.problem.state import State
 from masonry_opt.solvers.lp import LpSize
 
 
@@ -20,33 +20,29 @@ from masonry_opt.solvers.lp import LpSize
 class Solution:
     """How an analysis ended, in the problem's dimensionless units.
 
+    What was found is immutable; status, reasons and history are written as a method goes on.
+
     Attributes
     ----------
     status: how.
     kind: of answer, which decides what its certificate must show.
     reasons: why, in codes.
-    load_factor: λ, None unless the status is usable.
-    q, d: joint forces (3c,) and block velocities (3b,), where there are any.
-    slope: opening per unit slip under the flow rule the answer claims, shape (k,).
+    found: the answer, if the status is usable; else the forces and velocities there are.
     flow_rule_matters: False if the associative answer already obeys the joints' own flow rule.
     exact_end: whether the loop ended with forces that obey the true law exactly.
     history: one record a step of the method.
     stationary: of a refined state: True if no mechanism tried among the faces at yield lowers λ.
-    associative: associative load factor; None where it is unlimited or nobody computed it.
+    associative: associative load factor; None where it is unlimited, or was not computed.
     bound: lower bound of λ, of the bracket; what it assumes, if anything, stands in the reasons.
     bound_derived: whether it assumes nothing.
-    parabola: whether crushing was limited by the parabola itself and not by its chords.
-    infeasibility: what is proven where there is no λ; None if nobody looked.
+    infeasibility: what is proven where there is no λ; None if no proof was tried.
     size: of the linear program.
     """
 
     status: Status
     kind: Kind
     reasons: list[Reason] = field(default_factory=list)
-    load_factor: float | None = None
-    q: np.ndarray | None = None
-    d: np.ndarray | None = None
-    slope: np.ndarray | None = None
+    found: Found = field(default_factory=Found)
     flow_rule_matters: bool = True
     exact_end: bool = False
     history: list[Any] = field(default_factory=list)
@@ -54,13 +50,32 @@ class Solution:
     associative: float | None = None
     bound: float | None = None
     bound_derived: bool = False
-    parabola: bool = False
     infeasibility: InfeasibilityCertificate | None = None
     size: LpSize | None = None
 
     @property
+    def answer(self) -> Answer | None:
+        """The state with a load factor, and its certificate."""
+        return self.found if isinstance(self.found, Answer) else None
+
+    @property
+    def load_factor(self) -> float | None:
+        """λ of the answer."""
+        return self.answer.load_factor if self.answer else None
+
+    @property
+    def q(self) -> np.ndarray | None:
+        """Joint forces, shape (3c,)."""
+        return self.found.q
+
+    @property
+    def d(self) -> np.ndarray | None:
+        """Block velocities, shape (3b,)."""
+        return self.found.d
+
+    @property
     def associative_value(self) -> float | None:
-        """Load factor with associative flow: its own if it claims that; None if nobody computed it."""
+        """Load factor with associative flow: its own if its flow is that; None if it was not computed."""
         return self.load_factor if self.kind is Kind.ASSOCIATIVE else self.associative
 
     @property
@@ -70,28 +85,28 @@ class Solution:
 
     @property
     def interrupted(self) -> bool:
-        """Whether the user ended the method, which gives what it had by then."""
+        """Whether the user ended the method, so that this is what it had found by then."""
         return any(said.values.get("interrupted", False) for said in self.reasons)
 
     @property
     def states_met(self) -> int | None:
-        """How many different exact states were met on the way; None of methods that look for none."""
+        """Number of different exact states met; None if the method looks for none."""
         met = (said.values["count"] for said in self.reasons if said.code is Code.STATES_MET)
         return next(met, None)
 
     @property
     def carries_any_load(self) -> bool:
-        """Whether the scene stands, and no multiple of the live load makes it collapse: it is proven that no
-        load factor exists, or the program of associative flow, which alone decides there, has no end. Of a
-        Coulomb method a status proves nothing."""
+        """Whether the scene stands and no multiple of the live load makes it collapse: proven, or the
+        associative program is unbounded. The status of a Coulomb method proves nothing."""
         if self.status is Status.UNSTABLE:
             return False
         endless = self.kind is Kind.ASSOCIATIVE and self.status in (Status.UNLIMITED, Status.LOCKED)
         return endless or self.proven_none
 
-    def take(self, state: State) -> None:
-        """Keep a state's forces and velocities."""
-        self.q, self.d = state.q, state.d
+    def is_exact(self, problem: Problem) -> bool:
+        """Whether the answer is an exact state under the joints' own flow rule."""
+        answer = self.answer
+        return answer is not None and not answer.under(problem, problem.dilatancy).failing(Kind.EXACT)
 
     def end(self, status: Status, code: Code, **values: Any) -> None:
         """Set the status, and the one reason for it."""
@@ -101,20 +116,19 @@ class Solution:
         """Add a reason."""
         self.reasons.append(reason(code, **values))
 
-    def failing(self, problem: Problem) -> dict[str, float | None]:
-        """Residuals that exceed the limits of its kind; none if it passes or there is no load factor."""
-        if self.load_factor is None or self.q is None or self.d is None:
-            return {}
-        slope = problem.dilatancy if self.slope is None else self.slope
-        left = residuals(problem, self.load_factor, self.q, self.d, slope, self.parabola)
-        return LIMITS[self.kind].failing(left)
+    def withdraw(self, status: Status, code: Code, **values: Any) -> None:
+        """Set the status and the one reason for which the answer is none, and keep what was found."""
+        self.end(status, code, load_factor=self.load_factor, **values)
+        found = self.found
+        self.found = Found(q=found.q, d=found.d, slope=found.slope, parabola=found.parabola)
 
-    def accept(self, problem: Problem) -> bool:
-        """Whether its own certificate bears it out; if not, its load factor is taken away."""
-        failing = self.failing(problem)
+    def failing(self) -> dict[str, float | None]:
+        """Residuals that exceed the limits of its kind; none without an answer."""
+        return self.answer.failing(self.kind) if self.answer else {}
+
+    def accept(self) -> bool:
+        """Whether its certificate bears the answer out; if not, it is withdrawn."""
+        failing = self.failing()
         if failing:
-            self.end(
-                Status.SOLVER_FAILED, Code.NOT_CERTIFIED, load_factor=self.load_factor, residuals=failing
-            )
-            self.load_factor = None
+            self.withdraw(Status.SOLVER_FAILED, Code.NOT_CERTIFIED, residuals=failing)
         return not failing

@@ -1,16 +1,16 @@
-"""From what on something moves, slides, is idle or differs: one table, asked by words, pictures and tables.
+"""Thresholds from which on something moves, slides, is idle or differs, for words, pictures and tables.
 
-Nothing here decides whether an answer is accepted: those limits stand in ``acceptance``.
+None decides whether an answer is accepted: those limits stand in ``acceptance``.
 """
 
 from __future__ import annotations
 
 from masonry_opt.answer.acceptance import SMALLEST
 
-#: Speed of a block's fastest corner, over that of the scene's fastest, below which the block is at rest. In
-#: answers of the loop sliding contracts by 10⁻³ μ of its slip: so fast is a block that rests in the closed
-#: form (``closed_forms/pulled_stone``: 1.0e-3). The slowest block that is known by hand to move has 5e-3
-#: (``closed_forms/two_leaves``); exact answers of small scenes have nothing between 3e-7 and 5e-3. On façades
+#: Speed of a block's fastest corner, over that of the scene's fastest, below which the block is at rest.
+#: Sliding in the loop's answers contracts by 10⁻³ μ of its slip, which gives 1.0e-3 to a block that rests in
+#: the closed form (``closed_forms/pulled_stone``). The slowest block known by hand to move has 5e-3
+#: (``closed_forms/two_leaves``). Exact answers of small scenes have nothing between 3e-7 and 5e-3; on façades
 #: speeds fall without a gap.
 MOVES = 2e-3
 
@@ -18,8 +18,8 @@ MOVES = 2e-3
 #: that opens less, the closing of an edge. A joint of blocks at rest in the loop's answers has twice 10⁻³ μ.
 SLIDES = HINGES = SEPARATES = CRUSHES = MOVES
 
-#: Power of a mechanism whose velocities are bounded, in median block weights, below which no load drives it:
-#: what solvers leave of a zero is some 1e-9.
+#: Power of a mechanism of bounded velocities, in median block weights, below which no load drives it.
+#: (Solvers leave some 1e-9 of a zero.)
 DRIVES = 1e-7
 
 #: Share of the scene's largest normal force below which a joint carries nothing.
@@ -32,14 +32,14 @@ NAMED = 1e-2
 #: by up to 2e-8 on the case files; different states by 8e-4 and more.
 SAME = 1e-6
 
-#: By so much, relative, must a load factor be lower (or a load be missed) to be told from rounding: the
+#: Relative difference from which on a load factor is lower, or a load missed, by more than rounding: the
 #: residual that exact states may leave.
 LOWER = 1e-8
 
 #: Load factors up to this, of either sign, are zero.
 ZERO = 1e-6
 
-#: Different states further apart than this, relative, are told of.
+#: Relative difference from which on different states are reported.
 APART = 1e-2
 
 #: Share of the largest load factor by which the two ends of a narrow interval differ where there is a jump.

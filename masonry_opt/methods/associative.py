@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.answer import Found, certified
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
-from masonry_opt.explain.diagnosis import no_optimum
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import ShearLimits
 from masonry_opt.solvers.driver import Driver
+from masonry_opt.standing.diagnosis import no_optimum
 
 
 def associative(task: Task, formulation: str = "static", by_chords: bool = False) -> Solution:
@@ -33,14 +34,14 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
     key = ("associative", formulation, task.solver.key, parabola)
     driver = task.kept.of(key, problem, declared, lambda kept: kept.renew(limits, task.effort))
     answer = driver.solve()
-    solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, slope=problem.friction, size=driver.size())
-    solution.parabola = parabola
+    solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, size=driver.size())
     if answer.state is None:
+        solution.found = Found(parabola=parabola)
         solution.status, why = no_optimum(problem, answer.solved.word, task.solver, task.effort)
         solution.reasons.append(why)
     else:
-        solution.load_factor = answer.state.load_factor
-        solution.take(answer.state)
+        state = answer.state
+        solution.found = certified(problem, state.load_factor, state.q, state.d, problem.friction, parabola)
     return solution
 
 

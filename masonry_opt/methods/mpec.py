@@ -15,6 +15,7 @@ import numpy as np
 from pydantic import Field, InstanceOf, Strict, model_validator
 
 from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.answer import Found, certified
 from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
@@ -123,7 +124,7 @@ def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
     with effort.measure("compile"):
         ipopt = IPOPT[task.solver.name](model)
     effort.uses(task.solver.name, "relaxation")
-    solution = Solution(Status.HOMOTOPY, Kind.RELAXED, slope=problem.dilatancy)
+    solution = Solution(Status.HOMOTOPY, Kind.RELAXED)
     epsilon = options.epsilon
     while not _follow(task, model, ipopt, epsilon, options.epsilon_min, solution):
         epsilon *= _SMALLER_START
@@ -133,7 +134,8 @@ def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
         model.start_from(start)
         ipopt.forget()
     solution.end(Status.CONVERGED, Code.LOCAL_MINIMUM, epsilon=options.epsilon_min)
-    solution.load_factor = model.read().load_factor
+    state = model.read()
+    solution.found = certified(problem, state.load_factor, state.q, state.d)
     if epsilon < options.epsilon:
         solution.add(Code.RELAXED_FROM, epsilon=epsilon)
     return solution
@@ -153,7 +155,7 @@ def _follow(
         load_factor, largest, gap = math.nan, math.nan, math.nan
         if answer.solved:
             state, products = model.read(), model.products()
-            solution.take(state)
+            solution.found = Found(q=state.q, d=state.d, slope=task.problem.dilatancy)
             load_factor, largest = state.load_factor, float(products.max())
             gap = float(products.sum()) / task.problem.live_norm
         solution.history.append(
@@ -175,7 +177,7 @@ def _stopped(solution: Solution, start: State | None) -> Solution:
         last = solved[-1]
         solution.add(Code.KEPT_RELAXATION, epsilon=last.epsilon, load_factor=last.load_factor, gap=last.gap)
     elif start is not None:
-        solution.take(start)
+        solution.found = Found(q=start.q, d=start.d)
         solution.add(Code.KEPT_START)
     else:
         solution.add(Code.NOTHING_SOLVED)

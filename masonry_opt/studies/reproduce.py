@@ -18,9 +18,9 @@ from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
 from masonry_opt.files import picture_metadata, refuse_unwritable
 from masonry_opt.report.pictures.figure import style
 from masonry_opt.report.pictures.letters import replace_missing
-from masonry_opt.report.terminal import print_text
 from masonry_opt.solvers.registry import find_entry
 from masonry_opt.studies.writing import csv_text, write_files
+from masonry_opt.words.terminal import print_text
 
 #: Takes a quarter of an hour, and is none of the paper's.
 _BEYOND = "bracket"

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 from passes import assert_descended, assert_one_pass, one_pass
 from scenes import WALLS, overhanging, pressed_down, small_wall, two_blocks
 from scenes import values_of as values
 
 import masonry_opt as mo
-from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.methods.mcp import method
 from masonry_opt.methods.mcp.rules import Rules
@@ -62,7 +64,8 @@ def test_the_next_rules_follow_where_the_first_stall(monkeypatch):
 def test_an_inexact_end_is_no_answer(monkeypatch):
     """A pass that claims to have ended is not believed where the certificate fails: the loop takes over."""
     monkeypatch.setattr(method, "ATTEMPTS", method.ATTEMPTS[:1])
-    monkeypatch.setattr(method, "_passes", lambda *_: False)
+    never = replace(LIMITS[Kind.ONE_PASS], equilibrium=-1.0)
+    monkeypatch.setitem(LIMITS, Kind.ONE_PASS, never)
     result = mo.solve(WALLS[0], "mcp")
     assert result.reasons[0].code is Code.LOOP_TOOK_OVER
     assert result.load_factor == mo.solve(WALLS[0], "nonassociative").load_factor

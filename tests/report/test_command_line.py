@@ -13,7 +13,7 @@ from scenes import CASES, WALLS, block_on_floor, overhanging, pressed_down, run_
 import masonry_opt as mo
 from masonry_opt import cli
 from masonry_opt.errors import OptionError
-from masonry_opt.report.terminal import print_result
+from masonry_opt.words.terminal import print_result
 
 WALL_1 = WALLS[0]
 LOOP = ["--method", "nonassociative"]

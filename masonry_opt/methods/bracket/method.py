@@ -8,7 +8,7 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, Strict
 
-from masonry_opt.answer.acceptance import CLOSED, SMALLEST, Kind, passes
+from masonry_opt.answer.acceptance import CLOSED, SMALLEST, Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
@@ -73,30 +73,23 @@ def global_search(task: Task) -> Solution:
     start = refined(task.with_options(RefinedOptions(search=search)))
     if start.interrupted:
         raise KeyboardInterrupt
-    exact = _is_exact(problem, start)
+    exact = start.is_exact(problem)
     # Where dilatancy locks the associative flow, an exact state bounds λ instead.
     ends_above = [found.load_factor for found in (upper, *([start] if exact else []))]
     if not (bounds := [load_factor for load_factor in ends_above if load_factor is not None]):
         return upper
     best = min(bounds)
     highest = a_little_above(best)
-    solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, slope=problem.dilatancy)
+    solution = Solution(Status.SOLVER_FAILED, Kind.EXACT)
     solution.flow_rule_matters, solution.associative = start.flow_rule_matters, upper.load_factor
     if exact:
-        solution.load_factor, solution.q, solution.d = start.load_factor, start.q, start.d
+        solution.found = start.found
     of = limits(problem, highest, options.rate_bound or assumed_rates(problem, solution.d), effort)
     solution.bound = min(best, 0.0)
     if best > 0:
         _raise(task, solution, best, highest, of, began)
     _conclude(problem, solution, of, options)
     return solution
-
-
-def _is_exact(problem: Problem, start: Solution) -> bool:
-    """Whether a state, of the refinement or of a pass that it could not refine, is exact."""
-    if start.load_factor is None or start.q is None or start.d is None:
-        return False
-    return passes(problem, Kind.EXACT, start.load_factor, start.q, start.d, problem.dilatancy)
 
 
 def assumed_rates(problem: Problem, d: np.ndarray | None) -> float:
@@ -151,15 +144,16 @@ def _closed(bound: float, load_factor: float | None) -> bool:
 
 def _conclude(problem: Problem, solution: Solution, of: Limits, options: GlobalOptions) -> None:
     """Status and reason from what was found."""
-    load_factor, q, d = solution.load_factor, solution.q, solution.d
-    if load_factor is None or q is None or d is None:
+    answer = solution.answer
+    if answer is None:
         solution.end(Status.SOLVER_FAILED, Code.NO_EXACT_STATE, time_limit=options.time_limit)
         return
+    load_factor = answer.load_factor
     bound = solution.bound = min(solution.bound or 0.0, load_factor)
     solution.bound_derived = of.derived
     assumed = {"rates": None if of.rates_derived else of.rates, "forces": not of.forces_derived}
     said = {"bound": bound, "load_factor": load_factor, **assumed}
-    if not of.allow(q, _rates(problem, d)):
+    if not of.allow(answer.q, _rates(problem, answer.d)):
         solution.end(Status.CONVERGED, Code.TOUCHES_IMPOSED, **said)
         # What holds among some states only, and not this one, is no bound.
         solution.bound = 0.0

@@ -12,12 +12,13 @@ least, may lower it.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import LIMITS, Kind, residuals
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.energy import WEIGHT
@@ -52,6 +53,7 @@ class ExactState:
     slack: yield slack of each face, shape (faces,).
     support: faces at work in the mechanism, shape (faces,).
     strength: how strongly each face of the support holds λ up (the dual of its z = 0), shape (faces,).
+    answer: the state with its certificate, once that bears it out.
     """
 
     load_factor: float
@@ -60,6 +62,7 @@ class ExactState:
     slack: np.ndarray
     support: np.ndarray
     strength: np.ndarray
+    answer: Answer | None = None
 
     @property
     def holding(self) -> np.ndarray:
@@ -191,9 +194,9 @@ class Refiner:
             found = self.first(settled.q, repairs)
         if settled is None:
             return None
-        problem, state = self.problem, (settled.load_factor, settled.q, settled.d)
-        self.left = LIMITS[Kind.EXACT].failing(residuals(problem, *state, problem.dilatancy))
-        return None if self.left else settled
+        answer = certified(self.problem, settled.load_factor, settled.q, settled.d)
+        self.left = answer.failing(Kind.EXACT)
+        return None if self.left else replace(settled, answer=answer)
 
     def first(self, q: np.ndarray, repairs: int = _REPAIRS) -> ExactState | None:
         """(a) and (b) from any forces; None if they do not lead to an exact state.

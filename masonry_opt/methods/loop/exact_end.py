@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from masonry_opt.answer.acceptance import LIMITS, MOST_ENERGY, SMALLEST, Kind
-from masonry_opt.answer.certificate import certify
+from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.energy import forces_for, motion_for
 from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
@@ -25,21 +25,9 @@ _SHARES = (1e-6, 1e-4)
 _PURPOSE = "exact end"
 
 
-@dataclass(frozen=True)
-class ExactEnd:
-    """Joint forces (3c,) that obey equilibrium and the true law, the block velocities (3b,) of a mechanism
-    that moves where they are at yield (but for MOST_ENERGY), and the opening per unit slip that the forces
-    allow the joints that can slide, shape (k,)."""
-
-    load_factor: float
-    q: np.ndarray
-    d: np.ndarray
-    slope: np.ndarray
-
-
 def accurate_end(
     problem: Problem, state: State, near: float, solver: Solver, effort: Effort
-) -> ExactEnd | None:
+) -> Answer | None:
     """An exact state on the mechanism of an accurately solved sub-problem, if there is one: the one whose λ
     is nearest to ``near``."""
     for share in _SHARES:
@@ -51,7 +39,7 @@ def accurate_end(
     return None
 
 
-def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) -> ExactEnd | None:
+def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) -> Answer | None:
     """Exact forces and a mechanism near that of a sub-problem solved roughly, whose rates are zero nowhere.
 
     First the forces that leave little energy z·p for its rates and have a low λ; then the mechanism of the
@@ -67,17 +55,13 @@ def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) ->
     return _belonging(problem, whole.load_factor, whole.q, state.d if d is None else d)
 
 
-def belong_together(
-    problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray, slope: np.ndarray
-) -> bool:
-    """Whether forces (3c,) and velocities (3b,) belong together under a flow rule, shape (k,)."""
-    left = certify(problem, load_factor, q, d, slope)
-    most = MOST_ENERGY * max(abs(load_factor), SMALLEST)
+def belong_together(answer: Answer) -> bool:
+    """Whether the forces and the velocities of an answer belong together, but for MOST_ENERGY."""
+    most = MOST_ENERGY * max(abs(answer.load_factor), SMALLEST)
+    left = answer.certificate
     return left.complementarity <= most and left.flow <= LIMITS[Kind.LOOP].flow
 
 
-def _belonging(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> ExactEnd | None:
-    slope = problem.dilatancy_at(problem.normal_forces(q))
-    if belong_together(problem, load_factor, q, d, slope):
-        return ExactEnd(load_factor, q, d, slope)
-    return None
+def _belonging(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> Answer | None:
+    answer = certified(problem, load_factor, q, d, problem.dilatancy_at(problem.normal_forces(q)))
+    return answer if belong_together(answer) else None

@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from math import inf
 
-from masonry_opt.answer.acceptance import BORNE_OUT, residuals
+from masonry_opt.answer.acceptance import BORNE_OUT
+from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
-from masonry_opt.explain.diagnosis import no_optimum
 from masonry_opt.methods.loop.exact_end import belong_together
 from masonry_opt.methods.loop.history import Iteration
 from masonry_opt.methods.loop.options import LoopOptions
@@ -20,6 +20,7 @@ from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import rougher
+from masonry_opt.standing.diagnosis import no_optimum
 
 Failure = Status | Shortfall
 
@@ -59,7 +60,7 @@ def nonassociative(task: Task) -> Solution:
             word = solution.reasons[0].values["word"]
             solution.status, why = no_optimum(problem, word, attempt.solver, task.effort)
             solution.reasons = [why]
-        runs.append(_Ran(attempt, solution, _failure(problem, attempt, solution)))
+        runs.append(_Ran(attempt, solution, _failure(attempt, solution)))
         following = _next(runs, left, options)
         if following is None:
             break
@@ -67,7 +68,7 @@ def nonassociative(task: Task) -> Solution:
     for ran in runs:
         if ran.solution.status in (Status.CYCLING, Status.ITERATION_LIMIT):
             ran.solution.reasons.append(borne_out.reason)
-    solution = _gathered(problem, runs, options)
+    solution = _gathered(runs, options)
     solution.size = driver.size()
     return solution
 
@@ -84,8 +85,8 @@ class _LeastBorneOut:
         if state is None or state.load_factor >= self.least:
             return
         slope = self.problem.dilatancy_at(self.problem.normal_forces(state.q))
-        left = residuals(self.problem, state.load_factor, state.q, state.d, slope)
-        if max(left.values()) <= BORNE_OUT:
+        answer = certified(self.problem, state.load_factor, state.q, state.d, slope)
+        if max(answer.residuals.values()) <= BORNE_OUT:
             self.least = state.load_factor
 
     @property
@@ -121,29 +122,25 @@ def _needs_another(attempt: Attempt, last: Attempt) -> bool:
     return attempt.solver != last.solver or attempt.parameters.tolerance != last.parameters.tolerance
 
 
-def _failure(problem: Problem, attempt: Attempt, solution: Solution) -> Failure | None:
+def _failure(attempt: Attempt, solution: Solution) -> Failure | None:
     """How a run failed; None if what it found decides the matter."""
-    if not solution.status.usable:
+    answer = solution.answer
+    if answer is None:
         return None if solution.status is Status.JAMMED else solution.status
     finish = attempt.parameters.finish
-    if finish and solution.failing(problem):
+    if finish and solution.failing():
         return Shortfall.INEXACT
     if not solution.flow_rule_matters:
         return None if attempt.parameters.tolerance is None else Shortfall.ROUGH
-    inexact = finish and _far_from_exact(problem, solution, attempt.parameters.tol)
+    inexact = finish and _far_from_exact(answer, solution, attempt.parameters.tol)
     return Shortfall.INEXACT if inexact else None
 
 
-def _far_from_exact(problem: Problem, solution: Solution, tol: float) -> bool:
+def _far_from_exact(answer: Answer, solution: Solution, tol: float) -> bool:
     """Whether more is left than the exact end allows: of energy of what moves without being at yield, or of
     departure from the flow rule (blocks that pass into each other); or λ still changes, by more than ``tol``
     relative, and no exact state was found on the way."""
-    load_factor, q, d, slope = solution.load_factor, solution.q, solution.d, solution.slope
-    assert load_factor is not None  # the run converged
-    assert q is not None
-    assert d is not None
-    assert slope is not None
-    if not belong_together(problem, load_factor, q, d, slope):
+    if not belong_together(answer):
         return True
     last = [entry.load_factor for entry in solution.history[-2:]]
     return not solution.exact_end and abs(last[-1] - last[0]) > tol * abs(last[-1])
@@ -164,12 +161,12 @@ def _next(runs: list[_Ran], left: dict[Failure, list[Remedy]], options: LoopOpti
     return None
 
 
-def _gathered(problem: Problem, runs: list[_Ran], options: LoopOptions) -> Solution:
+def _gathered(runs: list[_Ran], options: LoopOptions) -> Solution:
     """The solution of the last run if it decides the matter (or is the loop as it is, with less slope), else
     of the first whose load factor passes, else of the first; with the history of all."""
     last = runs[-1]
     decided = last.failure is None or (options.remedies == "slope" and last.failure is not Status.NO_STATE)
-    passing = [ran for ran in runs if ran.solution.status.usable and not ran.solution.failing(problem)]
+    passing = [ran for ran in runs if ran.solution.answer and not ran.solution.failing()]
     kept = last if decided else next(iter([*passing, runs[0]]))
     solution, remedies = kept.solution, [ran.attempt.remedy for ran in runs[1:]]
     if remedies:

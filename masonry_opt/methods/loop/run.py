@@ -8,10 +8,11 @@ from dataclasses import replace
 from itertools import islice
 
 from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.answer import Answer, Found, certified
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
-from masonry_opt.methods.loop.exact_end import ExactEnd, accurate_end, rough_end
+from masonry_opt.methods.loop.exact_end import accurate_end, rough_end
 from masonry_opt.methods.loop.history import Iteration, recorded
 from masonry_opt.methods.loop.options import Parameters
 from masonry_opt.methods.loop.steps import Revise, SubProblem, Turn, corrected, sub_problems
@@ -54,7 +55,7 @@ class _Run:
     def __init__(self, problem: Problem, driver: Driver, parameters: Parameters, solver: Solver) -> None:
         self.problem, self.driver, self.parameters, self.solver = problem, driver, parameters, solver
         kind = Kind.LOOP if parameters.finish else Kind.BARE_LOOP
-        self.solution = Solution(Status.ITERATION_LIMIT, kind, slope=problem.dilatancy)
+        self.solution = Solution(Status.ITERATION_LIMIT, kind)
         self.load_factors: list[float] = []
         self.states: deque[State] = deque(maxlen=LONGEST_PERIOD + 1)
         self.next_try = self.still_since = 0
@@ -70,7 +71,7 @@ class _Run:
             self.load_factors.append(last.state.load_factor)
             if last.number == 1 and parameters.start == "associative":
                 solution.associative = last.state.load_factor
-            solution.take(last.state)
+            solution.found = Found(q=last.state.q, d=last.state.d, slope=self.problem.dilatancy)
             solution.history.append(replace(entry, solved=None))
             progress(entry)
             if self._nothing_to_do(last) if last.number == 1 else self._ended(last, entry):
@@ -83,7 +84,7 @@ class _Run:
 
     def _without_optimum(self, last: SubProblem) -> Solution:
         solution = self.solution
-        solution.q = solution.d = None
+        solution.found = Found()
         if last.number == 1 or last.solved.failed:
             word = last.solved.word
             solution.end(Status.SOLVER_FAILED, Code.SUB_PROBLEM_FAILED, number=last.number, word=word)
@@ -99,9 +100,13 @@ class _Run:
             return False
         solution.flow_rule_matters = False
         solution.end(Status.CONVERGED, Code.FLOW_RULE_IDLE)
-        solution.load_factor = state.load_factor
-        solution.slope = self.problem.dilatancy_at(self.problem.normal_forces(state.q))
+        solution.found = self._certified(state, state.load_factor)
         return True
+
+    def _certified(self, state: State, load_factor: float) -> Answer:
+        """A sub-problem's state with a load factor, under the flow rule that its forces allow."""
+        slope = self.problem.dilatancy_at(self.problem.normal_forces(state.q))
+        return certified(self.problem, load_factor, state.q, state.d, slope)
 
     def _ended(self, last: SubProblem, entry: Iteration) -> bool:
         """Step 3, and the other ways in which a run ends; writes them to the solution."""
@@ -141,7 +146,7 @@ class _Run:
             return False
         problem, state, effort = self.problem, last.state, self.driver.effort
         assert state is not None  # the sub-problem was solved
-        end: ExactEnd | None
+        end: Answer | None
         effort.begins("exact forces")
         if self.parameters.tolerance is not None:
             end = rough_end(problem, state, self.solver, effort)
@@ -152,8 +157,7 @@ class _Run:
         solution = self.solution
         solution.end(Status.CONVERGED, Code.SUB_PROBLEMS, count=len(solution.history))
         solution.add(Code.EXACT_END)
-        solution.load_factor, solution.exact_end = end.load_factor, True
-        solution.q, solution.d, solution.slope = end.q, end.d, end.slope
+        solution.found, solution.exact_end = end, True
         return True
 
     def _converge(self, last: SubProblem) -> None:
@@ -161,14 +165,14 @@ class _Run:
         solution, state = self.solution, last.state
         assert state is not None  # the sub-problem was solved
         solution.end(Status.CONVERGED, Code.SUB_PROBLEMS, count=len(solution.history))
-        solution.load_factor = corrected(self.problem, last)
-        solution.slope = self.problem.dilatancy_at(self.problem.normal_forces(state.q))
+        load_factor = corrected(self.problem, last)
         if self.parameters.finish:
             solution.add(Code.NO_EXACT_END)
         if not last.stands_still:
             solution.add(Code.CHANGES_AGAIN)
         # No state with less dilatancy exceeds the associative load factor, where that is known.
         known = self.parameters.start == "associative" and self.parameters.tolerance is None
-        if known and solution.load_factor > self.load_factors[0]:
-            solution.add(Code.ABOVE_ASSOCIATIVE, by=solution.load_factor - self.load_factors[0])
-            solution.load_factor = self.load_factors[0]
+        if known and load_factor > self.load_factors[0]:
+            solution.add(Code.ABOVE_ASSOCIATIVE, by=load_factor - self.load_factors[0])
+            load_factor = self.load_factors[0]
+        solution.found = self._certified(state, load_factor)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import largest_acting, of_lesser_block
+from masonry_opt.answer.certificate import largest_acting, of_lesser_block
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.loop.options import Parameters
 from masonry_opt.problem.problem import Problem, ShearLimits

@@ -8,17 +8,17 @@ from typing import Annotated, Any
 
 from pydantic import Strict
 
-from masonry_opt.answer.acceptance import LIMITS, Kind, residuals
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import same
 from masonry_opt.effort import Effort
-from masonry_opt.explain.existence import existence
 from masonry_opt.methods.exact.energy import motion_for
 from masonry_opt.methods.exact.refiner import ExactState, refiner_of
 from masonry_opt.methods.exact.search import SMALL, Met, Search, lower_of
-from masonry_opt.methods.loop.exact_end import ExactEnd, rough_end
+from masonry_opt.methods.loop.exact_end import rough_end
 from masonry_opt.methods.loop.history import Iteration
 from masonry_opt.methods.loop.method import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
@@ -31,6 +31,7 @@ from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.registry import find_solver
+from masonry_opt.standing.existence import existence
 
 #: Joints up to which a pass is tried before the loop: on façades of more (3 × 9 openings) it lingers.
 _PASSES_UP_TO = 8000
@@ -79,14 +80,13 @@ def mcp(task: Task) -> Solution:
         return _by_loop(task, Solution(Status.SOLVER_FAILED, Kind.ONE_PASS), Code.DILATANCY_FALLS)
     if problem.joints > _PASSES_UP_TO and options.fallback:
         return _large(task)
-    solution = Solution(Status.SOLVER_FAILED, Kind.ONE_PASS, slope=problem.dilatancy)
+    solution = Solution(Status.SOLVER_FAILED, Kind.ONE_PASS)
     passes = _passes_over(task)
     for attempt, rules in enumerate(ATTEMPTS, start=1):
         last = _run(task, passes, rules, solution, attempt)
-        state = None if last is None else _exact(problem, last, effort)
-        if state is not None:
-            solution.take(state)
-            solution.load_factor = state.load_factor
+        answer = None if last is None else _exact(problem, last, effort)
+        if answer is not None:
+            solution.found = answer
             solution.end(Status.CONVERGED, Code.ONE_PASS, steps=len(solution.history), attempt=attempt)
             if options.descent and problem.joints <= _DESCENT_UP_TO:
                 return _descended(task, passes, solution)
@@ -139,7 +139,7 @@ def _large(task: Task) -> Solution:
     """The loop's solution; a pass's where the loop's first sub-problems are far from the true law and the
     pass comes near a state."""
     problem, effort, off = task.problem, task.effort, 0.0
-    solution = Solution(Status.SOLVER_FAILED, Kind.ONE_PASS, slope=problem.dilatancy)
+    solution = Solution(Status.SOLVER_FAILED, Kind.ONE_PASS)
     first: list[Iteration] = []
 
     def follow(step: Iteration) -> None:
@@ -156,14 +156,11 @@ def _large(task: Task) -> Solution:
     passes = _passes_over(task)
     last = _run(task, passes, OF_LARGE, solution, near=_NEARLY)
     steps = len(solution.history) - len(first)
-    if last is not None and passes.gap <= NEAR and (state := _exact(problem, last, effort)):
-        solution.take(state)
-        solution.load_factor = state.load_factor
+    if last is not None and passes.gap <= NEAR and (answer := _exact(problem, last, effort)):
+        solution.found = answer
         solution.end(Status.CONVERGED, Code.ONE_PASS, steps=steps, attempt=1)
     elif last is not None and (end := _exact_forces(problem, last, effort)):
-        solution.kind, solution.exact_end = Kind.LOOP, True
-        solution.load_factor, solution.q = end.load_factor, end.q
-        solution.d, solution.slope = end.d, end.slope
+        solution.kind, solution.exact_end, solution.found = Kind.LOOP, True, end
         solution.end(Status.CONVERGED, Code.PASS_NEAR, steps=steps, gap=passes.gap)
     else:
         return _by_loop(task, solution, Code.LOOP_TOOK_OVER, word=str(passes.outcome))
@@ -171,55 +168,49 @@ def _large(task: Task) -> Solution:
     return solution
 
 
-def _exact_forces(problem: Problem, state: State, effort: Effort) -> ExactEnd | None:
+def _exact_forces(problem: Problem, state: State, effort: Effort) -> Answer | None:
     """Exact forces and a mechanism near a state that is not exact."""
     effort.begins("exact forces")
     return rough_end(problem, state, find_solver("cvxpy", None), effort)
 
 
-def _exact(problem: Problem, state: State, effort: Effort) -> State | None:
+def _exact(problem: Problem, state: State, effort: Effort) -> Answer | None:
     """The state if it is exact; else its forces with the motion that leaves least energy for them."""
-    if _passes(problem, state):
-        return state
+    answer = certified(problem, state.load_factor, state.q, state.d)
+    if not answer.failing(Kind.ONE_PASS):
+        return answer
     effort.begins("exact motion")
     scaled = in_units_of_load(problem)
     d = motion_for(scaled, state.q / scaled.force, find_solver("cvxpy", None), effort, "motion")
     if d is None:
         return None
-    state = replace(state, d=d)
-    return state if _passes(problem, state) else None
+    answer = certified(problem, state.load_factor, state.q, d)
+    return None if answer.failing(Kind.ONE_PASS) else answer
 
 
 def _descended(task: Task, passes: Passes, solution: Solution) -> Solution:
     """The lowest of a few exact states that a pass's forces, if it ended in any, lead to, if it is as low,
     else the pass's; but for a pass's that is not exact itself any exact state will do: there need be none as
     low."""
-    problem, met = task.problem, Met()
+    met = Met()
     task.effort.begins("exact states nearby")
     exact: ExactState | None = None
     for candidate in Search(refiner_of(task), passes.over, met).few(solution.q, len(solution.history)):
         exact = lower_of(exact, candidate.state)
-    if exact is None:
+    if exact is None or exact.answer is None:
         return solution
-    fall = None
-    if solution.load_factor is not None:
-        fall = solution.load_factor - exact.load_factor
-        higher = fall < 0 and not same(exact.load_factor, solution.load_factor)
-        if higher and not replace(solution, kind=Kind.EXACT).failing(problem):
+    fall, passed = None, solution.answer
+    if passed is not None:
+        fall = passed.load_factor - exact.load_factor
+        higher = fall < 0 and not same(exact.load_factor, passed.load_factor)
+        if higher and not passed.failing(Kind.EXACT):
             return solution
     return replace(
         solution,
         kind=Kind.EXACT,
-        load_factor=exact.load_factor,
-        q=exact.q,
-        d=exact.d,
+        found=exact.answer,
         reasons=[*solution.reasons, reason(Code.EXACT, fall=fall), met.reason],
     )
-
-
-def _passes(problem: Problem, state: State) -> bool:
-    left = residuals(problem, state.load_factor, state.q, state.d, problem.dilatancy)
-    return not LIMITS[Kind.ONE_PASS].failing(left)
 
 
 def _by_loop(task: Task, before: Solution, code: Code, **values: Any) -> Solution:

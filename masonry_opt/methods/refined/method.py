@@ -148,8 +148,8 @@ class _Lowest:
 
 def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Refiner) -> Solution:
     """The lowest state as a solution; the first solution where there is none."""
-    problem, best = task.problem, lowest.state
-    if best is None:
+    best = lowest.state
+    if best is None or best.answer is None:
         if refiner.left:
             first.add(Code.NOT_REFINED, why=str(Code.RESIDUAL), residuals=refiner.left)
         else:
@@ -158,17 +158,14 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Refiner) ->
     solution = Solution(
         Status.CONVERGED,
         Kind.EXACT,
-        load_factor=best.load_factor,
-        q=best.q,
-        d=best.d,
-        slope=problem.dilatancy,
+        found=best.answer,
         history=lowest.history,
         stationary=lowest.stationary,
         flow_rule_matters=first.flow_rule_matters,
         size=refiner.size,
     )
     # The parabola's load factor is none of this law.
-    known = None if first.parabola else first.load_factor
+    known = None if first.found.parabola else first.load_factor
     fall = None if known is None else known - best.load_factor
     solution.add(Code.EXACT, fall=fall)
     solution.reasons.append(lowest.met.reason)

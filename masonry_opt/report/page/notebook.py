@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from masonry_opt.answer.result import Result
-from masonry_opt.explain.sentences import numeral
 from masonry_opt.report.motion import has_mechanism
 from masonry_opt.report.page.arrows import draw_loads
 from masonry_opt.report.page.drawing import Pen, draw_blocks, draw_mechanism, svg
 from masonry_opt.report.page.keys import caption, marks
 from masonry_opt.report.page.view import START, view_of
-from masonry_opt.report.page.words import headline, text, title_of
+from masonry_opt.words.page import headline, text, title_of
+from masonry_opt.words.sentences import numeral
 
 #: Blocks above which there is no picture: a notebook keeps all that it shows.
 MOST_BLOCKS = 2000

@@ -21,7 +21,7 @@ from masonry_opt.report.page.carried import draw_thrust, draw_utilisation, has_f
 from masonry_opt.report.page.drawing import Pen, draw_blocks, draw_mechanism, svg
 from masonry_opt.report.page.keys import caption, keys
 from masonry_opt.report.page.view import START, View, view_of
-from masonry_opt.report.page.words import answer, certificate, described, text, title_of
+from masonry_opt.words.page import answer, certificate, described, text, title_of
 
 #: What the panel says of a joint: column of ``Result.joints``, words.
 _COLUMNS = (

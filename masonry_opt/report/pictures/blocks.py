@@ -18,10 +18,10 @@ from matplotlib.patheffects import withStroke
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.errors import printable
-from masonry_opt.explain.sentences import numeral
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.report.colours import AT_REST, BLOCK, FIXED, HATCH
 from masonry_opt.scene.scene import Scene
+from masonry_opt.words.sentences import numeral
 
 #: What a legend shows of a thing drawn.
 Handle = Line2D | Patch

@@ -12,8 +12,6 @@ from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 
 from masonry_opt.errors import CaseError, counted
-from masonry_opt.explain.sense import warnings_of
-from masonry_opt.explain.sentences import sentences
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.report.colours import HINGES, MARKED, SLIDES
 from masonry_opt.report.pictures.arrows import draw_loads
@@ -22,6 +20,8 @@ from masonry_opt.report.pictures.figure import Legend, Picture, finish, fit, ref
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.contact import refuse_floating
 from masonry_opt.scene.scene import Scene
+from masonry_opt.words.sense import warnings_of
+from masonry_opt.words.sentences import sentences
 
 #: Of small gaps.
 _DASHES = (0, (1.6, 1.1))

@@ -19,11 +19,11 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from masonry_opt.answer.acceptance import FEASIBLE, SMALLEST
 from masonry_opt.effort import Effort
-from masonry_opt.explain.diagnosis import falling_mechanism
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
+from masonry_opt.standing.diagnosis import falling_mechanism
 
 #: (upper − lower) / |λ| that is close enough: no gate, the next solver is asked until it is.
 CLOSE = 1e-9

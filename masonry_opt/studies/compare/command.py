@@ -11,11 +11,11 @@ from rich.console import Console
 from rich.markup import escape
 
 from masonry_opt.errors import InterruptedByUserError, OptionError
-from masonry_opt.report.terminal import print_text
 from masonry_opt.studies.cases import CASES_HELP
 from masonry_opt.studies.compare import api
 from masonry_opt.studies.page import NEEDED
 from masonry_opt.studies.process import ended_by_kill
+from masonry_opt.words.terminal import print_text
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 

@@ -10,7 +10,6 @@ import pandas as pd
 
 from masonry_opt.answer.thresholds import APART
 from masonry_opt.errors import CaseError
-from masonry_opt.explain.sentences import numeral
 from masonry_opt.scene.case_file import load
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.case_scenes import CaseScene
@@ -19,6 +18,7 @@ from masonry_opt.studies.compare.judge import CERTIFIED, FAILED, NAMED, WRONG, q
 from masonry_opt.studies.compare.known_answers import ASSOCIATIVE, COULOMB
 from masonry_opt.studies.compare.text import number, reason_text
 from masonry_opt.studies.compare.thumbnail import Thumbnail, thumbnail
+from masonry_opt.words.sentences import numeral
 
 #: What stands in place of a load factor, and its look, by verdict.
 _NO_VALUE = {NAMED: ("no load factor", "named"), FAILED: ("failed", "failed"), WRONG: ("wrong", "wrong")}

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 from typing import Any
 
 from masonry_opt.answer.acceptance import LIMITS, Kind
-from masonry_opt.explain.sentences import numeral
 from masonry_opt.studies.compare.judge import VerdictReason
 from masonry_opt.studies.compare.limits import residuals_over_limit
 from masonry_opt.studies.compare.measure import FINISHED
+from masonry_opt.words.sentences import numeral
 
 
 def reason_text(row: Mapping[Any, Any], brief: bool = False) -> str:

@@ -8,17 +8,16 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from masonry_opt.analysis import prepare
-from masonry_opt.answer.result import certificate_of, is_exact
 from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, MasonryError
-from masonry_opt.explain.sentences import message
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.endings import CRASHED, DIED, REFUSED
 from masonry_opt.studies.many.mechanism import mechanism
 from masonry_opt.studies.many.parameters import Parameters
+from masonry_opt.words.sentences import message
 
 #: Columns of a row beside the values, in order. ``seconds`` alone depends on machine and time.
 COLUMNS = (
@@ -137,13 +136,13 @@ def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
         "status": str(solution.status),
         "reason": str(solution.reasons[0].code) if solution.reasons else "",
         "any_load": solution.carries_any_load,
-        "exact": is_exact(problem, solution),
+        "exact": solution.is_exact(problem),
         "states": solution.states_met,
         "associative": solution.associative_value,
         "blocks": problem.blocks,
         "joints": problem.joints,
         "message": message(solution.reasons),
     }
-    if certificate := certificate_of(problem, solution):
-        row |= certificate.as_dict()
+    if solution.answer:
+        row |= solution.answer.certificate.as_dict()
     return row | mechanism(assembly, solution)

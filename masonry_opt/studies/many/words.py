@@ -9,7 +9,7 @@ import pandas as pd
 from masonry_opt.answer.acceptance import SMALLEST
 from masonry_opt.answer.thresholds import SAME
 from masonry_opt.errors import counted
-from masonry_opt.explain.sentences import numeral
+from masonry_opt.words.sentences import numeral
 
 
 def at_least(frame: pd.DataFrame) -> pd.Series:

@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, fields, replace
 from math import inf
 
 import numpy as np
 
 from masonry_opt.answer.acceptance import MARGIN_ENERGY, SMALLEST, Kind
-from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.answer import Found
+from masonry_opt.answer.reasons import Code, Reason
 from masonry_opt.answer.result import Result, make_result
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
-from masonry_opt.explain.diagnosis import DeadLoadUndecided, falling_mechanism
-from masonry_opt.explain.no_load_factor import movers
-from masonry_opt.explain.sentences import message, numeral
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.problem.problem import Problem
-from masonry_opt.report.summary import texts
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import Solver, find_solver
+from masonry_opt.standing.diagnosis import DeadLoadUndecided, falling_mechanism
+from masonry_opt.standing.no_load_factor import movers
+from masonry_opt.words.sentences import numeral
+from masonry_opt.words.summary import summary
 
 
 def standing(scene: Scene) -> Result:
@@ -59,7 +60,6 @@ def standing(scene: Scene) -> Result:
         method="static",
         model=solver.language,
         solver=solver.name,
-        message=message(solution.reasons),
     )
 
 
@@ -67,7 +67,7 @@ def under_dead_load(result: Result, stands: bool) -> Result:
     """What a result of :func:`standing` says of the dead load itself: the forces that carry it, or the
     mechanism that it drives. No load factor, which would be the margin, and no tilt or reference for one."""
     margin, found, problem = result.load_factor, result.solution, result.assembly.problem
-    solution = replace(found, load_factor=None)
+    solution = replace(found, found=Found(q=found.q, d=found.d, slope=found.found.slope))
     assembly = replace(
         result.assembly,
         problem=replace(problem, live=np.zeros_like(problem.live)),
@@ -75,25 +75,34 @@ def under_dead_load(result: Result, stands: bool) -> Result:
     )
     if margin is not None and stands:
         assert found.q is not None
-        solution.status, solution.q, solution.d = Status.STANDS, found.q + margin * _of_normal(problem), None
+        solution.status = Status.STANDS
+        solution.found = Found(q=found.q + margin * _of_normal(problem))
     elif margin is not None:
         assert found.d is not None
-        solution.q = None
+        solution.found = Found(d=found.d, slope=found.found.slope)
         solution.end(Status.UNSTABLE, Code.FALLS, blocks=movers(assembly, found.d))
-    effort = Effort()
-    shown = make_result(
-        assembly,
-        solution,
-        effort,
-        method=result.method,
-        model=result.model,
-        solver=result.solver,
-        message=message(solution.reasons),
-    )
-    shown = replace(shown, seconds=result.seconds, solvers=result.solvers, lp_solves=result.lp_solves)
-    of_margin = "none" if margin is None else f"{numeral(margin, '.6g')} median block weights"
-    said = f"{texts(shown)[0]}\n{'margin':<16} {of_margin}"
-    return replace(shown, summary=said, details=said)
+    said = {own.name: getattr(result, own.name) for own in fields(Result)}
+    return _UnderDeadLoad(**said | {"assembly": assembly, "solution": solution}, margin=margin)
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class _UnderDeadLoad(Result):
+    """The result under the dead load itself, and the margin of it; None where there is none."""
+
+    margin: float | None
+
+    @property
+    def warnings(self) -> tuple[Reason, ...]:
+        return ()
+
+    @property
+    def summary(self) -> str:
+        margin = "none" if self.margin is None else f"{numeral(self.margin, '.6g')} median block weights"
+        return f"{summary(self)}\n{'margin':<16} {margin}"
+
+    @property
+    def details(self) -> str:
+        return self.summary
 
 
 def _of_normal(problem: Problem) -> np.ndarray:
@@ -115,7 +124,7 @@ def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None
         return None
     # Complementarity is limited as a share of λ, but the margin is zero where it matters, and the thrust of a
     # long arch hundreds of block weights: there the energy itself is.
-    failing = solution.failing(pressed)
+    failing = solution.failing()
     energy = failing.pop("complementarity", 0.0)
     gap = inf if energy is None else energy * max(abs(solution.load_factor), SMALLEST)
     return solution if not failing and gap <= MARGIN_ENERGY else None
@@ -129,6 +138,6 @@ def _yes_or_no(assembly: Assembly, solver: Solver, effort: Effort) -> Solution:
         solution.end(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, word=str(word))
         return solution
     if falling is not None:
-        solution.d = falling
+        solution.found = Found(d=falling)
         solution.end(Status.UNSTABLE, Code.FALLS, blocks=movers(assembly, falling))
     return solution

@@ -13,7 +13,7 @@ import pandas as pd
 from masonry_opt.answer.certificate import Certificate
 from masonry_opt.answer.result import Result
 from masonry_opt.errors import printable
-from masonry_opt.explain.sentences import numeral
+from masonry_opt.words.sentences import numeral
 
 #: How a scene without a load factor is counted: it falls by itself, or nothing makes it collapse.
 FALLS, UNLIMITED = -math.inf, math.inf

@@ -13,9 +13,9 @@ import pandas as pd
 
 from masonry_opt.answer.status import Status
 from masonry_opt.errors import OptionError, printable
-from masonry_opt.explain.sentences import numeral
 from masonry_opt.studies.load_factor_axis import ends
 from masonry_opt.studies.sampling.estimates import fragility, quantiles, sensitivity
+from masonry_opt.words.sentences import numeral
 
 if TYPE_CHECKING:
     import altair

@@ -11,10 +11,11 @@ from atlas.random_scenes import random_scene
 from scenes import CASES, values_of
 
 import masonry_opt as mo
+from masonry_opt.answer.answer import Found
 from masonry_opt.answer.motion import joint_motion, moving_blocks
 from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.stressed_joints import stressed_joints
 from masonry_opt.answer.thresholds import MOVES, SAME, SLIDES, is_lower, same
-from masonry_opt.explain.stressed_joints import stressed_joints
 from masonry_opt.studies.many.mechanism import mechanism
 
 
@@ -62,9 +63,8 @@ def test_a_joint_slides_and_its_block_moves_from_the_same_share_on(share, moves)
     """Side by side, one fast and one slow: each slides on its ledge by what it is given, by hand."""
     result = mo.solve(side_by_side(0.0, 0.0), "static")
     slow = share * MOVES
-    solution = replace(
-        result.solution, d=np.array([1.0, 0, 0, slow, 0, 0]), q=None, slope=np.zeros(2), load_factor=1.0
-    )
+    found = Found(d=np.array([1.0, 0, 0, slow, 0, 0]), slope=np.zeros(2))
+    solution = replace(result.solution, found=found)
     assert list(moving_blocks(result.assembly, solution.d)) == ([0, 1] if moves else [0])
     motion = joint_motion(result.assembly, solution)
     assert motion.slides.tolist() == [True, moves]

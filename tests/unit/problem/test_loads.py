@@ -9,8 +9,8 @@ from scenes import block_on_floor, forces_of
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.problem.assembly import assemble, with_joints_of
-from masonry_opt.report.summary import facts
 from masonry_opt.studies.many.parameters import Parameters
+from masonry_opt.words.summary import facts
 
 #: Three courses, two of whose blocks lie between others; "2-2" spans 2 to 6 and 1 to 2.
 WALL = """

@@ -12,7 +12,7 @@ from scenes import CASES
 import masonry_opt as mo
 from masonry_opt.report.motion import has_mechanism
 from masonry_opt.report.page.page import page
-from masonry_opt.report.summary import facts
+from masonry_opt.words.summary import facts
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 from scenes import block_on_floor, small_wall, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.report.summary import facts
+from masonry_opt.words.summary import facts
 
 
 def associative():
@@ -53,7 +53,9 @@ def test_of_a_load_factor_that_is_rounding_no_percentage_is_given():
     solved = mo.solve(two_blocks(), "mcp")
 
     def said(load_factor, associative):
-        return facts(replace(solved, load_factor=load_factor, associative=associative))["dilatancy"]
+        found = replace(solved.solution.answer, load_factor=load_factor)
+        solution = replace(solved.solution, found=found, associative=associative)
+        return facts(replace(solved, solution=solution))["dilatancy"]
 
     assert said(1e-13, 0.25) == said(-1e-13, 0.25) == said(0.0, 0.25) != said(0.2, 0.25)
     assert said(1e-13, 1e-9) == said(0.25, 0.25) != said(0.0, 0.25)

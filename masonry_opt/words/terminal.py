@@ -15,7 +15,7 @@ from rich.table import Column, Table
 from rich.text import Text
 
 from masonry_opt.errors import OutputError, ReaderGoneError
-from masonry_opt.explain.sentences import numeral
+from masonry_opt.words.sentences import numeral
 
 #: Columns shown as small numbers.
 _RESIDUALS = (
@@ -30,10 +30,7 @@ _RESIDUALS = (
 
 
 def print_text(text: str) -> None:
-    """Print a result; a full disk is an error, told while it can be.
-
-    Raises OutputError then, and ReaderGoneError if nobody reads any more.
-    """
+    """Print text at once; OutputError if the disk is full, ReaderGoneError if the output is closed."""
     with _printing():
         print(text, flush=True)
 
@@ -59,8 +56,8 @@ def print_result(text: str) -> None:
 
 @contextmanager
 def changing_line(console: Console, line: str) -> Iterator[Callable[[str], None]]:
-    """One line that changes, with the time since it began, which is gone in the end; none where the console
-    is no terminal. What is yielded changes it."""
+    """Show a line with the time since it began, until the end; yield what changes it. Shows nothing where the
+    console is no terminal."""
     if not console.is_terminal:
         yield lambda _: None
         return
@@ -73,14 +70,14 @@ def changing_line(console: Console, line: str) -> Iterator[Callable[[str], None]
 
 
 def left_by(step: object) -> str:
-    """What a step of a method leaves, and its seconds, as far as it tells: ", mismatch 4.2e-02, 16.4 s"."""
+    """Residuals and seconds of a step of a method, as far as it has any: ", mismatch 4.2e-02, 16.4 s"."""
     left = [f", {name} {getattr(step, name):.1e}" for name in ("gap", "mismatch") if hasattr(step, name)]
     return "".join([*left, f", {getattr(step, 'seconds', math.nan):.1f} s"]) if left else ""
 
 
 @contextmanager
 def _printing() -> Iterator[None]:
-    """Within it what cannot be printed ends in errors of this package."""
+    """Turn errors of printing into those of this package."""
     try:
         yield
     except BrokenPipeError:

@@ -1,4 +1,4 @@
-"""Why an analysis ended without a load factor, with the names of blocks and joints."""
+"""Reasons why an analysis ended without a load factor, with the names of blocks and joints."""
 
 from __future__ import annotations
 
@@ -10,21 +10,20 @@ from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
-from masonry_opt.explain.diagnosis import locking_joints
-from masonry_opt.explain.existence import existence
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.solvers.registry import Solver
+from masonry_opt.standing.diagnosis import locking_joints
+from masonry_opt.standing.existence import existence
 
 
 def held_by_wedging(assembly: Assembly, solution: Solution) -> None:
-    """Refuse a load factor below zero of a scene whose dead load has a state of equilibrium."""
+    """Withdraw a load factor below zero: the scene has a state of equilibrium at λ = 0 by wedging alone."""
     moving = [] if solution.d is None else movers(assembly, solution.d)
-    solution.end(Status.UNSTABLE, Code.WEDGED, load_factor=solution.load_factor, blocks=moving)
-    solution.load_factor = None
+    solution.withdraw(Status.UNSTABLE, Code.WEDGED, blocks=moving)
 
 
 def settle_existence(assembly: Assembly, solution: Solution, effort: Effort, associative: bool) -> None:
-    """Whether there is a load factor that a method ended without, as far as that can be proven."""
+    """Prove, as far as possible, that the load factor that a method did not find does not exist."""
     if solution.infeasibility is None:
         solution.infeasibility = existence(assembly.problem, effort, of_mechanism=not associative)
     if associative:
@@ -39,8 +38,7 @@ def settle_existence(assembly: Assembly, solution: Solution, effort: Effort, ass
 
 
 def _settle(solution: Solution) -> None:
-    """Write to a solution what its certificate proves: status and reasons. That a scene does not stand is
-    kept."""
+    """Set status and reasons to what is proven, unless the scene does not stand."""
     found = solution.infeasibility
     if found is None or solution.status is Status.UNSTABLE:
         return

@@ -8,6 +8,7 @@ from scenes import pressed_down, values_of
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.answer import Found, certified
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import make_result
 from masonry_opt.answer.solution import Solution
@@ -107,13 +108,12 @@ def test_wedging_alone_names_what_moves():
 @pytest.mark.parametrize("status", Status)
 def test_every_status_can_be_drawn(status, moves):
     assembly = assemble(slot(2))
-    solution = Solution(status, Kind.ASSOCIATIVE, load_factor=0.5 if status.usable else None)
-    if moves:
-        solution.d = np.linspace(-1, 1, 3 * assembly.problem.blocks)
-        solution.q = np.ones(3 * assembly.problem.joints)
-    result = make_result(
-        assembly, solution, Effort(), method="static", model="cvxpy", solver="clarabel", message="words"
-    )
+    problem = assembly.problem
+    q, d = np.ones(3 * problem.joints), np.linspace(-1, 1, 3 * problem.blocks)
+    found = Found(q=q, d=d) if moves else Found()
+    found = certified(problem, 0.5, q, d) if status.usable else found
+    solution = Solution(status, Kind.ASSOCIATIVE, found=found)
+    result = make_result(assembly, solution, Effort(), method="static", model="cvxpy", solver="clarabel")
     for kind in KINDS:
         title = result.plot(kind).axes[0].get_title()
         assert ("no load factor" in title) != status.usable

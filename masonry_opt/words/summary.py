@@ -11,13 +11,14 @@ from masonry_opt.answer.motion import joint_motion, moving_blocks
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
+from masonry_opt.answer.stressed_joints import stressed_joints
 from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.errors import counted, printable
-from masonry_opt.explain.sentences import BY_CHORDS, numeral, sentences
-from masonry_opt.explain.stressed_joints import stressed_joints
+from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.case_file import CaseFile
+from masonry_opt.words.sentences import BY_CHORDS, numeral, sentences
 
-#: What is known of lower states; said in place of what is said of all others.
+#: Codes that tell what is known of lower states.
 _BOUNDS = (
     Code.PROVEN,
     Code.WITHIN_IMPOSED,
@@ -26,18 +27,21 @@ _BOUNDS = (
     Code.OUT_OF_TIME_WITHIN_IMPOSED,
 )
 
-#: What was tried, which says nothing of the scene.
+#: Codes that tell what was tried, and nothing of the scene.
 _TRIED = (Code.PASS_LOST, Code.LOOP_TOOK_OVER, Code.BEGAN_AGAIN)
 
 #: Width of the labels.
 _LABEL = 16
 
 
-def texts(result: Result) -> tuple[str, str]:
-    """What falls, at what load, how sure that is, and what looks unintended; and the same with how it was
-    found: residuals, programs, solvers, times."""
-    plain, warnings = _plain(result), _warnings(result)
-    return _text([*plain, *warnings]), _text([*plain, *_technical(result), *warnings])
+def summary(result: Result) -> str:
+    """What falls, at what load, how sure that is, and what looks unintended."""
+    return _text([*_plain(result), *_warnings(result)])
+
+
+def details(result: Result) -> str:
+    """The summary, and how the answer was found: residuals, programs, solvers, times."""
+    return _text([*_plain(result), *_technical(result), *_warnings(result)])
 
 
 def _text(lines: list[str]) -> str:
@@ -274,6 +278,17 @@ def _programs(result: Result) -> str:
         return f"none: {counted(result.iterations, 'Newton step')}" if result.iterations else ""
     nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""
     return f"{result.lp_solves} linear{nonlinear} ({counted(result.iterations, 'solver iteration')})"
+
+
+def left_out(assembly: Assembly) -> tuple[str, ...]:
+    """What a scene did not need, each with its reason."""
+    problem, joints = assembly.problem, assembly.joints
+    found = []
+    if unlimited := problem.joints - len(problem.sliding):
+        found.append(f"sliding of {counted(unlimited, 'joint')}: friction is unlimited")
+    if joints.fixed_pairs:
+        found.append(f"{counted(joints.fixed_pairs, 'joint')} between two fixed blocks: neither moves")
+    return tuple(found)
 
 
 def _third(verb: str) -> str:

@@ -10,7 +10,7 @@ from scenes import overhanging, pressed_down, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code, reason
-from masonry_opt.explain.sentences import message, numeral
+from masonry_opt.words.sentences import message, numeral
 
 #: A value of each name that a reason has, as ``solve`` gives it.
 VALUES = {

@@ -1,8 +1,9 @@
-"""Whether there is a load factor at all, where a method ended without one: certified from the matrices."""
+"""Proof, where a method ended without a load factor, that there is none: certified from the matrices."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -10,16 +11,16 @@ from masonry_opt.answer.acceptance import PROOF
 from masonry_opt.answer.infeasibility import Existence, InfeasibilityCertificate, ray_residuals
 from masonry_opt.answer.thresholds import NAMED
 from masonry_opt.effort import Effort
-from masonry_opt.explain.combinatorial_cuts import Cuts, combinatorial_cuts
 from masonry_opt.models.pyomo_alternatives import PyomoNoMotion
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs_session import HighsSession
 from masonry_opt.solvers.lp import Verdict
+from masonry_opt.standing.combinatorial_cuts import Cuts, combinatorial_cuts
 
-#: Joints up to which rays are looked for, and up to which mechanisms are excluded one after another. That is
-#: given up after so many linear programs times joints: of random scenes of 2 to 38 joints that jam most are
-#: decided by 5 to 250 programs, some by 1400 to 3300.
+#: Joints up to which rays are looked for, and up to which mechanisms are excluded by branching; and the
+#: linear programs times joints after which branching is given up (most random scenes that jam take 5 to 400
+#: programs, some 1400 to 3300).
 _RAYS_UP_TO, _CUTS_UP_TO = 2000, 100
 _MOST_WORK = 120_000
 
@@ -28,13 +29,13 @@ _PURPOSE = "existence"
 
 
 def existence(problem: Problem, effort: Effort, of_mechanism: bool = True) -> InfeasibilityCertificate | None:
-    """What can be proven of the load factor of a scene that stands; None if it has too many joints.
+    """Proof for a scene that stands, as far as there is one; None if it has too many joints.
 
     Parameters
     ----------
     effort: is told the solver, and neither programs nor iterations.
-    of_mechanism: whether it depends on the joints' own flow, so that mechanisms are to be excluded one after
-        another. (An associative load factor depends on statics alone.)
+    of_mechanism: whether the load factor depends on the joints' own flow rule, so that mechanisms are to be
+        excluded. (An associative one depends on statics alone.)
     """
     if problem.joints > _RAYS_UP_TO:
         return None
@@ -51,16 +52,15 @@ def _found(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
     # Dilatancy that falls with stress allows what less of it does.
     falls = problem.dilatancy_depends_on_stress
     own_flow = np.minimum(problem.dilatancy, 0.0) if falls else problem.dilatancy
-    if (against := _ray(problem, own_flow, effort)) is not None:
-        return _certificate(problem, against, own_flow, Existence.NO_MECHANISM)
+    if against := _ray(problem, own_flow, effort):
+        return InfeasibilityCertificate(Existence.NO_MECHANISM, *against.residuals)
     ray = _ray(problem, problem.friction, effort)
     if ray is None:
-        # Statics end somewhere: a method that found no state there has failed, and a proof would be in vain.
+        # Statics are bounded: the method failed, and there is nothing to prove.
         return InfeasibilityCertificate(Existence.UNDECIDED)
-    certificate = _certificate(problem, ray, problem.friction, Existence.UNBOUNDED)
-    opposite = _ray(replace(problem, live=-problem.live), problem.friction, effort)
-    if opposite is not None:
-        certificate = replace(certificate, clamped=_stressed(problem.normal_forces(ray + opposite)))
+    certificate = InfeasibilityCertificate(Existence.UNBOUNDED, *ray.residuals)
+    if opposite := _ray(replace(problem, live=-problem.live), problem.friction, effort):
+        certificate = replace(certificate, clamped=_stressed(problem.normal_forces(ray.q + opposite.q)))
     cuts = Cuts()
     if of_mechanism and not falls and problem.joints <= _CUTS_UP_TO:
         cuts = combinatorial_cuts(problem, _MOST_WORK // problem.joints, effort, _PURPOSE)
@@ -75,7 +75,14 @@ def _found(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
     )
 
 
-def _ray(problem: Problem, slope: np.ndarray, effort: Effort) -> np.ndarray | None:
+class _Ray(NamedTuple):
+    """Joint forces (3c,), and what they leave of equilibrium and of yield."""
+
+    q: np.ndarray
+    residuals: tuple[float, float]
+
+
+def _ray(problem: Problem, slope: np.ndarray, effort: Effort) -> _Ray | None:
     """Forces (3c,) that carry the live load alone with shear limits of a slope (k,) and without cohesion;
     None if none were found that their residuals bear out."""
     program = PyomoNoMotion(problem, slope).program
@@ -84,14 +91,8 @@ def _ray(problem: Problem, slope: np.ndarray, effort: Effort) -> np.ndarray | No
     if session.solve() is not Verdict.OPTIMAL:
         return None
     q = session.values(program.q)
-    return q if max(ray_residuals(problem, q, slope)) <= PROOF else None
-
-
-def _certificate(
-    problem: Problem, ray: np.ndarray, slope: np.ndarray, end: Existence
-) -> InfeasibilityCertificate:
-    equilibrium, violation = ray_residuals(problem, ray, slope)
-    return InfeasibilityCertificate(end, equilibrium, violation)
+    left = ray_residuals(problem, q, slope)
+    return _Ray(q, left) if max(left) <= PROOF else None
 
 
 def _stressed(n: np.ndarray) -> tuple[int, ...]:

@@ -1,4 +1,4 @@
-"""Why there is no load factor, from the matrices: blocks that fall, or nothing that can move."""
+"""Whether a scene stands under its dead load, and why a program of statics or kinematics has no optimum."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ DEAD_LOAD, DIAGNOSIS = "dead load", "diagnosis"
 
 
 class DeadLoadUndecided(Exception):
-    """The solver failed to say whether the scene stands; the message is its word."""
+    """The solver could not decide whether the scene stands; the message is its status."""
 
 
 @dataclass
 class _Standing:
-    """Eq. (9) without live load, ready to be solved; forces (3c,) that last carried the dead load, and
-    whether they carry it in this scene too."""
+    """Eq. (9) without live load, compiled; the forces (3c,) that last carried the dead load, and whether they
+    carry it in the present scene."""
 
     model: CvxpyStanding
     parameters: ShearParameters
@@ -45,8 +45,8 @@ def falling_mechanism(
 ) -> np.ndarray | None:
     """Block velocities with which blocks fall under dead load alone, shape (3b,); None if all stand.
 
-    The scene stands if eq. (9) without live load has a state. Else the mechanism is the dual ray,
-    bounded. Checked before every analysis: a maximal λ may exist where λ = 0 is no equilibrium.
+    The scene stands if eq. (9) without live load has a state. Else the mechanism is the bounded dual ray.
+    Every analysis asks first, since a largest λ may exist where λ = 0 is no equilibrium.
 
     Parameters
     ----------
@@ -90,16 +90,15 @@ def falling_mechanism(
 
 
 def _carries(problem: Problem, q: np.ndarray) -> bool:
-    """Whether forces carry the dead load with room to spare: then no solver is needed to say that some do."""
+    """Whether forces carry the dead load with room to spare, so that no program is needed."""
     room = float((problem.slacks(q) / problem.face_arm).min(initial=np.inf))
     return room > ROOM and float(np.abs(problem.unbalanced(0.0, q)).max()) < UNBALANCED
 
 
 def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.ndarray:
-    """Block velocities (3b,) with which a scene begins to fall; the given ones, with which it can, if the
-    solver fails.
+    """Block velocities (3b,) with which a scene begins to fall; the given ones if the solver fails.
 
-    Mechanisms of most power lift blocks off corners that they turn about.
+    The given mechanism, of most power, may lift blocks off corners that they turn about.
     """
     problem = assembly.problem
     # Of the boxes round the blocks.
@@ -114,11 +113,11 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
     return np.asarray(model.mechanism.d.value) / scale
 
 
-def no_optimum(problem: Problem, word: str, solver: Solver, effort: Effort) -> tuple[Status, Reason]:
-    """Status and reason for an eq. (9) or (10) without an optimum, of a scene that stands.
+def no_optimum(problem: Problem, solver_status: str, solver: Solver, effort: Effort) -> tuple[Status, Reason]:
+    """Status and reason where eq. (9) or (10) has no optimum, of a scene that stands.
 
-    Such a program is unlimited or its solver failed. Which, is decided by whether the live load
-    drives any mechanism, not by the solver's word. The effort is told the solver, and no programs.
+    The program is unlimited if the live load drives no mechanism; else its solver failed, whatever the
+    solver's own status. The effort is told the solver, and no programs.
     """
     effort.begins("why there is no load factor")
     own = Effort()
@@ -126,7 +125,7 @@ def no_optimum(problem: Problem, word: str, solver: Solver, effort: Effort) -> t
     associative = _live_load_drives(problem, problem.friction, solver, own)
     effort.credit(own)
     if own_flow is None or associative is None or associative:
-        return Status.SOLVER_FAILED, reason(Code.SOLVER_STOPPED, word=word)
+        return Status.SOLVER_FAILED, reason(Code.SOLVER_STOPPED, word=solver_status)
     if own_flow:
         return Status.LOCKED, reason(Code.DILATANCY_LOCKS)
     return Status.UNLIMITED, reason(Code.NO_MECHANISM)
@@ -135,21 +134,20 @@ def no_optimum(problem: Problem, word: str, solver: Solver, effort: Effort) -> t
 def locking_joints(
     problem: Problem, status: Status, q: np.ndarray | None, solver: Solver, effort: Effort
 ) -> np.ndarray:
-    """Indices of the joints that keep the live load from causing collapse, those that do most first.
+    """Indices of the joints that keep the live load from causing collapse, most important first; empty if
+    the solver fails.
 
-    Locked by dilatancy: those that slide in the mechanism that the live load drives without
-    dilatancy, and cannot open there as associative flow demands, by how much they cannot. Unlimited:
-    those that carry the live load alone in a state of equilibrium with no more shear than the joints'
-    own dilatancy allows (so that no mechanism lets it do work), by their normal force.
-    Jammed: those that carry the live load alone within the true friction; if none do, those whose normal
-    force ``q`` grew with λ. Empty if the solver fails.
+    Locked: joints that slide in the mechanism driven without dilatancy, by how far they cannot open as
+    associative flow demands. Unlimited: joints that carry the live load alone with no more shear than their
+    own dilatancy allows (so that no mechanism lets it do work), by normal force. Jammed: joints that carry
+    the live load alone within the true friction; if none do, those whose normal force ``q`` grew with λ.
     """
-    nobody = np.array([], dtype=int)
+    none = np.array([], dtype=int)
     own_flow = ShearLimits(problem.dilatancy, np.zeros_like(problem.cohesion))
     if status is Status.LOCKED:
         driven = _driven(problem.growth, _push(problem), own_flow, in_cvxpy(solver), effort)
         if driven is None:
-            return nobody
+            return none
         d = driven[1]
         departure = problem.departure(d, problem.rates(d, problem.friction), problem.friction)
         cannot_open, slip = np.abs(departure).reshape(3, -1)[0], np.abs(problem.B.T @ d).reshape(3, -1)[1]
@@ -162,10 +160,10 @@ def locking_joints(
         if has_optimum(carrying.program, in_cvxpy(solver), effort, DIAGNOSIS):
             q = carrying.statics.forces()[1]
         elif status is Status.UNLIMITED or q is None:
-            return nobody
+            return none
         amount = np.abs(problem.normal_forces(q))
     else:
-        return nobody
+        return none
     order = np.argsort(-amount, kind="stable")
     return order[amount[order] > max(NAMED * amount.max(), DRIVES)]
 
@@ -191,10 +189,8 @@ def _driven(
     effort: Effort,
     purpose: str = DIAGNOSIS,
 ) -> tuple[float, np.ndarray] | None:
-    """Power and block velocities (3b,) of the mechanism that a force drives; None if the solver fails.
-
-    A power of (numerically) zero means that nothing moves.
-    """
+    """Power, zero if nothing moves, and block velocities (3b,) of the mechanism that a force drives; None if
+    the solver fails."""
     model = CvxpyDriven(problem, force, limits)
     if not has_optimum(model.program, solver, effort, purpose):
         return None

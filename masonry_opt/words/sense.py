@@ -1,4 +1,4 @@
-"""Checks of sense: what a scene allows and nobody is likely to mean. They refuse nothing."""
+"""Warnings: what is allowed in a scene and looks unintended. They refuse nothing."""
 
 from __future__ import annotations
 
@@ -37,8 +37,7 @@ _ROUNDING = 1e-9
 
 
 def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, ...]:
-    """What looks unintended in a scene, or is not looked at in its answer, each in a code with its values;
-    empty if there is nothing.
+    """What looks unintended in a scene, or is not checked in its answer, as codes with values.
 
     Parameters
     ----------
@@ -97,14 +96,14 @@ def _dilatancy(assembly: Assembly) -> list[Reason]:
 
 
 def _idle_supports(assembly: Assembly) -> list[Reason]:
-    """Fixed blocks that share no joint with a block that can move."""
+    """Fixed blocks without a joint to a block that can move."""
     idle = np.ones(len(assembly.scene.blocks), dtype=bool)
     idle[assembly.movable] = idle[assembly.joints.first] = idle[assembly.joints.second] = False
     return [reason(Code.IDLE_SUPPORTS, blocks=assembly.names(np.flatnonzero(idle)))] if idle.any() else []
 
 
 def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
-    """Joints with supports whose friction carries load though nothing need press them together."""
+    """Joints with supports whose friction carries load though nothing presses them together."""
     found = solution.infeasibility if solution and solution.load_factor is None else None
     clamped = np.array(found.clamped if found else (), dtype=int)
     joints = assembly.joints
@@ -192,8 +191,8 @@ def _far_away(assembly: Assembly) -> list[Reason]:
 
 
 def _acting_outside(assembly: Assembly) -> list[Reason]:
-    """Forces that act at points outside of their blocks and of the notches of these; not those that act where
-    the weight is said to, which of a curved stone may lie outside of its straight edges."""
+    """Forces that act outside of their blocks, notches included. A given ``weight_at`` is no such point: that
+    of a curved stone may lie outside of its straight edges."""
     shapes, blocks = assembly.geometry, assembly.scene.blocks
     index_of = {block.name: index for index, block in enumerate(blocks)}
     found = []

@@ -11,7 +11,7 @@ from scenes import block_on_floor, overhanging, values_of
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.status import Status
-from masonry_opt.explain import holding
+from masonry_opt.standing import holding
 
 #: Between the least factor seen to hold and the greatest seen not to.
 NEAR = 1.1e-3

@@ -1,4 +1,4 @@
-"""What would hold a scene that falls under its dead load: friction, how much of it, or support alone."""
+"""Remedies for a scene that falls under its dead load: friction, and how much of it, strength, or support."""
 
 from __future__ import annotations
 
@@ -10,19 +10,20 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import breadth_first_order
 
 from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.answer import Found
 from masonry_opt.answer.motion import joint_motion, moving_blocks
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
-from masonry_opt.explain.diagnosis import DEAD_LOAD, DeadLoadUndecided, as_it_falls, falling_mechanism
-from masonry_opt.explain.no_load_factor import movers
 from masonry_opt.models.cvxpy_standing import CvxpyStanding
 from masonry_opt.models.cvxpy_terms import ShearParameters
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 from masonry_opt.solvers.registry import Solver, in_cvxpy
+from masonry_opt.standing.diagnosis import DEAD_LOAD, DeadLoadUndecided, as_it_falls, falling_mechanism
+from masonry_opt.standing.no_load_factor import movers
 
 #: Joints up to which the least factor on friction is looked for, the factors tried, and how near to each
 #: other, relative, the least at which the scene stands and the greatest at which it falls need be.
@@ -36,10 +37,10 @@ _BEARS = 1e-6
 
 
 def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, effort: Effort) -> list[Reason]:
-    """Reasons that say what would hold a scene that falls under its dead load, or that no friction would.
+    """Reasons that tell what would hold a scene that falls under its dead load, or that no friction would.
 
-    A scene stands here if eq. (9) without live load has a state of equilibrium; that state may be one of
-    wedging alone, where blocks hang between others.
+    To hold means that eq. (9) without live load has a state of equilibrium, which may be one of wedging
+    alone where blocks hang between others.
 
     Parameters
     ----------
@@ -129,14 +130,14 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
 def _sliding(assembly: Assembly, d: np.ndarray) -> np.ndarray:
     """Joints that slide in a mechanism (3b,), those that slide most first."""
     slip = np.abs((assembly.problem.B.T @ d).reshape(3, -1)[1])
-    slides = joint_motion(assembly, Solution(Status.UNSTABLE, Kind.ASSOCIATIVE, d=d)).slides
+    slides = joint_motion(assembly, Solution(Status.UNSTABLE, Kind.ASSOCIATIVE, found=Found(d=d))).slides
     order = np.argsort(-slip, kind="stable")
     return order[slides[order]]
 
 
 def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
-    """Those of some of the problem's blocks that hang: on no chain of joints whose normals push against the
-    dead loads of the blocks that they bear does a support bear them."""
+    """Those of some of the problem's blocks that hang: no chain of joints leads from a support to them, each
+    with a normal that pushes against the dead load of the block it bears."""
     scene, joints, movable = assembly.scene, assembly.joints, assembly.movable
     count = len(scene.blocks)
     down = np.zeros((count, 2))

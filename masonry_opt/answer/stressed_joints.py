@@ -1,4 +1,4 @@
-"""Whether the dilatancy of an associative answer is credible: the check of section 6.5 of the paper."""
+"""Joints stressed too highly to dilate: the check of section 6.5 of the paper."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from masonry_opt.errors import OptionError
 def stressed_joints(result: Result, above: float | None = None) -> pd.DataFrame:
     """Joints that slide with dilation in an associative answer, stressed too highly to dilate.
 
-    Real joints dilate little under high normal stress (section 6.5): where such joints slide, and
-    most of all where much energy goes into them, the associative load factor may be too high.
+    Real joints dilate little under high normal stress (section 6.5). Where such joints slide, the associative
+    load factor may be too high, the more so the more energy goes into them.
 
     Parameters
     ----------
@@ -48,10 +48,10 @@ def stressed_joints(result: Result, above: float | None = None) -> pd.DataFrame:
             f"stressed_joints: takes an associative result (method 'static' or 'kinematic'), not one of "
             f"'{result.method}'"
         )
-    solution, problem = result.solution, result.assembly.problem
-    if solution.q is None or solution.d is None or result.load_factor is None:
+    answer, problem = result.solution.answer, result.assembly.problem
+    if answer is None:
         raise OptionError(f"stressed_joints: the result has no mechanism: {result.status}")
-    n, slip = problem.normal_forces(solution.q), np.abs((problem.B.T @ solution.d).reshape(3, -1)[1])
+    n, slip = problem.normal_forces(answer.q), np.abs((problem.B.T @ answer.d).reshape(3, -1)[1])
     friction = problem.N.T @ problem.friction
     frame = result.joints[["first", "second", "x", "y"]].assign(
         stress=result.joints["n"] / result.joints["length"],
@@ -59,7 +59,7 @@ def stressed_joints(result: Result, above: float | None = None) -> pd.DataFrame:
         dilation=friction[: problem.joints] * slip,
     )
     frame["energy"] = frame["dilation"] * n / problem.live_norm
-    dilates = (frame["dilation"] > 0) & (slip > SLIDES * fastest(result.assembly, solution.d))
+    dilates = (frame["dilation"] > 0) & (slip > SLIDES * fastest(result.assembly, answer.d))
     return frame[dilates & (n > _least_force(result, above))]
 
 

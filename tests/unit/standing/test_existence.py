@@ -22,10 +22,10 @@ from masonry_opt.answer.infeasibility import (
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
-from masonry_opt.explain.combinatorial_cuts import combinatorial_cuts
-from masonry_opt.explain.existence import existence
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.load_units import in_units_of_load
+from masonry_opt.standing.combinatorial_cuts import combinatorial_cuts
+from masonry_opt.standing.existence import existence
 
 #: Pushed along and, 1.5 times as hard, down, on a floor of friction 2: it would slide at λ = 2 (1 + 1.5 λ).
 PUSHED = block_on_floor(width=4.0, height=1.0, friction=2.0, live=(1.0, -1.5))

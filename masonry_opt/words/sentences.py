@@ -1,4 +1,4 @@
-"""Every sentence that says how an analysis ended, made from its reason codes; nothing else writes any."""
+"""Sentences from reason codes: the one place that writes how an analysis ended, and warnings."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from masonry_opt.answer.thresholds import LOWER
 from masonry_opt.errors import counted, rounded_up
 from masonry_opt.problem.chords import CHORDS, MISSED
 
-#: Of what a list names, so many are named.
+#: Items of a list that are named; the rest is counted.
 _NAMED = 5
 
-#: From here on numbers of seven decimals are longer than a double is exact.
+#: From here on seven decimals are more digits than a double has.
 _FIXED = 1e10
+
 #: How joints crush in all programs but the conic ones.
 BY_CHORDS = f"{len(CHORDS.slope)} chords inside the parabola, at most {100 * MISSED:.2f} % below it"
 
@@ -40,12 +41,17 @@ def message(reasons: Sequence[Reason]) -> str:
 
 def sentences(reasons: Sequence[Reason]) -> tuple[str, ...]:
     """Each reason in words."""
-    return tuple(_SENTENCES[reason.code](reason.values) for reason in reasons)
+    return tuple(_sentence(reason.code, reason.values) for reason in reasons)
+
+
+def _sentence(code: Code, values: dict[str, Any]) -> str:
+    made = _SENTENCES[code]
+    return made.format(**values) if isinstance(made, str) else made(values)
 
 
 def numeral(value: float, spec: str) -> str:
-    """A number in a format, without a sign where all its digits are zero; with a power of ten where decimals
-    would tell digits that it does not have."""
+    """A number in a format, without a sign if all its digits are zero, and with a power of ten where decimals
+    would show more digits than it has."""
     if spec.endswith("f") and _FIXED <= abs(value) < inf:
         spec = f"{spec[:-1]}e"
     text = format(value + 0.0, spec)
@@ -129,7 +135,7 @@ def _exact(v: dict[str, Any]) -> str:
 
 
 def _not_refined(v: dict[str, Any]) -> str:
-    return f"not refined: {_SENTENCES[Code(v['why'])](v)}"
+    return f"not refined: {_sentence(Code(v['why']), v)}"
 
 
 def _bracket(v: dict[str, Any]) -> str:
@@ -188,23 +194,24 @@ def _es(v: dict[str, Any]) -> str:
     return "es" if len(v["blocks"]) == 1 else ""
 
 
-_SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
+#: By code: a text with values in braces, or what makes one of the values.
+_SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.FALLS: lambda v: f"the dead load alone moves {_blocks(v['blocks'])}: support what falls",
     Code.HANGS: lambda v: f"{_blocks(v['blocks'])} hang{_s(v)}: no joint bears from below",
     Code.NO_FRICTION_HOLDS: lambda v: f"no friction can hold {_blocks(v['blocks'])}",
     Code.FRICTION_WOULD_HOLD: _friction_would_hold,
-    Code.STRENGTH_WOULD_HOLD: lambda v: "joints crush: with more 'strength' the scene would stand",
-    Code.DEAD_LOAD_UNDECIDED: lambda v: (
-        f"whether the scene stands under its dead load could not be decided ('{v['word']}'): check "
+    Code.STRENGTH_WOULD_HOLD: "joints crush: with more 'strength' the scene would stand",
+    Code.DEAD_LOAD_UNDECIDED: (
+        "whether the scene stands under its dead load could not be decided ('{word}'): check "
         "for weights or lengths of very different size"
     ),
     Code.WEDGED: _wedged,
-    Code.SOLVER_STOPPED: lambda v: f"the solver stopped with '{v['word']}': try another solver",
-    Code.DILATANCY_LOCKS: lambda v: (
+    Code.SOLVER_STOPPED: "the solver stopped with '{word}': try another solver",
+    Code.DILATANCY_LOCKS: (
         "sliding joints that dilate jam the blocks, so that they carry any multiple of the live "
         "load; without dilatancy they can move: method 'mcp' tells whether they do"
     ),
-    Code.NO_MECHANISM: lambda v: (
+    Code.NO_MECHANISM: (
         "no mechanism lets the live load do work, so the scene carries any multiple of it: "
         "check the direction of 'live' and which blocks carry it"
     ),
@@ -213,7 +220,7 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
         f"faces cannot come to yield together ({counted(v['static_cuts'], 'such set')} of faces, and "
         f"{counted(v['kinematic_cuts'], 'set')} of which one must move, leave no choice)"
     ),
-    Code.CARRIES_ANY: lambda v: (
+    Code.CARRIES_ANY: (
         "statics carry any multiple of the live load, but a mechanism exists: that there is no load factor "
         "is not proven"
     ),
@@ -228,11 +235,11 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     ),
     Code.NOT_CERTIFIED: _not_certified,
     Code.SUB_PROBLEMS: lambda v: f"in {counted(v['count'], 'sub-problem')}",
-    Code.EXACT_END: lambda v: "with an exact state on their mechanism",
-    Code.NO_EXACT_END: lambda v: "no state on their mechanism is exact: the certificate says what is left",
-    Code.CHANGES_AGAIN: lambda v: "λ stood still and changes again",
-    Code.ABOVE_ASSOCIATIVE: lambda v: f"ended {v['by']:.1e} above the associative bound, reported here",
-    Code.FLOW_RULE_IDLE: lambda v: (
+    Code.EXACT_END: "with an exact state on their mechanism",
+    Code.NO_EXACT_END: "no state on their mechanism is exact: the certificate says what is left",
+    Code.CHANGES_AGAIN: "λ stood still and changes again",
+    Code.ABOVE_ASSOCIATIVE: "ended {by:.1e} above the associative bound, reported here",
+    Code.FLOW_RULE_IDLE: (
         "the associative answer already obeys the joints' own flow rule (option 'always' looks for a lower "
         "one all the same)"
     ),
@@ -250,15 +257,13 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
         f"the loop repeats itself every {counted(v['period'], 'sub-problem')}, between load factors "
         f"{_between(v)}" + (", and this state is exact" if v["exact"] else ": lower 'beta'")
     ),
-    Code.SUB_PROBLEM_FAILED: lambda v: (
-        f"sub-problem {v['number']} ended with '{v['word']}': try another solver"
-    ),
-    Code.SUB_PROBLEM_EMPTY: lambda v: (
-        f"sub-problem {v['number']} has no equilibrium state: joints that lost their normal force "
+    Code.SUB_PROBLEM_FAILED: "sub-problem {number} ended with '{word}': try another solver",
+    Code.SUB_PROBLEM_EMPTY: (
+        "sub-problem {number} has no equilibrium state: joints that lost their normal force "
         "have locked; use an interior-point solver, or lower 'alpha'"
     ),
     Code.BEGAN_AGAIN: _began_again,
-    Code.LOCKED_ALL_THE_SAME: lambda v: (
+    Code.LOCKED_ALL_THE_SAME: (
         "sliding joints that dilate jam the blocks, so that they carry any multiple of the live load; "
         "without dilatancy they can move, but no run of the loop tells at which load"
     ),
@@ -267,55 +272,49 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
         f"in {counted(v['steps'], 'Newton step')}"
         + (f", at attempt {v['attempt']}" if v["attempt"] > 1 else "")
     ),
-    Code.OTHER_STARTS: lambda v: (
-        f"no pass over the scene itself ended in a state ({v['word']}), but one from another start"
-    ),
-    Code.PASS_STOPPED: lambda v: (
-        f"no pass ended in a state ({v['attempts']} tried, the last: {v['word']}): method 'nonassociative' "
+    Code.OTHER_STARTS: "no pass over the scene itself ended in a state ({word}), but one from another start",
+    Code.PASS_STOPPED: (
+        "no pass ended in a state ({attempts} tried, the last: {word}): method 'nonassociative' "
         "goes another way"
     ),
-    Code.PASS_LOST: lambda v: "the load factor of a pass grew without end",
-    Code.LOOP_TOOK_OVER: lambda v: (
-        f"no pass ended in a state ({v['word']}), so the loop, method 'nonassociative', took over"
-    ),
-    Code.DILATANCY_FALLS: lambda v: (
+    Code.PASS_LOST: "the load factor of a pass grew without end",
+    Code.LOOP_TOOK_OVER: "no pass ended in a state ({word}), so the loop, method 'nonassociative', took over",
+    Code.DILATANCY_FALLS: (
         "dilatancy falls with stress, which only the loop, method 'nonassociative', follows"
     ),
     Code.LOOP_FAR: lambda v: (
         f"with {counted(v['joints'], 'joint')} the loop began, and left the scene to a pass: after "
         f"{counted(v['count'], 'sub-problem')} its sliding was off the true law by {v['off']:.0%} of λ"
     ),
-    Code.PASS_NEAR: lambda v: (
-        f"in {v['steps']} Newton steps to a gap of {v['gap']:.1e}, then exact forces and a mechanism near it"
+    Code.PASS_NEAR: (
+        "in {steps} Newton steps to a gap of {gap:.1e}, then exact forces and a mechanism near it"
     ),
     Code.TOO_LARGE: lambda v: f"with {counted(v['joints'], 'joint')} the loop is quicker than a pass",
-    Code.LOCAL_MINIMUM: lambda v: f"a local minimum, complementary to within ε = {v['epsilon']:.0e}",
-    Code.RELAXED_FROM: lambda v: f"relaxed from ε = {v['epsilon']:.0e}, larger ones could not be followed",
-    Code.START_FAILED: lambda v: "the loop to start from failed",
-    Code.RELAXATION_STOPPED: lambda v: f"IPOPT ended with '{v['word']}' at ε = {v['epsilon']:.0e}",
+    Code.LOCAL_MINIMUM: "a local minimum, complementary to within ε = {epsilon:.0e}",
+    Code.RELAXED_FROM: "relaxed from ε = {epsilon:.0e}, larger ones could not be followed",
+    Code.START_FAILED: "the loop to start from failed",
+    Code.RELAXATION_STOPPED: "IPOPT ended with '{word}' at ε = {epsilon:.0e}",
     Code.KEPT_RELAXATION: lambda v: (
         f"forces and velocities kept are those of ε = {v['epsilon']:.0e}, λ = "
         f"{numeral(v['load_factor'], '.6g')}, which is no answer: its complementarity gap is {v['gap']:.1e}"
     ),
-    Code.KEPT_START: lambda v: (
+    Code.KEPT_START: (
         "no relaxation was solved; forces and velocities kept are those of the start: begin with a "
         "smaller 'epsilon'"
     ),
-    Code.NOTHING_SOLVED: lambda v: (
-        "no relaxation was solved: start from the loop, or with a smaller 'epsilon'"
-    ),
+    Code.NOTHING_SOLVED: "no relaxation was solved: start from the loop, or with a smaller 'epsilon'",
     Code.EXACT: _exact,
-    Code.STATIONARY: lambda v: "stationary: no mechanism tried among the faces at yield lowers it",
-    Code.UNDECIDED: lambda v: "for some mechanisms the solver could not tell whether they lower it",
+    Code.STATIONARY: "stationary: no mechanism tried among the faces at yield lowers it",
+    Code.UNDECIDED: "for some mechanisms the solver could not tell whether they lower it",
     Code.STATES_MET: _states_met,
     Code.SEARCHED: lambda v: (
         f"searched for, by {counted(v['candidates'], 'candidate')}"
         + (", interrupted" if v["interrupted"] else "")
     ),
     Code.NOT_REFINED: _not_refined,
-    Code.NO_STATICS: lambda v: "no statics bring every face of a mechanism to yield",
+    Code.NO_STATICS: "no statics bring every face of a mechanism to yield",
     Code.RESIDUAL: lambda v: f"the state found leaves residuals up to {max(v['residuals'].values()):.1e}",
-    Code.NO_KINEMATICS: lambda v: "kinematics allow no mechanism",
+    Code.NO_KINEMATICS: "kinematics allow no mechanism",
     Code.PROVEN: lambda v: f"proven least: {_bracket(v)}",
     Code.WITHIN_IMPOSED: lambda v: f"proven least of all states with {_imposed(v)}: {_bracket(v)}",
     Code.TOUCHES_IMPOSED: lambda v: f"nothing is proven: the answer exceeds {_imposed(v)}",
@@ -323,9 +322,7 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
     Code.OUT_OF_TIME_WITHIN_IMPOSED: lambda v: (
         f"proven within {v['time_limit']:g} s, of all states with {_imposed(v)}: {_bracket(v)}"
     ),
-    Code.NO_EXACT_STATE: lambda v: (
-        f"no exact state was found within {v['time_limit']:g} s: raise 'time_limit'"
-    ),
+    Code.NO_EXACT_STATE: "no exact state was found within {time_limit:g} s: raise 'time_limit'",
     Code.FRICTION_HIGH: _friction_high,
     Code.DILATANCY_LOW: lambda v: (
         f"'dilatancy' {v['dilatancy']:g} of {_where(v)} is below minus its friction, {v['friction']:g}: "
@@ -355,8 +352,8 @@ _SENTENCES: dict[Code, Callable[[dict[str, Any]], str]] = {
             else f"at {_pairs(v)} that may bring down what no load does here"
         )
     ),
-    Code.BARE_EDGE_LOAD: lambda v: (
-        f"edge_load no. {v['number']} meets no free edge of a movable block along {v['length']:.4g} of its "
+    Code.BARE_EDGE_LOAD: (
+        "edge_load no. {number} meets no free edge of a movable block along {length:.4g} of its "
         "length, where it does nothing"
     ),
     Code.WEIGHTS_DIFFER: lambda v: (

@@ -8,8 +8,8 @@ from pathlib import Path
 from masonry_opt.answer.acceptance import LIMITS
 from masonry_opt.answer.result import Result
 from masonry_opt.errors import printable
-from masonry_opt.explain.sentences import numeral
-from masonry_opt.report.summary import facts
+from masonry_opt.words.sentences import numeral
+from masonry_opt.words.summary import facts
 
 #: What each residual of the certificate is.
 _RESIDUALS = {

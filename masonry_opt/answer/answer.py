@@ -1,0 +1,84 @@
+"""A state and its certificate, made together: what methods hand on, and a result shows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from masonry_opt.answer.acceptance import LIMITS, Kind
+from masonry_opt.answer.certificate import Certificate, certify, residuals
+from masonry_opt.problem.problem import Problem
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Found:
+    """Forces and velocities that a method ended with, without a load factor; None where it found none.
+
+    Attributes
+    ----------
+    q, d: joint forces (3c,) and block velocities (3b,).
+    slope: opening per unit slip under the flow rule of the velocities, shape (k,).
+    parabola: whether crushing was limited by the parabola itself and not by its chords.
+    """
+
+    q: np.ndarray | None = None
+    d: np.ndarray | None = None
+    slope: np.ndarray | None = None
+    parabola: bool = False
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Answer(Found):
+    """A load factor with its forces and mechanism, and what they leave of every condition.
+
+    Made by :func:`certified` alone: each state has one certificate.
+
+    Attributes
+    ----------
+    load_factor: λ.
+    certificate: residuals of the scene as a whole.
+    residuals: everything that the limits of acceptance are for (see :func:`~.certificate.residuals`).
+    """
+
+    load_factor: float
+    q: np.ndarray
+    d: np.ndarray
+    slope: np.ndarray
+    certificate: Certificate
+    residuals: dict[str, float]
+
+    def failing(self, kind: Kind) -> dict[str, float | None]:
+        """Residuals that exceed the limits of a kind of answer."""
+        return LIMITS[kind].failing(self.residuals)
+
+    def under(self, problem: Problem, slope: np.ndarray) -> Answer:
+        """The same state under a flow rule, shape (k,): itself if that is its own."""
+        if np.array_equal(self.slope, slope):
+            return self
+        return certified(problem, self.load_factor, self.q, self.d, slope, self.parabola)
+
+
+def certified(
+    problem: Problem,
+    load_factor: float,
+    q: np.ndarray,
+    d: np.ndarray,
+    slope: np.ndarray | None = None,
+    parabola: bool = False,
+) -> Answer:
+    """A state under a flow rule, by default the joints' own, with its certificate.
+
+    Parameters are those of :func:`~.certificate.certify`.
+    """
+    slope = problem.dilatancy if slope is None else slope
+    certificate = certify(problem, load_factor, q, d, slope, parabola)
+    return Answer(
+        load_factor=load_factor,
+        q=q,
+        d=d,
+        slope=slope,
+        parabola=parabola,
+        certificate=certificate,
+        residuals=residuals(problem, certificate, load_factor, q, d, parabola),
+    )

@@ -1,0 +1,1 @@
+"""Sentences, summaries and warnings, made from codes and numbers when somebody asks."""
