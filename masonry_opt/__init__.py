@@ -33,7 +33,7 @@ _HOMES = {
     "scene.load": ("Load",),
     "scene.scene": ("Scene",),
     "scene.wall": ("Wall",),
-    "studies.compare.api": ("compare",),
+    "studies.compare.comparison": ("compare",),
     "studies.many.sweep": ("sweep",),
     "studies.margins.least": ("least", "most"),
     "studies.sampling.answer": ("Sample",),

@@ -14,8 +14,8 @@ from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.thresholds import is_lower
 from masonry_opt.errors import CaseError
 from masonry_opt.files import write_whole
-from masonry_opt.studies.compare.case_scenes import CaseScene
-from masonry_opt.studies.compare.limits import residuals_over_limit
+from masonry_opt.studies.compare.plan import CaseScene
+from masonry_opt.studies.compare.runs import residuals_over_limit
 
 #: The registry's name, in the folder of the case files or one above.
 FILE = "best_known.toml"
@@ -40,7 +40,7 @@ class BestKnown:
 
 
 def best_known(scenes: Iterable[CaseScene]) -> dict[str, BestKnown]:
-    """What the registries say of these scenes, by scene name.
+    """The best known states of scenes, by scene name.
 
     Raises CaseError if a registry is no TOML or an entry is not as written here.
     """
@@ -58,7 +58,7 @@ def lowest_exact(
 ) -> dict[str, BestKnown]:
     """The lowest exact state among runs, by scene name.
 
-    A pass ends in some exact state: only where a low one is known, or was looked for, does its own count.
+    A single pass ends in any exact state: it counts only where a low one is known or was searched for.
     """
     exact = [row for row in rows if is_exact(row)]
     low = {*(known or {}), *(row["scene"] for row in exact if row["kind"] != Kind.ONE_PASS)}
@@ -89,10 +89,10 @@ def merged(known: dict[str, BestKnown], found: dict[str, BestKnown]) -> dict[str
 
 
 def improve(scenes: Iterable[CaseScene], best: Mapping[str, BestKnown], write: bool) -> list[str]:
-    """What is lower than the registries say, in lines, and how many scenes are new there; written to them if
-    ``write``.
+    """Lines that tell which states are lower than the registries say, and how many scenes are new there;
+    ``write``: also write them to the registries.
 
-    A scene without a registry near is left alone. A registry that cannot be written is named.
+    Scenes without a registry are left out. A registry that cannot be written is named.
     """
     lines: list[str] = []
     for registry, keys in _by_registry(scenes).items():
@@ -125,7 +125,7 @@ def registry_of(path: Path) -> Path | None:
 
 
 def _by_registry(scenes: Iterable[CaseScene]) -> dict[Path, dict[str, CaseScene]]:
-    """The scenes that have a registry, by it and by their key there; each is read and written once."""
+    """The scenes that have a registry, by registry and by their key there."""
     found: dict[Path, dict[str, CaseScene]] = {}
     for scene in scenes:
         registry = registry_of(scene.registered)
@@ -136,7 +136,7 @@ def _by_registry(scenes: Iterable[CaseScene]) -> dict[Path, dict[str, CaseScene]
 
 
 def _known(registry: Path, entries: Mapping[str, Any], key: str, scene: CaseScene) -> BestKnown | None:
-    """What a registry's entries say of a scene; None if they say nothing, or it has changed."""
+    """The entry of a scene in a registry; None without one, or if the scene has changed since."""
     entry = entries.get(key)
     if entry is None:
         return None
@@ -148,7 +148,7 @@ def _known(registry: Path, entries: Mapping[str, Any], key: str, scene: CaseScen
 
 
 def _write(registry: Path, entries: Mapping[str, Any]) -> str:
-    """Write a registry; what came of it, in words."""
+    """Write a registry; tells in words whether it was written."""
     try:
         write_whole(registry, _HEADER + tomli_w.dumps(dict(sorted(entries.items()))))
     except OSError as error:
