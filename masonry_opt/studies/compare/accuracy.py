@@ -125,8 +125,8 @@ class _Polyhedron:
         return self._projected(np.asarray(x.value))
 
     def extreme(self, fixed: bool) -> int:
-        """Status of scipy's linprog (HiGHS): it maximises the last unknown or, with that ``fixed`` at 0, looks
-        for any point."""
+        """Status of scipy's linprog, which maximises the last unknown or, with that ``fixed`` at 0, looks for
+        any point."""
         columns = self.A.shape[1]
         return int(
             linprog(
