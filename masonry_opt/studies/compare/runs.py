@@ -118,5 +118,6 @@ def residuals_over_limit(row: Mapping[Any, Any], kind: Kind | None = None) -> di
     """The residuals of a row with a load factor that are over the limits of its kind of answer, or of
     another kind; one that is missing or no number is as well."""
     left = {name: row[name] for name in RESIDUALS}
-    left["complementarity"] = over_load_factor(left["complementarity"], row["load_factor"])
+    if (energy := left["complementarity"]) is not None:
+        left["complementarity"] = over_load_factor(energy, row["load_factor"])
     return LIMITS[kind or Kind(row["kind"])].failing(left)

@@ -49,14 +49,14 @@ def table(
     ----------
     points: values by name.
     make: the scene of a point, where the study has none; called in this process.
-    folder: where rows are kept as they come (a journal): those there are not made again.
+    folder: where rows are kept as they come (see :class:`~.journal.Journal`); those there are not made again.
     force: whether to replace a table there that has other runs.
     workers, dask: see :class:`~masonry_opt.studies.runner.Workers`.
 
     Raises
     ------
     OptionError, OutputError
-        As workers and the journal do; OptionError also if a table would be replaced, and runs of it lost.
+        As the engine and the journal do; OptionError also if a table would be replaced, and runs of it lost.
     """
     journal = None
     if folder is not None:
