@@ -55,6 +55,18 @@ def fail() -> NoReturn:
     raise ZeroDivisionError("by zero")
 
 
+class UnreadableError(Exception):
+    """An error that pickle writes and cannot read again."""
+
+    def __init__(self, what: str, where: str) -> None:
+        super().__init__(f"{what} at {where}")
+
+
+def fail_unreadably() -> NoReturn:
+    """Raise what cannot be sent."""
+    raise UnreadableError("no", "there")
+
+
 def refuse(where: str) -> NoReturn:
     """Raise what a user can put right."""
     raise CaseError(where)

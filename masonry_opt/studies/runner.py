@@ -5,6 +5,7 @@ long, takes too much memory or dies ends alone.
 from __future__ import annotations
 
 import contextlib
+import pickle
 import threading
 import time
 import traceback
@@ -49,7 +50,7 @@ class End:
     how: FINISHED, REFUSED (by a MasonryError), CRASHED (by another error), DIED, TIME_LIMIT, MEMORY_LIMIT.
     reason: in words; "" if it finished.
     value: what it returned; None unless it finished.
-    error: what it raised.
+    error: what it raised, if that can be sent between processes.
     seconds: the time that it took.
     peak: largest memory of its process so far, in MB (10⁶ bytes), that of libraries included.
     """
@@ -142,7 +143,7 @@ def in_processes(tasks: Sequence[Callable[[], Any]]) -> list[Any]:
     with Workers(count=min(cores(), max(1, len(tasks)))) as workers:
         for number, end in workers.map(tasks, tries=1):
             if end.how != FINISHED:
-                raise end.error or MasonryError(f"{end.how}: {end.reason}: is there enough memory?")
+                raise end.error or MasonryError(f"{end.how}: {end.reason}")
             found[number] = end.value
     return [found[number] for number in range(len(tasks))]
 
@@ -252,7 +253,8 @@ def _end_of(future: Future[End]) -> End:
     if isinstance(error, TimeoutError):
         return End(TIME_LIMIT, f"over {error.args[-1]:g} s")
     code = getattr(error, "exitcode", None)
-    return End(DIED, f"{error!r}" if code is None else f"its process ended (exit code {code})")
+    how = repr(error) if code is None else f"its process ended (exit code {code})"
+    return End(DIED, f"{how}; is there enough memory?")
 
 
 #: In a worker: what it was given to prepare, and, one a thread, the function that it made of that last.
@@ -289,8 +291,17 @@ def _made(prepare: Prepare | None, task: Any) -> End:
         how, reason = MEMORY_LIMIT, "no memory left"
     except Exception as error:  # whatever it is, it is this task's end, and the others go on
         error.add_note(traceback.format_exc())
-        how, reason, raised = CRASHED, f"{type(error).__name__}: {error}", error
+        how, reason, raised = CRASHED, f"{type(error).__name__}: {error}", _sendable(error)
     return End(how, reason, value, raised, time.perf_counter() - began, _peak())
+
+
+def _sendable(error: Exception) -> Exception | None:
+    """An error, if the parent can read it: one that it cannot would break the pool."""
+    try:
+        pickle.loads(pickle.dumps(error))
+    except Exception:
+        return None
+    return error
 
 
 def _resident(process: Any) -> float:

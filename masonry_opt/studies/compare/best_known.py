@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -64,11 +64,8 @@ def lowest_exact(
     low = {*(known or {}), *(row["scene"] for row in exact if row["kind"] != Kind.ONE_PASS)}
     best: dict[str, BestKnown] = {}
     for row in exact:
-        if row["scene"] not in low:
-            continue
-        before = best.get(row["scene"])
-        if before is None or is_lower(row["load_factor"], before.load_factor):
-            best[row["scene"]] = BestKnown(row["load_factor"], row["method"])
+        if row["scene"] in low:
+            best = merged(best, {row["scene"]: BestKnown(row["load_factor"], row["method"])})
     return best
 
 
@@ -105,11 +102,7 @@ def improve(scenes: Iterable[CaseScene], best: Mapping[str, BestKnown], write: b
                 new += 1
             else:
                 lower.append(f"{key}: lower exact state {found.load_factor:.9g}, found by {found.method}")
-            entries[key] = {
-                "load_factor": found.load_factor,
-                "method": found.method,
-                "content": scene.content,
-            }
+            entries[key] = asdict(found) | {"content": scene.content}
         if new:
             lower.append(f"scenes with an exact state and no entry yet: {new}")
         if lower:
@@ -118,20 +111,15 @@ def improve(scenes: Iterable[CaseScene], best: Mapping[str, BestKnown], write: b
     return lines
 
 
-def registry_of(path: Path) -> Path | None:
-    """The registry for a case file: in its folder or the one above; None if there is none."""
-    folder = path.resolve().parent
-    return next((at / FILE for at in (folder, folder.parent) if (at / FILE).is_file()), None)
-
-
 def _by_registry(scenes: Iterable[CaseScene]) -> dict[Path, dict[str, CaseScene]]:
-    """The scenes that have a registry, by registry and by their key there."""
+    """The scenes with a registry in their folder or the one above, by registry and by their key there."""
     found: dict[Path, dict[str, CaseScene]] = {}
     for scene in scenes:
-        registry = registry_of(scene.registered)
-        if registry is not None:
-            key = scene.registered.resolve().relative_to(registry.parent).as_posix()
-            found.setdefault(registry, {})[key] = scene
+        path = scene.registered.resolve()
+        for folder in (path.parent, path.parent.parent):
+            if (folder / FILE).is_file():
+                found.setdefault(folder / FILE, {})[path.relative_to(folder).as_posix()] = scene
+                break
     return found
 
 

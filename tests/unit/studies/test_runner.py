@@ -121,6 +121,7 @@ def test_a_process_over_its_limits_is_killed():
     [
         (hogs.die, DIED, "exit code 7"),
         (hogs.fail, CRASHED, "ZeroDivisionError: by zero"),
+        (hogs.fail_unreadably, CRASHED, "UnreadableError: no at there"),
         (partial(hogs.refuse, "nowhere"), REFUSED, "nowhere"),
         (hogs.wait_for, CRASHED, "TypeError"),
     ],
