@@ -155,7 +155,7 @@ def success(frame: pd.DataFrame) -> pd.DataFrame:
         **{verdict: (frame["verdict"] == verdict).astype(int) for verdict in VERDICTS},
         success=frame["verdict"].isin((CERTIFIED, NAMED)),
         target=certified & (frame["error"] <= frame["question"].map(TARGET)),
-        **frame[["time", "error", "violation"]].where(certified),
+        **{name: frame[name].where(certified) for name in ("time", "error", "violation")},
     )
     columns: dict[str, Any] = {
         "scenes": ("scene", "size"),

@@ -103,7 +103,8 @@ def key_of(scene: CaseScene, pair: Pair, repeat: int, versions: str) -> dict[str
 
 def row_of(key: Mapping[str, Any], end: End, time_limit: float, memory_limit: float) -> dict[str, Any]:
     """The row of a run, by COLUMNS: what it is, and what it returned, or why it did not."""
-    row = dict.fromkeys(COLUMNS) | dict.fromkeys(_WORDS, "") | {"message": end.reason, "wall": end.seconds}
+    row: dict[str, Any] = dict.fromkeys(COLUMNS) | dict.fromkeys(_WORDS, "")
+    row |= {"message": end.reason, "wall": end.seconds}
     row |= {name: value for name, value in (end.value or {}).items() if name in COLUMNS}
     row |= {"message": " ".join(row["message"].split()), "ended": end.how, "peak_memory": end.peak}
     return row | dict(key) | {"time_limit": time_limit, "memory_limit": memory_limit}
