@@ -186,7 +186,7 @@ class Processes:
     def __init__(self, prepare: Prepare | None, count: int) -> None:
         self.context = Context()
         self._prepare, self._count = prepare, count
-        self._pool = self._opened()
+        self._pool: Any = self._opened()
 
     def _opened(self) -> ProcessPool:
         return ProcessPool(self._count, initializer=_begin, initargs=(self._prepare,), context=self.context)
@@ -276,7 +276,8 @@ def _in_process(task: Any) -> End:
 def _made(prepare: Prepare | None, task: Any) -> End:
     """In a worker: make a task; every end but death is told."""
     began = time.perf_counter()
-    how, reason, value, raised = FINISHED, "", None, None
+    how, reason, value = FINISHED, "", None
+    raised: Exception | None = None
     try:
         if prepare is None:
             value = task()

@@ -96,7 +96,7 @@ def summary_text(comparison: Comparison) -> str:
         )
     if len(apart := frames.spread(summary)):
         lines.append(f"\ncertified Coulomb λ more than {APART:.0%} apart:")
-        lines.append(in_words(apart, {name: name for name in apart}).to_string(index=False))
+        lines.append(in_words(apart, {str(name): str(name) for name in apart}).to_string(index=False))
     if comparison.plan.left_out:
         lines.append("\nnot applicable:")
         lines += [f"  {i.method} · {i.model} · {i.solver}: {i.reason}" for i in comparison.plan.left_out]
