@@ -30,7 +30,7 @@ _HOMES = {
     "scene.loads": ("EdgeLoad", "Load"),
     "scene.scene": ("Scene",),
     "scene.walls": ("Column", "Facade", "Wall"),
-    "studies.compare.api": ("compare",),
+    "studies.compare.comparison": ("compare",),
     "studies.many.sweep": ("sweep",),
     "studies.margins.least": ("least", "most"),
     "studies.sampling.answer": ("Sample",),

@@ -29,7 +29,7 @@ from masonry_opt.scene.scene import Scene as Scene
 from masonry_opt.scene.walls import Column as Column
 from masonry_opt.scene.walls import Facade as Facade
 from masonry_opt.scene.walls import Wall as Wall
-from masonry_opt.studies.compare.api import compare as compare
+from masonry_opt.studies.compare.comparison import compare as compare
 from masonry_opt.studies.many.sweep import sweep as sweep
 from masonry_opt.studies.margins.least import least as least
 from masonry_opt.studies.margins.least import most as most

@@ -39,7 +39,7 @@ from masonry_opt.words.terminal import changing_line, left_by, print_result, pri
 #: Commands that are loaded when they are called: by name, where their typer app is.
 _LOADED = {
     "convert": "masonry_opt.convert",
-    "compare": "masonry_opt.studies.compare.command",
+    "compare": "masonry_opt.studies.compare.compare_command",
     "least": "masonry_opt.studies.margins.command",
     "reproduce": "masonry_opt.studies.reproduce",
     "sweep": "masonry_opt.studies.many.command",

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from typing import Any
 
+import pandas as pd
 from lines import line
 from scenes import CASES
 
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
-from masonry_opt.studies.compare.case_scenes import find_scenes
 from masonry_opt.studies.compare.comparison import Comparison, RunLimits
-from masonry_opt.studies.compare.plan import plan
+from masonry_opt.studies.compare.plan import find_scenes, plan
+from masonry_opt.studies.compare.runs import COLUMNS
 
 NAMES = BLOCKS, WALL = "gilbert/two_blocks", "ferris_tinloi/wall_1"
 
@@ -50,4 +51,5 @@ def made_up() -> Comparison:
     best = {BLOCKS: BestKnown(0.15, "by hand"), WALL: BestKnown(0.63898, "refined")}
     summary = frames.summary(rows, bounds, best, {WALL: {"Coulomb": "unstable under dead load"}})
     scenes = find_scenes([CASES / f"{name}.toml" for name in NAMES])
-    return Comparison(scenes, planned, RunLimits(60, 4000, 1), bounds, best, summary, (), False, "")
+    results = pd.DataFrame(rows, columns=COLUMNS)
+    return Comparison(scenes, planned, RunLimits(60, 4000, 1), bounds, best, results, summary)

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import os
+import signal
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from masonry_opt.errors import CaseError
 
 
-def sleep(seconds: float) -> str:
+def wait_for(seconds: float, value: object) -> object:
     """Take time."""
     time.sleep(seconds)
-    return "slept"
+    return value
 
 
 def hoard(megabytes: int) -> int:
@@ -28,9 +30,41 @@ def die() -> NoReturn:
     os._exit(7)
 
 
+def leave_mark_and_die(folder: Path) -> NoReturn:
+    """Die, and be counted."""
+    (folder / str(os.getpid())).touch()
+    os._exit(7)
+
+
+class Mortal:
+    """What another prepares, in a process that dies in the midst of three tasks, each time anew."""
+
+    def __init__(self, prepare: Callable[[], Callable[[Any], Any]], folder: Path) -> None:
+        self.call, self.folder, self.calls = prepare(), folder, 0
+
+    def __call__(self, task: Any) -> Any:
+        self.calls += 1
+        if self.calls == 2 and len(list(self.folder.iterdir())) < 3:
+            (self.folder / str(os.getpid())).touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return self.call(task)
+
+
 def fail() -> NoReturn:
     """Raise what nobody expects."""
     raise ZeroDivisionError("by zero")
+
+
+class UnreadableError(Exception):
+    """An error that pickle writes and cannot read again."""
+
+    def __init__(self, what: str, where: str) -> None:
+        super().__init__(f"{what} at {where}")
+
+
+def fail_unreadably() -> NoReturn:
+    """Raise what cannot be sent."""
+    raise UnreadableError("no", "there")
 
 
 def refuse(where: str) -> NoReturn:

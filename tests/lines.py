@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from masonry_opt.studies.compare.store import COLUMNS
+from masonry_opt.studies.compare.runs import COLUMNS
 
 
 def line(**known: Any) -> dict[str, Any]:

@@ -1,1 +1,1 @@
-"""What uses the package as a user would: the paper's examples, comparisons of solvers, many scenes."""
+"""Studies, which use the package as a user would: the paper's examples, comparisons, many scenes."""

@@ -1,4 +1,4 @@
-"""Where the folder of the repository's own case files is."""
+"""The folder of the case files that come with the package."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from masonry_opt.errors import CaseError
 #: Help of the option that names the folder.
 CASES_HELP = "Folder of the case files. Default: cases/ here, or else those of the package."
 
-#: One of the paper's case files, by which their folder is known.
+#: A case file of the paper, by which the folder is recognised.
 _KNOWN_BY = Path("ferris_tinloi", "wall_1.toml")
 
 _PACKAGE = Path(__file__).parents[1]
 
 
 def case_folder(named: Path | None = None) -> Path:
-    """The folder of case files: the one named; else ``cases/`` in the current folder, if it holds the
-    paper's; else the package's own, which in a clone lies beside the package.
+    """The folder named; else ``cases/`` in the current folder, if it holds the paper's case files; else the
+    package's own, which in a clone lies beside the package.
 
-    Raises CaseError if none is named and there is none.
+    Raises CaseError if there is none.
     """
     if named is not None:
         return named

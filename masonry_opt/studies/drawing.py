@@ -1,4 +1,4 @@
-"""A chart described once, in Altair: for paper as PNG and SVG, for pages as what Vega's script draws."""
+"""Charts, described once in Altair: as PNG and SVG for paper, as a script for pages."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ try:
 except ImportError:
     raise OptionError(NEEDED) from None
 
-# Altair is taken from here: where it is missing, one place says so.
+# Altair is imported from here, so that one place says where it is missing.
 __all__ = ["Drawing", "alt", "pictures", "script", "write_charts"]
 
-#: Pixels of a chart's width and of a panel on paper; panels side by side, and at most: more are too small to
-#: read. A page shows each.
+#: On paper: width of a chart and of a panel in pixels; panels side by side, and in all (more are too small to
+#: read; a page shows each).
 _WIDTH, _PANEL, _COLUMNS, _PANELS = 620, 230, 4, 24
 
-#: Pixels that an entry of a legend takes, for as many columns as there is room for.
+#: Width of a legend's entry in pixels; there are as many columns as fit.
 _ENTRY = 300
 
-#: Pixels that a letter of the notes takes.
+#: Width of a letter of the notes in pixels.
 _LETTER = 6
 
-#: Matplotlib brings it with it, and it has superscripts: pictures are the same on every machine.
+#: It comes with Matplotlib and has superscripts: pictures are the same on every machine.
 _FONT = "DejaVu Sans"
 vl_convert.register_font_directory(str(Path(matplotlib.get_data_path(), "fonts", "ttf")))
 
@@ -50,9 +50,9 @@ _LEGEND = {"orient": "bottom", "title": None, "labelLimit": 0, "symbolSize": 80,
 
 @dataclass(frozen=True)
 class Drawing:
-    """A chart, with the name of its files, and the title and notes that stand in it on paper, beside it on a
-    page. ``panels``: the column of whose values each has a panel: side by side on paper, on a page one at
-    a time, to be chosen.
+    """A chart, the name of its files, its title and notes.
+
+    ``panels``: a column, of whose values each has a panel: side by side on paper, one at a time on a page.
     """
 
     name: str
@@ -62,7 +62,7 @@ class Drawing:
     panels: str = ""
 
     def on_paper(self) -> Any:
-        """The chart with title and notes, in Altair."""
+        """The chart in Altair, title and notes inside."""
         chart, width, notes = self.chart, _WIDTH, self.notes
         if self.panels:
             named = self._panels()
@@ -78,7 +78,7 @@ class Drawing:
         return _dressed(chart, max(1, width // _ENTRY))
 
     def on_page(self) -> dict[str, Any]:
-        """What Vega-Lite draws of it, as wide as there is room."""
+        """The chart for Vega-Lite, as wide as there is room; title and notes stand beside it."""
         chart = self.chart.properties(width="container", autosize={"type": "fit-x", "contains": "padding"})
         if self.panels:
             named = self._panels()
@@ -96,14 +96,14 @@ def _dressed(chart: Any, columns: Any) -> Any:
 
 
 def specification(chart: Any) -> dict[str, Any]:
-    """A chart of Altair for Vega-Lite, whatever the number of its rows."""
+    """A chart of Altair for Vega-Lite, with any number of rows."""
     with alt.data_transformers.enable("default", max_rows=None):
         described: dict[str, Any] = chart.to_dict()
     return described
 
 
 def pictures(drawings: Iterable[Drawing]) -> dict[str, str | bytes]:
-    """Contents of PNG and SVG by file names: the same from run to run, to the last byte."""
+    """PNG and SVG of charts, by file name; the same to the last byte from run to run."""
     files: dict[str, str | bytes] = {}
     for drawing in drawings:
         described = specification(drawing.on_paper())
@@ -113,7 +113,7 @@ def pictures(drawings: Iterable[Drawing]) -> dict[str, str | bytes]:
 
 
 def script() -> str:
-    """Vega, Vega-Lite and Vega-Embed, to be put inside a page."""
+    """The JavaScript of Vega, Vega-Lite and Vega-Embed, for the inside of a page."""
     return vl_convert.javascript_bundle()  # type: ignore[call-arg]  # it has a default, unlike its stub
 
 

@@ -8,20 +8,19 @@ from numpy.typing import ArrayLike
 
 from masonry_opt.answer.thresholds import ZERO
 
-#: What it is called.
+#: Its name.
 LABEL = "load factor λ"
 
-#: Least length of an axis, as a share of the largest load factor: a shorter one would show rounding, or a
-#: change that matters to nobody, as a great one.
+#: Least length of an axis, as a share of the largest load factor: on a shorter one rounding looks large.
 _LEAST = 0.02
 
-#: From so many times the greatest of the others on, a load factor would press them into the foot of an axis;
-#: at most this share of all is left off it, one of three at least.
+#: A load factor so many times the greatest of the others is left off the axis, which it would make too long;
+#: at most this share of all, but one of three at least.
 _FAR, _FEW = 10.0, 0.25
 
 
 def ends(load_factors: ArrayLike) -> tuple[float, float]:
-    """Least and greatest of the finite ones, apart by more than rounding; of none, 0 and 1."""
+    """Ends of an axis that holds all finite load factors; 0 and 1 without any."""
     values = np.asarray(load_factors, dtype=float)
     finite = values[np.isfinite(values)]
     if not len(finite):
@@ -33,7 +32,7 @@ def ends(load_factors: ArrayLike) -> tuple[float, float]:
 
 
 def off_axis(load_factors: ArrayLike) -> np.ndarray:
-    """Which of them would make an axis on which the others cannot be told apart, shape (n,)."""
+    """Whether each load factor is left off the axis, being far above the others; shape (n,)."""
     values = np.asarray(load_factors, dtype=float)
     rising = np.sort(values[np.isfinite(values)])
     greatest = np.maximum.accumulate(np.abs(rising))
@@ -45,7 +44,7 @@ def off_axis(load_factors: ArrayLike) -> np.ndarray:
 
 
 def ticks(least: float, greatest: float, whole: bool = False) -> list[float]:
-    """Round numbers between two ends, a few; ``whole`` ones alone."""
+    """A few round numbers between two ends; ``whole``: only integers."""
     values = np.asarray(MaxNLocator(6, integer=whole).tick_values(least, greatest))
     found: list[float] = values[(values >= least) & (values <= greatest)].tolist()
     return found

@@ -1,4 +1,4 @@
-"""The machine, the versions and the command that something was made with."""
+"""The machine, the versions and the command of a study."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def versions() -> dict[str, str]:
 
 
 def versions_hash() -> str:
-    """Short hash of versions and processor: measurements of others are not mixed with these."""
+    """Short hash of versions and processor, so that measurements of several are not mixed."""
     return hashlib.sha256(repr((versions(), _processor())).encode()).hexdigest()[:8]
 
 

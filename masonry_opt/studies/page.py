@@ -1,11 +1,11 @@
-"""Pages in HTML, every one from a template of this folder: whatever it is given is escaped."""
+"""HTML pages from the templates of this folder; all values are escaped."""
 
 from __future__ import annotations
 
 from masonry_opt.errors import OptionError
 from masonry_opt.files import WRITER
 
-#: What is said where a library of pages is missing.
+#: Message where a library for charts or pages is missing.
 NEEDED = "charts and pages need Altair, vl-convert and Jinja2; install them with: pip install '.[studies]'"
 
 

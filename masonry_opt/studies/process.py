@@ -1,5 +1,5 @@
-"""Processes that studies run in: forked from a server that has imported the package and done nothing else
-(the standard library's "forkserver"), where starting one takes milliseconds; a new interpreter takes seconds.
+"""How worker processes start: forked from a server that has imported the package and done nothing else (the
+standard library's "forkserver"), which takes milliseconds; a new interpreter takes seconds.
 """
 
 from __future__ import annotations
@@ -10,9 +10,7 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable, Iterator
-from multiprocessing.context import BaseContext
-from multiprocessing.process import BaseProcess
+from collections.abc import Iterator
 from types import ModuleType
 from typing import Any
 
@@ -24,29 +22,47 @@ _PRELOADED = (
     "masonry_opt.session",
     "masonry_opt.methods.bracket.method",
     "masonry_opt.methods.mpec",
-    "masonry_opt.studies.compare.worker",
+    "masonry_opt.studies.compare.runs",
+    "masonry_opt.studies.runner",
 )
 
 #: Windows has no such server.
 _HOW = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
+_STANDARD: Any = multiprocessing.get_context(_HOW)
 
-#: Where pipes come from.
-CONTEXT: BaseContext = multiprocessing.get_context(_HOW)
+#: Processes may be started by several threads.
+_STARTING = threading.Lock()
 
 
-def started(function: Callable[..., None], arguments: tuple[Any, ...]) -> BaseProcess:
-    """A process that calls an importable function, its libraries on one thread each."""
-    CONTEXT.set_forkserver_preload(list(_PRELOADED))
-    process: BaseProcess = CONTEXT.Process(target=function, args=arguments, daemon=True)  # type: ignore[attr-defined]
-    with _main_hidden(), _one_thread():
-        _start_server()
-        process.start()
-    return process
+class _Process(_STANDARD.Process):  # type: ignore[misc]  # which class it is depends on the system
+    def start(self) -> None:
+        with _STARTING, _main_hidden(), _one_thread():
+            _start_server()
+            super().start()
+
+
+class Context(type(_STANDARD)):  # type: ignore[misc]
+    """A context of multiprocessing whose processes have libraries on one thread each, and import nothing of
+    the main program: a script without a main guard would start its study again there.
+
+    Attributes
+    ----------
+    processes: those started so far.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.processes: list[Any] = []
+
+    def Process(self, **keys: Any) -> _Process:
+        """A process, not started yet."""
+        self.processes.append(_Process(**keys))
+        return self.processes[-1]
 
 
 @contextlib.contextmanager
 def _one_thread() -> Iterator[None]:
-    """Within it processes that begin have libraries on one thread; this one's environment is its user's."""
+    """Environment of the processes that start within it; the user's own is restored."""
     before = {name: os.environ.get(name) for name in _ONE_THREAD}
     os.environ.update(_ONE_THREAD)
     try:
@@ -59,12 +75,25 @@ def _one_thread() -> Iterator[None]:
                 os.environ[name] = value
 
 
+@contextlib.contextmanager
+def _main_hidden() -> Iterator[None]:
+    """Main program without the file that a new process would import; other threads still find its names."""
+    main, hidden = sys.modules["__main__"], ModuleType("__main__")
+    vars(hidden).update(vars(main) | {"__spec__": None, "__file__": None})
+    sys.modules["__main__"] = hidden
+    try:
+        yield
+    finally:
+        sys.modules["__main__"] = main
+
+
 def _start_server() -> None:
-    """Start the server, out of the reach of Ctrl-C, which would end it in a traceback."""
+    """Start the server if it does not run, out of the reach of Ctrl-C, which would end it in a traceback."""
     if _HOW != "forkserver":
         return
     from multiprocessing import forkserver
 
+    _STANDARD.set_forkserver_preload(list(_PRELOADED))
     if threading.current_thread() is not threading.main_thread():
         forkserver.ensure_running()
         return
@@ -76,35 +105,24 @@ def _start_server() -> None:
 
 
 def settle_in() -> None:
-    """To be called first in a process: it writes nothing, and its parent decides when it ends."""
+    """To be called first in a process: it writes nothing, and ends at once when its parent says so."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     silence = os.open(os.devnull, os.O_WRONLY)
     for stream in (1, 2):
         os.dup2(silence, stream)
 
 
 def cores() -> int:
-    """How many cores this process may use."""
+    """Number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 @contextlib.contextmanager
 def ended_by_kill() -> Iterator[None]:
-    """Within it `kill` and `timeout` do what Ctrl-C does: else runs under way would go on alone."""
+    """Within it `kill` and `timeout` do what Ctrl-C does: otherwise runs under way would go on alone."""
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield
     finally:
         signal.signal(signal.SIGTERM, before)
-
-
-@contextlib.contextmanager
-def _main_hidden() -> Iterator[None]:
-    """Within it a new process imports nothing of the main program: a script without a main guard would
-    start its study again there."""
-    main = sys.modules["__main__"]
-    sys.modules["__main__"] = ModuleType("__main__")
-    try:
-        yield
-    finally:
-        sys.modules["__main__"] = main

@@ -22,7 +22,7 @@ from masonry_opt.solvers.registry import find_entry
 from masonry_opt.studies.writing import csv_text, write_files
 from masonry_opt.words.terminal import print_text
 
-#: Takes a quarter of an hour, and is none of the paper's.
+#: Not an example of the paper; takes a quarter of an hour.
 _BEYOND = "bracket"
 
 _PACKAGE = Path(__file__).parents[1]
@@ -90,7 +90,7 @@ def _title(path: Path) -> str:
 
 
 def _run(name: str, path: Path, out: Path) -> bool:
-    """Run a script; print what it prints, and write its tables and figures. Whether it misses a value."""
+    """Run a script; print what it prints, and write its tables and figures. True if a value is missed."""
     names: dict[str, Any] = {"__name__": "__main__", "__file__": str(path)}
     said, missed = io.StringIO(), ""
     with contextlib.redirect_stdout(said):
@@ -118,7 +118,7 @@ def _written(name: str, names: dict[str, Any]) -> dict[str, str | bytes]:
 
 
 def _pictures(figure: Figure, name: str) -> dict[str, bytes]:
-    """A figure as PNG and SVG by file names: the same from run to run, to the last byte."""
+    """PNG and SVG of a figure, by file name; the same to the last byte from run to run."""
     replace_missing(figure)
     files = {}
     for kind in ("png", "svg"):

@@ -1,4 +1,4 @@
-"""Files of a study in its folder."""
+"""The files of a study."""
 
 from __future__ import annotations
 

@@ -17,10 +17,9 @@ from atlas.random_scenes import KINDS, random_scene
 from masonry_opt.answer.status import Status
 from masonry_opt.scene.case_file import save
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.compare.case_scenes import content_of
-from masonry_opt.studies.compare.judge import question_of
-from masonry_opt.studies.compare.known_answers import ANSWER, CLAIMS
-from masonry_opt.studies.endings import REFUSED
+from masonry_opt.studies.compare.judge import ANSWER, CLAIMS, question_of
+from masonry_opt.studies.compare.plan import content_of
+from masonry_opt.studies.runner import REFUSED
 
 
 def write_atlas(folder: Path, cases: Path) -> dict[Path, dict[str, str]]:

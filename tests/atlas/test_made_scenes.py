@@ -14,9 +14,8 @@ from scenes import CASES
 
 import masonry_opt as mo
 from masonry_opt.answer.status import Status
-from masonry_opt.studies.compare.case_scenes import content_of, find_scenes
 from masonry_opt.studies.compare.judge import CERTIFIED, NAMED
-from masonry_opt.studies.compare.store import Store
+from masonry_opt.studies.compare.plan import content_of, find_scenes
 
 
 def test_the_atlas_is_written_scene_by_scene_with_its_answers(tmp_path):
@@ -84,7 +83,7 @@ def test_verdicts_on_random_scenes_and_large_ones(tmp_path):
     asked = ["--no-atlas", "--random", "2", "--stones", "20", "--methods", "mcp", "--out", str(tmp_path)]
     comparison = benchmark.verdicts(benchmark.arguments(asked))
     large = {f"large/{family}_20_0" for family in LARGE}
-    assert {row["scene"] for row in Store(tmp_path / "results.csv").rows} == {
+    assert set(comparison.results["scene"]) == {
         "random/wall_0",
         "random/stack_0",
         *large,

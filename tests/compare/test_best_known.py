@@ -11,7 +11,7 @@ from scenes import CASES, block_on_floor, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.studies.compare.best_known import FILE, BestKnown, best_known, improve, lowest_exact, merged
-from masonry_opt.studies.compare.case_scenes import content_of, find_scenes
+from masonry_opt.studies.compare.plan import content_of, find_scenes
 
 
 @pytest.fixture

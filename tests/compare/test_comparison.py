@@ -5,25 +5,22 @@ from __future__ import annotations
 import re
 import sys
 
+import pandas as pd
 import pytest
-from lines import line
 from scenes import CASES, two_blocks
 from typer.testing import CliRunner
 
 import masonry_opt as mo
 from masonry_opt.cli import app
-from masonry_opt.studies.compare import command, comparison
-from masonry_opt.studies.compare.api import compare
-from masonry_opt.studies.compare.case_scenes import find_scenes
+from masonry_opt.studies.compare import compare_command, comparison
 from masonry_opt.studies.compare.charts import charts
-from masonry_opt.studies.compare.comparison import RunLimits, run_plan
+from masonry_opt.studies.compare.comparison import RunLimits, compare, run_plan
 from masonry_opt.studies.compare.judge import FAILED, VerdictReason
-from masonry_opt.studies.compare.measure import TIME_LIMIT, Ended
 from masonry_opt.studies.compare.page import page
-from masonry_opt.studies.compare.plan import plan
+from masonry_opt.studies.compare.plan import find_scenes, plan
 from masonry_opt.studies.compare.report import summary_text, write_report
-from masonry_opt.studies.compare.store import Store
-from masonry_opt.studies.endings import CRASHED
+from masonry_opt.studies.journal import NAME
+from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, TIME_LIMIT, End
 
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 PLAN = plan(["static"], ["cvxpy"], ["clarabel", "highs"], [1e-4, 1e-8])
@@ -32,36 +29,36 @@ LIMITS = RunLimits(time=30, memory=4000, repeats=1)
 VALUE = {
     "status": "optimal",
     "kind": "associative",
-    "message": "",
     "load_factor": 0.25,
     "wall": 0.5,
-    "seconds": {"scene": 0.1},
+    "scene_seconds": 0.1,
     "blocks": 2,
     "joints": 3,
-    "size": {"rows": 1},
-    "certificate": dict.fromkeys(("equilibrium", "yield", "flow", "complementarity"), 0.0),
+    **dict.fromkeys(("equilibrium", "yield", "flow", "complementarity"), 0.0),
 }
+BOUNDS = End(FINISHED, value={"lower": 0.25, "upper": 0.25})
 
 
 class Machine:
     """Stands for the processes: counts the runs, and stops everything before number ``stop``."""
 
-    def __init__(self, stop: int | None = None) -> None:
+    def __init__(self, stop: int | None = None, end: End | None = None) -> None:
         self.runs, self.stop = [], stop
+        self.end = end or End(FINISHED, value=VALUE, seconds=0.6, peak=100.0)
 
-    def __call__(self, function, arguments, time_limit, memory_limit):
-        if function is comparison.bound_scene:
-            return Ended("finished", "", {"lower": 0.25, "upper": 0.25}, 0.1, 100.0)
+    def __call__(self, task, time_limit, memory_limit):
+        if task.func is comparison.bound_scene:
+            return BOUNDS
         if len(self.runs) == self.stop:
             raise KeyboardInterrupt
-        self.runs.append(arguments[1])
-        return Ended("finished", "", VALUE, 0.6, 100.0)
+        self.runs.append(task.args[1])
+        return self.end
 
 
-def run(folder, monkeypatch, stop=None, limits=LIMITS):
-    machine = Machine(stop)
-    monkeypatch.setattr(comparison, "run_limited", machine)
-    return machine, run_plan(find_scenes([TWO_BLOCKS]), PLAN, limits, folder, lambda _: None)
+def run(folder, monkeypatch, *, case=TWO_BLOCKS, limits=LIMITS, **machine):
+    made = Machine(**machine)
+    monkeypatch.setattr(comparison, "run_alone", made)
+    return made, run_plan(find_scenes([case]), PLAN, limits, folder, lambda _: None)
 
 
 def test_an_interrupted_comparison_reports_and_continues(tmp_path, monkeypatch):
@@ -75,44 +72,23 @@ def test_an_interrupted_comparison_reports_and_continues(tmp_path, monkeypatch):
     assert machine.runs == []
 
 
-def test_a_torn_last_line_is_run_again(tmp_path, monkeypatch):
-    run(tmp_path, monkeypatch)
-    path = tmp_path / "results.csv"
-    whole = path.read_bytes()
-    path.write_bytes(whole[:-20])
-    machine, result = run(tmp_path, monkeypatch)
-    assert machine.runs == [PLAN.pairs[3]]
-    assert len(result.summary) == 4
-    assert path.read_bytes() == whole
-
-
-def test_lines_are_read_as_they_were_written(tmp_path):
-    store = Store(tmp_path / "results.csv")
-    kept = line(message='quotes " and, commas', tolerance=None, load_factor=0.1 + 0.2)
-    store.add(kept)
-    assert Store(tmp_path / "results.csv").rows == [kept]
+def test_repeats_come_last(tmp_path, monkeypatch):
+    machine, _ = run(tmp_path, monkeypatch, limits=RunLimits(time=30, memory=4000, repeats=2))
+    assert machine.runs == [*PLAN.pairs] * 2
 
 
 def test_a_changed_scene_is_run_again(tmp_path, monkeypatch):
     case = tmp_path / "made" / "up.toml"
     case.parent.mkdir()
-    machine = Machine()
-    monkeypatch.setattr(comparison, "run_limited", machine)
-    for friction, runs in ((0.1, 4), (0.1, 4), (0.2, 8)):
+    for friction, runs in ((0.1, 4), (0.1, 0), (0.2, 4)):
         mo.save(two_blocks(friction), case)
-        run_plan(find_scenes([case]), PLAN, LIMITS, tmp_path, lambda _: None)
+        machine, _ = run(tmp_path, monkeypatch, case=case)
         assert len(machine.runs) == runs
 
 
 def test_a_raised_limit_runs_again_what_it_killed(tmp_path, monkeypatch):
-    killed = Ended(TIME_LIMIT, "over 30 s", None, 30.0, 100.0)
-
-    def kill(function, arguments, *limits):
-        return machine(function, arguments, *limits) if function is comparison.bound_scene else killed
-
-    machine = Machine()
-    monkeypatch.setattr(comparison, "run_limited", kill)
-    result = run_plan(find_scenes([TWO_BLOCKS]), PLAN, LIMITS, tmp_path, lambda _: None)
+    killed = End(TIME_LIMIT, "over 30 s", seconds=30.0, peak=100.0)
+    _, result = run(tmp_path, monkeypatch, end=killed)
     assert set(result.summary["reason"]) == {VerdictReason.TIME_LIMIT}
     assert write_report(result, tmp_path)  # charts of failures alone
     machine, _ = run(tmp_path, monkeypatch)
@@ -121,15 +97,23 @@ def test_a_raised_limit_runs_again_what_it_killed(tmp_path, monkeypatch):
     assert len(machine.runs) == 4
 
 
-def test_a_comparison_without_any_result_says_why_and_fails(tmp_path, monkeypatch):
-    def crash(function, arguments, *limits):
-        reason = "" if function is comparison.bound_scene else f"of {arguments[1].solver}"
-        return Ended(CRASHED, reason, None, 1.0, 100.0)
+def test_a_run_that_died_is_made_again(tmp_path, monkeypatch):
+    """Something else may have killed it; a crash is the run's own."""
+    for how, again in ((DIED, 4), (CRASHED, 0)):
+        run(tmp_path / how, monkeypatch, end=End(how))
+        machine, _ = run(tmp_path / how, monkeypatch)
+        assert len(machine.runs) == again
 
-    monkeypatch.setattr(comparison, "run_limited", crash)
+
+def test_a_comparison_without_any_result_says_why_and_fails(tmp_path, monkeypatch):
+    def crash(task, *limits):
+        reason = "" if task.func is comparison.bound_scene else f"of\n{task.args[1].solver}"
+        return End(CRASHED, reason)
+
+    monkeypatch.setattr(comparison, "run_alone", crash)
     arguments = [str(TWO_BLOCKS), "--methods", "static", "--solvers", "clarabel,highs"]
     arguments += ["--tolerances", "1e-9", "--repeats", "1", "--out", str(tmp_path)]
-    result = CliRunner().invoke(command.app, arguments)
+    result = CliRunner().invoke(compare_command.app, arguments)
     assert isinstance(result.exception, mo.MasonryError)
     assert result.exception.exit_code == 1
     assert "crashed: of highs" in str(result.exception)  # two runs of three
@@ -138,7 +122,7 @@ def test_a_comparison_without_any_result_says_why_and_fails(tmp_path, monkeypatc
 
 
 def test_the_python_function_returns_what_it_judged(tmp_path, monkeypatch):
-    monkeypatch.setattr(comparison, "run_limited", Machine())
+    monkeypatch.setattr(comparison, "run_alone", Machine())
     found = compare(
         ["two_blocks"],
         methods=["static"],
@@ -154,9 +138,9 @@ def test_the_python_function_returns_what_it_judged(tmp_path, monkeypatch):
         compare(["two_blocks"], repeats=0, out=tmp_path, cases=CASES)
 
 
-def test_results_of_another_version_are_refused(tmp_path, monkeypatch):
-    (tmp_path / "results.csv").write_text("other,columns\n")
-    with pytest.raises(mo.OptionError, match="choose another --out"):
+def test_a_folder_of_something_else_is_refused(tmp_path, monkeypatch):
+    mo.sweep(two_blocks(), {"joints.friction": [0.3]}, method="static", workers=1, out=tmp_path)
+    with pytest.raises(mo.OptionError, match=NAME):
         run(tmp_path, monkeypatch)
 
 
@@ -165,8 +149,7 @@ def test_the_page_works_offline_and_escapes_what_cases_say(tmp_path, monkeypatch
     case = tmp_path / "a<b>" / "c<i>.toml"
     case.parent.mkdir()
     mo.save(two_blocks().model_copy(update={"title": evil}), case)
-    monkeypatch.setattr(comparison, "run_limited", Machine())
-    result = run_plan(find_scenes([case]), PLAN, LIMITS, tmp_path, lambda _: None)
+    _, result = run(tmp_path, monkeypatch, case=case)
     result.summary.loc[0, ["verdict", "reason", "message"]] = [FAILED, VerdictReason.CRASHED, evil]
     html = page(result, charts(result.summary))
     assert "alert(1)" in html
@@ -184,15 +167,14 @@ def test_the_report_tells_what_ends_apart(tmp_path, monkeypatch):
     two = plan(["mcp", "refined"], ["pyomo"], ["newton", "highs"], [1e-8])
     for low, told in ((0.2, True), (0.249, False)):
 
-        def solve(function, arguments, *limits, low=low):
-            ended = Machine()(function, arguments, *limits)
-            if function is comparison.bound_scene:
-                return ended
-            refined = arguments[1].method == "refined"
-            value = VALUE | {"status": "converged", "kind": "exact", "load_factor": low if refined else 0.25}
-            return Ended("finished", "", value, 0.6, 100.0)
+        def solve(task, *limits, low=low):
+            if task.func is comparison.bound_scene:
+                return BOUNDS
+            load_factor = low if task.args[1].method == "refined" else 0.25
+            value = VALUE | {"status": "converged", "kind": "exact", "load_factor": load_factor}
+            return End(FINISHED, value=value)
 
-        monkeypatch.setattr(comparison, "run_limited", solve)
+        monkeypatch.setattr(comparison, "run_alone", solve)
         result = run_plan(find_scenes([TWO_BLOCKS]), two, LIMITS, tmp_path / str(low), lambda _: None)
         assert ("25.0%" in summary_text(result)) is told
         cell = "25.0%: 0.2 (refined · pyomo · highs) to 0.25 (mcp · pyomo · newton)"
@@ -231,8 +213,8 @@ def test_the_command_compares_for_real(tmp_path):
     arguments += ["--models", "cvxpy", "--tolerances", "1e-9", "--repeats", "1", "--out", str(tmp_path)]
     result = CliRunner().invoke(app, ["compare", *arguments])
     assert result.exit_code == 0, result.output
-    rows = Store(tmp_path / "results.csv").rows
-    found = {(row["method"], row["solver"]): row["load_factor"] for row in rows}
+    rows = pd.read_csv(tmp_path / "results.csv")
+    found = rows.set_index(["method", "solver"])["load_factor"]
     assert found["static", "clarabel"] == pytest.approx(0.25, rel=1e-6)
     assert found["static", "highs"] == pytest.approx(0.25, rel=1e-6)
     assert found["nonassociative", "clarabel"] == pytest.approx(0.15, rel=1e-3)

@@ -16,9 +16,9 @@ from masonry_opt.studies.compare.judge import (
     WRONG,
     VerdictReason,
     judge,
-    residuals_over_limit,
+    reason_text,
 )
-from masonry_opt.studies.compare.text import reason_text
+from masonry_opt.studies.compare.runs import residuals_over_limit
 
 BOUNDS = CertifiedBounds(0.5 - 1e-11, 0.5 + 1e-11)
 BEST = BestKnown(0.4, "refined")

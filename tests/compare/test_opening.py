@@ -14,9 +14,7 @@ from scenes import CASES, two_blocks
 import masonry_opt as mo
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.comparison import Comparison
-from masonry_opt.studies.compare.opening import Cell, opening
-from masonry_opt.studies.compare.page import page
-from masonry_opt.studies.compare.thumbnail import thumbnail
+from masonry_opt.studies.compare.page import Cell, opening, page, thumbnail
 
 
 @pytest.fixture(scope="module")
@@ -26,11 +24,9 @@ def comparison() -> Comparison:
 
 def cells(comparison: Comparison) -> dict[tuple[str, str], Cell]:
     """By scene and column."""
-    table = opening(comparison)
+    columns, rows = opening(comparison)
     return {
-        (row.scene, column): cell
-        for row in table.rows
-        for column, cell in zip(table.columns, row.cells, strict=True)
+        (row.scene, column): cell for row in rows for column, cell in zip(columns, row.cells, strict=True)
     }
 
 
@@ -141,7 +137,7 @@ def test_a_thumbnail_of_thousands_of_blocks_is_light():
 def test_a_scene_whose_file_is_gone_has_no_picture(tmp_path, comparison):
     scene, other = comparison.scenes
     lost = replace(comparison, scenes=(replace(scene, path=tmp_path / "gone.toml"), other))
-    first, second = opening(lost).rows
+    first, second = opening(lost)[1]
     assert first.picture is None
     assert second.picture is not None
     assert page(lost, []).count('<path class="block"') == 1

@@ -50,12 +50,6 @@ def test_a_solver_that_is_not_installed_is_left_out_with_what_to_install(monkeyp
     assert (left_out.solver, left_out.reason) == ("highs-hipo", "pip install it")
 
 
-def test_repeats_come_last():
-    found = plan(["static"], ["cvxpy"], ["clarabel"], [1e-6])
-    runs = list(found.runs(["a", "b"], 2))
-    assert [(run.scene, run.repeat) for run in runs] == [("a", 1), ("b", 1), ("a", 2), ("b", 2)]
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

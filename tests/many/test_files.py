@@ -11,7 +11,8 @@ from scenes import block_on_floor
 
 import masonry_opt as mo
 from masonry_opt.errors import OutputError
-from masonry_opt.studies.many import journal, table
+from masonry_opt.studies import journal
+from masonry_opt.studies.many import table
 
 VARY = {"joints.friction": [0.1, 0.2, 0.3, 0.4, -1.0]}
 

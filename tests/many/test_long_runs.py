@@ -14,7 +14,7 @@ import pytest
 from scenes import block_on_floor
 
 import masonry_opt as mo
-from masonry_opt.studies.many import journal
+from masonry_opt.studies import journal
 
 RUNS = 40
 
@@ -26,19 +26,19 @@ from masonry_opt.command import main
 main()
 """
 
-#: Prints the resident memory (bytes) of one runner after so many runs and after four times as many, each of
+#: Prints the resident memory (bytes) of one process after so many runs and after four times as many, each of
 #: which keeps so many bytes.
 MEMORY = """
 import gc, os, sys
 from scenes import block_on_floor
-from masonry_opt.studies.many.runs import Runner, Study, Task
+from masonry_opt.studies.many.runs import Run, Solves, Study
 
 runs, keeps, kept = int(sys.argv[1]), int(sys.argv[2]), []
-runner = Runner(Study(block_on_floor(), sys.argv[3]))
+solve = Solves(Study(block_on_floor(), sys.argv[3]))
 
 def run(first, last):
     for number in range(first, last):
-        row = runner.run(Task({"joints.friction": 0.1 + 1e-4 * number}))
+        row = solve(Run({"joints.friction": 0.1 + 1e-4 * number}))
         assert row["exact"] or row["status"] == "optimal", row
         kept.append(b"x" * keeps)
         if number % 10 == 9:

@@ -9,9 +9,8 @@ import pytest
 from scenes import CASES, block_on_floor, run_command
 
 import masonry_opt as mo
-from masonry_opt.studies.endings import CRASHED, DIED, REFUSED
-from masonry_opt.studies.many import journal
-from masonry_opt.studies.many.runs import Study, Task
+from masonry_opt.studies import journal
+from masonry_opt.studies.many.runs import Study
 from masonry_opt.studies.many.sweep import grid
 from masonry_opt.studies.many.table import table
 from masonry_opt.studies.many.words import said
@@ -93,16 +92,15 @@ def test_a_folder_of_something_else_is_refused(tmp_path, changed, what):
 
 
 def test_what_may_end_otherwise_is_made_again(tmp_path):
-    """A crash, as for want of memory, is no answer; a refusal is."""
-    study, kept = (
-        Study(block_on_floor(), "static"),
-        journal.Journal(tmp_path, Study(block_on_floor(), "static")),
-    )
-    for number, status in enumerate((CRASHED, DIED, REFUSED)):
-        kept.add(Task({"joints.friction": 0.1 * number}), {"status": status})
-    again = journal.Journal(tmp_path, study)
-    found = [again.find(Task({"joints.friction": 0.1 * number})) for number in range(3)]
-    assert found == [None, None, {"status": REFUSED}]
+    """A crash, as for want of memory, is no answer, and not kept; a refusal is."""
+
+    def made(friction):
+        scene = block_on_floor(live=(friction, 0.0))
+        return scene.model_copy(update={"joints": None}) if friction == 0.1 else scene
+
+    frame = mo.sweep(made, {"friction": [0.0, 0.1, 0.2]}, method="static", workers=1, out=tmp_path)
+    assert frame["status"].tolist() == ["refused", "crashed", "optimal"]
+    assert len((tmp_path / journal.NAME).read_text().splitlines()) == 1 + 2
 
 
 def test_an_error_of_a_function_keeps_the_runs_before(tmp_path):

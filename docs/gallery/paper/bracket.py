@@ -7,7 +7,6 @@ From above the lowest exact state that a search finds in 10 s, from below what `
 on two cores.
 """
 
-import operator
 from functools import partial
 
 import numpy as np
@@ -16,7 +15,7 @@ from matplotlib.figure import Figure
 
 import masonry_opt as mo
 from masonry_opt.studies.cases import case_folder
-from masonry_opt.studies.parts import in_processes
+from masonry_opt.studies.runner import in_processes
 
 SECONDS = 300.0
 WALLS = {n: mo.load(case_folder() / "ferris_tinloi" / f"wall_{n}.toml") for n in range(1, 7)}
@@ -26,8 +25,8 @@ RUNS = {
 }
 
 parts = [(wall, run) for wall in WALLS for run in RUNS]
-solves = [(partial(mo.solve, WALLS[wall], **RUNS[run]),) for wall, run in parts]
-results = {parts[number]: result for number, result in in_processes(operator.call, solves)}
+solves = [partial(mo.solve, WALLS[wall], **RUNS[run]) for wall, run in parts]
+results = dict(zip(parts, in_processes(solves), strict=True))
 
 # %%
 # Both ends of each wall. Rates (slips and edge openings) are in units of the live load's mean velocity.

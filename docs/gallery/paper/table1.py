@@ -7,14 +7,13 @@ Ferris & Tin-Loi (2001), each beside the published value; and the lowest state t
 the lowest known. Every method is run with its defaults.
 """
 
-import operator
 from functools import partial
 
 import pandas as pd
 
 import masonry_opt as mo
 from masonry_opt.studies.cases import case_folder
-from masonry_opt.studies.parts import in_processes
+from masonry_opt.studies.runner import in_processes
 
 #: By column: method, options, and the value of the case file that it is held against.
 COLUMNS = {
@@ -43,8 +42,8 @@ for wall, column in parts:
     method, options, name = COLUMNS[column]
     if method == "refined":
         options = options | {"until": published(wall, name) * (1 + 4e-6)}
-    solves.append((partial(mo.solve, WALLS[wall], method, **options),))
-results = {parts[number]: result for number, result in in_processes(operator.call, solves)}
+    solves.append(partial(mo.solve, WALLS[wall], method, **options))
+results = dict(zip(parts, in_processes(solves), strict=True))
 found = {at: result.required() for at, result in results.items()}
 
 # %%

@@ -1,9 +1,10 @@
-"""Certified bounds of the associative load factor, from the matrices and no solver's word (but for scenes
-that do not stand, or of which it is unlimited).
+"""Certified bounds of the associative load factor, checked with the matrices alone. (That a scene does not
+stand, or has no largest load factor, is left to HiGHS.)
 
-Every state of equilibrium within yield bounds λ from below, every mechanism with normal flow from above
-(the two theorems of limit analysis: weak duality of eqs (9) and (10)). A solver's answer is nearly both.
-It is made exactly both: projected on the equations, then mixed with a point well inside the inequalities.
+By the two theorems of limit analysis (weak duality of eqs (9) and (10)) every state of equilibrium within
+yield bounds λ from below, every mechanism with normal flow from above. A solver's answer satisfies their
+conditions nearly. To satisfy them exactly it is projected on the equations, then mixed with a point well
+inside the inequalities.
 """
 
 from __future__ import annotations
@@ -25,23 +26,23 @@ from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
 from masonry_opt.standing.diagnosis import falling_mechanism
 
-#: (upper − lower) / |λ| that is close enough: no gate, the next solver is asked until it is.
+#: (upper − lower) / |λ| that is close enough: until then the next solver is asked.
 CLOSE = 1e-9
 
-#: The solvers whose answers are made exact, until the bracket is narrow enough: an interior point, and of
+#: The solvers whose answers are made exact, in turn until the bounds are close: an interior point, and for
 #: small scenes a vertex.
 _SOURCES = (("cvxpy", "clarabel", 1e-11), ("cvxpy", "clarabel", 1e-10), ("pyomo", "highs", 1e-10))
 
 #: From so many joints on HiGHS takes minutes.
 _SMALL = 1000
 
-#: Shares by which a point is moved inside beyond need, because the sum is rounded: the first that does.
+#: Shares by which a point is moved further inside against rounding; the first that is enough counts.
 _FURTHER = (0.0, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11)
 
-#: How scipy's linprog says that a program has no point, and that its optimum is unlimited.
+#: Statuses of scipy's linprog: no feasible point, optimum unlimited.
 _INFEASIBLE, _UNBOUNDED = 2, 3
 
-#: A margin below this is none: no gate, what is moved inside must be feasible.
+#: A smaller margin counts as none.
 _MARGIN = 1e-9
 
 
@@ -124,8 +125,8 @@ class _Polyhedron:
         return self._projected(np.asarray(x.value))
 
     def extreme(self, fixed: bool) -> int:
-        """How HiGHS ends that maximises the last unknown, or with that ``fixed`` at 0 looks for any point:
-        scipy's number."""
+        """Status of scipy's linprog, which maximises the last unknown or, with that ``fixed`` at 0, looks for
+        any point."""
         columns = self.A.shape[1]
         return int(
             linprog(
@@ -155,10 +156,10 @@ class _Polyhedron:
 def certified_bounds(problem: Problem) -> CertifiedBounds:
     """Bounds of λ from feasible points of eq. (9) and of eq. (10).
 
-    Feasible: equations to 1e-11 in units of the load and of the mean velocity, inequalities to the last
-    bit. A scene that admits no point inside its inequalities may be left without a bound. That a scene does
-    not stand, or that λ is unlimited, is the word of HiGHS on eq. (9) as posed here; of a scene so large
-    that HiGHS takes minutes, that of the analysis' own check.
+    Feasible: equations to 1e-11 in units of the load and of the mean velocity, inequalities exactly. Where no
+    point lies inside the inequalities there may be no bound. That a scene does not stand, or that λ is
+    unlimited, is what HiGHS finds of eq. (9) as posed here; for scenes so large that HiGHS takes minutes,
+    the analysis' own check.
     """
     scaled = in_units_of_load(problem)
     problem = scaled.problem

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +14,8 @@ from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.thresholds import is_lower
 from masonry_opt.errors import CaseError
 from masonry_opt.files import write_whole
-from masonry_opt.studies.compare.case_scenes import CaseScene
-from masonry_opt.studies.compare.limits import residuals_over_limit
+from masonry_opt.studies.compare.plan import CaseScene
+from masonry_opt.studies.compare.runs import residuals_over_limit
 
 #: The registry's name, in the folder of the case files or one above.
 FILE = "best_known.toml"
@@ -40,7 +40,7 @@ class BestKnown:
 
 
 def best_known(scenes: Iterable[CaseScene]) -> dict[str, BestKnown]:
-    """What the registries say of these scenes, by scene name.
+    """The best known states of scenes, by scene name.
 
     Raises CaseError if a registry is no TOML or an entry is not as written here.
     """
@@ -58,17 +58,14 @@ def lowest_exact(
 ) -> dict[str, BestKnown]:
     """The lowest exact state among runs, by scene name.
 
-    A pass ends in some exact state: only where a low one is known, or was looked for, does its own count.
+    A single pass ends in any exact state: it counts only where a low one is known or was searched for.
     """
     exact = [row for row in rows if is_exact(row)]
     low = {*(known or {}), *(row["scene"] for row in exact if row["kind"] != Kind.ONE_PASS)}
     best: dict[str, BestKnown] = {}
     for row in exact:
-        if row["scene"] not in low:
-            continue
-        before = best.get(row["scene"])
-        if before is None or is_lower(row["load_factor"], before.load_factor):
-            best[row["scene"]] = BestKnown(row["load_factor"], row["method"])
+        if row["scene"] in low:
+            best = merged(best, {row["scene"]: BestKnown(row["load_factor"], row["method"])})
     return best
 
 
@@ -89,10 +86,10 @@ def merged(known: dict[str, BestKnown], found: dict[str, BestKnown]) -> dict[str
 
 
 def improve(scenes: Iterable[CaseScene], best: Mapping[str, BestKnown], write: bool) -> list[str]:
-    """What is lower than the registries say, in lines, and how many scenes are new there; written to them if
-    ``write``.
+    """Lines that tell which states are lower than the registries say, and how many scenes are new there;
+    ``write``: also write them to the registries.
 
-    A scene without a registry near is left alone. A registry that cannot be written is named.
+    Scenes without a registry are left out. A registry that cannot be written is named.
     """
     lines: list[str] = []
     for registry, keys in _by_registry(scenes).items():
@@ -105,11 +102,7 @@ def improve(scenes: Iterable[CaseScene], best: Mapping[str, BestKnown], write: b
                 new += 1
             else:
                 lower.append(f"{key}: lower exact state {found.load_factor:.9g}, found by {found.method}")
-            entries[key] = {
-                "load_factor": found.load_factor,
-                "method": found.method,
-                "content": scene.content,
-            }
+            entries[key] = asdict(found) | {"content": scene.content}
         if new:
             lower.append(f"scenes with an exact state and no entry yet: {new}")
         if lower:
@@ -118,25 +111,20 @@ def improve(scenes: Iterable[CaseScene], best: Mapping[str, BestKnown], write: b
     return lines
 
 
-def registry_of(path: Path) -> Path | None:
-    """The registry for a case file: in its folder or the one above; None if there is none."""
-    folder = path.resolve().parent
-    return next((at / FILE for at in (folder, folder.parent) if (at / FILE).is_file()), None)
-
-
 def _by_registry(scenes: Iterable[CaseScene]) -> dict[Path, dict[str, CaseScene]]:
-    """The scenes that have a registry, by it and by their key there; each is read and written once."""
+    """The scenes with a registry in their folder or the one above, by registry and by their key there."""
     found: dict[Path, dict[str, CaseScene]] = {}
     for scene in scenes:
-        registry = registry_of(scene.registered)
-        if registry is not None:
-            key = scene.registered.resolve().relative_to(registry.parent).as_posix()
-            found.setdefault(registry, {})[key] = scene
+        path = scene.registered.resolve()
+        for folder in (path.parent, path.parent.parent):
+            if (folder / FILE).is_file():
+                found.setdefault(folder / FILE, {})[path.relative_to(folder).as_posix()] = scene
+                break
     return found
 
 
 def _known(registry: Path, entries: Mapping[str, Any], key: str, scene: CaseScene) -> BestKnown | None:
-    """What a registry's entries say of a scene; None if they say nothing, or it has changed."""
+    """The entry of a scene in a registry; None without one, or if the scene has changed since."""
     entry = entries.get(key)
     if entry is None:
         return None
@@ -148,7 +136,7 @@ def _known(registry: Path, entries: Mapping[str, Any], key: str, scene: CaseScen
 
 
 def _write(registry: Path, entries: Mapping[str, Any]) -> str:
-    """Write a registry; what came of it, in words."""
+    """Write a registry; tells in words whether it was written."""
     try:
         write_whole(registry, _HEADER + tomli_w.dumps(dict(sorted(entries.items()))))
     except OSError as error:

@@ -14,7 +14,9 @@ from masonry_opt.errors import counted
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.judge import (
+    ASSOCIATIVE,
     CERTIFIED,
+    COULOMB,
     FAILED,
     GAP_FLOOR,
     NAMED,
@@ -22,9 +24,10 @@ from masonry_opt.studies.compare.judge import (
     VIOLATION_FLOOR,
     WRONG,
     VerdictReason,
+    number,
+    reason_text,
 )
-from masonry_opt.studies.compare.known_answers import ASSOCIATIVE, COULOMB
-from masonry_opt.studies.compare.text import number, reason_text
+from masonry_opt.studies.compare.report import in_words
 from masonry_opt.studies.drawing import Drawing, alt
 from masonry_opt.studies.palette import COLOURS
 
@@ -51,10 +54,18 @@ _LETTERS = {
     "F": "failed but said so",
 }
 
-#: Of a question and its error: what is no smaller in a chart, and why.
-_FLOORS = {
-    (COULOMB, "error"): (GAP_FLOOR, f"gaps below {GAP_FLOOR:g} are none, drawn there"),
+#: By question and error: its name in a title and at its axis; what is no smaller in a chart, and why.
+_ERRORS = {
+    (ASSOCIATIVE, "error"): ("error", "relative error of λ (against certified bounds)", 0.0, ""),
+    (COULOMB, "error"): (
+        "gap to the best exact state",
+        "relative gap to the best exact state known",
+        GAP_FLOOR,
+        f"gaps below {GAP_FLOOR:g} are none, drawn there",
+    ),
     (COULOMB, "violation"): (
+        "violation of yield",
+        "largest violation of yield (median block weights)",
         VIOLATION_FLOOR,
         f"violations below {VIOLATION_FLOOR:g} are rounding, drawn there",
     ),
@@ -70,8 +81,9 @@ _STEPS = 7
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
-#: What a mark says when pointed at.
-_SAID = ("scene", "pair", "tolerance", "verdict", "λ", "error", "violation", "seconds", "MB", "iterations")
+#: Columns that a mark tells when pointed at, and what they are called there.
+_TOLD = {name: name for name in ("scene", "pair", "tolerance", "verdict", "error", "violation", "iterations")}
+_TOLD |= {"load_factor": "λ", "time": "seconds", "peak_memory": "MB"}
 
 #: Those chosen in the legend stand out.
 _CHOSEN = alt.selection_point(name="chosen", fields=["pair"], bind="legend")
@@ -108,24 +120,24 @@ def _time_error(summary: pd.DataFrame, question: str, error: str) -> Drawing:
     in_band = band * (top / band) ** (0.15 + 0.25 * turn)
     front = [frames.pareto(frame, error=error).index for _, frame in rows.groupby("scene")]
     looks = _looks(summary, rows["pair"])
-    marks = pd.DataFrame(
-        {
-            "time": rows["time"],
-            "height": rows[error].clip(low).where(certified, in_band),
-            "letter": [_letter(row) for row in rows.to_dict("records")],
-            "colour": rows["pair"].map(looks.set_index("pair")["colour"]),
-            "rung": rows["tolerance"],
-            "front": rows.index.isin(np.concatenate(front)),
-            "below": certified & rows["below"] & (error == "error"),
-            **_said(rows),
-        }
+    records = rows.to_dict("records")
+    verdicts = [f"{row['verdict']} {reason_text(row)}".strip() for row in records]
+    marks = in_words(rows.assign(verdict=verdicts), _TOLD).set_index(rows.index)
+    marks["letter"] = [_letter(row) for row in records]
+    marks = marks.assign(
+        time=rows["time"],
+        height=rows[error].clip(low).where(certified, in_band),
+        colour=rows["pair"].map(looks.set_index("pair")["colour"]),
+        rung=rows["tolerance"],
+        front=rows.index.isin(np.concatenate(front)),
+        below=certified & rows["below"] & (error == "error"),
     )
     notes = [f"{letter}: {_LETTERS[letter]}" for letter in dict.fromkeys(marks["letter"]) if letter]
-    what, label = _error_words(question, error)
-    ticks, floor = _powers(low, high), _FLOORS.get((question, error))
-    if floor and math.isclose(low, floor[0]):
+    what, label, floor, why = _ERRORS[question, error]
+    ticks = _powers(low, high)
+    if math.isclose(low, floor):
         ticks[low] = f"≤ {ticks[low]}"
-        notes.append(floor[1])
+        notes.append(why)
     notes.append("grey steps: Pareto front")
     if marks["below"].any():
         notes.append("grey triangles: below the best exact state (|gap|)")
@@ -133,29 +145,23 @@ def _time_error(summary: pd.DataFrame, question: str, error: str) -> Drawing:
         "x": _log(alt.X, "time", "time (s)", rows["time"]),
         "y": _placed(alt.Y, "height", label, (low / 3, top), ticks),
     }
-    known, once = (
-        alt.Chart().transform_filter("datum.letter === ''"),
-        alt.Chart().transform_aggregate(rows="count()"),
+    known, steps, below, letters = (
+        alt.Chart().transform_filter(which)
+        for which in ("datum.letter === ''", "datum.front", "datum.below", "datum.letter !== ''")
     )
-    steps = alt.Chart().transform_filter("datum.front").mark_line(interpolate="step-after", color=GREY)
-    below = alt.Chart().transform_filter("datum.below").mark_point(shape=SHAPES[-1], fill=GREY, stroke=GREY)
-    letters = alt.Chart().transform_filter("datum.letter !== ''").mark_text(fontWeight="bold", fontSize=13)
+    once = alt.Chart().transform_aggregate(rows="count()")
     layers = [
         once.mark_rect(color="#EDEDED").encode(y=alt.datum(band), y2=alt.datum(top)),
         once.mark_text(align="left", color=GREY).encode(
             x=alt.value(5), y=alt.value(9), text=alt.value("not certified")
         ),
-        steps.encode(**places),
+        steps.mark_line(interpolate="step-after", color=GREY).encode(**places),
         _line(known, looks).encode(**places, order="rung:Q"),
-        below.encode(**places),
-        _points(known, looks, _SAID).encode(**places),
-        letters.encode(
-            **places,
-            text="letter:N",
-            color=alt.Color("colour:N", scale=None),
-            opacity=_FADED,
-            tooltip=_tooltip(_SAID),
-        ),
+        below.mark_point(shape=SHAPES[-1], fill=GREY, stroke=GREY).encode(**places),
+        _points(known, looks, _TOLD.values()).encode(**places),
+        letters.mark_text(fontWeight="bold", fontSize=13)
+        .encode(**places, text="letter:N", color=alt.Color("colour:N", scale=None), opacity=_FADED)
+        .encode(tooltip=_tooltip(_TOLD.values())),
     ]
     title = f"{question.capitalize()} λ: time against {what}"
     name = f"time_{error}_{question.lower()}"
@@ -296,31 +302,17 @@ def _line(chart: Any, looks: pd.DataFrame, **how: Any) -> Any:
 
 
 def _points(chart: Any, looks: pd.DataFrame, said: Iterable[str]) -> Any:
-    coded = {"stroke": alt.Stroke, "fill": alt.Fill, "shape": alt.Shape}
-    columns = {"stroke": "colour", "fill": "fill", "shape": "shape"}
-    channels = {name: _by(channel, looks, columns[name]) for name, channel in coded.items()}
-    return chart.mark_point(size=80, opacity=1).encode(**channels, opacity=_FADED, tooltip=_tooltip(said))
+    return chart.mark_point(size=80, opacity=1).encode(
+        stroke=_by(alt.Stroke, looks, "colour"),
+        fill=_by(alt.Fill, looks, "fill"),
+        shape=_by(alt.Shape, looks, "shape"),
+        opacity=_FADED,
+        tooltip=_tooltip(said),
+    )
 
 
 def _tooltip(columns: Iterable[str]) -> list[Any]:
     return [alt.Tooltip(f"{column}:N") for column in columns]
-
-
-def _said(rows: pd.DataFrame) -> dict[str, Any]:
-    """What marks of rows say when pointed at."""
-    records = rows.to_dict("records")
-    return {
-        "scene": rows["scene"],
-        "pair": rows["pair"],
-        "tolerance": [number(row["tolerance"]) for row in records],
-        "verdict": [f"{row['verdict']} {reason_text(row)}".strip() for row in records],
-        "λ": [number(row["load_factor"], 9) for row in records],
-        "error": [number(row["error"]) for row in records],
-        "violation": [number(row["violation"]) for row in records],
-        "seconds": [number(row["time"], 3) for row in records],
-        "MB": [number(row["peak_memory"], 4) for row in records],
-        "iterations": [number(row["iterations"]) for row in records],
-    }
 
 
 def _letter(row: Mapping[Any, Any]) -> str:
@@ -328,15 +320,6 @@ def _letter(row: Mapping[Any, Any]) -> str:
     if row["verdict"] != FAILED:
         return {CERTIFIED: "", WRONG: "W"}.get(row["verdict"], "N")
     return {VerdictReason.TIME_LIMIT: "T", VerdictReason.MEMORY_LIMIT: "M"}.get(row["reason"], "F")
-
-
-def _error_words(question: str, error: str) -> tuple[str, str]:
-    """What an error is called in a title, and at its axis."""
-    if error == "violation":
-        return "violation of yield", "largest violation of yield (median block weights)"
-    if question == COULOMB:
-        return "gap to the best exact state", "relative gap to the best exact state known"
-    return "error", "relative error of λ (against certified bounds)"
 
 
 def _decades(values: pd.Series) -> tuple[float, float]:

@@ -2,27 +2,37 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from masonry_opt.files import write_whole
+from masonry_opt.errors import MasonryError, OptionError
+from masonry_opt.studies.cases import case_folder
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown, best_known, improve, lowest_exact, merged
-from masonry_opt.studies.compare.case_scenes import CaseScene
-from masonry_opt.studies.compare.known_answers import ANSWER, ASSOCIATIVE
-from masonry_opt.studies.compare.measure import FINISHED, Ended, run_limited
-from masonry_opt.studies.compare.plan import Plan, PlannedRun
-from masonry_opt.studies.compare.store import Store, row
-from masonry_opt.studies.compare.worker import bound_scene, run_pair
-from masonry_opt.studies.endings import CRASHED, DIED
+from masonry_opt.studies.compare.judge import ANSWER, ASSOCIATIVE
+from masonry_opt.studies.compare.plan import CaseScene, Pair, Plan, find_scenes, plan
+from masonry_opt.studies.compare.runs import COLUMNS, bound_scene, key_of, row_of, run_pair
+from masonry_opt.studies.journal import Journal, digest
 from masonry_opt.studies.machine import versions_hash
+from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone
+
+#: What is compared when nothing is named: every method that a wall of Table 1 takes seconds for, with the
+#: solvers of the package, at a loose and at the package's own tolerance.
+METHODS = ("static", "kinematic", "nonassociative", "mcp", "mpec", "refined")
+MODELS = ("cvxpy", "pyomo")
+SOLVERS = ("clarabel", "highs", "highs-ipm")
+TOLERANCES = (1e-6, 1e-9)
+
+#: Folder of results and report.
+OUT = Path("results/compare")
 
 #: A run that took longer (seconds), or was killed, is not repeated: its scatter is small beside it.
 REPEATED_BELOW = 5.0
@@ -31,13 +41,19 @@ REPEATED_BELOW = 5.0
 _BOUNDS_TIME = 120.0
 
 
+class NoRunEndedError(MasonryError):
+    """Every run of a comparison crashed or died; the message says how most of them did."""
+
+    exit_code = 1
+
+
 @dataclass(frozen=True)
 class RunLimits:
     """Seconds and MB that a run may take, and how often it is repeated."""
 
-    time: float
-    memory: float
-    repeats: int
+    time: float = 60.0
+    memory: float = 4000.0
+    repeats: int = 3
 
 
 @dataclass(frozen=True)
@@ -49,10 +65,10 @@ class Comparison:
     scenes, plan, limits: what was compared.
     bounds: certified bounds of the associative load factor, by scene name.
     best: lowest exact Coulomb state known, by scene name.
+    results: one row a run (see :data:`~.runs.COLUMNS`).
     summary: one row a scene and pair (see :func:`~.frames.summary`).
     notes: what else a reader must know, a line each.
     interrupted: whether runs are missing.
-    failure: if every run crashed or died, how most of them did; else "".
     text: what ``print`` and the command show.
     """
 
@@ -61,14 +77,91 @@ class Comparison:
     limits: RunLimits
     bounds: dict[str, CertifiedBounds]
     best: dict[str, BestKnown]
+    results: pd.DataFrame
     summary: pd.DataFrame
-    notes: tuple[str, ...]
-    interrupted: bool
-    failure: str
+    notes: tuple[str, ...] = ()
+    interrupted: bool = False
     text: str = field(default="", repr=False)
 
     def __str__(self) -> str:
         return self.text
+
+
+def compare(
+    scenes: str | Path | Sequence[str | Path] = (),
+    *,
+    methods: str | Sequence[str] = METHODS,
+    models: str | Sequence[str] = MODELS,
+    solvers: str | Sequence[str] = SOLVERS,
+    tolerances: Sequence[float] = TOLERANCES,
+    repeats: int = RunLimits.repeats,
+    time_limit: float = RunLimits.time,
+    memory_limit: float = RunLimits.memory,
+    out: str | Path = OUT,
+    update_best_known: bool = False,
+    cases: str | Path | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Comparison:
+    """Time methods and solvers on scenes, judge their answers, write tables, charts and a page.
+
+    Runs that ``out`` holds already are not made again: an interrupted comparison (Ctrl-C) is reported with
+    what it has, and continues when it is called again.
+
+    Parameters
+    ----------
+    scenes: case files, or names of those in the folder ``cases``.
+    cases: folder of the case files; see :func:`~masonry_opt.studies.cases.case_folder`.
+    tolerances: asked of the solvers that take one.
+    repeats: runs of each; times are medians.
+    time_limit, memory_limit: seconds and MB (10⁶ bytes, libraries included) that a run may take.
+    out: folder of results and report.
+    update_best_known: write lower exact Coulomb states to the registry ``best_known.toml``.
+    progress: called with a line before each run.
+
+    Raises
+    ------
+    CaseError
+        If a case file or a registry is missing or wrong.
+    OptionError
+        If a name is unknown, a number is out of range, nothing is left to compare, or ``out`` holds runs of
+        something else.
+    OutputError
+        If ``out`` cannot be written.
+    NoRunEndedError
+        If every run crashed or died; the report is written all the same.
+    """
+    # Charts and pages are slow to import: only when they are needed.
+    from masonry_opt.studies.compare.report import summary_text, write_report
+
+    if repeats < 1:
+        raise OptionError(f"repeats must be at least 1, not {repeats}")
+    planned = plan(
+        _listed("methods", methods), _listed("models", models), _listed("solvers", solvers), tolerances
+    )
+    folder, out = case_folder(None if cases is None else Path(cases)), Path(out)
+    named = _listed("scenes", scenes)
+    if not named:
+        raise OptionError("nothing to compare: name case files")
+    limits = RunLimits(time_limit, memory_limit, repeats)
+    comparison = run_plan(find_scenes(named, folder), planned, limits, out, progress, update_best_known)
+    progress("report")
+    write_report(comparison, out)
+    ended = comparison.results["ended"]
+    if len(ended) and ended.isin((CRASHED, DIED)).all() and not comparison.interrupted:
+        ends = Counter(zip(ended, comparison.results["message"], strict=True))
+        (((how, why), count),) = ends.most_common(1)
+        said = f"{count} of {len(ended)} {how}: {why}"
+        raise NoRunEndedError(f"no run ended: {said}; see {out / 'summary.csv'}")
+    return replace(comparison, text=summary_text(comparison))
+
+
+def _listed(what: str, names: str | Path | Sequence[Any]) -> Sequence[Any]:
+    """Names; a name by itself is a list of one."""
+    if isinstance(names, str | Path):
+        return [names]
+    if not isinstance(names, Sequence):
+        raise OptionError(f"{what} must be a list of names (found {names!r})")
+    return names
 
 
 def run_plan(
@@ -81,36 +174,24 @@ def run_plan(
 ) -> Comparison:
     """Make the runs that ``folder`` does not hold yet, and judge all of the plan's.
 
-    Parameters
-    ----------
-    folder: where ``results.csv`` and ``bounds.json`` are kept.
-    progress: called with a line before each run.
-    update_best_known: write lower exact states to the registries; else they are told in the notes.
-
-    Raises
-    ------
-    OptionError
-        If the folder holds a comparison with other columns.
-    OutputError
-        If the folder cannot be written.
-    CaseError
-        If a registry of best known states is wrong.
+    Parameters and errors: see :func:`compare`.
     """
     known = best_known(scenes)
-    store = Store(folder / "results.csv")
+    journal = Journal(folder, {"columns": digest(COLUMNS)})
     bounds: dict[str, CertifiedBounds] = {}
     rows: list[dict[str, Any]] = []
     notes: list[str] = []
     interrupted = False
     try:
-        bounds, bound_notes = _bounds(scenes, folder / "bounds.json", limits, progress)
-        notes += bound_notes
-        for line in _measure(scenes, plan, limits, store, progress):
-            rows.append(line)
+        for scene in scenes:
+            if scene.expected.get(ASSOCIATIVE, ANSWER) == ANSWER:  # else there is nothing to bound
+                bounds |= _bounds(scene, journal, limits, progress, notes)
+        for row in _runs(scenes, plan, limits, journal, progress):
+            rows.append(row)  # those before an interrupt stay
     except KeyboardInterrupt:
         interrupted = True
         notes.append("interrupted: the same command continues where it stopped")
-    if bent := sorted({line["scene"] for line in rows if line["crushing"] == "parabola"}):
+    if bent := sorted({row["scene"] for row in rows if row["crushing"] == "parabola"}):
         notes.append(
             "static and kinematic with a conic solver crush joints by the parabola itself, all else by "
             f"chords inside it, as the certified bounds do: of theirs no error is told, on {', '.join(bent)}"
@@ -119,67 +200,60 @@ def run_plan(
     notes += improve(scenes, found, update_best_known)
     best = merged(known, found)
     summary = frames.summary(rows, bounds, best, {scene.name: scene.expected for scene in scenes})
-    return Comparison(
-        tuple(scenes), plan, limits, bounds, best, summary, tuple(notes), interrupted, _failure(rows)
+    results = pd.DataFrame(rows, columns=COLUMNS)
+    return Comparison(tuple(scenes), plan, limits, bounds, best, results, summary, tuple(notes), interrupted)
+
+
+def _runs(
+    scenes: Sequence[CaseScene],
+    plan: Plan,
+    limits: RunLimits,
+    journal: Journal,
+    progress: Callable[[str], None],
+) -> Iterator[dict[str, Any]]:
+    """Rows of all runs of the plan, as they are read or made."""
+    versions = versions_hash()
+    long: set[tuple[str, Pair]] = set()
+    # Repeats come last: an interrupted comparison has made everything once.
+    runs = [*product(range(1, limits.repeats + 1), scenes, plan.pairs)]
+    for number, (repeat, scene, pair) in enumerate(runs, start=1):
+        if (scene.name, pair) in long:
+            continue
+        columns = key_of(scene, pair, repeat, versions)
+        key = " · ".join(map(str, columns.values()))
+        row = journal.find(key)
+        if row is None or _ended_by_less(row, limits):
+            tolerance = "" if pair.tolerance is None else f" · {pair.tolerance:.0e}"
+            progress(f"{number}/{len(runs)} {scene.name} · {pair.label}{tolerance}")
+            end = run_alone(partial(run_pair, scene.path, pair, limits.time), limits.time, limits.memory)
+            row = row_of(columns, end, limits.time, limits.memory)
+            if end.how != DIED:  # something else than the run may have killed it
+                journal.add(key, row)
+        if row["wall"] > REPEATED_BELOW or row["ended"] != FINISHED:
+            long.add((scene.name, pair))
+        yield row
+
+
+def _ended_by_less(row: dict[str, Any], limits: RunLimits) -> bool:
+    """Whether a run was killed at a limit that is higher now."""
+    time, memory = row["ended"] == TIME_LIMIT, row["ended"] == MEMORY_LIMIT
+    return bool(
+        (time and limits.time > row["time_limit"]) or (memory and limits.memory > row["memory_limit"])
     )
 
 
-def _failure(rows: Sequence[dict[str, Any]]) -> str:
-    """How most runs ended, if all of them crashed or died; else ""."""
-    if not rows or any(line["ended"] not in (CRASHED, DIED) for line in rows):
-        return ""
-    ((reason, count),) = Counter(f"{line['ended']}: {line['message']}" for line in rows).most_common(1)
-    return f"{count} of {len(rows)} {reason}"
-
-
-def _measure(
-    scenes: Sequence[CaseScene], plan: Plan, limits: RunLimits, store: Store, progress: Callable[[str], None]
-) -> Any:
-    """Lines of all runs of the plan, as they are read or made."""
-    by_name = {scene.name: scene for scene in scenes}
-    runs = list(plan.runs(list(by_name), limits.repeats))
-    versions = versions_hash()
-    long: set[tuple[str, object]] = set()
-    for number, run in enumerate(runs, start=1):
-        scene = by_name[run.scene]
-        if (run.scene, run.pair) in long:
-            continue
-        line = store.find(scene, run, versions, limits.time, limits.memory)
-        if line is None:
-            tolerance = "" if run.pair.tolerance is None else f" · {run.pair.tolerance:.0e}"
-            progress(f"{number}/{len(runs)} {run.scene} · {run.pair.label}{tolerance}")
-            ended = _solve(scene, run, limits)
-            line = row(scene, run, versions, ended, limits.time, limits.memory)
-            store.add(line)
-        if line["wall"] > REPEATED_BELOW or line["ended"] != FINISHED:
-            long.add((run.scene, run.pair))
-        yield line
-
-
-def _solve(scene: CaseScene, run: PlannedRun, limits: RunLimits) -> Ended:
-    return run_limited(run_pair, (scene.path, run.pair, limits.time), limits.time, limits.memory)
-
-
 def _bounds(
-    scenes: Sequence[CaseScene], path: Path, limits: RunLimits, progress: Callable[[str], None]
-) -> tuple[dict[str, CertifiedBounds], list[str]]:
-    """Certified bounds of every scene, from the cache beside the results or computed; what failed."""
-    try:
-        cached = json.loads(path.read_text("utf-8"))
-    except (OSError, ValueError):
-        cached = {}
-    found, notes = {}, []
-    for scene in scenes:
-        if scene.expected.get(ASSOCIATIVE, ANSWER) != ANSWER:
-            continue  # nothing to bound
-        if scene.content not in cached:
-            progress(f"certified bounds of {scene.name}")
-            time_limit = max(limits.time, _BOUNDS_TIME)
-            ended = run_limited(bound_scene, (scene.path,), time_limit, limits.memory)
-            if ended.how != FINISHED:
-                notes.append(f"{scene.name}: no certified bounds: {ended.how}: {ended.reason}")
-                continue
-            cached[scene.content] = ended.value
-            write_whole(path, json.dumps(cached, indent=1))
-        found[scene.name] = CertifiedBounds(**cached[scene.content])
-    return found, notes
+    scene: CaseScene, journal: Journal, limits: RunLimits, progress: Callable[[str], None], notes: list[str]
+) -> dict[str, CertifiedBounds]:
+    """Certified bounds by the scene's name, kept or computed; none, and a note, where that failed."""
+    key = f"bounds · {scene.content}"
+    found = journal.find(key)
+    if found is None:
+        progress(f"certified bounds of {scene.name}")
+        time_limit = max(limits.time, _BOUNDS_TIME)
+        end = run_alone(partial(bound_scene, scene.path), time_limit, limits.memory)
+        if end.how != FINISHED:
+            notes.append(f"{scene.name}: no certified bounds: {end.how}: {end.reason}")
+            return {}
+        journal.add(key, found := end.value)
+    return {scene.name: CertifiedBounds(**found)}

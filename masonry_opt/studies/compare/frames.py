@@ -1,7 +1,4 @@
-"""The tables behind every chart: medians, Pareto fronts, performance profiles, growth, success.
-
-Both reports draw from these frames and compute nothing of their own.
-"""
+"""The tables behind charts and reports: medians, Pareto fronts, performance profiles, growth, success."""
 
 from __future__ import annotations
 
@@ -15,14 +12,17 @@ from masonry_opt.answer.acceptance import SMALLEST
 from masonry_opt.answer.thresholds import APART, SAME
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
-from masonry_opt.studies.compare.judge import CERTIFIED, GAP_FLOOR, NAMED, TARGET, VERDICTS, judge
-from masonry_opt.studies.compare.known_answers import COULOMB
-from masonry_opt.studies.compare.store import pair_of
+from masonry_opt.studies.compare.judge import CERTIFIED, COULOMB, GAP_FLOOR, NAMED, TARGET, VERDICTS, judge
+from masonry_opt.studies.compare.runs import RESIDUALS, pair_of
 
 #: Scenes with fewer joints do not count in the fit of time against size: fixed costs rule there.
 FITTED_FROM = 50
 
 _PAIR = ["method", "model", "solver", "tolerance"]
+
+#: Numbers of a summary that are medians of the repeats.
+_MEDIANS = ["time", "build_seconds", "compile_seconds", "solve_seconds", "read_seconds", "peak_memory"]
+_COUNTS = ["lp_solves", "nlp_solves", "iterations"]
 
 
 def summary(
@@ -43,49 +43,25 @@ def summary(
         shared = (row["scene_seconds"] or 0.0) + (row["dead_load_seconds"] or 0.0)
         scene = row["scene"]
         verdict = judge(row, bounds.get(scene), best.get(scene), expected.get(scene, {}))
-        label = {"pair": pair_of(row).label, "time": row["wall"] - shared}
-        judged.append(row | label | verdict)
+        judged.append(row | {"pair": pair_of(row).label, "time": row["wall"] - shared} | verdict)
     frame = pd.DataFrame(judged)
     if frame.empty:
         return frame
-    medians = [
-        "time",
-        "wall",
-        "build_seconds",
-        "compile_seconds",
-        "solve_seconds",
-        "read_seconds",
-        "peak_memory",
-    ]
-    numbers = [*medians, "tolerance", "error", "violation", "load_factor", "bound", "joints", "blocks"]
-    numbers += ["equilibrium", "yield", "flow", "complementarity", "lp_solves", "nlp_solves", "iterations"]
+    numbers = [*_MEDIANS, *_COUNTS, *RESIDUALS, "tolerance", "error", "violation", "load_factor", "bound"]
+    numbers += ["joints", "blocks"]
     frame[numbers] = frame[numbers].astype(float)
-    frame["badness"] = frame["verdict"].map(VERDICTS.index)
-    lines = []
-    for _, group in frame.groupby(["scene", *_PAIR], dropna=False, sort=False):
-        line = group.sort_values("badness").iloc[-1].to_dict()
-        line |= {name: float(group[name].median()) for name in medians}
-        lines.append(line | {"repeats": len(group)})
-    columns = [
-        "scene",
-        "pair",
-        *_PAIR,
-        "question",
-        "verdict",
-        "reason",
-        "right",
-        "load_factor",
-        "error",
-        "below",
-        "violation",
-    ]
-    columns += ["time", *medians[2:], "lp_solves", "nlp_solves", "iterations", "repeats", "joints", "blocks"]
-    columns += ["equilibrium", "yield", "flow", "complementarity", "bound", "ended", "status", "kind"]
-    return pd.DataFrame(lines)[[*columns, "message"]]
+    repeats = frame.groupby(["scene", *_PAIR], dropna=False, sort=False)
+    frame["of"], frame["badness"] = repeats.ngroup(), frame["verdict"].map(VERDICTS.index)
+    frame["repeats"] = repeats["scene"].transform("size")
+    frame[_MEDIANS] = repeats[_MEDIANS].transform("median")
+    worst = frame.sort_values(["of", "badness"], kind="stable").drop_duplicates("of", keep="last")
+    columns = ["scene", "pair", *_PAIR, "question", "verdict", "reason", "right", "load_factor", "error"]
+    columns += ["below", "violation", *_MEDIANS, *_COUNTS, "repeats", "joints", "blocks", *RESIDUALS]
+    return worst[[*columns, "bound", "ended", "status", "kind", "message"]].reset_index(drop=True)
 
 
 def answers(frame: pd.DataFrame) -> pd.DataFrame:
-    """What each method says of each scene: one row of the summary for a scene and method.
+    """The answer of each method to each scene: one row of the summary for a scene and method.
 
     Of the runs of a method, by solver and tolerance, the one with the best verdict; of certified ones the one
     nearest to the certified bounds (associative λ) or with the lowest λ (Coulomb), to SAME; of these the
@@ -93,25 +69,18 @@ def answers(frame: pd.DataFrame) -> pd.DataFrame:
     same verdict, and ``gap``: the error, negative where λ is below the best exact state known; 0 up to
     GAP_FLOOR.
     """
-    lines = []
-    for _, group in frame.groupby(["scene", "method"], sort=False):
-        certified = group["verdict"] == CERTIFIED
-        distance = group["error"]
-        if group["question"].iloc[0] == COULOMB:
-            lowest = group["load_factor"][certified].min()
-            distance = (group["load_factor"] - lowest) / max(abs(lowest), SMALLEST)
-        order = pd.DataFrame(
-            {
-                "verdict": group["verdict"].map(VERDICTS.index),
-                "distance": distance.fillna(np.inf).clip(lower=SAME).where(certified, 0.0),
-                "time": group["time"],
-            }
-        )
-        line = group.loc[order.sort_values([*order], kind="stable").index[0]]
-        alike = int((group["verdict"] == line["verdict"]).sum())
-        gap = 0.0 if line["error"] <= GAP_FLOOR else -line["error"] if line["below"] else line["error"]
-        lines.append(line.to_dict() | {"runs": len(group), "alike": alike, "gap": gap})
-    return pd.DataFrame(lines, columns=[*frame, "runs", "alike", "gap"])
+    runs = frame.groupby(["scene", "method"], sort=False)
+    frame = frame.assign(of=runs.ngroup(), runs=runs["scene"].transform("size"))
+    frame["alike"] = frame.groupby(["of", "verdict"])["scene"].transform("size")
+    near = frame["error"] <= GAP_FLOOR
+    frame["gap"] = frame["error"].mask(near, 0.0).mask(frame["below"] & ~near, -frame["error"])
+    certified = frame["verdict"] == CERTIFIED
+    lowest = frame["load_factor"].where(certified).groupby(frame["of"]).transform("min")
+    above = (frame["load_factor"] - lowest) / lowest.abs().clip(lower=SMALLEST)
+    distance = frame["error"].where(frame["question"] != COULOMB, above).fillna(np.inf).clip(lower=SAME)
+    frame["rank"], frame["distance"] = frame["verdict"].map(VERDICTS.index), distance.where(certified, 0.0)
+    order = ["of", "rank", "distance", "time"]
+    return frame.sort_values(order, kind="stable").drop_duplicates("of").drop(columns=order[:3])
 
 
 def pareto(frame: pd.DataFrame, cost: str = "time", error: str = "error") -> pd.DataFrame:
@@ -149,11 +118,8 @@ def profiles(times: pd.DataFrame) -> pd.DataFrame:
     for pair in table.columns:
         solved = np.sort(ratios[pair].dropna().to_numpy())
         shares = np.arange(1, len(solved) + 1) / len(table)
-        lines.append({"pair": pair, "ratio": 1.0, "share": float((solved <= 1).sum() / len(table))})
-        lines += [
-            {"pair": pair, "ratio": float(ratio), "share": float(share)}
-            for ratio, share in zip(solved, shares, strict=True)
-        ]
+        lines.append((pair, 1.0, float((solved <= 1).sum() / len(table))))
+        lines += zip([pair] * len(solved), solved, shares, strict=True)
     return pd.DataFrame(lines, columns=["pair", "ratio", "share"])
 
 
@@ -170,9 +136,7 @@ def growth(times: pd.DataFrame) -> pd.DataFrame:
         if fitted["joints"].nunique() >= 3:
             exponent, logarithm = np.polyfit(np.log(fitted["joints"]), np.log(fitted["time"]), 1)
             factor = np.exp(logarithm)
-        lines.append(
-            {"pair": pair, "exponent": float(exponent), "factor": float(factor), "scenes": len(fitted)}
-        )
+        lines.append((pair, float(exponent), float(factor), len(fitted)))
     return pd.DataFrame(lines, columns=["pair", "exponent", "factor", "scenes"])
 
 
@@ -184,27 +148,28 @@ def success(frame: pd.DataFrame) -> pd.DataFrame:
     of the certified answers: ``time`` (median, and ``time 25 %``, ``time 75 %``), largest error and
     violation; of all: peak_memory (MB).
     """
-    lines = []
-    for key, group in frame.groupby(["pair", *_PAIR], dropna=False, sort=False):
-        certified = group[group["verdict"] == CERTIFIED]
-        target = TARGET[str(group["question"].iloc[0])]
-        counts = {verdict: int((group["verdict"] == verdict).sum()) for verdict in VERDICTS}
-        lines.append(
-            dict(zip(["pair", *_PAIR], key, strict=True))
-            | {"scenes": len(group)}
-            | counts
-            | {
-                "success": (counts[CERTIFIED] + counts[NAMED]) / len(group),
-                "on target": int((certified["error"] <= target).sum()) / len(group),
-                "time": float(certified["time"].median()),
-                "time 25 %": float(certified["time"].quantile(0.25)),
-                "time 75 %": float(certified["time"].quantile(0.75)),
-                "largest error": float(certified["error"].max()),
-                "largest violation": float(certified["violation"].max()),
-                "peak_memory": float(group["peak_memory"].max()),
-            }
-        )
-    return pd.DataFrame(lines)
+    if frame.empty:
+        return frame
+    certified = frame["verdict"] == CERTIFIED
+    marked = frame.assign(
+        **{verdict: (frame["verdict"] == verdict).astype(int) for verdict in VERDICTS},
+        success=frame["verdict"].isin((CERTIFIED, NAMED)),
+        target=certified & (frame["error"] <= frame["question"].map(TARGET)),
+        **{name: frame[name].where(certified) for name in ("time", "error", "violation")},
+    )
+    columns: dict[str, Any] = {
+        "scenes": ("scene", "size"),
+        **{verdict: (verdict, "sum") for verdict in VERDICTS},
+        "success": ("success", "mean"),
+        "on target": ("target", "mean"),
+        "time": ("time", "median"),
+        "time 25 %": ("time", lambda times: times.quantile(0.25)),
+        "time 75 %": ("time", lambda times: times.quantile(0.75)),
+        "largest error": ("error", "max"),
+        "largest violation": ("violation", "max"),
+        "peak_memory": ("peak_memory", "max"),
+    }
+    return marked.groupby(["pair", *_PAIR], dropna=False, sort=False).agg(**columns).reset_index()
 
 
 def spread(frame: pd.DataFrame) -> pd.DataFrame:

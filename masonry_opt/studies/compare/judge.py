@@ -1,20 +1,29 @@
-"""What a run is worth: its question, its error, and its verdict, by its certificate and what is known."""
+"""The verdict on a run: by its certificate, and by what is known of its scene whatever the method says."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from enum import StrEnum
 from typing import Any
 
-from masonry_opt.answer.acceptance import OUTSIDE, SMALLEST
+from masonry_opt.answer.acceptance import LIMITS, OUTSIDE, SMALLEST, Kind
 from masonry_opt.answer.infeasibility import Existence
+from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import SAME
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
-from masonry_opt.studies.compare.known_answers import ANSWER, ASSOCIATIVE, CLAIMS, COULOMB, known_claims
-from masonry_opt.studies.compare.limits import residuals_over_limit
-from masonry_opt.studies.compare.measure import FINISHED, MEMORY_LIMIT, TIME_LIMIT
-from masonry_opt.studies.endings import CRASHED, DIED
+from masonry_opt.studies.compare.runs import residuals_over_limit
+from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, REFUSED, TIME_LIMIT
+from masonry_opt.words.sentences import numeral
+
+#: The two questions: the load factor with normal flow, and with Coulomb's.
+ASSOCIATIVE, COULOMB = "associative", "Coulomb"
+
+#: What an analysis can say of a scene: that it has a load factor, or why it has none. Every other end
+#: (not converged, solver failed, a limit) says something of the method alone.
+ANSWER = "answer"
+CLAIMS = (ANSWER, REFUSED, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
 
 #: Verdicts, best first. The first two are a success; only the first is drawn as a point of time and error.
 #: certified: a load factor whose certificate holds, not contradicted by what is known of the scene.
@@ -58,12 +67,42 @@ class VerdictReason(StrEnum):
     DIED = "died"
 
 
-_ENDS = {
-    TIME_LIMIT: VerdictReason.TIME_LIMIT,
-    MEMORY_LIMIT: VerdictReason.MEMORY_LIMIT,
-    CRASHED: VerdictReason.CRASHED,
-    DIED: VerdictReason.DIED,
-}
+_ENDS = {end: VerdictReason(end.replace(" ", "_")) for end in (TIME_LIMIT, MEMORY_LIMIT, CRASHED, DIED)}
+
+
+def known_claims(
+    question: str, bounds: CertifiedBounds | None, expected: Mapping[str, str]
+) -> dict[str, bool]:
+    """By claim, whether it is right; what nobody knows is left out.
+
+    Parameters
+    ----------
+    question: ASSOCIATIVE or COULOMB.
+    bounds: certified bounds of the associative load factor; None if unknown.
+    expected: by question, the claim that was derived by hand (the failure atlas).
+
+    Notes
+    -----
+    The bounds decide the associative question. Coulomb's law has the same states of equilibrium within
+    yield, without the mechanisms: where there is none for the dead load it has none either, and where they
+    end at a load factor it cannot be unlimited. It may still have no mechanism that goes with them, or one
+    where dilatancy would lock.
+    """
+    if question in expected:
+        return {claim: claim == expected[question] for claim in CLAIMS}
+    if bounds is None:
+        return {}
+    right: tuple[str, ...] = ()
+    if bounds.unstable:
+        right = (Status.UNSTABLE,)
+    elif question == COULOMB:
+        false = (Status.UNLIMITED, Status.LOCKED, Status.JAMMED) if bounds.finite else ()
+        return dict.fromkeys(false, False)
+    elif bounds.finite:
+        right = (ANSWER,)
+    elif bounds.unlimited:
+        right = (Status.UNLIMITED, Status.LOCKED)
+    return {claim: claim in right for claim in CLAIMS if claim != REFUSED} if right else {}
 
 
 def question_of(method: str) -> str:
@@ -82,7 +121,7 @@ def judge(
     Parameters
     ----------
     bounds: of joints that crush by chords: nothing is held against them that crushes by the parabola.
-    expected: what is known of the scene by hand, by question (see :func:`~.known_answers.known_claims`).
+    expected: what is known of the scene by hand, by question (see :func:`known_claims`).
 
     Returns
     -------
@@ -153,3 +192,34 @@ def _within(row: dict[str, Any], bounds: CertifiedBounds | None) -> tuple[str, V
     if load_factor < bounds.lower - margin and question_of(row["method"]) == ASSOCIATIVE:
         return WRONG, VerdictReason.BELOW_BOUND
     return CERTIFIED, VerdictReason.NONE
+
+
+def reason_text(row: Mapping[Any, Any], brief: bool = False) -> str:
+    """Why a row of the summary (see :func:`~.frames.summary`) has its verdict; "" if it is certified.
+
+    ``brief``: of an analysis that ended by itself the status alone, without the message that explains it.
+    """
+    finished = row["ended"] == FINISHED
+    said = str(row["status"] if finished else row["ended"])
+    said += f": {row['message']}" if row["message"] and not (brief and finished) else ""
+    match row["reason"]:
+        case VerdictReason.NONE:
+            return ""
+        case VerdictReason.RESIDUAL:
+            limits = LIMITS[Kind(row["kind"])].as_dict()
+            over = residuals_over_limit(row).items()
+            return ", ".join(f"{name} {residual:.1e} > {limits[name]:.0e}" for name, residual in over)
+        case VerdictReason.NO_CERTIFICATE:
+            return "no certificate"
+        case VerdictReason.ABOVE_BOUND:
+            return "λ above its certified bound"
+        case VerdictReason.BELOW_BOUND:
+            return "λ below its certified bound"
+        case VerdictReason.FALSE_CLAIM:
+            return f"{said} (right: {row['right'] or 'not this'})"
+    return said
+
+
+def number(value: float | None, digits: int = 5) -> str:
+    """A number in so many digits; a dash for what is not known."""
+    return "–" if value is None or math.isnan(value) else numeral(value, f".{digits}g")

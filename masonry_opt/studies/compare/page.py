@@ -1,40 +1,52 @@
-"""The report as one HTML file: tables and interactive charts, no network needed."""
+"""The report as one HTML file that needs no network: load factors by scene and method, charts, tables."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
+import shapely
 
 from masonry_opt.answer.acceptance import LIMITS, OUTSIDE
 from masonry_opt.answer.thresholds import APART
+from masonry_opt.errors import CaseError
+from masonry_opt.scene.case_file import load
+from masonry_opt.scene.geometry import geometry
+from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
+from masonry_opt.studies.compare.best_known import BestKnown
 from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
-from masonry_opt.studies.compare.judge import GAP_FLOOR, TARGET, VERDICTS
-from masonry_opt.studies.compare.limits import RESIDUALS
-from masonry_opt.studies.compare.opening import opening
-from masonry_opt.studies.compare.text import number, reason_text
+from masonry_opt.studies.compare.judge import (
+    ASSOCIATIVE,
+    CERTIFIED,
+    COULOMB,
+    FAILED,
+    GAP_FLOOR,
+    NAMED,
+    TARGET,
+    WRONG,
+    number,
+    question_of,
+    reason_text,
+)
+from masonry_opt.studies.compare.report import FORMATS, SUCCESS, in_words
+from masonry_opt.studies.compare.runs import RESIDUALS
 from masonry_opt.studies.drawing import Drawing, script
 from masonry_opt.studies.machine import machine, versions
 from masonry_opt.studies.page import render
+from masonry_opt.words.sentences import numeral
 
-#: Columns of tables: of the frames, and their headings here.
-_SUCCESS = {
-    "pair": "method · model · solver",
-    "tolerance": "tolerance",
-    "success": "success",
-    **{verdict: verdict for verdict in VERDICTS},
-    "on target": "on target",
-    "time": "median time (s)",
-    "largest error": "largest error",
-    "largest violation": "largest violation",
-    "peak_memory": "peak (MB)",
-}
+_PAIR = {"pair": "method · model · solver"}
+
+#: Columns of the table of runs, and their headings.
 _RUNS = {
     "scene": "scene",
-    "pair": "method · model · solver",
+    **_PAIR,
     "load_factor": "λ",
     "tolerance": "tolerance",
     "verdict": "verdict",
@@ -47,72 +59,190 @@ _RUNS = {
     "peak_memory": "peak (MB)",
     "blocks": "blocks",
     "joints": "joints",
-    "equilibrium": "equilibrium",
-    "yield": "yield",
-    "flow": "flow",
-    "complementarity": "complementarity",
-}
-_FORMATS = {
-    "tolerance": "{:.0e}",
-    "success": "{:.0%}",
-    "on target": "{:.0%}",
-    "load_factor": "{:.9g}",
-    "time": "{:.3g}",
-    **dict.fromkeys(("error", "violation", "largest error", "largest violation"), "{:.1e}"),
-    **dict.fromkeys(("equilibrium", "yield", "flow", "complementarity"), "{:.0e}"),
-    **dict.fromkeys(("iterations", "lp_solves", "peak_memory", "blocks", "joints"), "{:.0f}"),
+    **{name: name for name in RESIDUALS},
 }
 
-_NUMBERS = {*_FORMATS, *VERDICTS}
+#: Pixels within which a picture fits, and units of its paths in a pixel.
+_WIDTH, _HEIGHT, _UNITS = 110, 72, 10
+
+#: Shown of the supports, beyond what can move: a share of the larger side.
+_MARGIN = 0.06
+
+#: Of more blocks only the outline is drawn: they are smaller than the lines between them.
+_MOST = 800
+
+
+#: What stands in place of a load factor, and its look, by verdict.
+_NO_VALUE = {NAMED: ("no load factor", "named"), FAILED: ("failed", "failed"), WRONG: ("wrong", "wrong")}
+
+
+@dataclass(frozen=True)
+class Thumbnail:
+    """Paths in units of a tenth of a pixel, y downwards: of the supports, and of what can move.
+
+    Attributes
+    ----------
+    width, height: of the picture, in these units.
+    fixed, movable: the paths' ``d``.
+    """
+
+    width: int
+    height: int
+    fixed: str
+    movable: str
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A value, what is written small below it, and how it is to look: "" (a load factor), "plain", "named",
+    "failed" or "wrong"."""
+
+    value: str
+    notes: tuple[str, ...] = ()
+    look: str = ""
+
+
+@dataclass(frozen=True)
+class SceneRow:
+    """A scene: its picture (None if its case file is gone or has no shapes), and a cell a column."""
+
+    scene: str
+    title: str
+    picture: Thumbnail | None
+    cells: tuple[Cell, ...]
+
+
+_UNKNOWN = Cell("–", look="plain")
 
 
 def page(comparison: Comparison, charts: Sequence[Drawing]) -> str:
-    """The whole file."""
+    """The report of a comparison, its charts inside."""
     summary = comparison.summary
     about = machine() | {f"version of {name}": release for name, release in versions().items()}
-    left_out = [[i.method, i.model, i.solver, i.reason] for i in comparison.plan.left_out]
+    success = runs = None
+    if len(summary):
+        success = _shown(frames.success(summary), _PAIR | SUCCESS)
+        why = [*map(reason_text, summary.to_dict("records"))]
+        runs = _shown(summary.assign(why=why), _RUNS)
+    left_out = [(i.method, i.model, i.solver, i.reason) for i in comparison.plan.left_out]
+    residuals = [
+        (kind, *(f"{limit.as_dict()[name]:g}" for name in RESIDUALS)) for kind, limit in LIMITS.items()
+    ]
     return render(
         "comparison.html",
         title="Comparison of methods and solvers",
         opening=opening(comparison),
         limits=comparison.limits,
         notes=comparison.notes,
-        success=_table(frames.success(summary) if len(summary) else summary, _SUCCESS),
-        runs=_table(summary.assign(why=[*map(reason_text, summary.to_dict("records"))]), _RUNS),
+        success=success,
+        runs=runs,
         charts=charts,
         script=script(),
         references=_references(comparison),
-        left_out={"columns": ["method", "model", "solver", "why"], "rows": left_out, "numbers": ()},
-        residuals={
-            "columns": ["", *RESIDUALS],
-            "rows": [
-                [kind, *(f"{of.as_dict()[name]:g}" for name in RESIDUALS)] for kind, of in LIMITS.items()
-            ],
-            "numbers": RESIDUALS,
-        },
+        left_out=_table(("method", "model", "solver", "why"), left_out),
+        residuals=_table(("", *RESIDUALS), residuals, RESIDUALS),
         outside=f"{OUTSIDE:g}",
         target={question: f"{error:g}" for question, error in TARGET.items()},
         gap_floor=f"{GAP_FLOOR:g}",
         repeated_below=f"{REPEATED_BELOW:g}",
-        about={"columns": ["", ""], "rows": [*about.items()], "numbers": ()},
+        about=_table(("", ""), [*about.items()]),
     )
 
 
-def _table(frame: pd.DataFrame, columns: dict[str, str]) -> dict[str, Any]:
-    """Headings and rows of text, of some of a frame's columns."""
-    rows = [[_cell(name, row[name]) for name in columns] for row in frame.to_dict("records")]
-    numbers = {heading for name, heading in columns.items() if name in _NUMBERS}
-    return {"columns": [*columns.values()], "rows": rows, "numbers": numbers}
+def _table(
+    columns: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[str] = ()
+) -> dict[str, Any]:
+    """What the template shows as a table; ``numbers``: the columns that stand to the right."""
+    return {"columns": columns, "rows": rows, "numbers": numbers}
 
 
-def _cell(name: str, value: Any) -> str:
-    if pd.isna(value):
-        return "–"
-    return _FORMATS.get(name, "{}").format(value + 0.0 if isinstance(value, float) else value)
+def _shown(frame: pd.DataFrame, columns: Mapping[str, str]) -> dict[str, Any]:
+    """Some of a frame's columns as a table."""
+    words = in_words(frame, columns)
+    numbers = [heading for name, heading in columns.items() if name in FORMATS]
+    return _table([*words], words.to_numpy().tolist(), numbers)
+
+
+def opening(comparison: Comparison) -> tuple[list[str], list[SceneRow]]:
+    """Headings and rows of the load factors: scenes in their order, methods in the plan's."""
+    methods = [*dict.fromkeys(pair.method for pair in comparison.plan.pairs)]
+    associative = [method for method in methods if question_of(method) == ASSOCIATIVE]
+    coulomb = [method for method in methods if question_of(method) == COULOMB]
+    columns = ["b × c", *(f"associative λ, {method}" for method in associative or ["certified"])]
+    if coulomb:
+        columns += ["lowest Coulomb λ known", *(f"Coulomb λ, {method}" for method in coulomb)]
+        columns.append(f"spread of Coulomb λ, if over {100 * APART:g} %")
+    summary = comparison.summary
+    answers = frames.answers(summary).to_dict("records") if len(summary) else []
+    apart = _apart(summary)
+    found = {(str(row["scene"]), str(row["method"])): row for row in answers}
+    rows = []
+    for scene in comparison.scenes:
+        cells = [_size([row for (name, _), row in found.items() if name == scene.name])]
+        cells += [_answer(found.get((scene.name, method))) for method in associative]
+        if not associative:
+            cells.append(_certified(comparison.bounds.get(scene.name)))
+        if coulomb:
+            cells.append(_best(comparison.best.get(scene.name)))
+            cells += [_answer(found.get((scene.name, method))) for method in coulomb]
+            cells.append(_spread(apart.get(scene.name)))
+        rows.append(SceneRow(scene.name, scene.title, _picture(scene.path), tuple(cells)))
+    return columns, rows
+
+
+def _size(rows: list[dict[Any, Any]]) -> Cell:
+    """Blocks and joints, as any run found them."""
+    for row in rows:
+        if not (pd.isna(row["blocks"]) or pd.isna(row["joints"])):
+            return Cell(f"{row['blocks']:.0f} × {row['joints']:.0f}", look="plain")
+    return _UNKNOWN
+
+
+def _answer(row: Mapping[Any, Any] | None) -> Cell:
+    if row is None:
+        return Cell("not run", look="plain")
+    notes = [f"{number(row['time'], 2)} s"]
+    if row["alike"] < row["runs"]:
+        notes.append(f"{row['alike']} of {row['runs']} runs {row['verdict']}")
+    if row["verdict"] == CERTIFIED:
+        return Cell(_lambda(row["load_factor"]), (*_gap(row), *notes))
+    said, look = _NO_VALUE[row["verdict"]]
+    given = "" if pd.isna(row["load_factor"]) else f"λ {_lambda(row['load_factor'])}: "
+    return Cell(said, (given + reason_text(row, brief=True), *notes), look)
+
+
+def _gap(row: Mapping[Any, Any]) -> list[str]:
+    """How far a load factor is from what is known."""
+    if pd.isna(row["gap"]):
+        return []
+    if row["question"] == ASSOCIATIVE:
+        return [f"error {row['error']:.0e}"]
+    return [f"gap {100 * row['gap']:+.2g} %" if row["gap"] else "gap 0 %"]
+
+
+def _best(best: BestKnown | None) -> Cell:
+    return Cell(_lambda(best.load_factor), (best.method,)) if best else _UNKNOWN
+
+
+def _certified(bounds: CertifiedBounds | None) -> Cell:
+    """The associative λ that the bounds enclose, where no method looked for it."""
+    return Cell(_lambda(bounds.middle)) if bounds and bounds.finite else _UNKNOWN
+
+
+def _spread(row: Mapping[Any, Any] | None) -> Cell:
+    if row is None:
+        return _UNKNOWN
+    ends = f"{_lambda(row['lowest'])} to {_lambda(row['highest'])}"
+    return Cell(f"{100 * row['spread']:.1f} %", (ends,))
+
+
+def _lambda(value: float) -> str:
+    """A load factor in five digits, zeros too: those of a row are read against each other."""
+    return numeral(value, "#.5g").removesuffix(".")
 
 
 def _references(comparison: Comparison) -> dict[str, Any]:
-    apart = {str(line["scene"]): line for line in frames.spread(comparison.summary).to_dict("records")}
+    apart = _apart(comparison.summary)
     rows = []
     for scene in comparison.scenes:
         bounds, best = comparison.bounds.get(scene.name), comparison.best.get(scene.name)
@@ -132,7 +262,12 @@ def _references(comparison: Comparison) -> dict[str, Any]:
     bounded = ["associative λ, at least", "at most", "certified to"]
     coulomb = ["lowest exact Coulomb λ", "found by", f"runs more than {APART:.0%} apart in Coulomb λ"]
     columns = ["scene", "title", *bounded, *coulomb, "known by hand"]
-    return {"columns": columns, "rows": rows, "numbers": {*bounded[:2], coulomb[0]}}
+    return _table(columns, rows, [*bounded[:2], coulomb[0]])
+
+
+def _apart(summary: pd.DataFrame) -> dict[str, dict[Any, Any]]:
+    """The rows of ``frames.spread`` by scene."""
+    return {str(row["scene"]): row for row in frames.spread(summary).to_dict("records")}
 
 
 def _ends(apart: Mapping[Any, Any]) -> str:
@@ -147,3 +282,39 @@ def _certified_to(bounds: CertifiedBounds | None) -> str:
     if bounds.finite:
         return f"{bounds.width:.0e}"
     return "unstable" if bounds.unstable else "unlimited" if bounds.unlimited else "unknown"
+
+
+def _picture(case: Path) -> Thumbnail | None:
+    try:
+        return thumbnail(load(case))
+    except CaseError:
+        return None
+
+
+def thumbnail(scene: Scene) -> Thumbnail:
+    """The picture of a scene.
+
+    Raises CaseError if a block's polygon is none (see :func:`~masonry_opt.scene.geometry.geometry`).
+    """
+    shapes = geometry(scene).polygons
+    fixed = np.array([block.fixed for block in scene.blocks])
+    movable = shapes[~fixed]
+    left, bottom, right, top = shapely.total_bounds(movable)
+    margin = _MARGIN * max(right - left, top - bottom)
+    frame = (left - margin, bottom - margin, right + margin, top + margin)
+    wide, tall = frame[2] - frame[0], frame[3] - frame[1]
+    scale = _UNITS * min(_WIDTH / wide, _HEIGHT / tall)
+    if len(movable) > _MOST:
+        movable = np.array([shapely.union_all(movable)])
+
+    def path(drawn: np.ndarray) -> str:
+        """Outlines and holes, in whole units."""
+        rings = shapely.get_rings(shapely.get_parts(drawn))
+        corners = (
+            np.rint((shapely.get_coordinates(ring)[:-1] - (frame[0], frame[3])) * (scale, -scale))
+            for ring in rings
+        )
+        return "".join("M" + " ".join(f"{x:.0f} {y:.0f}" for x, y in ring + 0.0) + "Z" for ring in corners)
+
+    supports = shapely.clip_by_rect(shapes[fixed], *frame)
+    return Thumbnail(round(wide * scale), round(tall * scale), path(supports), path(movable))

@@ -1,13 +1,108 @@
-"""Which runs a comparison consists of: everything named, as far as methods and solvers admit it."""
+"""The plan of a comparison: its scenes, which are case files, and its pairs of a method and a solver."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+import hashlib
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
 
-from masonry_opt.errors import OptionError
+from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.methods.registry import METHODS
+from masonry_opt.scene.case_file import load
+from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import LANGUAGES, SOLVERS, find_entry, find_solver, names
+
+#: Keys of a scene that do not change an answer.
+_WORDS = {"title", "source", "reference"}
+
+
+@dataclass(frozen=True)
+class CaseScene:
+    """A scene of a comparison.
+
+    Attributes
+    ----------
+    name: folder and stem of its case file, such as "ferris_tinloi/wall_1".
+    path: the case file.
+    registered: its key in the registry of best known states: the case file; of a scene that the comparison
+        makes, its place in the folder of case files ("cases/random/wall_0.toml").
+    content: hash of blocks, joints, loads and gravity; words and references do not change it.
+    title: its title, as in the case file.
+    expected: by question, what is known of its answer by hand (see :func:`~.judge.known_claims`).
+    """
+
+    name: str
+    path: Path
+    registered: Path
+    content: str
+    title: str
+    expected: Mapping[str, str] = field(default_factory=dict)
+
+
+def find_scenes(
+    cases: Iterable[str | Path],
+    folder: Path = Path("cases"),
+    expected: Mapping[Path, Mapping[str, str]] | None = None,
+    made: Path | None = None,
+) -> tuple[CaseScene, ...]:
+    """Read and name the scenes of a comparison.
+
+    Parameters
+    ----------
+    cases: paths of case files, or names of those in ``folder`` ("ferris_tinloi/wall_1" or "wall_1").
+    expected: what is known of some of them, by path.
+    made: folder of the scenes that the comparison makes; they are registered with those of ``folder``.
+
+    Raises
+    ------
+    CaseError
+        If a case file is missing or wrong.
+    OptionError
+        If two different files have one name.
+    """
+    scenes: dict[str, CaseScene] = {}
+    for case in cases:
+        path = _path(case, folder)
+        scene = load(path)
+        name, known = f"{path.resolve().parent.name}/{path.stem}", (expected or {}).get(path, {})
+        registered = folder / path.relative_to(made) if made and path.is_relative_to(made) else path
+        found = CaseScene(name, path, registered, content_of(scene), scene.title, known)
+        before = scenes.setdefault(found.name, found)
+        if before.content != found.content:
+            raise OptionError(f"{before.path} and {path}: two scenes named '{found.name}': rename one")
+    return tuple(scenes.values())
+
+
+def content_of(scene: Scene) -> str:
+    """Hash of what a scene's answer depends on, 12 hexadecimal digits.
+
+    Keys at their defaults do not count: a key that a later version adds changes no hash. A live load given as
+    a multiple of the block's weight has the hash of its force.
+    """
+    keys = scene.model_dump(exclude=_WORDS, exclude_defaults=True)
+    # A load may say another weight, which the multiple follows.
+    for block in [] if scene.loads else keys["blocks"]:
+        if "weight" in block and "live" not in block and (times := block.pop("live_per_weight", None)):
+            block["live"] = tuple(part * block["weight"] for part in times)
+            block |= {"live_at": block["weight_at"]} if "weight_at" in block else {}
+    return hashlib.sha256(repr(keys).encode()).hexdigest()[:12]
+
+
+def _path(case: str | Path, folder: Path) -> Path:
+    path = Path(case)
+    if path.exists() or path.suffix:
+        return path
+    named = [file for file in sorted(folder.glob("*/*.toml")) if str(case) in (file.stem, _name_of(file))]
+    if not named:
+        raise CaseError(f"{case}: no such file, and no case in {folder}/ has that name")
+    if len(named) > 1:
+        raise OptionError(f"'{case}' may be {', '.join(map(_name_of, named))}: name one in full")
+    return named[0]
+
+
+def _name_of(path: Path) -> str:
+    return f"{path.parent.name}/{path.stem}"
 
 
 @dataclass(frozen=True, order=True)
@@ -23,15 +118,6 @@ class Pair:
     def label(self) -> str:
         """The pair without its tolerance."""
         return f"{self.method} · {self.model} · {self.solver}"
-
-
-@dataclass(frozen=True)
-class PlannedRun:
-    """One process: a scene's name, a pair, and which of the repeats (from 1) it is."""
-
-    scene: str
-    pair: Pair
-    repeat: int
 
 
 @dataclass(frozen=True)
@@ -51,21 +137,14 @@ class Plan:
     pairs: tuple[Pair, ...]
     left_out: tuple[NotApplicable, ...]
 
-    def runs(self, scenes: Sequence[str], repeats: int) -> Iterator[PlannedRun]:
-        """Every run. Repeats come last: an interrupted comparison has seen everything once."""
-        for repeat in range(1, repeats + 1):
-            for scene in scenes:
-                for pair in self.pairs:
-                    yield PlannedRun(scene, pair, repeat)
-
 
 def plan(
     methods: Sequence[str], models: Sequence[str], solvers: Sequence[str], tolerances: Sequence[float]
 ) -> Plan:
     """The admissible combinations, by the registries METHODS and SOLVERS.
 
-    A method with tolerances of its own has one rung; if none of its solvers is named it runs with its
-    default, so that it can stand beside the others.
+    A method with tolerances of its own runs once; if none of its solvers is named, with its default, so that
+    it can stand beside the others.
 
     Raises
     ------
@@ -84,7 +163,8 @@ def plan(
             if reason := _reason(method, model, solver):
                 left_out.append(NotApplicable(method, model, solver, reason))
             else:
-                pairs += [Pair(method, model, solver, t) for t in _rungs(method, model, solver, tolerances)]
+                takes_one = find_entry(model, solver).options and not METHODS[method].own_tolerances
+                pairs += [Pair(method, model, solver, t) for t in (tolerances if takes_one else [None])]
     if not pairs:
         why = "; ".join(f"{item.method}, {item.model}, {item.solver}: {item.reason}" for item in left_out)
         raise OptionError(f"nothing to compare: {why}")
@@ -98,11 +178,6 @@ def _combinations(method: str, models: Sequence[str], solvers: Sequence[str]) ->
         return [(model, solver) for model in models for solver in solvers]
     every = [(model, solver) for model, allowed in own.solvers.items() for solver in allowed]
     return [pair for pair in every if pair[1] in solvers] or every[:1]
-
-
-def _rungs(method: str, model: str, solver: str, tolerances: Sequence[float]) -> Sequence[float | None]:
-    takes_one = find_entry(model, solver).options is not None
-    return tolerances if takes_one and not METHODS[method].own_tolerances else [None]
 
 
 def _reason(method: str, model: str, solver: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -10,13 +9,15 @@ from typing import Any
 from masonry_opt.analysis import prepare
 from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
-from masonry_opt.errors import CaseError, MasonryError
+from masonry_opt.errors import CaseError
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.endings import CRASHED, DIED, REFUSED
+from masonry_opt.studies.journal import digest
+from masonry_opt.studies.machine import versions
 from masonry_opt.studies.many.mechanism import mechanism
 from masonry_opt.studies.many.parameters import Parameters
+from masonry_opt.studies.runner import FINISHED, End
 from masonry_opt.words.sentences import message
 
 #: Columns of a row beside the values, in order. ``seconds`` alone depends on machine and time.
@@ -57,7 +58,7 @@ class Study:
 
     Attributes
     ----------
-    scene: whose numbers change; None where every task brings a scene of its own.
+    scene: whose numbers change; None where every run brings a scene of its own.
     method, model, solver, tolerance, options: as of :func:`~masonry_opt.analysis.solve`.
     """
 
@@ -68,20 +69,35 @@ class Study:
     tolerance: float | None = None
     options: Mapping[str, Any] = field(default_factory=dict)
 
+    def identity(self) -> dict[str, str]:
+        """Hashes of what decides the rows, by what they are of."""
+        options = {name: repr(value) for name, value in sorted(self.options.items())}
+        return {
+            "scene": "" if self.scene is None else _of_scene(self.scene),
+            "method": digest((self.method, self.model, self.solver, self.tolerance)),
+            "options": digest(options),
+            "versions": digest(versions()),
+        }
+
 
 @dataclass(frozen=True)
-class Task:
+class Run:
     """One run: values by name, and the scene that they make where the study has none."""
 
     values: Mapping[str, float]
     scene: Scene | None = None
 
+    @property
+    def key(self) -> str:
+        """Hash of its values and scene: its row in a journal."""
+        values = {name: float(value) for name, value in self.values.items()}
+        return digest((values, None if self.scene is None else _of_scene(self.scene)))
 
-class Runner:
-    """Makes the runs of one study, one after the other, in one process."""
+
+class Solves:
+    """The solves of one study, one run after the other, in one process: what does not change is kept."""
 
     def __init__(self, study: Study) -> None:
-        self.study = study
         self._parameters = None if study.scene is None else Parameters(study.scene)
         self._session = prepare(
             study.method,
@@ -92,44 +108,24 @@ class Runner:
             **study.options,
         )
 
-    def run(self, task: Task) -> dict[str, Any]:
-        """The row of a task: its values, then COLUMNS. What fails is said in ``status`` and ``message``."""
-        began = time.perf_counter()
-        row = dict(task.values) | dict.fromkeys(COLUMNS)
-        try:
-            row |= columns(*self._solved(task))
-        except MasonryError as error:
-            row = refused(task, error)
-        except Exception as error:  # whatever it is, it is this run's result, and the others go on
-            row = _without_result(task, CRASHED, f"{type(error).__name__}: {error}")
-        return row | {"seconds": time.perf_counter() - began}
-
-    def _solved(self, task: Task) -> tuple[Assembly, Solution]:
-        scene = task.scene
+    def __call__(self, run: Run) -> dict[str, Any]:
+        """What the row of a run keeps of its solution."""
+        scene = run.scene
         if scene is None:
             if self._parameters is None:
                 raise CaseError("the run has no scene")
-            scene = self._parameters.at(task.values)
-        return self._session.answer(scene, lambda _: None, Effort())
+            scene = self._parameters.at(run.values)
+        return _columns(*self._session.answer(scene, lambda _: None, Effort()))
 
 
-def refused(task: Task, error: MasonryError) -> dict[str, Any]:
-    """The row of a task that an error of its user's ended."""
-    return _without_result(task, REFUSED, str(error))
+def row(run: Run, end: End) -> dict[str, Any]:
+    """The row of a run: its values, then COLUMNS. One that did not finish says why."""
+    without = {"status": end.how, "reason": end.how, "message": end.reason}
+    found = end.value if end.how == FINISHED else without
+    return dict(run.values) | dict.fromkeys(COLUMNS) | found | {"seconds": end.seconds}
 
 
-def died(task: Task, how: str) -> dict[str, Any]:
-    """The row of a task whose workers died, and how."""
-    return _without_result(task, DIED, how)
-
-
-def _without_result(task: Task, status: str, message: str) -> dict[str, Any]:
-    said = {"status": status, "reason": status, "message": message, "seconds": 0.0}
-    return dict(task.values) | dict.fromkeys(COLUMNS) | said
-
-
-def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
-    """What a row keeps of a solution."""
+def _columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
     problem = assembly.problem
     row: dict[str, Any] = {
         "load_factor": solution.load_factor,
@@ -146,3 +142,9 @@ def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
     if solution.answer:
         row |= solution.answer.certificate.as_dict()
     return row | mechanism(assembly, solution)
+
+
+def _of_scene(scene: Scene) -> str:
+    # Of generators too: two files may say the same blocks, and vary otherwise.
+    case = None if scene.case is None else scene.case.model_dump_json()
+    return digest((scene.model_dump_json(), case))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -13,10 +14,10 @@ import pandas as pd
 from masonry_opt.answer.frames import unsigned
 from masonry_opt.errors import CaseError, OptionError, counted
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.many.engine import engine
-from masonry_opt.studies.many.journal import NAME, Journal
+from masonry_opt.studies.journal import NAME, Journal
 from masonry_opt.studies.many.parameters import is_of_joints
-from masonry_opt.studies.many.runs import COLUMNS, KINDS, Study, Task, refused
+from masonry_opt.studies.many.runs import COLUMNS, KINDS, Run, Solves, Study, row
+from masonry_opt.studies.runner import FINISHED, REFUSED, End, Workers
 from masonry_opt.studies.writing import csv_text, write_files
 
 #: Called with how many runs are done, and of how many.
@@ -50,7 +51,7 @@ def table(
     make: the scene of a point, where the study has none; called in this process.
     folder: where rows are kept as they come (see :class:`~.journal.Journal`); those there are not made again.
     force: whether to replace a table there that has other runs.
-    workers, dask: see :func:`~.engine.engine`.
+    workers, dask: see :class:`~masonry_opt.studies.runner.Workers`.
 
     Raises
     ------
@@ -60,35 +61,36 @@ def table(
     journal = None
     if folder is not None:
         # Runs of something else are told first; no journal is begun beside a table that stays.
-        journal = Journal(folder, study) if (folder / NAME).exists() else None
+        journal = Journal(folder, study.identity()) if (folder / NAME).exists() else None
         if not force:
             _refuse_losing(folder / _TABLE, points)
-        journal = journal or Journal(folder, study)
+        journal = journal or Journal(folder, study.identity())
     rows: dict[int, dict[str, Any]] = {}
-    under_way: list[tuple[int, Task]] = []
+    under_way: list[tuple[int, Run]] = []
 
-    def missing() -> Iterator[Task]:
+    def missing() -> Iterator[Run]:
         for index in _neighbours_together(points):
             values = points[index]
             try:
-                task = Task(values, make(values) if make else None)
+                run = Run(values, make(values) if make else None)
             except CaseError as error:
-                rows[index] = refused(Task(values), error)
+                rows[index] = row(Run(values), End(REFUSED, str(error)))
                 continue
-            found = journal.find(task) if journal else None
+            found = journal.find(run.key) if journal else None
             if found is None:
-                under_way.append((index, task))
-                yield task
+                under_way.append((index, run))
+                yield run
             else:
                 rows[index] = found
 
-    with engine(study, workers, dask) as made:
-        for number, row in made.map(missing()):
-            index, task = under_way[number]
-            under_way[number] = (index, Task({}))  # scenes are not kept
-            if journal:
-                journal.add(task, row)
-            rows[index] = row
+    with Workers(partial(Solves, study), workers, dask) as made:
+        for number, end in made.map(missing()):
+            index, run = under_way[number]
+            under_way[number] = (index, Run({}))  # scenes are not kept
+            rows[index] = row(run, end)
+            # One that crashed or died is made again by the same command: want of memory may have ended it.
+            if journal and end.how in (FINISHED, REFUSED):
+                journal.add(run.key, rows[index])
             progress(len(rows), len(points))
     progress(len(rows), len(points))
     names = list(points[0]) if points else []

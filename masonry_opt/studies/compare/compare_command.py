@@ -12,7 +12,8 @@ from rich.markup import escape
 
 from masonry_opt.errors import InterruptedByUserError, OptionError
 from masonry_opt.studies.cases import CASES_HELP
-from masonry_opt.studies.compare import api
+from masonry_opt.studies.compare.comparison import METHODS, MODELS, OUT, SOLVERS, TOLERANCES, RunLimits
+from masonry_opt.studies.compare.comparison import compare as compare_scenes
 from masonry_opt.studies.page import NEEDED
 from masonry_opt.studies.process import ended_by_kill
 from masonry_opt.words.terminal import print_text
@@ -29,27 +30,27 @@ def compare(
     scenes: Annotated[
         list[str] | None, typer.Argument(metavar="CASE...", help="Case files, or names of those in --cases.")
     ] = None,
-    methods: Annotated[str, typer.Option(help="Separated by commas; also: global.")] = _joined(api.METHODS),
+    methods: Annotated[str, typer.Option(help="Separated by commas; also: global.")] = _joined(METHODS),
     solvers: Annotated[
         str,
         typer.Option(
             help="Also: highs-hipo, piqp (in the extra 'solvers'), and what CVXPY finds: osqp, scs, ..."
         ),
-    ] = _joined(api.SOLVERS),
-    models: Annotated[str, typer.Option(help="Modelling languages.")] = _joined(api.MODELS),
+    ] = _joined(SOLVERS),
+    models: Annotated[str, typer.Option(help="Modelling languages.")] = _joined(MODELS),
     tolerances: Annotated[str, typer.Option(help="Asked of the solvers, such as 1e-4,1e-7.")] = _joined(
-        api.TOLERANCES
+        TOLERANCES
     ),
-    repeats: Annotated[int, typer.Option(min=1, help="Runs of each; times are medians.")] = api.REPEATS,
-    time_limit: Annotated[float, typer.Option(min=0.1, help="Seconds a run.")] = api.TIME_LIMIT,
+    repeats: Annotated[int, typer.Option(min=1, help="Runs of each; times are medians.")] = RunLimits.repeats,
+    time_limit: Annotated[float, typer.Option(min=0.1, help="Seconds a run.")] = RunLimits.time,
     memory_limit: Annotated[
         float, typer.Option(min=1, help="MB a run, libraries included.")
-    ] = api.MEMORY_LIMIT,
+    ] = RunLimits.memory,
     cases: Annotated[Path | None, typer.Option(help=CASES_HELP, show_default=False)] = None,
     update_best_known: Annotated[
         bool, typer.Option("--update-best-known", help="Write lower exact states to best_known.toml.")
     ] = False,
-    out: Annotated[Path, typer.Option(help="Folder of results and report.")] = api.OUT,
+    out: Annotated[Path, typer.Option(help="Folder of results and report.")] = OUT,
 ) -> None:
     """Time methods and solvers on scenes, judge their answers, write tables, charts and a report.
 
@@ -58,7 +59,7 @@ def compare(
     """
     errors = Console(stderr=True)
     with errors.status("comparing") as status, ended_by_kill():
-        comparison = api.compare(
+        comparison = compare_scenes(
             scenes or [],
             methods=_split(methods),
             models=_split(models),

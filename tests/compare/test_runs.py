@@ -1,4 +1,4 @@
-"""Runs in processes of their own: ended by time, by memory, by a crash; and what a good one returns."""
+"""Runs of a comparison in processes of their own: what one returns, and that none is left behind."""
 
 from __future__ import annotations
 
@@ -7,67 +7,41 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 
-import hogs
 import pytest
 from scenes import CASES, two_blocks
 
 import masonry_opt as mo
-from masonry_opt.studies.compare.measure import (
-    FINISHED,
-    MEMORY_LIMIT,
-    TIME_LIMIT,
-    run_limited,
-)
 from masonry_opt.studies.compare.plan import Pair
-from masonry_opt.studies.compare.worker import run_pair
-from masonry_opt.studies.endings import CRASHED, DIED, REFUSED
-
-
-def test_a_run_over_its_time_is_killed():
-    ended = run_limited(hogs.sleep, (30.0,), 0.3, 4000)
-    assert (ended.how, ended.reason, ended.value) == (TIME_LIMIT, "over 0.3 s", None)
-    assert ended.seconds < 10  # of 30
-
-
-def test_a_run_over_its_memory_is_killed():
-    ended = run_limited(hogs.hoard, (3000,), 30, 700)
-    assert (ended.how, ended.reason) == (MEMORY_LIMIT, "over 700 MB")
-    assert 700 < ended.peak < 3000
-
-
-def test_crashes_are_results():
-    died = run_limited(hogs.die, (), 10, 4000)
-    assert died.how == DIED
-    assert "exit code 7" in died.reason
-    failed = run_limited(hogs.fail, (), 10, 4000)
-    assert (failed.how, failed.reason) == (CRASHED, "ZeroDivisionError: by zero")
+from masonry_opt.studies.compare.runs import run_pair
+from masonry_opt.studies.runner import FINISHED, REFUSED, run_alone
 
 
 def test_a_run_returns_the_answer_and_its_cost():
     """2.5 μ by hand: Fig. 6 of the paper."""
     case = CASES / "gilbert" / "two_blocks.toml"
-    ended = run_limited(run_pair, (case, Pair("static", "cvxpy", "clarabel", 1e-9), 30.0), 30, 4000)
-    assert ended.how == FINISHED
-    assert ended.value["load_factor"] == pytest.approx(0.25, rel=1e-7)
-    assert 0 < ended.value["seconds"]["solve"] < ended.value["wall"] < ended.seconds
-    assert ended.peak > 50  # the libraries alone
+    end = run_alone(partial(run_pair, case, Pair("static", "cvxpy", "clarabel", 1e-9), 30.0), 30, 4000)
+    assert end.how == FINISHED
+    assert end.value["load_factor"] == pytest.approx(0.25, rel=1e-7)
+    assert 0 < end.value["solve_seconds"] < end.value["wall"] < end.seconds
+    assert end.peak > 50  # the libraries alone
 
 
 def test_time_is_split_once_between_solves_of_one_model():
     """HiGHS's clock runs on in a model that stays loaded: the parts must not exceed the whole."""
     case = CASES / "ferris_tinloi" / "wall_1.toml"
-    value = run_limited(
-        run_pair, (case, Pair("nonassociative", "pyomo", "highs-ipm", 1e-8), 60.0), 60, 4000
-    ).value
+    pair = Pair("nonassociative", "pyomo", "highs-ipm", 1e-8)
+    value = run_alone(partial(run_pair, case, pair, 60.0), 60, 4000).value
     assert value["lp_solves"] > 3
-    assert sum(value["seconds"].values()) <= value["wall"]
+    assert sum(value[name] for name in value if name.endswith("_seconds")) <= value["wall"]
 
 
 def test_a_wrong_case_is_refused():
-    ended = run_limited(run_pair, ("missing.toml", Pair("static", "cvxpy", "clarabel", 1e-9), 30.0), 30, 4000)
-    assert ended.how == REFUSED
-    assert "missing.toml" in ended.reason
+    pair = Pair("static", "cvxpy", "clarabel", 1e-9)
+    end = run_alone(partial(run_pair, "missing.toml", pair, 30.0), 30, 4000)
+    assert end.how == REFUSED
+    assert "missing.toml" in end.reason
 
 
 def test_a_comparison_that_is_killed_takes_its_run_along(tmp_path):

@@ -1,0 +1,124 @@
+"""One run of a comparison: what its process does, and the row that is kept of it."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from masonry_opt.analysis import solve
+from masonry_opt.answer.acceptance import LIMITS, Kind, over_load_factor
+from masonry_opt.effort import PARTS
+from masonry_opt.errors import MasonryError
+from masonry_opt.methods.registry import METHODS
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.scene.blocks import Block, JointDefaults
+from masonry_opt.scene.case_file import load
+from masonry_opt.scene.scene import Scene
+from masonry_opt.studies.compare.accuracy import certified_bounds
+from masonry_opt.studies.compare.plan import CaseScene, Pair
+from masonry_opt.studies.runner import End
+
+#: What a run is: a row with the same is not measured again.
+KEY = ("scene", "content", "versions", "method", "model", "solver", "tolerance", "repeat")
+
+#: The residuals of a certificate, which the table of acceptance limits.
+RESIDUALS = ("equilibrium", "yield", "flow", "complementarity")
+
+_WORDS = ("ended", "status", "kind", "existence", "crushing", "message")
+_SECONDS = tuple(f"{part}_seconds" for part in PARTS)
+_COUNTS = ("lp_solves", "nlp_solves", "iterations", "blocks", "joints")
+_SIZE = ("rows", "columns", "nonzeros")
+
+#: Columns of results.csv: λ and its certificate, seconds, memory in MB, counts, and the limits of the run.
+#: ``wall`` is the solve by the clock; of a run that did not finish, the time of its process.
+COLUMNS = (*KEY, *_WORDS, "load_factor", "bound", *RESIDUALS, "wall", *_SECONDS, "peak_memory", *_COUNTS)
+COLUMNS += (*_SIZE, "time_limit", "memory_limit")
+
+#: Share of a run's time limit that a method with a time limit of its own is given.
+_OWN_LIMIT = 0.8
+
+#: One block on a floor.
+_WARM_UP = Scene(
+    joints=JointDefaults(friction=0.6),
+    blocks=[
+        Block(name="A", vertices=[(0, 0), (1, 0), (1, 2), (0, 2)], weight=1, live=(1, 0)),
+        Block(name="floor", vertices=[(-5, -1), (6, -1), (6, 0), (-5, 0)], fixed=True),
+    ],
+)
+
+
+def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
+    """Solve a case file on one core; the columns of its row that the result gives.
+
+    A first solve of one block, not timed, loads what libraries load late.
+    """
+    _take_one_core()
+    chosen: dict[str, Any] = {"model": pair.model, "solver": pair.solver, "tolerance": pair.tolerance}
+    method = METHODS[pair.method]
+    options: dict[str, Any] = {}
+    if method.options and "time_limit" in method.options.model_fields:
+        options["time_limit"] = _OWN_LIMIT * time_limit
+    with contextlib.suppress(MasonryError, ArithmeticError, ValueError, AttributeError):
+        # A solver that fails here fails again below, where it counts.
+        if method.own_tolerances:
+            for model in ("cvxpy", "pyomo"):
+                solve(_WARM_UP, "static", model=model)
+        else:
+            solve(_WARM_UP, pair.method, **chosen)
+    start = time.perf_counter()
+    result = solve(path, pair.method, **chosen, **options)
+    wall = time.perf_counter() - start
+    told = result.as_dict()
+    same = ("status", "kind", "crushing", "message", "load_factor", "bound", *_COUNTS)
+    return (
+        {name: told[name] for name in same}
+        | {name: told["size"].get(name) for name in _SIZE}
+        | {f"{part}_seconds": seconds for part, seconds in told["seconds"].items()}
+        | (told["certificate"] or {})
+        | {"existence": (told["infeasibility"] or {}).get("existence", ""), "wall": wall}
+    )
+
+
+def bound_scene(path: Path) -> dict[str, float]:
+    """Certified bounds of a case file's associative load factor (see ``certified_bounds``)."""
+    _take_one_core()
+    bounds = certified_bounds(assemble(load(path)).problem)
+    return {"lower": bounds.lower, "upper": bounds.upper}
+
+
+def _take_one_core() -> None:
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+
+
+def key_of(scene: CaseScene, pair: Pair, repeat: int, versions: str) -> dict[str, Any]:
+    """What a run is, by the columns of KEY."""
+    which = (pair.method, pair.model, pair.solver, pair.tolerance, repeat)
+    return dict(zip(KEY, (scene.name, scene.content, versions, *which), strict=True))
+
+
+def row_of(key: Mapping[str, Any], end: End, time_limit: float, memory_limit: float) -> dict[str, Any]:
+    """The row of a run, by COLUMNS: what it is, and what it returned, or why it did not."""
+    row: dict[str, Any] = dict.fromkeys(COLUMNS) | dict.fromkeys(_WORDS, "")
+    row |= {"message": end.reason, "wall": end.seconds}
+    row |= {name: value for name, value in (end.value or {}).items() if name in COLUMNS}
+    row |= {"message": " ".join(row["message"].split()), "ended": end.how, "peak_memory": end.peak}
+    return row | dict(key) | {"time_limit": time_limit, "memory_limit": memory_limit}
+
+
+def pair_of(row: Mapping[str, Any]) -> Pair:
+    """The pair that a row is of."""
+    return Pair(row["method"], row["model"], row["solver"], row["tolerance"])
+
+
+def residuals_over_limit(row: Mapping[Any, Any], kind: Kind | None = None) -> dict[str, float | None]:
+    """The residuals of a row with a load factor that are over the limits of its kind of answer, or of
+    another kind; one that is missing or no number is as well."""
+    left = {name: row[name] for name in RESIDUALS}
+    if (energy := left["complementarity"]) is not None:
+        left["complementarity"] = over_load_factor(energy, row["load_factor"])
+    return LIMITS[kind or Kind(row["kind"])].failing(left)

@@ -1,0 +1,322 @@
+"""The runner of studies: tasks in processes of this machine or on a Dask cluster, where one that takes too
+long, takes too much memory or dies ends alone.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import pickle
+import threading
+import time
+import traceback
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Protocol, Self
+
+import psutil
+from pebble import ProcessPool
+
+from masonry_opt.errors import MasonryError, OptionError
+from masonry_opt.studies.process import Context, cores, settle_in
+
+#: How a task ends: with a value; by an error of the user's, or by any other; without a word; at a limit.
+FINISHED, REFUSED, CRASHED, DIED = "finished", "refused", "crashed", "died"
+TIME_LIMIT, MEMORY_LIMIT = "time limit", "memory limit"
+
+#: A task that kills its worker so often is given up.
+MOST_DEATHS = 3
+
+#: Seconds between two looks at a process's memory.
+_LOOK = 0.02
+
+#: Tasks handed out for each worker: no worker waits, and memory does not grow with the number of tasks.
+_AHEAD = 3
+
+#: Seconds in which a Dask scheduler must answer.
+_PATIENCE = 10
+
+#: Makes the function of a worker's tasks; sent to each worker once.
+Prepare = Callable[[], Callable[[Any], Any]]
+
+
+@dataclass(frozen=True)
+class End:
+    """How a task ended.
+
+    Attributes
+    ----------
+    how: FINISHED, REFUSED (by a MasonryError), CRASHED (by another error), DIED, TIME_LIMIT, MEMORY_LIMIT.
+    reason: in words; "" if it finished.
+    value: what it returned; None unless it finished.
+    error: what it raised, if that can be sent between processes.
+    seconds: the time that it took.
+    peak: largest memory of its process so far, in MB (10⁶ bytes), that of libraries included.
+    """
+
+    how: str
+    reason: str = ""
+    value: Any = None
+    error: Exception | None = None
+    seconds: float = 0.0
+    peak: float = 0.0
+
+
+class Workers:
+    """Workers that make tasks; as a context, ends its own processes at last, whatever they do.
+
+    Parameters
+    ----------
+    prepare: called once in each worker for the function of its tasks; without it tasks are called themselves.
+    count: processes; by default as many as this process may use cores.
+    dask: address of a scheduler whose workers make the tasks instead.
+
+    Raises
+    ------
+    OptionError
+        If ``count`` is wrong, both are given, or the scheduler cannot be reached.
+    """
+
+    def __init__(
+        self, prepare: Prepare | None = None, count: int | None = None, dask: str | None = None
+    ) -> None:
+        self._engine: _Engine
+        if dask is not None:
+            if count is not None:
+                raise OptionError("give 'workers' or 'dask', not both: the cluster has workers of its own")
+            self._engine = _Cluster(prepare, dask)
+            return
+        if count is not None and (not isinstance(count, int) or isinstance(count, bool) or count < 1):
+            raise OptionError(f"workers must be a whole number, 1 or more (found {count!r})")
+        self._engine = Processes(prepare, count or cores())
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._engine.close()
+
+    def map(self, tasks: Iterable[Any], tries: int = MOST_DEATHS) -> Iterator[tuple[int, End]]:
+        """Numbers of the tasks, from 0, and their ends, as they come.
+
+        Tasks are taken as workers become free: they may be made as they are asked for. An error in making one
+        is raised when those before it have ended. A task whose worker died is made again, ``tries`` times in
+        all.
+        """
+        coming, failed = enumerate(tasks), None
+        under_way: dict[Future[End], tuple[int, Any, int]] = {}
+        while True:
+            room = self._engine.room()
+            while len(under_way) < room:
+                try:
+                    number, task = next(coming)
+                except StopIteration:
+                    break
+                except Exception as error:
+                    failed = error
+                    break
+                under_way[self._engine.submit(task)] = number, task, 1
+            if not under_way:
+                break
+            for future in wait(under_way, return_when=FIRST_COMPLETED).done:
+                number, task, tried = under_way.pop(future)
+                end = _end_of(future)
+                if end.how == DIED and tried < tries:
+                    under_way[self._engine.submit(task)] = number, task, tried + 1
+                else:
+                    yield number, end
+        if failed:
+            raise failed
+
+
+def in_processes(tasks: Sequence[Callable[[], Any]]) -> list[Any]:
+    """Call importable functions without arguments (``functools.partial``), as many at once as there are
+    cores; what they return, in their order.
+
+    Raises
+    ------
+    MasonryError
+        If a process died; else what a function raised. The other processes are ended.
+    """
+    found: dict[int, Any] = {}
+    with Workers(count=min(cores(), max(1, len(tasks)))) as workers:
+        for number, end in workers.map(tasks, tries=1):
+            if end.how != FINISHED:
+                raise end.error or MasonryError(f"{end.how}: {end.reason}")
+            found[number] = end.value
+    return [found[number] for number in range(len(tasks))]
+
+
+def run_alone(task: Callable[[], Any], time_limit: float, memory_limit: float) -> End:
+    """Call an importable function without arguments in a new process, on one core.
+
+    Parameters
+    ----------
+    time_limit: seconds after which the process is killed.
+    memory_limit: MB of resident memory above which it is killed.
+    """
+    workers, start, peak = Processes(None, 1), time.perf_counter(), 0.0
+    try:
+        future = workers.submit(task, time_limit)
+        while not wait([future], _LOOK).done:
+            peak = max(peak, *map(_resident, workers.context.processes))
+            if peak > memory_limit:
+                reason = f"over {memory_limit:g} MB"
+                return End(MEMORY_LIMIT, reason, seconds=time.perf_counter() - start, peak=peak)
+        end = _end_of(future)
+        seconds = end.seconds or time.perf_counter() - start
+        return replace(end, seconds=seconds, peak=max(peak, end.peak))
+    finally:
+        workers.close()
+
+
+class _Engine(Protocol):
+    def submit(self, task: Any) -> Future[End]: ...
+
+    def room(self) -> int:
+        """How many tasks may be under way."""
+
+    def close(self) -> None: ...
+
+
+class Processes:
+    """Processes of this machine, in one pool of Pebble's."""
+
+    def __init__(self, prepare: Prepare | None, count: int) -> None:
+        self.context = Context()
+        self._prepare, self._count = prepare, count
+        self._pool: Any = self._opened()
+
+    def _opened(self) -> ProcessPool:
+        return ProcessPool(self._count, initializer=_begin, initargs=(self._prepare,), context=self.context)
+
+    def submit(self, task: Any, time_limit: float | None = None) -> Future[End]:
+        if not self._pool.active:  # a process that dies idle breaks the pool
+            self.close()
+            self._pool = self._opened()
+        future: Future[End] = self._pool.schedule(_in_process, (task,), timeout=time_limit)
+        return future
+
+    def room(self) -> int:
+        return _AHEAD * self._count
+
+    def close(self) -> None:
+        self._pool.stop()
+        self._pool.join()
+
+
+class _Cluster:
+    """The workers of a Dask scheduler, which stay as they are; what prepares them is scattered to them."""
+
+    def __init__(self, prepare: Prepare | None, address: str) -> None:
+        try:
+            import distributed
+        except ImportError:
+            raise OptionError("--dask needs: pip install '.[dask]'") from None
+        try:
+            self._client = distributed.Client(address, timeout=_PATIENCE, set_as_default=False)
+        except (OSError, ValueError) as error:
+            raise OptionError(f"no Dask scheduler answers at '{address}': {error}") from None
+        self._prepare, self._address = prepare, address
+        self._executor = self._client.get_executor(pure=False)
+        self._scattered: Any = None
+
+    def submit(self, task: Any) -> Future[End]:
+        # Again if all the workers that held it are gone.
+        if self._scattered is None or self._scattered.status != "finished":
+            try:
+                self._client.wait_for_workers(1, timeout=_PATIENCE)
+                (self._scattered,) = self._client.scatter([self._prepare], broadcast=True, hash=False)
+            except TimeoutError:
+                raise OptionError(
+                    f"the Dask scheduler at '{self._address}' has no worker: start one with 'dask worker "
+                    f"{self._address}'; runs already made are kept where 'out' is given"
+                ) from None
+        future: Future[End] = self._executor.submit(_made, self._scattered, task)
+        return future
+
+    def room(self) -> int:
+        return _AHEAD * max(1, sum(self._client.nthreads().values()))
+
+    def close(self) -> None:
+        self._client.close()
+
+
+def _end_of(future: Future[End]) -> End:
+    """The end that a worker told; of a worker that could not, why."""
+    if future.cancelled():
+        return End(DIED, "its workers are gone")
+    error = future.exception()
+    if error is None:
+        return future.result()
+    if isinstance(error, TimeoutError):
+        return End(TIME_LIMIT, f"over {error.args[-1]:g} s")
+    code = getattr(error, "exitcode", None)
+    how = repr(error) if code is None else f"its process ended (exit code {code})"
+    return End(DIED, f"{how}; is there enough memory?")
+
+
+#: In a worker: what it was given to prepare, and, one a thread, the function that it made of that last.
+_given: Prepare | None = None
+_kept = threading.local()
+
+
+def _begin(prepare: Prepare | None) -> None:
+    """First in a process."""
+    global _given
+    settle_in()
+    _given = prepare
+
+
+def _in_process(task: Any) -> End:
+    return _made(_given, task)
+
+
+def _made(prepare: Prepare | None, task: Any) -> End:
+    """In a worker: make a task; every end but death is told."""
+    began = time.perf_counter()
+    how, reason, value = FINISHED, "", None
+    raised: Exception | None = None
+    try:
+        if prepare is None:
+            value = task()
+        else:
+            if getattr(_kept, "prepare", None) is not prepare:
+                _kept.prepare, _kept.function = prepare, prepare()
+                began = time.perf_counter()
+            value = _kept.function(task)
+    except MasonryError as error:
+        how, reason, raised = REFUSED, str(error), error
+    except MemoryError:
+        how, reason = MEMORY_LIMIT, "no memory left"
+    except Exception as error:  # whatever it is, it is this task's end, and the others go on
+        error.add_note(traceback.format_exc())
+        how, reason, raised = CRASHED, f"{type(error).__name__}: {error}", _sendable(error)
+    return End(how, reason, value, raised, time.perf_counter() - began, _peak())
+
+
+def _sendable(error: Exception) -> Exception | None:
+    """An error, if the parent can read it: one that it cannot would break the pool."""
+    try:
+        pickle.loads(pickle.dumps(error))
+    except Exception:
+        return None
+    return error
+
+
+def _resident(process: Any) -> float:
+    """Resident memory of a process in MB; 0 of one that has ended."""
+    try:
+        return float(psutil.Process(process.pid).memory_info().rss) / 1e6
+    except psutil.Error:
+        return 0.0
+
+
+def _peak() -> float:
+    """Largest resident memory of this process in MB; 0 where the system does not tell."""
+    # Not ru_maxrss: a forked process inherits its parent's.
+    with contextlib.suppress(OSError):
+        status = Path("/proc/self/status").read_text().splitlines()
+        return next((float(line.split()[1]) for line in status if "VmHWM" in line), 0.0) * 1.024e-3
+    return 0.0

@@ -1,0 +1,146 @@
+"""Tasks in processes: what they return, and how they end; one task ends alone."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import time
+from functools import partial
+
+import hogs
+import pytest
+
+import masonry_opt as mo
+from masonry_opt.studies import process, runner
+from masonry_opt.studies.runner import (
+    CRASHED,
+    DIED,
+    FINISHED,
+    MEMORY_LIMIT,
+    MOST_DEATHS,
+    REFUSED,
+    TIME_LIMIT,
+    Workers,
+    in_processes,
+    run_alone,
+)
+
+
+@pytest.mark.parametrize("cores", [1, 2])
+def test_results_come_in_the_order_of_their_tasks(cores, monkeypatch):
+    monkeypatch.setattr(runner, "cores", lambda: cores)
+    seconds = [0.3, *[0.0] * 6]
+    assert in_processes([partial(hogs.wait_for, each, each) for each in seconds]) == seconds
+    assert os.getpid() not in in_processes([os.getpid] * 3)
+
+
+def test_tasks_run_beside_each_other_and_are_taken_as_workers_become_free():
+    """The first is begun first and ends last; of many only a few are made ahead."""
+    made = []
+
+    def tasks():
+        for number in range(40):
+            made.append(number)
+            yield partial(time.sleep, 0.0 if number else 0.5)
+
+    with Workers(count=2) as workers:
+        ends = [(number, len(made)) for number, _ in workers.map(tasks())]
+    assert ends[0][0] == 1
+    assert sorted(number for number, _ in ends) == list(range(40))
+    assert ends[0][1] < 10
+
+
+def test_an_error_in_making_a_task_is_raised_after_those_before_it():
+    def tasks():
+        yield from [os.getpid] * 2
+        raise LookupError
+
+    ends = []
+    with Workers(count=1) as workers, pytest.raises(LookupError):
+        ends.extend(workers.map(tasks()))
+    assert [end.how for _, end in ends] == [FINISHED] * 2
+
+
+def test_an_error_is_the_caller_s_and_ends_the_others():
+    with pytest.raises(ZeroDivisionError):
+        in_processes([hogs.fail, partial(time.sleep, 60.0)])
+    with pytest.raises(mo.CaseError, match="nowhere"):
+        in_processes([partial(hogs.refuse, "nowhere")] * 2)
+    with pytest.raises(mo.MasonryError, match="exit code 7"):
+        in_processes([hogs.die] * 2)
+    assert multiprocessing.active_children() == []
+
+
+def test_a_task_that_kills_its_workers_is_given_up_alone(tmp_path):
+    tasks = [partial(hogs.leave_mark_and_die, tmp_path), *[os.getpid] * 8]
+    with Workers(count=1) as workers:
+        ends = dict(workers.map(tasks))
+        # Whoever lost all of its processes goes on with others.
+        again = dict(workers.map([os.getpid]))
+    assert ends.pop(0).how == DIED
+    assert len(list(tmp_path.iterdir())) == MOST_DEATHS
+    assert [end.how for end in (*ends.values(), *again.values())] == [FINISHED] * 9
+
+
+def test_nothing_goes_on_when_the_caller_is_interrupted():
+    began = time.perf_counter()
+    with pytest.raises(KeyboardInterrupt), Workers(count=2) as workers:  # noqa: PT012
+        for _ in workers.map([partial(time.sleep, 0.0), partial(time.sleep, 60.0)]):
+            raise KeyboardInterrupt
+    assert time.perf_counter() - began < 30
+    assert multiprocessing.active_children() == []
+
+
+def test_workers_have_one_thread_and_the_environment_of_the_caller_is_left_alone(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    monkeypatch.delenv("MKL_NUM_THREADS", raising=False)
+    assert in_processes([partial(os.getenv, "OMP_NUM_THREADS")] * 2) == ["1", "1"]
+    assert os.environ["OMP_NUM_THREADS"] == "3"
+    assert "MKL_NUM_THREADS" not in os.environ
+
+
+def test_a_process_does_not_import_the_main_program(monkeypatch, tmp_path):
+    """A script without a main guard would start its study again."""
+    script = tmp_path / "script.py"
+    script.write_text("raise SystemExit('started again')")
+    monkeypatch.setattr(process.sys.modules["__main__"], "__file__", str(script), raising=False)
+    assert in_processes([partial(divmod, 7, 3)]) == [(2, 1)]
+
+
+def test_a_process_over_its_limits_is_killed():
+    slow = run_alone(partial(time.sleep, 30.0), 0.3, 4000)
+    assert (slow.how, slow.reason, slow.value) == (TIME_LIMIT, "over 0.3 s", None)
+    assert 0.3 < slow.seconds < 10  # of 30
+    large = run_alone(partial(hogs.hoard, 3000), 30, 700)
+    assert (large.how, large.reason) == (MEMORY_LIMIT, "over 700 MB")
+    assert 700 < large.peak < 3000
+
+
+@pytest.mark.parametrize(
+    ("task", "how", "reason"),
+    [
+        (hogs.die, DIED, "exit code 7"),
+        (hogs.fail, CRASHED, "ZeroDivisionError: by zero"),
+        (hogs.fail_unreadably, CRASHED, "UnreadableError: no at there"),
+        (partial(hogs.refuse, "nowhere"), REFUSED, "nowhere"),
+        (hogs.wait_for, CRASHED, "TypeError"),
+    ],
+)
+def test_other_ends_are_told(task, how, reason):
+    end = run_alone(task, 30, 4000)
+    assert end.how == how
+    assert reason in end.reason
+
+
+@pytest.mark.parametrize("count", [0, -1, 1.5, True, "two"])
+def test_a_wrong_number_of_workers_is_refused(count):
+    with pytest.raises(mo.OptionError, match="workers"):
+        Workers(count=count)
+
+
+def test_a_scheduler_that_is_not_there_is_told():
+    pytest.importorskip("distributed")
+    with pytest.raises(mo.OptionError, match="scheduler"):
+        Workers(dask="nowhere://x")
+    with pytest.raises(mo.OptionError, match="not both"):
+        Workers(count=2, dask="tcp://127.0.0.1:1")
