@@ -21,7 +21,7 @@ _HOMES = {
     "errors": ("CaseError", "MasonryError", "OptionError"),
     "explain.stressed_joints": ("stressed_joints",),
     "exports": ("export",),
-    "report.pictures.scene_picture": ("draw",),
+    "drawing.pictures": ("draw",),
     "scene.arch": ("Arch", "PointLoad"),
     "scene.blocks": ("Block", "Joint", "JointDefaults", "Reference"),
     "scene.case_file": ("load", "save"),

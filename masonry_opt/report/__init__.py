@@ -1,1 +1,1 @@
-"""What a person sees: pictures, tables and the command line's words."""
+"""What a person reads: tables and the command line's words, and the files of programs."""

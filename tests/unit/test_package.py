@@ -69,18 +69,19 @@ TOGETHER = ("session", "analysis", "duality", "exports", "convert", "cli", "comm
 
 #: What a room of the package may not know beside that, because it comes after it.
 LATER = {
-    "scene": ("problem", "answer", "solvers", "models", "methods", "explain", "report"),
-    "problem": ("answer", "solvers", "models", "methods", "explain", "report"),
-    "answer": ("models", "methods", "explain", "report"),
-    "solvers": ("methods", "explain", "report"),
-    "explain": ("methods", "report"),
-    "methods": ("report",),
-    "report": (),
+    "scene": ("problem", "answer", "solvers", "models", "methods", "explain", "report", "drawing"),
+    "problem": ("answer", "solvers", "models", "methods", "explain", "report", "drawing"),
+    "answer": ("models", "methods", "explain", "report", "drawing"),
+    "solvers": ("methods", "explain", "report", "drawing"),
+    "explain": ("methods", "report", "drawing"),
+    "methods": ("report", "drawing"),
+    "report": ("drawing",),
+    "drawing": (),
 }
 
 
 #: What is drawn of a result when it is asked to: imported there, within its methods.
-FETCHED = {"answer/result.py": "masonry_opt.report"}
+FETCHED = {"answer/result.py": "masonry_opt.drawing"}
 
 
 @pytest.mark.parametrize(
@@ -122,7 +123,7 @@ import json, sys
 import masonry_opt as mo
 from masonry_opt.models import cvxpy_terms
 load_factor = mo.solve("two_blocks.toml", "nonassociative").load_factor
-of_drawing = ("masonry_opt.report.page", "masonry_opt.report.pictures", "matplotlib")
+of_drawing = ("masonry_opt.drawing", "matplotlib")
 drawing = [name for name in sys.modules if name.startswith(of_drawing)]
 import masonry_opt.cli
 of_studies = [name for name in sys.modules if name.startswith(("masonry_opt.studies", "altair"))]

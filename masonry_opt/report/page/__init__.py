@@ -1,1 +1,1 @@
-"""A result as one interactive page, and as what a notebook shows."""
+"""What a page says of a result."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 from masonry_opt.answer.result import Result
+from masonry_opt.drawing.elements import refuse_kind
+from masonry_opt.drawing.figure import FORMATS, refuse_picture
+from masonry_opt.drawing.page import refuse_page, write_page
+from masonry_opt.drawing.pictures import result_picture
 from masonry_opt.errors import OptionError
-from masonry_opt.report.page.page import refuse_page, write_page
-from masonry_opt.report.pictures.figure import FORMATS, refuse_picture
-from masonry_opt.report.pictures.result_picture import picture, refuse_kind
 
 
 def refuse_saving(path: str | Path, kind: str, names: bool, force: bool = False) -> None:
@@ -34,4 +35,4 @@ def save(
     if Path(path).suffix.lower() == ".html":
         write_page(result, path, kind, force)
     else:
-        picture(result, kind, names).save(path, force)
+        result_picture(result, kind, names).save(path, force)

@@ -1,6 +1,6 @@
-"""Colours of pictures and pages: the same thing has the same colour in each.
+"""Colours of pictures, pages and charts: the same thing has the same colour in each.
 
-Those of marks are Okabe & Ito's (2008), told apart by colour-blind readers; charts take theirs from here too.
+Those of marks are Okabe & Ito's (2008), which colour-blind readers can tell apart.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ REDDISH_PURPLE, ORANGE, SKY_BLUE, BLACK = "#CC79A7", "#E69F00", "#56B4E9", "#000
 #: Joints by how they move.
 SLIDES, HINGES, SEPARATES, CRUSHES = BLUE, VERMILION, ORANGE, BLUISH_GREEN
 
-#: Joints that a picture points out, and what a scene warns of.
-MARKED = REDDISH_PURPLE
+#: Joints of a scene before it is solved, gaps that are none, and what a picture points out.
+JOINT, GAP, MARKED = BLUE, VERMILION, REDDISH_PURPLE
 
 #: Blocks, supports and their hatching, outlines at rest.
 BLOCK, FIXED, HATCH, AT_REST = "#F2E2C4", "#D9D9D9", "#8A8A8A", "#BBBBBB"
@@ -23,3 +23,10 @@ THRUST, LIVE, DEAD, FURTHER_DEAD = BLUE, BLACK, "#6B6B6B", SKY_BLUE
 
 #: Joints that carry nothing.
 IDLE = "#A8A8A8"
+
+#: Utilisation from 0 to 1 in steps of a tenth, yellow to dark blue: matplotlib's "viridis_r", which
+#: colour-blind readers can tell apart, and readers of grey prints.
+UTILISATION = (
+    *("#FDE725", "#B5DE2B", "#6ECE58", "#35B779", "#1F9E89"),
+    *("#26828E", "#31688E", "#3E4989", "#482878", "#440154"),
+)

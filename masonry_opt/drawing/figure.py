@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import textwrap
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,11 +11,12 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
+from masonry_opt.drawing.letters import NOTE, boxed, replace_missing
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import picture_metadata, refuse_unwritable, write_whole
-from masonry_opt.report.pictures.blocks import Handle
-from masonry_opt.report.pictures.letters import NOTE, boxed, replace_missing
 
 FORMATS = ("png", "svg", "pdf")
 
@@ -30,21 +30,8 @@ _ALONG, _BAR, _LINE = 0.55, 0.6, 0.22
 _NOTE, _ROW = 95, 60
 
 
-@dataclass(frozen=True)
-class Legend:
-    """What stands below a scene.
-
-    Attributes
-    ----------
-    handles: of the legend.
-    colours, label: of a colour bar, and what it says; None for none.
-    notes: sentences.
-    """
-
-    handles: list[Handle]
-    colours: ScalarMappable | None = None
-    label: str = ""
-    notes: tuple[str, ...] = ()
+#: What a legend shows of a thing drawn.
+Handle = Line2D | Patch
 
 
 class Picture(Figure):
@@ -90,40 +77,41 @@ def fit(figure: Figure, axes: Axes, below: float = _ALONG) -> None:
     axes.set_position(((width - wide) / 2 / width, below / height, wide / width, tall / height))
 
 
-def finish(figure: Figure, axes: Axes, legend: Legend) -> None:
-    """Put the legend below the axes, and size the figure for it."""
-    letters = sum(len(str(handle.get_label())) for handle in legend.handles)
-    columns = 4 if len(legend.handles) <= 4 and letters <= _ROW else 3
-    rows = -(-len(legend.handles) // columns)
-    said = [boxed(printable(note)) for note in legend.notes]
-    if replace_missing(figure) or said != [*map(printable, legend.notes)]:
+def finish(
+    figure: Figure,
+    axes: Axes,
+    handles: list[Handle],
+    notes: tuple[str, ...] = (),
+    colours: ScalarMappable | None = None,
+    label: str = "",
+) -> None:
+    """Put a colour bar with its label, the legend and notes below the axes, and size the figure for them."""
+    letters = sum(len(str(handle.get_label())) for handle in handles)
+    columns = 4 if len(handles) <= 4 and letters <= _ROW else 3
+    rows = -(-len(handles) // columns)
+    said = [boxed(printable(note)) for note in notes]
+    if replace_missing(figure) or said != [*map(printable, notes)]:
         said.append(NOTE)
-    notes = [line for note in said for line in textwrap.wrap(note, _NOTE)]
-    at_legend = _ALONG + (_BAR if legend.colours is not None else 0.0)
+    lines = [line for note in said for line in textwrap.wrap(note, _NOTE)]
+    at_legend = _ALONG + (_BAR if colours is not None else 0.0)
     at_notes = at_legend + rows * _LINE + 0.1
-    below = at_notes + len(notes) * _LINE
+    below = at_notes + len(lines) * _LINE
     fit(figure, axes, below)
     width, height = figure.get_size_inches()
-    if legend.colours is not None:
+    if colours is not None:
         bar = figure.add_axes((0.2, (below - _ALONG - 0.12) / height, 0.6, 0.12 / height))
-        figure.colorbar(legend.colours, cax=bar, orientation="horizontal", label=legend.label)
+        figure.colorbar(colours, cax=bar, orientation="horizontal", label=label)
     figure.legend(
-        handles=legend.handles,
+        handles=handles,
         loc="upper center",
         bbox_to_anchor=(0.5, (below - at_legend) / height),
         ncols=columns,
         frameon=False,
         borderaxespad=0.0,
     )
-    if notes:
-        figure.text(
-            _BESIDE / width,
-            (below - at_notes) / height,
-            "\n".join(notes),
-            va="top",
-            fontsize=9,
-            parse_math=False,
-        )
+    figure.text(
+        _BESIDE / width, (below - at_notes) / height, "\n".join(lines), va="top", fontsize=9, parse_math=False
+    )
 
 
 def refuse_picture(path: str | Path, force: bool = False) -> None:

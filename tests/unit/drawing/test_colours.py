@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import masonry_opt
-from masonry_opt.report import colours
+from masonry_opt.drawing import colours
 from masonry_opt.studies.palette import COLOURS
 
 PACKAGE = Path(masonry_opt.__file__).parent
@@ -16,7 +16,7 @@ def test_no_other_module_has_colours_of_its_own():
     named |= {colours.SKY_BLUE, colours.BLACK}
     assert set(COLOURS) == named
     assert len(COLOURS) == len(named) == 7
-    home = PACKAGE / "report" / "colours.py"
+    home = PACKAGE / "drawing" / "colours.py"
     others = [path for path in PACKAGE.rglob("*.py") if path != home]
     assert len(others) > 100
     repeated = named - {colours.BLACK}

@@ -13,15 +13,13 @@ import numpy as np
 
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.thresholds import IDLE
+from masonry_opt.drawing.colours import UTILISATION
+from masonry_opt.drawing.elements import KINDS, START, UTILISATION_LABEL, Elements, result_elements
+from masonry_opt.drawing.found import counts
+from masonry_opt.drawing.svg import Canvas, blocks_svg, group, legend_svg, marks_svg
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.files import WRITER, refuse_unwritable, write_whole
-from masonry_opt.report.motion import has_mechanism
-from masonry_opt.report.page.arrows import draw_loads
-from masonry_opt.report.page.carried import draw_thrust, draw_utilisation, has_forces
-from masonry_opt.report.page.drawing import Pen, draw_blocks, draw_mechanism, svg
-from masonry_opt.report.page.keys import caption, keys
-from masonry_opt.report.page.view import START, View, view_of
-from masonry_opt.report.page.words import answer, certificate, described, text, title_of
+from masonry_opt.report.page.words import answer, certificate, described, text
 
 #: What the panel says of a joint: column of ``Result.joints``, words.
 _COLUMNS = (
@@ -63,51 +61,75 @@ def write_page(result: Result, path: str | Path, kind: str = "mechanism", force:
 
 def page(result: Result, kind: str = "mechanism") -> str:
     """The page of :func:`write_page` as text."""
-    view = view_of(result)
-    pen = Pen(view)
-    layers = [draw_blocks(result, pen), draw_loads(result, pen)]
-    if has_forces(result):
-        layers += [draw_utilisation(result, pen), draw_thrust(result, pen)]
-    if has_mechanism(result):
-        layers.append(draw_mechanism(result, pen))
-    folder = files("masonry_opt.report.page")
-    title, ratio = title_of(result), view.width / view.height
+    elements = result_elements(result)
+    canvas = Canvas(elements, elements.all_marks)
+    drawn = [
+        blocks_svg(elements, canvas),
+        group("loads", (marks_svg(each, canvas) for each in elements.loads)),
+    ]
+    for name, marks in elements.layers.items():
+        drawn.append(group(f"layer {name}", (marks_svg(each, canvas) for each in marks)))
+    folder = files("masonry_opt.drawing")
+    title, ratio = elements.title, canvas.width / canvas.height
     return Template(folder.joinpath("page.html").read_text(encoding="utf-8")).substitute(
         writer=WRITER,
         title=escape(title),
         style=folder.joinpath("page.css").read_text(encoding="utf-8"),
         answer=answer(result),
-        picture=svg(view, f"picture of {title}", layers, f'class="picture" style="--ratio: {ratio:.4f}"'),
-        caption=caption(result),
-        controls=_choices(result, kind) + _slider(result) + keys(result) + _panel(result),
+        picture=canvas.svg(f"picture of {title}", drawn, f'class="picture" style="--ratio: {ratio:.4f}"'),
+        caption=caption(elements),
+        controls=_choices(elements, kind) + _slider(elements) + _legends(elements) + _panel(result),
         details=certificate(result) + described(result) + _foot(result),
-        data=_data(result, view),
+        data=_data(result, canvas),
         script=folder.joinpath("page.js").read_text(encoding="utf-8"),
     )
 
 
-def _choices(result: Result, first: str) -> str:
+def caption(elements: Elements) -> str:
+    """What is drawn, and how large it is."""
+    size = counts(elements.assembly)
+    if not elements.movement:
+        return f"{size}, at rest: no motion was found."
+    moved = elements.movement[0].upper() + elements.movement[1:]
+    return f'{size}. <span class="mechanism">{moved}.</span>'
+
+
+def _choices(elements: Elements, first: str) -> str:
     """What joints show, of what there is."""
-    there = {"mechanism": True, "thrust": has_forces(result), "utilisation": has_forces(result)}
-    if not there[first]:
-        first = "mechanism"
-    choices = "".join(
-        f'<label><input type="radio" name="show" value="{kind}"'
-        f"{' checked' if kind == first else ''}{'' if known else ' disabled'}> {kind}</label>\n"
-        for kind, known in there.items()
-    )
+    first = first if first in elements.layers else "mechanism"
+    choices = ""
+    for kind in KINDS:
+        state = " checked" if kind == first else "" if kind in elements.layers else " disabled"
+        choices += f'<label><input type="radio" name="show" value="{kind}"{state}> {kind}</label>\n'
     return (
         '<fieldset class="controls"><legend>Joints show</legend>\n'
         f'<div class="choices">{choices}</div></fieldset>\n'
     )
 
 
-def _slider(result: Result) -> str:
-    disabled = "" if has_mechanism(result) else " disabled"
+def _slider(elements: Elements) -> str:
+    disabled = "" if elements.movement else " disabled"
     return (
         '<label class="slider controls">Mechanism moved, from 0 to 1'
         f'<input type="range" id="moved" min="0" max="1" step="0.01" value="{START}"{disabled}></label>\n'
     )
+
+
+def _legends(elements: Elements) -> str:
+    """A legend for each choice of what joints show."""
+    steps = ", ".join(
+        f"{colour} {100 * number / len(UTILISATION):g}% {100 * (number + 1) / len(UTILISATION):g}%"
+        for number, colour in enumerate(UTILISATION)
+    )
+    scale = f'0<span class="scale" style="background: linear-gradient(90deg, {steps})"></span>1'
+    written = ""
+    for kind in KINDS:
+        entries = legend_svg([*elements.layers.get(kind, ()), *elements.loads])
+        if kind == "utilisation":
+            entries.insert(0, f"{UTILISATION_LABEL}: {scale}")
+        items = "".join(f"<li>{entry}</li>" for entry in entries)
+        written += f'<ul class="{kind}">{items}</ul>\n'
+    return f'<div class="keys">\n{written}</div>\n'
 
 
 def _panel(result: Result) -> str:
@@ -142,11 +164,11 @@ def _foot(result: Result) -> str:
     return f'<p class="note">{text(" · ".join(known))}</p>\n'
 
 
-def _data(result: Result, view: View) -> str:
+def _data(result: Result, canvas: Canvas) -> str:
     """Names of blocks, and joints by columns, as JSON that may stand in HTML."""
     assembly, frame = result.assembly, result.joints
     joints = assembly.joints
-    start, end = view.at(joints.start), view.at(joints.end)
+    start, end = canvas.at(joints.start), canvas.at(joints.end)
     columns: dict[str, list[float | None]] = {
         "first": joints.first.tolist(),
         "second": joints.second.tolist(),

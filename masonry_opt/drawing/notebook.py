@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from masonry_opt.answer.result import Result
+from masonry_opt.drawing.elements import START, Elements, result_elements
+from masonry_opt.drawing.page import caption
+from masonry_opt.drawing.svg import Canvas, blocks_svg, legend_svg, marks_svg
 from masonry_opt.explain.sentences import numeral
-from masonry_opt.report.motion import has_mechanism
-from masonry_opt.report.page.arrows import draw_loads
-from masonry_opt.report.page.drawing import Pen, draw_blocks, draw_mechanism, svg
-from masonry_opt.report.page.keys import caption, marks
-from masonry_opt.report.page.view import START, view_of
-from masonry_opt.report.page.words import headline, text, title_of
+from masonry_opt.report.page.words import headline, text
 
 #: Blocks above which there is no picture: a notebook keeps all that it shows.
 MOST_BLOCKS = 2000
@@ -20,16 +18,17 @@ _WIDTH = 560
 
 def notebook_html(result: Result) -> str:
     """Load factor, status, picture and certificate of a result, as HTML that stands by itself."""
+    elements = result_elements(result)
     status = text(f"{result.status}{': ' + result.message if result.message else ''}")
     lines = [
-        f"<b>{text(title_of(result))}</b>",
+        f"<b>{text(elements.title)}</b>",
         f'<span style="font-size:1.4em">{headline(result)}</span>',
         status,
         *(f"Warning: {text(words)}" for words in result.warning_sentences),
     ]
     if result.size.blocks <= MOST_BLOCKS:
-        lines.append(_picture(result))
-    lines.append(caption(result))
+        lines.append(_picture(elements))
+    lines.append(caption(elements))
     if result.certificate is not None:
         residuals = (
             f"{name} {numeral(value, '.1e')}" for name, value in result.certificate.as_dict().items()
@@ -39,15 +38,13 @@ def notebook_html(result: Result) -> str:
     return f'<div style="max-width:{_WIDTH}px;overflow-wrap:break-word">\n{rows}</div>'
 
 
-def _picture(result: Result) -> str:
-    view = view_of(result)
-    pen = Pen(view, START)
-    layers = [draw_blocks(result, pen), draw_loads(result, pen)]
-    if has_mechanism(result):
-        layers.append(draw_mechanism(result, pen))
-    width = min(_WIDTH, 1.5 * _WIDTH * view.width / view.height)
+def _picture(elements: Elements) -> str:
+    marks = elements.shown("mechanism")
+    canvas = Canvas(elements, marks, START)
+    drawn = [blocks_svg(elements, canvas), *(marks_svg(each, canvas) for each in marks)]
+    width = min(_WIDTH, 1.5 * _WIDTH * canvas.width / canvas.height)
     style = f'style="display:block;width:100%;max-width:{width:.0f}px;background:#fff"'
-    drawn = svg(view, f"picture of {title_of(result)}", layers, style)
     item = '<li style="display:inline-block;margin-right:1em">'
-    listed = "".join(f"{item}{mark}</li>" for mark in marks(result))
-    return f'{drawn}<ul style="list-style:none;margin:0;padding:0;font-size:.9em">{listed}</ul>'
+    listed = "".join(f"{item}{entry}</li>" for entry in legend_svg(marks))
+    keys = f'<ul style="list-style:none;margin:0;padding:0;font-size:.9em">{listed}</ul>'
+    return canvas.svg(f"picture of {elements.title}", drawn, style) + keys

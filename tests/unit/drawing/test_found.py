@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from drawn import legend, lines
+from drawn import labels, marks
 from scenes import WALLS, block_on_floor, on_a_corner, overhanging
 
 import masonry_opt as mo
+from masonry_opt.drawing.found import counts
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.report.colours import HINGES, SLIDES
-from masonry_opt.report.pictures.scene_picture import counts, meeting_corners, near_misses
 
 
 def block(name, left, right, bottom, top, **keys):
@@ -32,36 +31,30 @@ CORNER = beside(block("B", 2, 4, 0, 2), block("C", 4, 5, 2, 3))
 
 
 def test_joints_found_are_drawn_and_counted():
-    figure = mo.draw(WALLS[0])
-    assert len(lines(figure.axes[0], SLIDES)) == 83
-    assert figure.axes[0].get_title().endswith("33 blocks, 1 support, 83 joints")
+    assert len(marks(WALLS[0], "joint")) == 83
+    assert mo.draw(WALLS[0]).axes[0].get_title().endswith("33 blocks, 1 support, 83 joints")
 
 
 def test_a_small_gap_is_marked_as_no_joint():
-    figure = mo.draw(GAP)
-    (gap,) = lines(figure.axes[0], HINGES)
+    (gap,) = marks(GAP, "gaps")
     assert np.sort(gap[:, 1]) == pytest.approx([0, 2], abs=0.01)
     assert gap[:, 0] == pytest.approx([2, 2], abs=0.002)
-    assert len(lines(figure.axes[0], SLIDES)) == 2
-    assert "small gap: no joint" in legend(figure)
+    assert len(marks(GAP, "joint")) == 2
+    assert "small gap: no joint" in labels(GAP)
     assert "1 small gap" in counts(assemble(GAP))
-    assert "small gap: no joint" not in legend(mo.draw(WALLS[0]))
-    assert not near_misses(assemble(mo.load(WALLS[0])))
+    assert "small gap: no joint" not in labels(WALLS[0])
 
 
 def test_corner_on_corner_is_marked_and_warned_of():
-    assembly = assemble(CORNER, floating=True)
-    assert meeting_corners(assembly) == pytest.approx(np.array([[4, 2]]))
-    figure = mo.draw(CORNER)
-    assert "corner on corner: no joint" in legend(figure)
-    assert any("corner on corner" in text.get_text() for text in figure.texts)
+    assert marks(CORNER, "corners") == pytest.approx(np.array([[[4, 2]]]))
+    assert "corner on corner: no joint" in labels(CORNER)
+    assert any("corner on corner" in text.get_text() for text in mo.draw(CORNER).texts)
 
 
 def test_a_corner_on_an_edge_is_a_joint_of_its_own_mark():
-    axes = mo.draw(on_a_corner()).axes[0]
-    (mark,) = axes.lines
-    assert mark.get_xydata() == pytest.approx(np.array([[1, 0]]))
-    assert len(lines(axes, SLIDES)) == 3
+    assert marks(on_a_corner(), "joint", shape="square") == pytest.approx(np.array([[[1, 0]]]))
+    assert len(marks(on_a_corner(), "joint", shape="line")) == 3
+    assert {"joint", "joint of a corner on an edge"} <= set(labels(on_a_corner()))
 
 
 def test_a_block_that_touches_nothing_is_drawn_and_named():
