@@ -73,9 +73,9 @@ def joint_marks(
     in_point: what a legend says of the squares, if not ``label``.
     """
     point = (ends[:, 0] == ends[:, 1]).all(axis=1)
-    of = (lambda which: None) if motion is None else (lambda which: motion[which])
+    moves = np.zeros((len(ends), 3)) if motion is None else motion
     if (~point).any():
-        yield Marks(name, label, "line", colour, width, ends[~point], of(~point), dashes)
+        yield Marks(name, label, "line", colour, width, ends[~point], moves[~point], dashes)
     if point.any():
         said = in_point if in_point is not None else "" if (~point).any() else label
-        yield Marks(name, said, "square", colour, 2.4 * width, ends[point][:, :1], of(point))
+        yield Marks(name, said, "square", colour, 2.4 * width, ends[point][:, :1], moves[point])

@@ -6,7 +6,6 @@ import json
 from html import escape
 from importlib.metadata import version
 from importlib.resources import files
-from pathlib import Path
 from string import Template
 
 import numpy as np
@@ -17,8 +16,8 @@ from masonry_opt.drawing.colours import UTILISATION
 from masonry_opt.drawing.elements import KINDS, START, UTILISATION_LABEL, Elements, result_elements
 from masonry_opt.drawing.found import counts
 from masonry_opt.drawing.svg import Canvas, blocks_svg, group, legend_svg, marks_svg
-from masonry_opt.errors import OptionError, printable
-from masonry_opt.files import WRITER, refuse_unwritable, write_whole
+from masonry_opt.errors import printable
+from masonry_opt.files import WRITER
 from masonry_opt.report.page.words import answer, certificate, described, text
 
 #: What the panel says of a joint: column of ``Result.joints``, words.
@@ -32,35 +31,13 @@ _COLUMNS = (
 )
 
 
-def refuse_page(path: str | Path, force: bool = False) -> None:
-    """Raise OptionError if a page could not be written there: to be asked before long work."""
-    path = Path(path)
-    if path.suffix.lower() != ".html":
-        raise OptionError(f"{path}: a page's name ends in .html")
-    refuse_unwritable(path, force)
-
-
-def write_page(result: Result, path: str | Path, kind: str = "mechanism", force: bool = False) -> None:
-    """Write a result as one interactive page, whole, to ``path`` (.html).
-
-    The page shows the load factor, how sure it is, its certificate, warnings, and the scene: a slider moves
-    the mechanism, and of every joint it tells forces and motion. It holds all it needs. What joints show
-    first is their motion, or by ``kind`` "thrust" or "utilisation".
-
-    Raises
-    ------
-    OptionError
-        If the file's name has another ending, or it cannot be written there; without ``force`` also if it
-        would replace a file not written here.
-    OSError
-        If writing fails.
-    """
-    refuse_page(path, force)
-    write_whole(path, page(result, kind))
-
-
 def page(result: Result, kind: str = "mechanism") -> str:
-    """The page of :func:`write_page` as text."""
+    """The page as text.
+
+    It shows the load factor, how sure it is, its certificate, warnings, and the scene: a slider moves the
+    mechanism, and of every joint it tells forces and motion. It holds all it needs. What joints show first is
+    their motion, or by ``kind`` "thrust" or "utilisation".
+    """
     elements = result_elements(result)
     canvas = Canvas(elements, elements.all_marks)
     drawn = [
@@ -188,11 +165,5 @@ def _rounded(values: np.ndarray) -> list[float | None]:
     """Five digits of each number, None in place of NaN, what is next to nothing as 0."""
     nothing = IDLE * np.nan_to_num(np.abs(values)).max(initial=0.0)
     return [
-        None if np.isnan(value) else 0 if abs(value) <= nothing else _short(float(f"{value:.5g}"))
-        for value in values
+        None if np.isnan(value) else 0 if abs(value) <= nothing else float(f"{value:.5g}") for value in values
     ]
-
-
-def _short(value: float) -> float:
-    """Whole numbers without a point."""
-    return int(value) if value == int(value) and abs(value) < 1e5 else value

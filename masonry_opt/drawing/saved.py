@@ -7,9 +7,10 @@ from pathlib import Path
 from masonry_opt.answer.result import Result
 from masonry_opt.drawing.elements import refuse_kind
 from masonry_opt.drawing.figure import FORMATS, refuse_picture
-from masonry_opt.drawing.page import refuse_page, write_page
+from masonry_opt.drawing.page import page
 from masonry_opt.drawing.pictures import result_picture
 from masonry_opt.errors import OptionError
+from masonry_opt.files import refuse_unwritable, write_whole
 
 
 def refuse_saving(path: str | Path, kind: str, names: bool, force: bool = False) -> None:
@@ -19,7 +20,7 @@ def refuse_saving(path: str | Path, kind: str, names: bool, force: bool = False)
     if ending == "html":
         if names:
             raise OptionError(f"{path}: a page tells the blocks of each joint: leave names to pictures")
-        refuse_page(path, force)
+        refuse_unwritable(Path(path), force)
     elif ending in FORMATS:
         refuse_picture(path, force)
     else:
@@ -33,6 +34,6 @@ def save(
     """Write a result; see :meth:`Result.save`."""
     refuse_saving(path, kind, names, force)
     if Path(path).suffix.lower() == ".html":
-        write_page(result, path, kind, force)
+        write_whole(path, page(result, kind))
     else:
         result_picture(result, kind, names).save(path, force)

@@ -111,7 +111,8 @@ def blocks_svg(elements: Elements, canvas: Canvas) -> str:
     # Blocks that move as one are one group.
     for (own, motion), run in groupby(range(len(shapes)), lambda block: (movable[block], moves[block])):
         paths = "".join(canvas.path(drawn[block]) for block in run)
-        groups.append(f"<g{motion if own else _FIXED}>{paths}</g>")
+        support = f' fill="{FIXED}" stroke="none" class="fixed"'
+        groups.append(f"<g{motion if own else support}>{paths}</g>")
     width = f"{_PIXELS * elements.outline_width:.2g}"
     blocks = {"fill": BLOCK, "fill_rule": "evenodd", "stroke": "#000", "stroke_width": width}
     return (
@@ -119,9 +120,6 @@ def blocks_svg(elements: Elements, canvas: Canvas) -> str:
         + group("blocks", groups, stroke_linejoin="round", **blocks)
         + group("supports", _hatching(shapes[~movable], canvas), fill="none", stroke=HATCH, stroke_width=1)
     )
-
-
-_FIXED = f' fill="{FIXED}" stroke="none" class="fixed"'
 
 
 def _hatching(shapes: np.ndarray, canvas: Canvas) -> list[str]:

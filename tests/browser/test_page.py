@@ -13,7 +13,6 @@ import masonry_opt as mo
 from masonry_opt.answer.motion import fastest
 from masonry_opt.drawing.elements import START, result_elements
 from masonry_opt.drawing.marks import moved
-from masonry_opt.drawing.page import write_page
 from masonry_opt.drawing.svg import Canvas
 
 pytestmark = pytest.mark.slow
@@ -29,7 +28,7 @@ def wall(tmp_path_factory):
 
 def written(result, tmp_path_factory):
     path = tmp_path_factory.mktemp("page") / "page.html"
-    write_page(result, path)
+    result.save(path)
     return result, path
 
 

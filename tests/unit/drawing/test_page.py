@@ -14,7 +14,7 @@ from scenes import CASES, WALLS, block_on_floor, on_a_corner, overhanging, press
 
 import masonry_opt as mo
 from masonry_opt.drawing.elements import FULL, KINDS, START, legend, result_elements
-from masonry_opt.drawing.page import page, write_page
+from masonry_opt.drawing.page import page
 from masonry_opt.drawing.svg import Canvas
 
 ARCH = CASES / "casapulla_lauro" / "arch.toml"
@@ -119,7 +119,7 @@ def test_the_page_asks_for_nothing():
 )
 def test_without_a_load_factor_the_page_shows_what_there_is(scene, moves, tmp_path):
     result = mo.solve(scene())
-    write_page(result, tmp_path / "page.html")
+    result.save(tmp_path / "page.html")
     text = (tmp_path / "page.html").read_text(encoding="utf-8")
     assert result.load_factor is None
     assert str(result.status) in text
@@ -129,13 +129,6 @@ def test_without_a_load_factor_the_page_shows_what_there_is(scene, moves, tmp_pa
         assert f'<g class="layer {kind}"' not in text
     assert set(data_of(text)["joints"]["n"]) == {None}
     assert str(result.status) in result._repr_html_()
-
-
-@pytest.mark.parametrize("name", ["page.png", "page", "missing/page.html"])
-def test_a_page_is_refused_where_it_cannot_be(name, tmp_path):
-    with pytest.raises(mo.OptionError, match=re.escape(name)):
-        write_page(mo.solve(overhanging()), tmp_path / name)
-    assert not list(tmp_path.iterdir())
 
 
 def test_warnings_are_on_the_page_and_in_the_notebook():

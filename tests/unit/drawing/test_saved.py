@@ -32,7 +32,14 @@ def test_a_page_shows_first_what_is_asked_for(result, tmp_path, kind):
 
 @pytest.mark.parametrize(
     ("name", "how"),
-    [("a.gif", {}), ("a", {}), ("a.html", {"names": True}), ("a.html", {"kind": "stress"})],
+    [
+        ("a.gif", {}),
+        ("a", {}),
+        ("none/a.html", {}),
+        ("none/a.png", {}),
+        ("a.html", {"names": True}),
+        ("a.html", {"kind": "stress"}),
+    ],
 )
 def test_what_cannot_be_written_is_refused_and_leaves_nothing(result, tmp_path, name, how):
     with pytest.raises(OptionError):
