@@ -20,7 +20,7 @@ _HOMES = {
     "duality": ("DualityReport", "check"),
     "errors": ("CaseError", "MasonryError", "OptionError"),
     "explain.stressed_joints": ("stressed_joints",),
-    "exports": ("export",),
+    "exports.export": ("export",),
     "drawing.pictures": ("draw",),
     "scene.arch": ("Arch", "PointLoad"),
     "scene.blocks": ("Block", "Joint", "JointDefaults", "Reference"),

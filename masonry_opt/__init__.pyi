@@ -11,7 +11,7 @@ from masonry_opt.errors import CaseError as CaseError
 from masonry_opt.errors import MasonryError as MasonryError
 from masonry_opt.errors import OptionError as OptionError
 from masonry_opt.explain.stressed_joints import stressed_joints as stressed_joints
-from masonry_opt.exports import export as export
+from masonry_opt.exports.export import export as export
 from masonry_opt.scene.arch import Arch as Arch
 from masonry_opt.scene.arch import PointLoad as PointLoad
 from masonry_opt.scene.blocks import Block as Block

@@ -229,7 +229,7 @@ def export(
 
     Beside a .nl file stand the names of its rows and columns (.row, .col). Prints the files written.
     """
-    from masonry_opt.exports import export as export_program
+    from masonry_opt.exports.export import export as export_program
 
     print_text("\n".join(printable(str(path)) for path in export_program(case, file, method, force)))
 

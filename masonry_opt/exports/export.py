@@ -12,6 +12,7 @@ import pyomo.environ as pyo
 from masonry_opt.analysis import solve
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
+from masonry_opt.exports.program_files import WRITERS
 from masonry_opt.files import MARK, refuse_replacing, refuse_unwritable, write_whole
 from masonry_opt.methods.bracket.limits import Limits, limits
 from masonry_opt.methods.bracket.method import a_little_above, assumed_rates
@@ -25,7 +26,6 @@ from masonry_opt.models.pyomo_relaxed import PyomoRelaxed
 from masonry_opt.models.pyomo_static import PyomoStatic
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.report.program_files import WRITERS
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.session import refuse_unsuited

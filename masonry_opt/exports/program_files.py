@@ -12,8 +12,8 @@ from pyomo.opt import WriterFactory
 from pyomo.repn.plugins.lp_writer import LPWriter
 from pyomo.repn.plugins.nl_writer import NLWriter
 
+from masonry_opt.exports.program_names import legal, names_in, readable
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.report.program_names import legal, names_in, readable
 
 #: The files of a program, by the ends of their names.
 Files = dict[str, str]

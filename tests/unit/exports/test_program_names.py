@@ -9,9 +9,9 @@ import pytest
 from scenes import KINDS_OF_JOINTS
 
 import masonry_opt as mo
+from masonry_opt.exports.program_names import legal, names_in, readable, unique
 from masonry_opt.models.pyomo_mcp import PyomoMcp, with_pairs
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.report.program_names import legal, names_in, readable, unique
 
 ODD_NAMES = ["a b", "a-b", "a_b", "a_b~2", "größe [m]", "e1", "x" * 199 + "1", "x" * 199 + "2", "n|a"]
 

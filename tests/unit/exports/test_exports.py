@@ -23,7 +23,7 @@ from scenes import (
 
 import masonry_opt as mo
 from masonry_opt.errors import NoLoadFactorError, OutputError
-from masonry_opt.exports import EPSILON
+from masonry_opt.exports.export import EPSILON
 
 FORMATS = {
     "static": (".lp", ".mps", ".nl"),
