@@ -19,7 +19,7 @@ from masonry_opt.problem.assembly import Assembly
 #: Blocks in a row, each between two others, from which their points of thrust make a line.
 _CHAIN = 3
 
-#: Over the size of the scene: the longest resultant, and how far above the blocks its scale stands.
+#: Length of the longest resultant, and height of the scale over the blocks, over the size of the scene.
 _LONGEST, _ABOVE = 0.12, 0.08
 
 
@@ -99,7 +99,7 @@ def thrust_marks(assembly: Assembly, carried: Thrust, size: float, shrink: float
     half, at = unit * carried.force[shown] / 2, point[shown]
     who = "on a support" if len(pairs) and on_support[shown].all() else "of a joint"
     label = f"resultant {who}, in the case's unit of force"
-    width = float(np.clip(25 / np.sqrt(len(at)), 0.6, 1.6))
+    width = float(np.clip(25 / np.sqrt(len(at)), 0.8, 1.6))
     yield Marks("resultants", label, "line", THRUST, width, np.stack([at - half, at + half], axis=1))
     yield Marks("points", "", "point", THRUST, 1.8 * width, at[:, None])
     power = 10.0 ** np.floor(np.log10(most))

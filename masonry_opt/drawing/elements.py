@@ -21,13 +21,13 @@ from masonry_opt.errors import OptionError, printable
 from masonry_opt.explain.sentences import numeral
 from masonry_opt.problem.assembly import Assembly
 
-#: What joints of a result show, and pictures of it.
+#: Kinds of pictures of a result: what its joints show.
 KINDS = ("mechanism", "thrust", "utilisation")
 
 #: What a legend says of the colours of utilisation.
 UTILISATION_LABEL = "utilisation of joints (1: about to slide, hinge or crush)"
 
-#: Joints from which marks are small.
+#: Number of joints from which marks are small.
 MANY = 1000
 
 #: What is said where a result has no forces.
@@ -39,8 +39,8 @@ FULL = 0.1
 #: The share of a full motion that pictures show, and pages show first.
 START = 0.6
 
-#: Over the size: what is left free round the movable blocks, and round what moves or acts from outside; the
-#: room for what is written beside a bar.
+#: Shares of the scene's size left free round the movable blocks, round what moves or acts from outside, and
+#: for the text beside a bar.
 _MARGIN, _PAD, _TEXT = 0.07, 0.02, 0.15
 
 

@@ -13,21 +13,21 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.edge_loads import LoadedPiece
 from masonry_opt.problem.loads import Forces, loads
 
-#: Of more weights, or of more other parallel forces, one arrow shows where all act to.
+#: Number of weights, and of other parallel forces, above which one arrow shows the direction of all.
 _MOST_WEIGHTS, _MOST = 30, 200
 
-#: The longest arrow of a kind, over the size of the scene; of more forces than so many it is at most this
-#: share of a usual block.
+#: Length of the longest arrow of a kind, over the size of the scene; the number of forces above which it is
+#: at most this share of a usual block.
 _LONGEST, _LONE, _OF_BLOCK = 0.09, 8, 0.6
 
 #: Arrows along an edge load's line, and the least space between them over their length.
 _ALONG, _SPACE = 8, 0.3
 
-#: Over the size: how far above the blocks' upper right corner the one arrow for many begins (above where
-#: blocks are displaced to), and its length.
+#: Height at which the one arrow for many begins over the blocks' upper right corner (above where blocks are
+#: displaced to), and its length, over the size of the scene.
 _ABOVE, _DIRECTION = 0.16, 0.07
 
-#: Of each kind of load: colour, width in points, what a legend says of its arrows, and of one for all.
+#: Kinds of loads: colour, width in points, what a legend says of their arrows, and of one arrow for all.
 _KINDS = {
     "weight": (DEAD, 0.8, "weight", "direction of all weights"),
     "dead": (FURTHER_DEAD, 2.4, "further dead load", "direction of further dead loads"),

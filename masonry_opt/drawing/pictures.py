@@ -38,14 +38,14 @@ from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 
-#: Of the shapes of marks that have no ends.
+#: Markers of the shapes that have no ends.
 _MARKERS = {"dot": "o", "point": "o", "square": "s", "cross": "x"}
 
-#: Points: largest and smallest letters of block names, the smallest where blocks are many; their width over
-#: their height.
+#: Size of the letters of block names in points: largest, smallest, and smallest where blocks are many; their
+#: width over their height.
 _NAME, _LEAST_NAME, _TINY_NAME, _LETTER = 8.0, 3.0, 1.0, 0.62
 
-#: More blocks are many: their names can be read where a picture is enlarged.
+#: Blocks above which names may be tiny: they can be read where a picture is enlarged.
 _MANY = 200
 
 

@@ -1,4 +1,4 @@
-"""Scenes and results as SVG, which a script, or a share given at once, moves."""
+"""Scenes and results as SVG, moved by a script or drawn moved."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def blocks_svg(elements: Elements, canvas: Canvas) -> str:
         paths = "".join(canvas.path(drawn[block]) for block in run)
         support = f' fill="{FIXED}" stroke="none" class="fixed"'
         groups.append(f"<g{motion if own else support}>{paths}</g>")
-    width = f"{_PIXELS * elements.outline_width:.2g}"
+    width = f"{canvas.pixels * elements.outline_width:.2g}"
     blocks = {"fill": BLOCK, "fill_rule": "evenodd", "stroke": "#000", "stroke_width": width}
     return (
         group("rest", [canvas.path(rest)] if rest else [], fill="none", stroke=AT_REST, stroke_width=0.75)
