@@ -5,13 +5,13 @@ from masonry_opt.answer.certificate import Certificate as Certificate
 from masonry_opt.answer.result import Result as Result
 from masonry_opt.answer.status import Status as Status
 from masonry_opt.answer.stressed_joints import stressed_joints as stressed_joints
+from masonry_opt.drawing.pictures import draw as draw
 from masonry_opt.duality import DualityReport as DualityReport
 from masonry_opt.duality import check as check
 from masonry_opt.errors import CaseError as CaseError
 from masonry_opt.errors import MasonryError as MasonryError
 from masonry_opt.errors import OptionError as OptionError
-from masonry_opt.exports import export as export
-from masonry_opt.report.pictures.scene_picture import draw as draw
+from masonry_opt.exports.export import export as export
 from masonry_opt.scene.arch import Arch as Arch
 from masonry_opt.scene.arch import PointLoad as PointLoad
 from masonry_opt.scene.blocks import Block as Block

@@ -202,9 +202,10 @@ def draw(
 
     Prints how many there are, and what looks unintended.
     """
+    from masonry_opt.drawing.figure import refuse_picture
+    from masonry_opt.drawing.found import counts, doubts
+    from masonry_opt.drawing.pictures import scene_picture
     from masonry_opt.problem.assembly import assemble
-    from masonry_opt.report.pictures.figure import refuse_picture
-    from masonry_opt.report.pictures.scene_picture import counts, doubts, scene_picture
     from masonry_opt.scene.case_file import load
 
     refuse_picture(file, force)
@@ -228,14 +229,14 @@ def export(
 
     Beside a .nl file stand the names of its rows and columns (.row, .col). Prints the files written.
     """
-    from masonry_opt.exports import export as export_program
+    from masonry_opt.exports.export import export as export_program
 
     print_text("\n".join(printable(str(path)) for path in export_program(case, file, method, force)))
 
 
 def _picture(path: Path, kind: str, names: bool, force: bool) -> Callable[[Result], None]:
     """What draws a result to a file. Raises OptionError now, not after the solve, if that cannot be."""
-    from masonry_opt.report.saved import refuse_saving, save
+    from masonry_opt.drawing.saved import refuse_saving, save
 
     refuse_saving(path, kind, names, force)
 

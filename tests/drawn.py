@@ -1,54 +1,47 @@
-"""What is on the axes of a picture, by its colour."""
+"""Elements of scenes and results by their names, in the case's coordinates."""
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection, PathCollection
-from matplotlib.colors import to_rgba
-from matplotlib.quiver import Quiver
+
+import masonry_opt as mo
+from masonry_opt.answer.result import Result
+from masonry_opt.drawing.elements import START, Elements, legend, result_elements, scene_elements
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.scene.case_file import as_scene
+
+#: Of case files, once for all tests.
+solved = functools.cache(mo.solve)
 
 
-def same(drawn: np.ndarray, colour: str | tuple[float, ...]) -> bool:
-    """Whether two colours are one, but for a step of a colour map."""
-    return bool(np.allclose(drawn, to_rgba(colour), atol=0.02))
+def elements_of(what: object) -> tuple[Elements, str]:
+    """What there is to draw of a scene, or of a result, and the first kind of its pictures."""
+    if isinstance(what, Result):
+        return result_elements(what), "mechanism"
+    return scene_elements(assemble(as_scene(what), floating=True)), "scene"
 
 
-def lines(axes: Axes, colour: str | tuple[float, ...]) -> np.ndarray:
-    """Ends of the joints or forces drawn as lines, shape (lines, 2, 2)."""
+def marks(what: object, name: str, kind: str = "", shape: str = "") -> np.ndarray:
+    """Where marks of that name are drawn: ends, or tail and tip, shape (marks, 2, 2), or middles,
+    shape (marks, 1, 2)."""
+    elements, first = elements_of(what)
+    share = START if (kind or first) == "mechanism" else 0.0
     found = [
-        segment
-        for drawn in axes.collections
-        if isinstance(drawn, LineCollection)
-        for segment, own in zip(
-            drawn.get_segments(), np.resize(drawn.get_color(), (len(drawn.get_segments()), 4)), strict=True
-        )
-        if same(own, colour)
+        each.moved(share) + elements.assembly.geometry.origin
+        for each in elements.shown(kind or first)
+        if each.name == name and shape in ("", each.shape)
     ]
-    return np.array(found).reshape(-1, 2, 2)
+    return np.concatenate(found) if found else np.empty((0, 2, 2))
 
 
-def marks(axes: Axes, colour: str) -> np.ndarray:
-    """Where there are marks, shape (marks, 2)."""
-    found = [
-        np.ma.getdata(drawn.get_offsets())
-        for drawn in axes.collections
-        if isinstance(drawn, PathCollection) and len(drawn.get_offsets()) and drawn.get_sizes().size
-        if same(drawn.get_facecolor()[0], colour)
-    ]
-    return np.concatenate([np.empty((0, 2)), *found])
+def arrows(what: object, name: str) -> np.ndarray:
+    """Tails and tips of the arrows of a kind of load, shape (arrows, 2, 2)."""
+    return marks(what, name, shape="arrow")
 
 
-def arrows(axes: Axes, colour: str) -> np.ndarray:
-    """Tails and tips of the arrows of loads, shape (arrows, 2, 2)."""
-    found = [
-        np.stack([drawn.XY, drawn.XY + np.column_stack([drawn.U, drawn.V])], axis=1)
-        for drawn in axes.collections
-        if isinstance(drawn, Quiver) and same(drawn.get_facecolor()[0], colour)
-    ]
-    return np.concatenate([np.empty((0, 2, 2)), *found])
-
-
-def legend(figure) -> list[str]:
-    """What the legend says."""
-    return [text.get_text() for text in figure.legends[0].get_texts()]
+def labels(what: object, kind: str = "") -> list[str]:
+    """What a legend says beside blocks and supports."""
+    elements, first = elements_of(what)
+    return list(legend(elements.shown(kind or first)))

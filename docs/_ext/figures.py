@@ -10,7 +10,7 @@ from typing import Any
 from matplotlib.figure import Figure
 from sphinx_gallery.scrapers import figure_rst
 
-from masonry_opt.report.pictures.figure import Picture
+from masonry_opt.drawing.figure import Picture
 
 #: Figures that stand in the guide already: a later block of the same example does not show them again.
 _shown: weakref.WeakSet[Figure] = weakref.WeakSet()

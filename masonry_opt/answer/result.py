@@ -121,8 +121,8 @@ class Result:
 
     def _repr_html_(self) -> str:
         """What a notebook shows: load factor, status, picture, certificate."""
-        # Pages come after results, as pictures and words do: all are loaded where they are asked for.
-        from masonry_opt.report.page.notebook import notebook_html
+        # Pages come after results, as pictures do.
+        from masonry_opt.drawing.notebook import notebook_html
 
         return notebook_html(self)
 
@@ -273,9 +273,10 @@ class Result:
         OptionError
             If there is no such kind.
         """
-        from masonry_opt.report.pictures.result_picture import picture
+        # Drawing comes after results, and takes matplotlib: both are loaded where a picture is asked for.
+        from masonry_opt.drawing.pictures import result_picture
 
-        return picture(self, kind, names)
+        return result_picture(self, kind, names)
 
     def save(
         self, path: str | Path, kind: str = "mechanism", names: bool = False, force: bool = False
@@ -297,7 +298,7 @@ class Result:
         OSError
             If the file cannot be written.
         """
-        from masonry_opt.report.saved import save
+        from masonry_opt.drawing.saved import save
 
         save(self, path, kind, names, force)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from masonry_opt.report.colours import (
+from masonry_opt.drawing.colours import (
     BLACK,
     BLUE,
     BLUISH_GREEN,

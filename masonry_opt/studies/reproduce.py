@@ -14,10 +14,10 @@ import pandas as pd
 import typer
 from matplotlib.figure import Figure
 
+from masonry_opt.drawing.figure import style
+from masonry_opt.drawing.letters import replace_missing
 from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
 from masonry_opt.files import picture_metadata, refuse_unwritable
-from masonry_opt.report.pictures.figure import style
-from masonry_opt.report.pictures.letters import replace_missing
 from masonry_opt.solvers.registry import find_entry
 from masonry_opt.studies.writing import csv_text, write_files
 from masonry_opt.words.terminal import print_text

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from html import escape
-from pathlib import Path
 
 from masonry_opt.answer.acceptance import LIMITS
 from masonry_opt.answer.result import Result
@@ -23,12 +22,6 @@ _RESIDUALS = {
 def text(words: str) -> str:
     """Words that may stand in HTML, whatever they hold."""
     return escape(printable(words)).replace("\n", "<br>")
-
-
-def title_of(result: Result) -> str:
-    """The scene's title, or the name of its file, in one line."""
-    title = " ".join(result.assembly.scene.title.split()) or Path(result.case).stem
-    return printable(title)
 
 
 def headline(result: Result) -> str:

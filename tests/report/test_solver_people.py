@@ -12,7 +12,7 @@ import pytest
 from scenes import CASES
 
 import masonry_opt as mo
-from masonry_opt.exports import EPSILON
+from masonry_opt.exports.export import EPSILON
 from masonry_opt.problem.assembly import assemble
 
 PAGE = (Path(__file__).parents[2] / "docs" / "solver_people.md").read_text("utf-8")

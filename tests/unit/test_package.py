@@ -69,21 +69,21 @@ TOGETHER = ("session", "analysis", "duality", "exports", "convert", "cli", "comm
 
 #: What a room of the package may not know beside that, because it comes after it.
 LATER = {
-    "scene": ("problem", "answer", "solvers", "models", "standing", "methods", "words", "report"),
-    "problem": ("answer", "solvers", "models", "standing", "methods", "words", "report"),
-    "answer": ("models", "standing", "methods", "words", "report"),
-    "solvers": ("standing", "methods", "words", "report"),
-    "standing": ("methods", "words", "report"),
-    "methods": ("words", "report"),
-    "words": ("methods", "report"),
-    "report": (),
+    "scene": ("problem", "answer", "solvers", "models", "standing", "methods", "words", "drawing"),
+    "problem": ("answer", "solvers", "models", "standing", "methods", "words", "drawing"),
+    "answer": ("models", "standing", "methods", "words", "drawing"),
+    "solvers": ("standing", "methods", "words", "drawing"),
+    "standing": ("methods", "words", "drawing"),
+    "methods": ("words", "drawing"),
+    "words": ("methods", "drawing"),
+    "drawing": (),
     # Of the files that put the rooms together, the one that every analysis goes through.
-    "session.py": ("words", "report", "analysis", "duality", "exports", "convert", "cli", "command"),
+    "session.py": ("words", "drawing", "analysis", "duality", "exports", "convert", "cli", "command"),
 }
 
 
 #: What is said and drawn of a result when it is asked to: imported there, within its methods.
-FETCHED = {"answer/result.py": ("masonry_opt.words", "masonry_opt.report")}
+FETCHED = {"answer/result.py": ("masonry_opt.words", "masonry_opt.drawing")}
 
 
 @pytest.mark.parametrize(
@@ -127,7 +127,7 @@ import json, sys
 import masonry_opt as mo
 from masonry_opt.models import cvxpy_terms
 load_factor = mo.solve("two_blocks.toml", "nonassociative").load_factor
-of_drawing = ("masonry_opt.report.page", "masonry_opt.report.pictures", "matplotlib")
+of_drawing = ("masonry_opt.drawing", "matplotlib")
 drawing = [name for name in sys.modules if name.startswith(of_drawing)]
 import masonry_opt.cli
 of_studies = [name for name in sys.modules if name.startswith(("masonry_opt.studies", "altair"))]

@@ -10,7 +10,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 import masonry_opt as mo
-from masonry_opt.report.pictures.mechanism import draw_mechanism, legend_handles
+from masonry_opt.drawing.pictures import draw_mechanism
 from masonry_opt.studies.cases import case_folder
 
 results = {
@@ -50,9 +50,8 @@ handles = {}
 for row, walls in zip(figure.subfigures(2, 1), ([1, 2, 3], [4, 5, 6]), strict=True):
     spans = [results[wall].blocks["x"].agg(["min", "max"]).diff().iloc[-1] + 4 for wall in walls]
     for axes, wall in zip(row.subplots(1, 3, width_ratios=spans), walls, strict=True):
-        draw_mechanism(results[wall], axes)
+        handles |= {handle.get_label(): handle for handle in draw_mechanism(results[wall], axes)}
         axes.set_title(f"({'abcdef'[wall - 1]}) wall {wall}: λ = {results[wall].required():.5f}", fontsize=10)
         axes.set_axis_off()
-        handles |= {handle.get_label(): handle for handle in legend_handles(results[wall])}
 figure.legend(handles=[*handles.values()], loc="outside lower center", ncols=5, frameon=False)
 figure  # noqa: B018

@@ -23,7 +23,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 import masonry_opt as mo
-from masonry_opt.report.pictures.mechanism import draw_mechanism
+from masonry_opt.drawing.pictures import draw_mechanism
 from masonry_opt.studies.cases import case_folder
 
 MU = 0.1

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from masonry_opt.report.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SLIDES
+from masonry_opt.drawing.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SLIDES
 from masonry_opt.studies.drawing import Drawing, alt
 from masonry_opt.studies.load_factor_axis import LABEL, ends, off_axis, ticks
 from masonry_opt.studies.many.mechanism import CRUSHING, HINGING, MIXED, NONE, SEPARATING, SLIDING

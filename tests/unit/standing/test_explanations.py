@@ -13,9 +13,9 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import make_result
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
+from masonry_opt.drawing.elements import KINDS
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.report.pictures.result_picture import KINDS
 
 
 def slot(blocks: int) -> mo.Scene:

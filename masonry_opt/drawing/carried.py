@@ -1,0 +1,122 @@
+"""What joints carry: resultants where they act, lines of thrust, and utilisation."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+import shapely
+from scipy.sparse.csgraph import connected_components
+
+from masonry_opt.answer.result import Result
+from masonry_opt.answer.thresholds import IDLE as CARRIES_NOTHING
+from masonry_opt.drawing.colours import IDLE, THRUST, UTILISATION
+from masonry_opt.drawing.marks import Marks, joint_marks
+from masonry_opt.problem.assembly import Assembly
+
+#: Blocks in a row, each between two others, from which their points of thrust make a line.
+_CHAIN = 3
+
+#: Length of the longest resultant, and height of the scale over the blocks, over the size of the scene.
+_LONGEST, _ABOVE = 0.12, 0.08
+
+
+@dataclass(frozen=True)
+class Thrust:
+    """What each joint carries, in the order of ``Result.joints``; NaN of a result without forces.
+
+    Attributes
+    ----------
+    force: resultant on the joint's first block (on the second it is the opposite), in the case's unit of
+        force, shape (c, 2).
+    point: where it acts, in the case's coordinates; NaN where nothing presses the joint together, shape
+        (c, 2).
+    """
+
+    force: np.ndarray
+    point: np.ndarray
+
+
+def thrust(result: Result) -> Thrust:
+    """Resultants n, s at m / n from the joint's middle: together they do what n, s, m do in eq. (1)."""
+    joints, frame = result.assembly.joints, result.joints
+    n, s, m = (frame[name].to_numpy() for name in ("n", "s", "m"))
+    # The direction of s. Where a joint has length it runs from start to end.
+    along = np.column_stack([joints.normal[:, 1], -joints.normal[:, 0]])
+    force = n[:, None] * joints.normal + s[:, None] * along
+    pressed = n > CARRIES_NOTHING * np.abs(n).max(initial=0.0)
+    off = np.divide(m, n, out=np.full_like(n, np.nan), where=pressed)
+    return Thrust(force, frame[["x", "y"]].to_numpy() + off[:, None] * along)
+
+
+def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
+    """Pairs of joints that a line of thrust joins, shape (pairs, 2): those of blocks that have two joints,
+    both pressed, in rows of at least three.
+
+    Parameters
+    ----------
+    acts: whether each joint is pressed together, shape (c,).
+    """
+    joints, count = assembly.joints, len(assembly.scene.blocks)
+    sides = np.concatenate([joints.first, joints.second])
+    number = np.tile(np.arange(len(joints.first)), 2)
+    between = np.bincount(sides, minlength=count) == 2
+    between &= np.bincount(sides[acts[number]], minlength=count) == 2
+    movable = np.zeros(count, dtype=bool)
+    movable[assembly.movable] = True
+    between &= movable
+    linked = between[joints.first] & between[joints.second]
+    links = sp.coo_array(
+        (np.ones(linked.sum()), (joints.first[linked], joints.second[linked])), shape=(count, count)
+    )
+    _, row = connected_components(links, directed=False)
+    in_chain = between & (np.bincount(row)[row] >= _CHAIN)
+    order = np.argsort(sides, kind="stable")
+    return number[order][in_chain[sides[order]]].reshape(-1, 2)
+
+
+def thrust_marks(assembly: Assembly, carried: Thrust, size: float, shrink: float) -> Iterable[Marks]:
+    """The line of thrust through rows of blocks that have two joints, resultants, and their scale.
+
+    Along a line only the resultants on supports are drawn: they say how large all are.
+    """
+    joints = assembly.joints
+    acts = np.isfinite(carried.point).all(axis=1)
+    point, pairs = carried.point - assembly.geometry.origin, chains(assembly, acts)
+    on_line = np.isin(np.arange(len(acts)), pairs)
+    if len(pairs):
+        at = point[on_line][:, None]
+        yield Marks("line", "line of thrust", "line", THRUST, 1.8 * shrink, point[pairs])
+        yield Marks("points", "line of thrust", "point", THRUST, 3.2 * shrink, at)
+    on_support = ~(np.isin(joints.first, assembly.movable) & np.isin(joints.second, assembly.movable))
+    shown = acts & (~on_line | on_support)
+    if not shown.any():
+        return
+    most = float(np.hypot(*carried.force[shown].T).max())
+    unit = _LONGEST * size / most
+    half, at = unit * carried.force[shown] / 2, point[shown]
+    who = "on a support" if len(pairs) and on_support[shown].all() else "of a joint"
+    label = f"resultant {who}, in the case's unit of force"
+    width = float(np.clip(25 / np.sqrt(len(at)), 0.8, 1.6))
+    yield Marks("resultants", label, "line", THRUST, width, np.stack([at - half, at + half], axis=1))
+    yield Marks("points", "", "point", THRUST, 1.8 * width, at[:, None])
+    power = 10.0 ** np.floor(np.log10(most))
+    force = max(digit * power for digit in (1, 2, 5) if digit * power <= most)
+    left, _, _, top = shapely.total_bounds(assembly.geometry.polygons[assembly.movable])
+    start = np.array([left, top + _ABOVE * size])
+    ends = np.array([[start, start + np.array([force * unit, 0.0])]])
+    yield Marks("scale", "", "bar", THRUST, 1.6, ends, text=f"= {force:g}")
+
+
+def utilisation_marks(assembly: Assembly, used: np.ndarray, shrink: float) -> Iterable[Marks]:
+    """Joints in the colours of their utilisation, shape (c,), the most used last; idle ones thin."""
+    joints, steps = assembly.joints, len(UTILISATION)
+    ends = np.stack([joints.start, joints.end], axis=1)
+    step = np.where(np.isnan(used), -1, np.clip(np.nan_to_num(used) * steps, 0, steps - 1)).astype(int)
+    for number, colour in enumerate((IDLE, *UTILISATION), start=-1):
+        label, name = ("idle joint", "idle") if number < 0 else ("", "used")
+        # Wider too where more is used, for readers of grey prints.
+        width = 1.6 if number < 0 else 2.0 + 1.6 * number / (steps - 1)
+        yield from joint_marks(name, label, colour, width * shrink, ends[step == number])

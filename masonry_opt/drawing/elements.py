@@ -1,0 +1,224 @@
+"""Scenes and results as elements: made once, and shown by pictures and pages alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import shapely
+
+from masonry_opt.answer.motion import fastest, joint_motion
+from masonry_opt.answer.result import Result
+from masonry_opt.answer.status import Status
+from masonry_opt.drawing.carried import thrust, thrust_marks, utilisation_marks
+from masonry_opt.drawing.colours import CRUSHES, HINGES, SEPARATES, SLIDES
+from masonry_opt.drawing.found import counts, found_marks
+from masonry_opt.drawing.loads import load_marks
+from masonry_opt.drawing.marks import Marks, joint_marks, moved
+from masonry_opt.errors import OptionError, printable
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.words.sentences import numeral
+
+#: Kinds of pictures of a result: what its joints show.
+KINDS = ("mechanism", "thrust", "utilisation")
+
+#: What a legend says of the colours of utilisation.
+UTILISATION_LABEL = "utilisation of joints (1: about to slide, hinge or crush)"
+
+#: Number of joints from which marks are small.
+MANY = 1000
+
+#: What is said where a result has no forces.
+NO_FORCES = "no forces were found to draw"
+
+#: The fastest corner of a mechanism that is fully moved has moved by this share of the scene's size.
+FULL = 0.1
+
+#: The share of a full motion that pictures show, and pages show first.
+START = 0.6
+
+#: Shares of the scene's size left free round the movable blocks, round what moves or acts from outside, and
+#: for the text beside a bar.
+_MARGIN, _PAD, _TEXT = 0.07, 0.02, 0.15
+
+
+@dataclass(frozen=True)
+class Elements:
+    """A scene, or a result, as it is drawn.
+
+    Points and motions are relative to the geometry's origin, in the case's unit of length.
+
+    Attributes
+    ----------
+    assembly: of the scene; its polygons are the blocks.
+    heading: a line below the scene's title.
+    movement: what the motion is, in words; "" where nothing moves.
+    motion: what moves the scene's blocks in a full motion, as ``moved`` takes it, shape (blocks, 3).
+    loads: arrows of loads.
+    layers: marks on joints by what they show: "scene" before it is solved; of a result those of ``KINDS``
+        that are known.
+    """
+
+    assembly: Assembly
+    heading: str
+    movement: str
+    motion: np.ndarray
+    loads: list[Marks]
+    layers: dict[str, list[Marks]]
+
+    @property
+    def title(self) -> str:
+        """The scene's title, or the name of its file, in one line."""
+        scene = self.assembly.scene
+        return printable(" ".join(scene.title.split()) or Path(scene.origin).stem)
+
+    @property
+    def outline_width(self) -> float:
+        """Width of the blocks' outlines, in points: those of many small blocks must not hide the rest."""
+        return float(np.clip(15 / np.sqrt(len(self.assembly.movable) or 1), 0.1, 0.8))
+
+    @property
+    def all_marks(self) -> list[Marks]:
+        """Marks of all layers, and loads."""
+        return [each for marks in (*self.layers.values(), self.loads) for each in marks]
+
+    def shown(self, kind: str) -> list[Marks]:
+        """Marks of a picture of that kind: loads are shown with what moves under them."""
+        return [*self.layers.get(kind, ()), *(self.loads if kind in ("scene", "mechanism") else ())]
+
+    def box(self, marks: Iterable[Marks], share: float) -> np.ndarray:
+        """Lower left and upper right of what is shown, shape (2, 2): movable blocks and marks, at rest and
+        after a share of the full motion. Supports may reach beyond."""
+        shapes, size = self.assembly.geometry.polygons, size_of(self.assembly)
+        corners, block = shapely.get_coordinates(shapes, return_index=True)
+        own = np.isin(block, self.assembly.movable)
+        corners, block = corners[own], block[own]
+        points = [moved(corners, share * self.motion[block])]
+        for each in marks:
+            points += [each.moved(when).reshape(-1, 2) for when in (0.0, share)]
+            if each.text:
+                points.append(each.points[:, 1] + [_TEXT * size, _PAD * size])
+        reach, pad = np.concatenate(points), _PAD * size
+        low = np.minimum(corners.min(axis=0) - _MARGIN * size, reach.min(axis=0) - pad)
+        high = np.maximum(corners.max(axis=0) + _MARGIN * size, reach.max(axis=0) + pad)
+        return np.array([low, high])
+
+
+def legend(marks: Iterable[Marks]) -> dict[str, list[Marks]]:
+    """Marks by what a legend says of them."""
+    entries: dict[str, list[Marks]] = {}
+    for each in marks:
+        if each.label:
+            entries.setdefault(each.label, []).append(each)
+    return entries
+
+
+def size_of(assembly: Assembly) -> float:
+    """The larger side of the box round the movable blocks at rest."""
+    left, bottom, right, top = shapely.total_bounds(assembly.geometry.polygons[assembly.movable])
+    return float(max(right - left, top - bottom))
+
+
+def outlines(shapes: np.ndarray) -> list[list[np.ndarray]]:
+    """Rings of each polygon and of its holes, shape (corners, 2) each, the first corner again at the end."""
+    parts, block = shapely.get_parts(shapes, return_index=True)
+    rings, part = shapely.get_rings(parts, return_index=True)
+    corners, ring = shapely.get_coordinates(rings, return_index=True)
+    pieces = np.split(corners, np.flatnonzero(np.diff(ring)) + 1)
+    found: list[list[np.ndarray]] = [[] for _ in shapes]
+    for owner, points in zip(block[part], pieces, strict=True):
+        found[owner].append(points)
+    return found
+
+
+def has_mechanism(result: Result) -> bool:
+    """Whether there is a motion to show."""
+    return bool(result.blocks["vx"].notna().all())
+
+
+def refuse_kind(kind: object) -> None:
+    """Raise OptionError if results have no such kind of picture."""
+    if kind not in KINDS:
+        raise OptionError(f"there is no picture of kind '{kind}': choose from {', '.join(KINDS)}")
+
+
+def scene_elements(assembly: Assembly) -> Elements:
+    """What there is to draw of a scene before it is solved."""
+    still = np.zeros((len(assembly.scene.blocks), 3))
+    arrows = list(load_marks(assembly, size_of(assembly), still))
+    layers = {"scene": list(found_marks(assembly, _shrink(assembly)))}
+    return Elements(assembly, counts(assembly), "", still, arrows, layers)
+
+
+def result_elements(result: Result) -> Elements:
+    """What there is to draw of a result."""
+    assembly, size, shrink = result.assembly, size_of(result.assembly), _shrink(result.assembly)
+    motion, movement = _motion(result, size), _movement(result)
+    layers = {"mechanism": list(_mechanism(result, motion, shrink)) if movement else []}
+    if result.joints["n"].notna().all():
+        used = result.joints["utilisation"].to_numpy()
+        layers["thrust"] = list(thrust_marks(assembly, thrust(result), size, shrink))
+        layers["utilisation"] = list(utilisation_marks(assembly, used, shrink))
+    arrows = list(load_marks(assembly, size, motion, live=result.status.live_load_acts))
+    return Elements(assembly, _heading(result, movement), movement, motion, arrows, layers)
+
+
+def _shrink(assembly: Assembly) -> float:
+    """How large marks on joints are: less where there are many."""
+    return 1.0 if len(assembly.joints.length) < MANY else 0.6
+
+
+def _motion(result: Result, size: float) -> np.ndarray:
+    assembly = result.assembly
+    motion = np.zeros((len(assembly.scene.blocks), 3))
+    if has_mechanism(result):
+        assert result.solution.d is not None
+        vx, vy, omega = result.blocks[["vx", "vy", "omega"]].to_numpy().T
+        x, y = assembly.geometry.centroid[assembly.movable].T
+        velocity = np.column_stack([vx + omega * y, vy - omega * x, omega])
+        motion[assembly.movable] = FULL * size / fastest(assembly, result.solution.d) * velocity
+    return motion
+
+
+def _mechanism(result: Result, motion: np.ndarray, shrink: float) -> Iterable[Marks]:
+    """Joints by how they move, midway between their blocks."""
+    joints = result.assembly.joints
+    moves = joint_motion(result.assembly, result.solution)
+    midway = (motion[joints.first] + motion[joints.second]) / 2
+    ends, width = np.stack([joints.start, joints.end], axis=1), 2.3 * shrink
+    for name, label, colour, dashes in (
+        ("separates", "separating joint", SEPARATES, (1.6, 1.1)),
+        ("slides", "sliding joint", SLIDES, ()),
+        ("crushes", "crushing joint", CRUSHES, ()),
+    ):
+        which = getattr(moves, name)
+        yield from joint_marks(name, label, colour, width, ends[which], midway[which], dashes)
+    # Colour alone cannot be told apart in grey.
+    if (which := moves.crushes).any():
+        middle = ends[which].mean(axis=1, keepdims=True)
+        yield Marks("crosses", "crushing joint", "cross", CRUSHES, 6.0 * shrink, middle, midway[which])
+    if (which := moves.hinges).any():
+        at = moves.hinge[which][:, None]
+        yield Marks("hinges", "hinging joint", "dot", HINGES, 5.2 * shrink, at, midway[which])
+
+
+def _movement(result: Result) -> str:
+    if not has_mechanism(result):
+        return ""
+    if result.load_factor is not None:
+        return "the mechanism of collapse, magnified"
+    if result.status is Status.UNSTABLE:
+        return "how the scene falls under its dead load, magnified"
+    return "the last motion tried, magnified: no collapse"
+
+
+def _heading(result: Result, movement: str) -> str:
+    """The load factor, or why there is none."""
+    if result.load_factor is None:
+        tried = movement and result.status is not Status.UNSTABLE
+        return f"no load factor ({result.status}){f'; drawn: {movement}' if tried else ''}"
+    line = f"load factor λ = {numeral(result.load_factor, '.5f')} ({result.method})"
+    tilt = result.tilt_angle
+    return line if tilt is None else f"falls when tilted by {numeral(tilt, '.2f')}°: {line}"

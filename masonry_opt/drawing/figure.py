@@ -1,0 +1,125 @@
+"""A figure fitted to its scene, its legend below, and the files it is written to."""
+
+from __future__ import annotations
+
+import io
+import textwrap
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from masonry_opt.drawing.letters import NOTE, boxed, replace_missing
+from masonry_opt.errors import OptionError, printable
+from masonry_opt.files import picture_metadata, refuse_unwritable, write_whole
+
+FORMATS = ("png", "svg", "pdf")
+
+#: Inches: widest and tallest axes, and what is free beside and above them.
+_WIDTH, _TALLEST, _BESIDE, _ABOVE = 6.0, 6.5, 0.5, 0.7
+
+#: Inches below the axes: of what is written along them, of a colour bar, of a line of legend or note.
+_ALONG, _BAR, _LINE = 0.55, 0.6, 0.22
+
+#: Characters in a line of a note, and in a legend of one line.
+_NOTE, _ROW = 95, 60
+
+
+#: What a legend shows of a thing drawn.
+Handle = Line2D | Patch
+
+
+class Picture(Figure):
+    """A figure that a notebook shows as it is, whether or not pyplot was imported."""
+
+    def image(self, kind: str) -> bytes:
+        """The file's content, in one of ``FORMATS``."""
+        stream = io.BytesIO()
+        with style():
+            self.savefig(stream, format=kind, dpi=160, bbox_inches="tight", metadata=picture_metadata(kind))
+        return stream.getvalue()
+
+    def save(self, path: str | Path, force: bool = False) -> None:
+        """Write the figure whole to ``path`` (.png, .svg or .pdf); see :meth:`Result.save` of ``force``.
+
+        Raises
+        ------
+        OptionError
+            If the file's name has another ending, or it would replace a file not written here.
+        OSError
+            If the file cannot be written.
+        """
+        refuse_picture(path, force)
+        write_whole(path, self.image(_ending(path)))
+
+    def _repr_png_(self) -> bytes:
+        return self.image("png")
+
+
+def style() -> Any:
+    """Context in which pictures are drawn and written."""
+    # Names inside SVG files do not change from run to run.
+    return mpl.rc_context({"font.size": 10, "svg.hashsalt": "masonry_opt", "hatch.linewidth": 0.6})
+
+
+def fit(figure: Figure, axes: Axes, below: float = _ALONG) -> None:
+    """Size the figure so that the scene fills the axes in its own proportions, with room below."""
+    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+    tall = min(_WIDTH * (top - bottom) / (right - left), _TALLEST)
+    wide = tall * (right - left) / (top - bottom)
+    width, height = _WIDTH + 2 * _BESIDE, tall + _ABOVE + below
+    figure.set_size_inches(width, height)
+    axes.set_position(((width - wide) / 2 / width, below / height, wide / width, tall / height))
+
+
+def finish(
+    figure: Figure,
+    axes: Axes,
+    handles: list[Handle],
+    notes: tuple[str, ...] = (),
+    colours: ScalarMappable | None = None,
+    label: str = "",
+) -> None:
+    """Put a colour bar with its label, the legend and notes below the axes, and size the figure for them."""
+    letters = sum(len(str(handle.get_label())) for handle in handles)
+    columns = 4 if len(handles) <= 4 and letters <= _ROW else 3
+    rows = -(-len(handles) // columns)
+    said = [boxed(printable(note)) for note in notes]
+    if replace_missing(figure) or said != [*map(printable, notes)]:
+        said.append(NOTE)
+    lines = [line for note in said for line in textwrap.wrap(note, _NOTE)]
+    at_legend = _ALONG + (_BAR if colours is not None else 0.0)
+    at_notes = at_legend + rows * _LINE + 0.1
+    below = at_notes + len(lines) * _LINE
+    fit(figure, axes, below)
+    width, height = figure.get_size_inches()
+    if colours is not None:
+        bar = figure.add_axes((0.2, (below - _ALONG - 0.12) / height, 0.6, 0.12 / height))
+        figure.colorbar(colours, cax=bar, orientation="horizontal", label=label)
+    figure.legend(
+        handles=handles,
+        loc="upper center",
+        bbox_to_anchor=(0.5, (below - at_legend) / height),
+        ncols=columns,
+        frameon=False,
+        borderaxespad=0.0,
+    )
+    figure.text(
+        _BESIDE / width, (below - at_notes) / height, "\n".join(lines), va="top", fontsize=9, parse_math=False
+    )
+
+
+def refuse_picture(path: str | Path, force: bool = False) -> None:
+    """Raise OptionError if a picture could not be written there: to be asked before long work."""
+    if _ending(path) not in FORMATS:
+        raise OptionError(f"{path}: a picture's name ends in {', '.join('.' + f for f in FORMATS)}")
+    refuse_unwritable(Path(path), force)
+
+
+def _ending(path: str | Path) -> str:
+    return Path(path).suffix.lower().removeprefix(".")

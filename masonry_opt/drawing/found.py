@@ -1,0 +1,87 @@
+"""Joints and small gaps found in a scene before it is solved, and what looks unintended."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+import shapely
+
+from masonry_opt.drawing.colours import GAP, JOINT, MARKED
+from masonry_opt.drawing.marks import Marks, joint_marks
+from masonry_opt.errors import CaseError, counted
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.scene.contact import refuse_floating
+from masonry_opt.words.sense import warnings_of
+from masonry_opt.words.sentences import sentences
+
+
+def found_marks(assembly: Assembly, shrink: float) -> Iterable[Marks]:
+    """Joints, corners that meet in no joint, and small gaps."""
+    joints, width = assembly.joints, 2.0 * shrink
+    ends = np.stack([joints.start, joints.end], axis=1)
+    yield from joint_marks("joint", "joint", JOINT, width, ends, in_point="joint of a corner on an edge")
+    corners, gaps = meeting_corners(assembly), near_misses(assembly)
+    if len(corners):
+        label = "corner on corner: no joint"
+        yield Marks("corners", label, "cross", MARKED, 3.0 * width, corners[:, None])
+    if len(gaps):
+        yield Marks("gaps", "small gap: no joint", "line", GAP, 2.6, gaps, dashes=(1.6, 1.1))
+
+
+def counts(assembly: Assembly) -> str:
+    """Numbers of blocks, supports, joints and small gaps, in words."""
+    movable = len(assembly.movable)
+    numbers = {
+        "block": movable,
+        "support": len(assembly.scene.blocks) - movable,
+        "joint": len(assembly.joints.length),
+        "small gap": len(assembly.joints.near_misses),
+    }
+    told = [(noun, number) for noun, number in numbers.items() if number or noun == "joint"]
+    return ", ".join(counted(number, noun) for noun, number in told)
+
+
+def near_misses(assembly: Assembly) -> np.ndarray:
+    """Lengths of edge along which blocks face each other across a small gap, relative to the geometry's
+    origin, shape (lengths, 2, 2)."""
+    shapes, found = assembly.geometry, [np.empty((0, 2, 2))]
+    for pair, gap in zip(assembly.joints.near_misses, assembly.joints.gaps, strict=True):
+        one, other = shapes.polygons[list(pair)]
+        # A little more than the largest width, which keeps their ends.
+        reach = 1.01 * gap
+        facing = shapely.intersection(shapely.boundary(one), shapely.buffer(other, reach))
+        lines = shapely.get_parts(shapely.line_merge(facing))
+        # Without stubs round corners.
+        lines = shapely.simplify(lines[shapely.length(lines) > 2 * reach], 2 * reach)
+        corners = [shapely.get_coordinates(line) for line in lines]
+        found += [np.stack([line[:-1], line[1:]], axis=1) for line in corners]
+    return np.concatenate(found)
+
+
+def meeting_corners(assembly: Assembly) -> np.ndarray:
+    """Points where blocks meet corner on corner, off the joints of the two, relative to the geometry's
+    origin, shape (points, 2)."""
+    shapes, joints = assembly.geometry, assembly.joints
+    found = [np.empty((0, 2))]
+    for first, second in joints.corners:
+        one, other = (np.unique(shapely.get_coordinates(shapes.polygons[i]), axis=0) for i in (first, second))
+        apart = np.hypot(*(one[:, None] - other[None]).transpose(2, 0, 1))
+        own = (joints.first == first) & (joints.second == second)
+        shared = shapely.multilinestrings(np.stack([joints.start[own], joints.end[own]], axis=1))
+        points = one[(apart <= 2 * shapes.tolerance).any(axis=1)]
+        # The distance to no line at all is NaN.
+        off = ~(shapely.distance(shared, shapely.points(points)) <= 2 * shapes.tolerance)
+        found.append(points[off])
+    return np.concatenate(found)
+
+
+def doubts(assembly: Assembly) -> Iterator[str]:
+    """Sentences on blocks that touch nothing, which no analysis takes, and on what looks unintended."""
+    try:
+        joints = assembly.joints
+        gaps = dict(zip(joints.near_misses, joints.gaps, strict=True))
+        refuse_floating(assembly.scene, assembly.geometry, joints.first, joints.second, gaps)
+    except CaseError as error:
+        yield str(error)
+    yield from sentences(warnings_of(assembly, None))

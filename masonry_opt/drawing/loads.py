@@ -1,0 +1,122 @@
+"""Loads as arrows: each force, or one arrow for the direction of many."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import shapely
+
+from masonry_opt.drawing.colours import DEAD, FURTHER_DEAD, LIVE
+from masonry_opt.drawing.marks import Marks, moved
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.edge_loads import LoadedPiece
+from masonry_opt.problem.loads import Forces, loads
+
+#: Number of weights, and of other parallel forces, above which one arrow shows the direction of all.
+_MOST_WEIGHTS, _MOST = 30, 200
+
+#: Length of the longest arrow of a kind, over the size of the scene; the number of forces above which it is
+#: at most this share of a usual block.
+_LONGEST, _LONE, _OF_BLOCK = 0.09, 8, 0.6
+
+#: Arrows along an edge load's line, and the least space between them over their length.
+_ALONG, _SPACE = 8, 0.3
+
+#: Height at which the one arrow for many begins over the blocks' upper right corner (above where blocks are
+#: displaced to), and its length, over the size of the scene.
+_ABOVE, _DIRECTION = 0.16, 0.07
+
+#: Kinds of loads: colour, width in points, what a legend says of their arrows, and of one arrow for all.
+_KINDS = {
+    "weight": (DEAD, 0.8, "weight", "direction of all weights"),
+    "dead": (FURTHER_DEAD, 2.4, "further dead load", "direction of further dead loads"),
+    # Last and thinner: it may lie on a dead load that it takes away from.
+    "live": (LIVE, 1.4, "live load, times λ", "direction of live loads, times λ"),
+}
+
+
+def load_marks(assembly: Assembly, size: float, motion: np.ndarray, live: bool = True) -> Iterable[Marks]:
+    """Weights, further dead loads and, if they act, live loads, each kind to a scale of its own.
+
+    Parameters
+    ----------
+    size: of the scene.
+    motion: what moves the scene's blocks, shape (blocks, 3).
+    """
+    given = loads(assembly.scene, assembly.geometry, assembly.movable)
+    for kind, (colour, width, each, of_all) in _KINDS.items():
+        if kind == "live" and not live:
+            continue
+        forces: Forces = getattr(given, kind)
+        pieces = [p for p in assembly.loaded_pieces if assembly.scene.edge_loads[p.load].kind == kind]
+        label, points, moves = each, np.empty((0, 2, 2)), np.empty((0, 3))
+        if _many_parallel(forces, _MOST_WEIGHTS if kind == "weight" else _MOST):
+            label, points, moves = of_all, _direction(assembly, size, forces), np.zeros((1, 3))
+        elif len(forces.force):
+            points, moves = _forces(assembly, size, forces, motion)
+        if pieces:
+            arrows, tails, owners = _rows(assembly, size, pieces)
+            yield Marks(kind, "", "line", colour, 0.8, tails, np.array([motion[p.block] for p in pieces]))
+            points, moves = np.concatenate([points, arrows]), np.concatenate([moves, motion[owners]])
+        if len(points):
+            # Of many arrows each is small; one for all is not.
+            width = 2.2 if label == of_all else width if len(points) <= 100 else 0.4 * width
+            yield Marks(kind, label, "arrow", colour, width, points, moves)
+
+
+def _many_parallel(forces: Forces, most: int) -> bool:
+    if len(forces.force) <= most:
+        return False
+    direction = forces.force / np.hypot(*forces.force.T)[:, None]
+    return bool((np.abs(direction - direction[0]) < 1e-9).all())
+
+
+def _direction(assembly: Assembly, size: float, forces: Forces) -> np.ndarray:
+    total = forces.force.sum(axis=0)
+    _, _, right, top = shapely.total_bounds(assembly.geometry.polygons[assembly.movable])
+    tail = np.array([right, top + _ABOVE * size])
+    return np.array([[tail, tail + _DIRECTION * size * total / np.hypot(*total)]])
+
+
+def _forces(
+    assembly: Assembly, size: float, forces: Forces, motion: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Arrows from where forces act, or to there if they push a block from outside, and their motions: they
+    go with the points where they act, and keep their direction."""
+    own, point, blocks = np.hypot(*forces.force.T), forces.point, assembly.movable[forces.block]
+    polygons = assembly.geometry.polygons[blocks]
+    longest = _LONGEST * size
+    if len(own) > _LONE:
+        longest = min(longest, _OF_BLOCK * float(np.sqrt(np.median(shapely.area(polygons)))))
+    arrow = longest * forces.force / own.max()
+    behind = point - 0.02 * longest * forces.force / own[:, None]
+    from_outside = ~shapely.intersects(polygons, shapely.points(behind))
+    tail = point - np.where(from_outside[:, None], arrow, 0.0)
+    motions = np.column_stack([moved(point, motion[blocks]) - point, np.zeros(len(point))])
+    return np.stack([tail, tail + arrow], axis=1), motions
+
+
+def _rows(
+    assembly: Assembly, size: float, pieces: list[LoadedPiece]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A row of arrows on each loaded piece of edge, a line along their far ends, and the arrows' blocks."""
+    longest = 0.8 * _LONGEST * size
+    most = max(np.hypot(*piece.intensity.T).max() for piece in pieces)
+    arrows, lines, owners = [], [], []
+    for piece in pieces:
+        load = assembly.scene.edge_loads[piece.load]
+        line = np.hypot(*(np.array(load.end) - load.start))
+        length = np.hypot(*(piece.ends[1] - piece.ends[0]))
+        count = max(1, min(round(_ALONG * length / line), int(length / (_SPACE * longest)))) + 1
+        share = np.linspace(0, 1, count)[:, None]
+        arrow = longest / most * ((1 - share) * piece.intensity[0] + share * piece.intensity[1])
+        on_edge = (1 - share) * piece.ends[0] + share * piece.ends[1]
+        # Into the edge, or out of it where it is pulled.
+        behind = piece.ends.mean(axis=0) - 1e-3 * arrow.sum(axis=0)
+        pulled = shapely.intersects(assembly.geometry.polygons[piece.block], shapely.Point(*behind))
+        tail = on_edge if pulled else on_edge - arrow
+        arrows.append(np.stack([tail, tail + arrow], axis=1))
+        lines.append((tail + arrow if pulled else tail)[[0, -1]])
+        owners += [piece.block] * count
+    return np.concatenate(arrows), np.array(lines), np.array(owners)

@@ -1,0 +1,81 @@
+"""Marks: elements of one kind as plain arrays, with how they look and what a legend says of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+Shape = Literal["line", "arrow", "bar", "dot", "point", "square", "cross"]
+
+
+@dataclass(frozen=True)
+class Marks:
+    """Marks of one kind. Points are relative to the geometry's origin, in the case's unit of length.
+
+    Attributes
+    ----------
+    name: what they are, such as "slides" or "live".
+    label: what a legend says of them; marks of one label share an entry, those of none have none.
+    shape: how each is drawn; a bar shows a scale, a dot has a white rim and a point has none.
+    colour: as #RRGGBB.
+    width: of lines, or across what has no ends, in points of a printed picture.
+    points: both ends of lines and bars, tail and tip of arrows, shape (marks, 2, 2); the middle of all else,
+        shape (marks, 1, 2).
+    motion: what moves each mark in a full motion of the mechanism, as in ``moved``, shape (marks, 3); None
+        of marks that stay.
+    dashes: lengths of dashes and gaps over the width.
+    text: what is written beside a bar.
+    """
+
+    name: str
+    label: str
+    shape: Shape
+    colour: str
+    width: float
+    points: np.ndarray
+    motion: np.ndarray | None = None
+    dashes: tuple[float, ...] = ()
+    text: str = ""
+
+    def moved(self, share: float) -> np.ndarray:
+        """The points after a share of the full motion."""
+        return self.points if self.motion is None else moved(self.points, share * self.motion[:, None])
+
+
+def moved(points: np.ndarray, motion: np.ndarray) -> np.ndarray:
+    """Points, shape (..., 2), moved by motions (vx, vy, ω), shape (..., 3).
+
+    The point (x, y) moves by (vx - ω y, vy + ω x).
+    """
+    vx, vy, omega = np.moveaxis(motion, -1, 0)
+    x, y = np.moveaxis(points, -1, 0)
+    return np.stack([x + vx - omega * y, y + vy + omega * x], axis=-1)
+
+
+def joint_marks(
+    name: str,
+    label: str,
+    colour: str,
+    width: float,
+    ends: np.ndarray,
+    motion: np.ndarray | None = None,
+    dashes: tuple[float, ...] = (),
+    in_point: str | None = None,
+) -> Iterator[Marks]:
+    """Lines along joints, and squares on those of a corner on an edge, which have no length.
+
+    Parameters
+    ----------
+    ends: of the joints, shape (joints, 2, 2).
+    in_point: what a legend says of the squares, if not ``label``.
+    """
+    point = (ends[:, 0] == ends[:, 1]).all(axis=1)
+    moves = np.zeros((len(ends), 3)) if motion is None else motion
+    if (~point).any():
+        yield Marks(name, label, "line", colour, width, ends[~point], moves[~point], dashes)
+    if point.any():
+        said = in_point if in_point is not None else "" if (~point).any() else label
+        yield Marks(name, said, "square", colour, 2.4 * width, ends[point][:, :1], moves[point])

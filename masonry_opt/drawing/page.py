@@ -1,0 +1,169 @@
+"""One page of a result: a single file of HTML that needs no network."""
+
+from __future__ import annotations
+
+import json
+from html import escape
+from importlib.metadata import version
+from importlib.resources import files
+from string import Template
+
+import numpy as np
+
+from masonry_opt.answer.result import Result
+from masonry_opt.answer.thresholds import IDLE
+from masonry_opt.drawing.colours import UTILISATION
+from masonry_opt.drawing.elements import KINDS, START, UTILISATION_LABEL, Elements, result_elements
+from masonry_opt.drawing.found import counts
+from masonry_opt.drawing.svg import Canvas, blocks_svg, group, legend_svg, marks_svg
+from masonry_opt.errors import printable
+from masonry_opt.files import WRITER
+from masonry_opt.words.page import answer, certificate, described, text
+
+#: What the panel says of a joint: column of ``Result.joints``, words.
+_COLUMNS = (
+    ("n", "<i>n</i>, normal (compression +)"),
+    ("s", "<i>s</i>, shear"),
+    ("m", "<i>m</i>, moment about the middle"),
+    ("slip", "slip, as a rate"),
+    ("opening", "opening, as a rate"),
+    ("utilisation", "utilisation, force over its limit"),
+)
+
+
+def page(result: Result, kind: str = "mechanism") -> str:
+    """The page as text.
+
+    It shows the load factor, how sure it is, its certificate, warnings, and the scene: a slider moves the
+    mechanism, and of every joint it tells forces and motion. It holds all it needs. What joints show first is
+    their motion, or by ``kind`` "thrust" or "utilisation".
+    """
+    elements = result_elements(result)
+    canvas = Canvas(elements, elements.all_marks)
+    drawn = [
+        blocks_svg(elements, canvas),
+        group("loads", (marks_svg(each, canvas) for each in elements.loads)),
+    ]
+    for name, marks in elements.layers.items():
+        drawn.append(group(f"layer {name}", (marks_svg(each, canvas) for each in marks)))
+    folder = files("masonry_opt.drawing")
+    title, ratio = elements.title, canvas.width / canvas.height
+    return Template(folder.joinpath("page.html").read_text(encoding="utf-8")).substitute(
+        writer=WRITER,
+        title=escape(title),
+        style=folder.joinpath("page.css").read_text(encoding="utf-8"),
+        answer=answer(result),
+        picture=canvas.svg(f"picture of {title}", drawn, f'class="picture" style="--ratio: {ratio:.4f}"'),
+        caption=caption(elements),
+        controls=_choices(elements, kind) + _slider(elements) + _legends(elements) + _panel(result),
+        details=certificate(result) + described(result) + _foot(result),
+        data=_data(result, canvas),
+        script=folder.joinpath("page.js").read_text(encoding="utf-8"),
+    )
+
+
+def caption(elements: Elements) -> str:
+    """What is drawn, and how large it is."""
+    size = counts(elements.assembly)
+    if not elements.movement:
+        return f"{size}, at rest: no motion was found."
+    moved = elements.movement[0].upper() + elements.movement[1:]
+    return f'{size}. <span class="mechanism">{moved}.</span>'
+
+
+def _choices(elements: Elements, first: str) -> str:
+    """What joints show, of what there is."""
+    first = first if first in elements.layers else "mechanism"
+    choices = ""
+    for kind in KINDS:
+        state = " checked" if kind == first else "" if kind in elements.layers else " disabled"
+        choices += f'<label><input type="radio" name="show" value="{kind}"{state}> {kind}</label>\n'
+    return (
+        '<fieldset class="controls"><legend>Joints show</legend>\n'
+        f'<div class="choices">{choices}</div></fieldset>\n'
+    )
+
+
+def _slider(elements: Elements) -> str:
+    disabled = "" if elements.movement else " disabled"
+    return (
+        '<label class="slider controls">Mechanism moved, from 0 to 1'
+        f'<input type="range" id="moved" min="0" max="1" step="0.01" value="{START}"{disabled}></label>\n'
+    )
+
+
+def _legends(elements: Elements) -> str:
+    """A legend for each choice of what joints show."""
+    steps = ", ".join(
+        f"{colour} {100 * number / len(UTILISATION):g}% {100 * (number + 1) / len(UTILISATION):g}%"
+        for number, colour in enumerate(UTILISATION)
+    )
+    scale = f'0<span class="scale" style="background: linear-gradient(90deg, {steps})"></span>1'
+    written = ""
+    for kind in KINDS:
+        entries = legend_svg([*elements.layers.get(kind, ()), *elements.loads])
+        if kind == "utilisation":
+            entries.insert(0, f"{UTILISATION_LABEL}: {scale}")
+        items = "".join(f"<li>{entry}</li>" for entry in entries)
+        written += f'<ul class="{kind}">{items}</ul>\n'
+    return f'<div class="keys">\n{written}</div>\n'
+
+
+def _panel(result: Result) -> str:
+    """Where a joint's forces are told."""
+    rows = "".join(
+        f'<tr><th scope="row">{words}</th><td class="number" data-of="{name}"></td></tr>\n'
+        for name, words in _COLUMNS
+    )
+    last = result.size.joints - 1
+    return (
+        '<section class="joint" aria-label="Joint">\n'
+        f'<label for="joint"><b>Joint</b></label> <input type="number" id="joint" min="0" max="{last}" '
+        'step="1"> <span class="note">point at one, or type its row in <code>result.joints</code> '
+        f"(0 to {last})</span>\n"
+        '<div aria-live="polite" aria-atomic="true">\n'
+        '<p class="blocks-of">on <b class="first-name" id="first">the first block</b> from '
+        '<b id="second">the second</b></p>\n'
+        f"<table><tbody>\n{rows}</tbody></table></div>\n"
+        '<p class="note"><i>n</i> and <i>s</i> act on the first block, <i>s</i> along the joint, a quarter '
+        "turn clockwise of <i>n</i>; rates are of its motion against the second. Units are those of the "
+        "case.</p>\n</section>\n"
+    )
+
+
+def _foot(result: Result) -> str:
+    origin = result.assembly.scene.origin
+    known = [
+        *([origin] if origin != "scene" else []),
+        f"method {result.method} ({result.model}, {result.solver})",
+        f"masonry_opt {version('masonry_opt')}",
+    ]
+    return f'<p class="note">{text(" · ".join(known))}</p>\n'
+
+
+def _data(result: Result, canvas: Canvas) -> str:
+    """Names of blocks, and joints by columns, as JSON that may stand in HTML."""
+    assembly, frame = result.assembly, result.joints
+    joints = assembly.joints
+    start, end = canvas.at(joints.start), canvas.at(joints.end)
+    columns: dict[str, list[float | None]] = {
+        "first": joints.first.tolist(),
+        "second": joints.second.tolist(),
+        "x": start[:, 0].tolist(),
+        "y": start[:, 1].tolist(),
+        "dx": (end - start)[:, 0].tolist(),
+        "dy": (end - start)[:, 1].tolist(),
+    }
+    for name, _ in _COLUMNS:
+        columns[name] = _rounded(frame[name].to_numpy())
+    data = {"blocks": [printable(block.name) for block in assembly.scene.blocks], "joints": columns}
+    text = json.dumps(data, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def _rounded(values: np.ndarray) -> list[float | None]:
+    """Five digits of each number, None in place of NaN, what is next to nothing as 0."""
+    nothing = IDLE * np.nan_to_num(np.abs(values)).max(initial=0.0)
+    return [
+        None if np.isnan(value) else 0 if abs(value) <= nothing else float(f"{value:.5g}") for value in values
+    ]

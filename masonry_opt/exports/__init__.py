@@ -1,0 +1,1 @@
+"""Programs of a scene as files for other solvers."""

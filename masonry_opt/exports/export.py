@@ -1,0 +1,221 @@
+"""``export``: the program that a method declares, as a file for other solvers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pyomo.environ as pyo
+
+from masonry_opt.analysis import solve
+from masonry_opt.effort import Effort
+from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
+from masonry_opt.exports.program_files import WRITERS
+from masonry_opt.files import MARK, refuse_replacing, refuse_unwritable, write_whole
+from masonry_opt.methods.bracket.limits import Limits, limits
+from masonry_opt.methods.bracket.method import a_little_above, assumed_rates
+from masonry_opt.methods.bracket.relaxation import edge_lengths
+from masonry_opt.methods.registry import METHODS
+from masonry_opt.models.pyomo_global import PyomoGlobal
+from masonry_opt.models.pyomo_kinematic import PyomoKinematic
+from masonry_opt.models.pyomo_mcp import PyomoMcp, with_pairs
+from masonry_opt.models.pyomo_mpec import PyomoMpec
+from masonry_opt.models.pyomo_relaxed import PyomoRelaxed
+from masonry_opt.models.pyomo_static import PyomoStatic
+from masonry_opt.problem.assembly import Assembly, assemble
+from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.scene.case_file import as_scene
+from masonry_opt.scene.scene import Scene
+from masonry_opt.session import refuse_unsuited
+
+#: ε of the products z p ≤ ε that are written for complementarity: far above what solvers take for feasible,
+#: and far below a load factor.
+EPSILON = 1e-6
+
+#: A declared program, and what is to be said of it, a line each.
+Declared = tuple[pyo.ConcreteModel, list[str]]
+
+
+def _static(assembly: Assembly) -> Declared:
+    problem = assembly.problem
+    program = PyomoStatic(problem, ShearLimits.true(problem)).program
+    return program, [_objective("-load_factor", problem)]
+
+
+def _kinematic(assembly: Assembly) -> Declared:
+    problem = assembly.problem
+    program = PyomoKinematic(problem, ShearLimits.true(problem)).program
+    return program, [_objective("work of a mechanism; at its least: load_factor", problem)]
+
+
+def _mcp(assembly: Assembly) -> Declared:
+    model = PyomoMcp(assembly.problem)
+    with_pairs(model)
+    return model.program, ["no objective: every state of collapse"]
+
+
+def _mpec(assembly: Assembly) -> Declared:
+    model = PyomoRelaxed(PyomoMpec(assembly.problem))
+    model.epsilon.set_value(EPSILON)
+    said = f"complementarity as products of slack and rate, each at most {EPSILON:g}"
+    return model.program, [_objective("load_factor", assembly.problem), said]
+
+
+def _global(assembly: Assembly) -> Declared:
+    problem = assembly.problem
+    associative = solve(assembly.scene, "static").required()
+    if associative < 0:
+        raise NoLoadFactorError(
+            f"{assembly.scene.origin}: the program of 'global' looks for load factors from 0 on, and none is "
+            f"above {associative:g}: turn the live load round"
+        )
+    highest = a_little_above(associative)
+    known = solve(assembly.scene, "refined").solution.d
+    of = limits(problem, highest, assumed_rates(problem, known), Effort())
+    rates = "follows from kinematics" if of.rates_derived else "is assumed"
+    forces = "follow from statics" if of.forces_derived else "are assumed where statics set none"
+    model = PyomoGlobal(problem, _most_slack(problem, of), of.rates / edge_lengths(problem), highest)
+    return model.program, [
+        _objective("load_factor", problem),
+        f"0 <= load_factor <= {highest:.9g} (a little above the associative one)",
+        f"the sum of slips and edge openings is at most {of.rates:.9g}, which {rates}",
+        f"limits of forces {forces}",
+    ]
+
+
+def _most_slack(problem: Problem, of: Limits) -> np.ndarray:
+    """A face of sliding has z ≤ 2 (c + μ n̂), one of rocking z ≤ L n̂."""
+    shear = ShearLimits.true(problem).at(of.normal[problem.sliding])
+    rocking = problem.half_length * of.normal
+    most: np.ndarray = 2 * np.concatenate([shear, shear, rocking, rocking])
+    return most
+
+
+def _objective(words: str, problem: Problem) -> str:
+    return f"objective: {words} times {problem.live_norm!r}, the sum of the live load's components"
+
+
+@dataclass(frozen=True)
+class _Export:
+    """What declares a method's program, and the ends of the names of files that carry it."""
+
+    declare: Callable[[Assembly], Declared]
+    ends: tuple[str, ...]
+
+
+#: Products of variables are too much for LP and MPS files here, and of Pyomo's writers only that of NL files
+#: keeps complementary pairs.
+_EXPORTS = {
+    "static": _Export(_static, (".lp", ".mps", ".nl")),
+    "kinematic": _Export(_kinematic, (".lp", ".mps", ".nl")),
+    "global": _Export(_global, (".lp", ".mps", ".nl")),
+    "mpec": _Export(_mpec, (".nl",)),
+    "mcp": _Export(_mcp, (".nl",)),
+}
+
+
+def export(
+    scene: Scene | str | Path, path: str | Path, method: str = "static", force: bool = False
+) -> tuple[Path, ...]:
+    """Write the program that a method declares, for other solvers.
+
+    Rows and columns are named by kind and blocks, units are those of
+    :class:`~masonry_opt.problem.problem.Problem`, and λ is the scene's; see ``docs/solver_people.md``.
+
+    Parameters
+    ----------
+    scene:
+        A scene, or the path of a case file.
+    path:
+        Of the file, by whose end its format is known: ``.lp`` or ``.mps`` (linear programs, and with
+        binaries) or ``.nl`` (and with products or complementary pairs). Beside a ``.nl`` the names of its
+        rows and columns are written to ``.row`` and ``.col``.
+    method:
+        "static", eq. (9), "kinematic", eq. (10), "global" (complementarity with a binary for each face;
+        its bounds are computed first, by linear programs), "mpec" (with products z p ≤ 10⁻⁶), or "mcp" (with
+        complementary pairs).
+    force:
+        Whether to replace files that were not written here, which are known by a mark in them.
+
+    Returns
+    -------
+    tuple of Path
+        The files written, each whole.
+
+    Raises
+    ------
+    CaseError
+        If the case file or scene is wrong, or nothing carries a live load.
+    OptionError
+        If the method declares no single program, does not know the scene's joints, or the format cannot carry
+        its program; or if there is no such folder, or a file not written here would be replaced.
+    OutputError
+        If a file cannot be written.
+    NoLoadFactorError
+        If "global" has no associative load factor to bound λ with.
+    """
+    chosen, path = _chosen(method), _path(path)
+    if (end := path.suffix.lower()) not in chosen.ends:
+        raise OptionError(f"{path}: {_instead(method, end)}")
+    refuse_unwritable(path, force)
+    for names in (".row", ".col") if end == ".nl" else ():
+        refuse_replacing(path.with_suffix(names), force)
+    assembly = assemble(as_scene(scene))
+    # Dilatancy that falls with stress mcp hands over to the loop; the program it declares does not know it.
+    known = METHODS[method]
+    refuse_unsuited(replace(known, constant_dilatancy=True) if method == "mcp" else known, assembly)
+    program, said = chosen.declare(assembly)
+    program.name = method
+    files = WRITERS[end](program, assembly, [*_header(method, assembly), *said])
+    written = []
+    for suffix, text in files.items():
+        beside = path if suffix == end else path.with_suffix(suffix)
+        try:
+            write_whole(beside, text)
+        except OSError as error:
+            raise OutputError(f"{beside}: cannot be written: {error.strerror}") from None
+        written.append(beside)
+    return tuple(reversed(written))
+
+
+def _chosen(method: str) -> _Export:
+    if isinstance(method, str) and method in _EXPORTS:
+        return _EXPORTS[method]
+    of = f"those with one program: {', '.join(_EXPORTS)}"
+    if isinstance(method, str) and method in METHODS:
+        raise OptionError(f"method '{method}' solves a series of programs: export one of {of}")
+    raise OptionError(f"method '{method}' is unknown; choose from {of}")
+
+
+def _path(path: str | Path) -> Path:
+    try:
+        return Path(path)
+    except TypeError:
+        raise OptionError(f"the path of a program is text or a pathlib.Path (found {path!r})") from None
+
+
+def _instead(method: str, end: str) -> str:
+    """Why a format does not do, and which ones do."""
+    ends = ", ".join(_EXPORTS[method].ends)
+    if end not in WRITERS:
+        return f"a program of method '{method}' is written to a file whose name ends in {ends}"
+    others = ", ".join(name for name, has in _EXPORTS.items() if end in has.ends)
+    return (
+        f"{end} files cannot carry the program of method '{method}': let the name end in {ends} "
+        f"({end} files carry those of {others})"
+    )
+
+
+def _header(method: str, assembly: Assembly) -> list[str]:
+    """What every program says of itself, in ASCII."""
+    problem, scene = assembly.problem, assembly.scene
+    name = " ".join(f"{Path(scene.origin).name} {scene.title}".split())
+    lines = [
+        f"{MARK}: program of method {method} for {name}",
+        f"movable blocks: {problem.blocks}, joints: {problem.joints}",
+        f"units: forces {problem.force_unit!r}, lengths {problem.length_unit!r} of the case's; the load "
+        "factor is the same in both",
+    ]
+    return [line.encode("ascii", "replace").decode() for line in lines]

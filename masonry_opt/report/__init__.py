@@ -1,1 +1,0 @@
-"""What a person sees: pictures, tables and the command line's words."""

@@ -1,1 +1,0 @@
-"""A result as one interactive page, and as what a notebook shows."""

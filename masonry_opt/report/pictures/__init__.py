@@ -1,1 +1,0 @@
-"""Pictures of scenes and results, one file a kind."""

@@ -1,0 +1,323 @@
+"""Exported programs: other readers find the numbers that the methods find, under names that can be traced."""
+
+from __future__ import annotations
+
+import re
+
+import highspy
+import numpy as np
+import pytest
+from nl_files import read_nl
+from scenes import (
+    CASES,
+    KINDS_OF_JOINTS,
+    UNCRUSHED,
+    WALLS,
+    irregular,
+    overhanging,
+    pressed_down,
+    run_command,
+    small_wall,
+    two_blocks,
+)
+
+import masonry_opt as mo
+from masonry_opt.errors import NoLoadFactorError, OutputError
+from masonry_opt.exports.export import EPSILON
+
+FORMATS = {
+    "static": (".lp", ".mps", ".nl"),
+    "kinematic": (".lp", ".mps", ".nl"),
+    "global": (".lp", ".mps", ".nl"),
+    "mpec": (".nl",),
+    "mcp": (".nl",),
+}
+NO_LIVE_LOAD = two_blocks().model_copy(
+    update={"blocks": [block.model_copy(update={"live": (0.0, 0.0)}) for block in two_blocks().blocks]}
+)
+
+
+def solved_by_highs(path):
+    """HiGHS, having read a file and solved it."""
+    highs = highspy.Highs()
+    highs.silent()
+    highs.setOptionValue("mip_rel_gap", 1e-9)
+    assert highs.readModel(str(path)) == highspy.HighsStatus.kOk
+    highs.run()
+    assert highs.getModelStatus() == highspy.HighsModelStatus.kOptimal
+    return highs
+
+
+def times(text):
+    """What the objective is divided by to be a load factor, as a file says of itself."""
+    return float(re.search(r"objective: .* times ([\d.e+-]+), the sum", text)[1])
+
+
+@pytest.mark.parametrize("name", KINDS_OF_JOINTS)
+def test_highs_finds_the_associative_load_factor(tmp_path, name):
+    """Against CVXPY's declaration of statics, solved by simplex: of crushing both have the same chords."""
+    scene = KINDS_OF_JOINTS[name]
+    expected = pytest.approx(mo.solve(scene, "static", model="cvxpy", solver="highs").required(), rel=1e-6)
+    for end in (".lp", ".mps"):
+        (path,) = mo.export(scene, tmp_path / f"static{end}", "static")
+        highs = solved_by_highs(path)
+        _, column = highs.getColByName("load_factor")
+        assert highs.getSolution().col_value[column] == expected
+        assert -highs.getInfo().objective_function_value / times(path.read_text()) == expected
+
+        (path,) = mo.export(scene, tmp_path / f"kinematic{end}", "kinematic")
+        highs = solved_by_highs(path)
+        _, row = highs.getRowByName("c_e_live_work_")
+        assert highs.getSolution().row_dual[row] == expected
+        assert highs.getInfo().objective_function_value / times(path.read_text()) == expected
+
+
+@pytest.mark.parametrize("end", [".lp", ".mps"])
+@pytest.mark.parametrize("method", ["static", "kinematic"])
+def test_highs_finds_the_published_load_factor_of_wall_1(tmp_path, method, end):
+    (path,) = mo.export(WALLS[0], tmp_path / f"wall{end}", method)
+    objective = solved_by_highs(path).getInfo().objective_function_value
+    # Table 1.
+    assert abs(objective) / times(path.read_text()) == pytest.approx(0.64286, abs=5e-6)
+
+
+@pytest.mark.parametrize("end", [".lp", ".mps"])
+def test_highs_finds_the_least_load_factor_of_two_blocks_by_binaries(tmp_path, end):
+    (path,) = mo.export(two_blocks(), tmp_path / f"two{end}", "global")
+    highs = solved_by_highs(path)
+    # By hand: 1.5 μ, and 2.5 μ where sliding dilates. Two joints slide, three rock.
+    assert highs.getInfo().objective_function_value / times(path.read_text()) == pytest.approx(0.15, abs=1e-7)
+    lp = highs.getLp()
+    binary = [name for name, kind in zip(lp.col_names_, lp.integrality_, strict=True) if int(kind)]
+    assert len(binary) == 2 * 2 + 2 * 3
+    assert all(name.startswith("y_") for name in binary)
+    most = lp.col_upper_[lp.col_names_.index("load_factor")]
+    assert most == pytest.approx(0.25, rel=1e-3)
+    assert most > 0.25
+
+
+SOLVED_FROM_REST = {
+    "two blocks": two_blocks(),
+    "wedges": mo.load(CASES / "livesley" / "wedges.toml"),
+    "irregular": irregular(),
+    "corner on an edge": KINDS_OF_JOINTS["corner on an edge"],
+    "wall": small_wall(courses=3, length=2),
+}
+
+
+@pytest.mark.parametrize("name", SOLVED_FROM_REST)
+def test_ipopt_finds_the_load_factor_of_mpec(tmp_path, name):
+    """From the start in the file. Products of ε let λ fall, by what they dissipate: about ε Σ|f_L|⁻¹ each."""
+    scene = SOLVED_FROM_REST[name]
+    path, *_ = mo.export(scene, tmp_path / "program.nl", "mpec")
+    found = solved_by_ipopt(path) / times(path.read_text())
+    result = mo.solve(scene, "mpec")
+    lower = EPSILON * result.assembly.problem.faces / times(path.read_text())
+    assert result.required() - lower <= found <= result.required() + 1e-7
+
+
+@pytest.mark.parametrize("method", ["static", "kinematic"])
+def test_ipopt_finds_the_associative_load_factor_of_two_blocks(tmp_path, method):
+    path, *_ = mo.export(two_blocks(), tmp_path / "two.nl", method)
+    assert abs(solved_by_ipopt(path)) == pytest.approx(0.25, abs=1e-6)
+
+
+def solved_by_ipopt(path):
+    """The least objective, by the IPOPT in CasADi, which reads the file itself."""
+    casadi = pytest.importorskip("casadi")
+    read = casadi.NlpBuilder()
+    read.import_nl(str(path))
+    program = {"x": casadi.vertcat(*read.x), "f": read.f, "g": casadi.vertcat(*read.g)}
+    quiet = {"ipopt.print_level": 0, "ipopt.sb": "yes", "print_time": False, "expand": True}
+    solver = casadi.nlpsol("program", "ipopt", program, quiet)
+    found = solver(x0=read.x_init, lbx=read.x_lb, ubx=read.x_ub, lbg=read.g_lb, ubg=read.g_ub)
+    assert solver.stats()["success"]
+    return float(found["f"])
+
+
+def by_name(result, friction, cohesion=0.0, dilatancy=0.0):
+    """Values of an answer's rows and columns by the names in an ``.nl``, from its frames, by hand."""
+    problem = result.assembly.problem
+    force, length = problem.force_unit, problem.length_unit
+    values, times_seen = {"load_factor": result.load_factor}, {}
+    for joint in result.joints.itertuples():
+        pair = f"{joint.first}|{joint.second}"
+        times_seen[pair] = times_seen.get(pair, 0) + 1
+        at = f"[{pair}~{times_seen[pair]}]" if times_seen[pair] > 1 else f"[{pair}]"
+        # A corner on an edge has no length: its rocking faces say n ± m ≥ 0, and it does not resist turning.
+        half, turning = (joint.length / 2 / length, joint.rotation * length) if joint.length else (1.0, 0.0)
+        n, s, m = joint.n / force, joint.s / force, joint.m / force / length
+        values |= {f"n{at}": n, f"s{at}": s, f"m{at}": m}
+        rock = (joint.opening - dilatancy * abs(joint.slip)) / half
+        values |= {f"z_rock_plus{at}": n * half - m, f"z_rock_minus{at}": n * half + m}
+        values |= {f"p_rock_plus{at}": (rock - turning) / 2, f"p_rock_minus{at}": (rock + turning) / 2}
+        limit = cohesion * joint.length / force + friction * n
+        values |= {f"z_slide_plus{at}": limit - s, f"z_slide_minus{at}": limit + s}
+        values |= {f"p_slide_plus{at}": max(-joint.slip, 0.0), f"p_slide_minus{at}": max(joint.slip, 0.0)}
+    for block in result.blocks.itertuples():
+        at = f"[{block.block}]"
+        values |= {f"vx{at}": block.vx, f"vy{at}": block.vy, f"omega{at}": block.omega * length}
+    return values
+
+
+def two_feet():
+    """A block on two feet, pushed: two joints with the ground, and units far from one."""
+    bridge = [(0, 0), (200, 0), (200, 100), (300, 100), (300, 0), (500, 0), (500, 300), (0, 300)]
+    return mo.Scene(
+        joints=mo.JointDefaults(friction=0.4, cohesion=0.5),
+        blocks=[
+            mo.Block(name="A", vertices=bridge, weight=2000, live=(1000, 0), live_at=(250, 50)),
+            mo.Block(name="B", vertices=[(0, 300), (500, 300), (500, 400), (0, 400)], weight=1000),
+            mo.Block(name="ground", vertices=[(-100, -50), (900, -50), (900, 0), (-100, 0)], fixed=True),
+        ],
+    )
+
+
+ANSWERED = {**UNCRUSHED, "two feet": two_feet(), "irregular": irregular()}
+
+
+@pytest.mark.parametrize("name", ANSWERED)
+def test_mcp_s_equations_and_pairs_hold_at_our_answer(tmp_path, name):
+    scene = ANSWERED[name]
+    path, *_ = mo.export(scene, tmp_path / "program.nl", "mcp")
+    file, result = read_nl(path), mo.solve(scene, "mcp")
+    joints = scene.joints
+    known = by_name(result, joints.friction, joints.cohesion, joints.dilatancy)
+    x = np.array([known[column] for column in file.columns])
+    scale = max(1.0, np.abs(x).max())
+
+    rows = file.matrix @ x
+    equations = np.array(list(file.equal))
+    assert np.abs(rows[equations] - np.array(list(file.equal.values()))).max() <= 1e-9 * scale
+    paired = np.array([column for column, _ in file.pairs.values()])
+    bodies = rows[list(file.pairs)]
+    assert min(bodies.min(), x[paired].min()) >= -1e-9 * scale
+    assert np.abs(bodies * x[paired]).max() <= 1e-9 * scale
+    # A mechanism moves, and not every face is at yield.
+    assert x[paired].max() > 1e-2
+    assert bodies.max() > 1e-2
+
+    # Without the live load forces are not in equilibrium, and nothing is left out of the equations.
+    at_rest = np.array([0.0 if column == "load_factor" else known[column] for column in file.columns])
+    left = (file.matrix @ at_rest)[equations] - np.array(list(file.equal.values()))
+    assert np.abs(left).max() > 1e-2
+    assert np.abs(file.matrix).sum(axis=0).min() > 0
+
+
+@pytest.mark.parametrize("name", KINDS_OF_JOINTS)
+def test_mcp_pairs_each_slack_with_its_own_rate(tmp_path, name):
+    scene = KINDS_OF_JOINTS[name]
+    path, *_ = mo.export(scene, tmp_path / "program.nl", "mcp")
+    file, problem = read_nl(path), mo.solve(scene, "static").assembly.problem
+    faces, forces, motion = problem.faces, 3 * problem.joints, 3 * problem.blocks
+    # Square, as solvers of complementarity problems want it: z and p of each face, q, d and λ.
+    assert file.matrix.shape == (2 * faces + forces + motion + 1,) * 2
+    # In the header: no objective, and as many linear pairs as faces.
+    assert (file.counts[0][2], file.counts[1][2]) == (0, faces)
+    assert len(file.pairs) == faces
+    for row, (column, bounded) in file.pairs.items():
+        ((slack,),) = np.nonzero(file.matrix[row])
+        face = file.rows[row].removeprefix("pair_")
+        assert (file.columns[slack], file.columns[column]) == (f"z_{face}", f"p_{face}")
+        assert (bounded, file.lower[column], file.upper[column]) == (1, 0.0, np.inf)
+        assert np.isinf([file.lower[slack], file.upper[slack]]).all()
+
+
+def test_nl_files_count_binaries(tmp_path):
+    path, *_ = mo.export(two_blocks(), tmp_path / "two.nl", "global")
+    file = read_nl(path)
+    assert file.counts[5][0] == sum(name.startswith("y_") for name in file.columns) == 10
+    assert path.with_suffix(".row").read_text().splitlines()[-1] == "objective"
+
+
+def test_files_are_beside_each_other_and_the_same_twice(tmp_path):
+    first = mo.export(two_blocks(), tmp_path / "Two.NL", "mcp")
+    assert [path.name for path in first] == ["Two.NL", "Two.col", "Two.row"]
+    (tmp_path / "again").mkdir()
+    second = mo.export(two_blocks(), str(tmp_path / "again" / "Two.NL"), "mcp")
+    assert [path.read_text() for path in first] == [path.read_text() for path in second]
+
+
+def test_units_and_titles_stand_in_the_header_whatever_the_title(tmp_path):
+    titled = two_feet().model_copy(update={"title": 'Brücke \\* a "b"; $ontext\n*\\ End'})
+    for end in (".lp", ".mps"):
+        (path,) = mo.export(titled, tmp_path / f"program{end}", "static")
+        head = path.read_text().split("Source")[0]
+        # The median block weighs 1500; feet are 200 wide, blocks 500.
+        assert "movable blocks: 2, joints: 3" in head
+        assert "units: forces 1500.0, lengths 100.0" in head
+        assert "Br?cke" in head
+        found = abs(solved_by_highs(path).getInfo().objective_function_value) / times(head)
+        assert found == pytest.approx(mo.solve(two_feet(), "static").required(), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("method", "end"), [(method, end) for method in FORMATS for end in FORMATS["static"]]
+)
+def test_a_format_carries_a_program_or_is_refused_with_those_that_do(tmp_path, method, end):
+    path = tmp_path / f"two{end}"
+    if end in FORMATS[method]:
+        assert mo.export(two_blocks(), path, method)[0] == path
+        assert path.is_file()
+        return
+    with pytest.raises(mo.OptionError) as refused:
+        mo.export(two_blocks(), path, method)
+    assert all(other in str(refused.value) for other in FORMATS[method])
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("method", ["nonassociative", "refined", "simplex", None])
+def test_methods_without_one_program_are_refused(tmp_path, method):
+    with pytest.raises(mo.OptionError, match="static, kinematic, global, mpec, mcp"):
+        mo.export(two_blocks(), tmp_path / "two.nl", method)
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["two.txt", "two", "missing/two.lp", "file/two.lp", ".", "folder.lp", "\0.lp", f"{300 * 'x'}.lp", 3],
+    ids=repr,
+)
+def test_paths_that_cannot_be_written_are_refused(tmp_path, monkeypatch, path):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder.lp").mkdir()
+    (tmp_path / "file").write_text("")
+    with pytest.raises(mo.OptionError):
+        mo.export(two_blocks(), path, "static")
+
+
+def test_a_program_is_not_written_without_its_names(tmp_path):
+    (tmp_path / "two.col").mkdir()
+    with pytest.raises(OutputError):
+        mo.export(two_blocks(), tmp_path / "two.nl", "mcp")
+    assert not (tmp_path / "two.nl").exists()
+
+
+FALLS_WITH_STRESS = small_wall(courses=2, length=1, dilatancy=0.2, dilatancy_stress=(0.1, 0.2))
+
+
+@pytest.mark.parametrize(
+    ("scene", "method", "error"),
+    [
+        (FALLS_WITH_STRESS, "mcp", mo.OptionError),
+        (FALLS_WITH_STRESS, "mpec", mo.OptionError),
+        (KINDS_OF_JOINTS["strength"], "global", mo.OptionError),
+        (NO_LIVE_LOAD, "static", mo.CaseError),
+        (NO_LIVE_LOAD, "mcp", mo.CaseError),
+        ("missing.toml", "static", mo.CaseError),
+        (overhanging(), "global", NoLoadFactorError),
+        (pressed_down(), "global", NoLoadFactorError),
+    ],
+)
+def test_scenes_that_a_method_does_not_know_are_refused(tmp_path, scene, method, error):
+    with pytest.raises(error):
+        mo.export(scene, tmp_path / "program.nl", method)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_command_prints_the_files_written(monkeypatch, capsys, tmp_path):
+    case = CASES / "gilbert" / "two_blocks.toml"
+    code, out, _ = run_command(monkeypatch, capsys, "export", case, tmp_path / "two.nl", "--method", "mcp")
+    assert (code, out.split()) == (0, [str(tmp_path / f"two{end}") for end in (".nl", ".col", ".row")])
+    code, out, err = run_command(monkeypatch, capsys, "export", case, tmp_path / "two.lp", "--method", "mcp")
+    assert (code, out) == (2, "")
+    assert err.startswith("error: ")
