@@ -34,10 +34,10 @@ _HOMES = {
     "scene.scene": ("Scene",),
     "scene.wall": ("Wall",),
     "studies.compare.api": ("compare",),
+    "studies.many.least": ("least", "most"),
+    "studies.many.sample": ("sample",),
+    "studies.many.sample_answer": ("Sample",),
     "studies.many.sweep": ("sweep",),
-    "studies.margins.least": ("least", "most"),
-    "studies.sampling.answer": ("Sample",),
-    "studies.sampling.sample": ("sample",),
 }
 
 __all__ = sorted(name for names in _HOMES.values() for name in names)

@@ -30,8 +30,8 @@ from masonry_opt.scene.load import Load as Load
 from masonry_opt.scene.scene import Scene as Scene
 from masonry_opt.scene.wall import Wall as Wall
 from masonry_opt.studies.compare.api import compare as compare
+from masonry_opt.studies.many.least import least as least
+from masonry_opt.studies.many.least import most as most
+from masonry_opt.studies.many.sample import sample as sample
+from masonry_opt.studies.many.sample_answer import Sample as Sample
 from masonry_opt.studies.many.sweep import sweep as sweep
-from masonry_opt.studies.margins.least import least as least
-from masonry_opt.studies.margins.least import most as most
-from masonry_opt.studies.sampling.answer import Sample as Sample
-from masonry_opt.studies.sampling.sample import sample as sample

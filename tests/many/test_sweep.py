@@ -170,7 +170,7 @@ def test_options_are_refused_before_the_first_run():
 
 
 def test_a_table_needs_no_extra(monkeypatch, tmp_path):
-    for module in ("drawing", "many.charts"):
+    for module in ("drawing", "many.sweep_charts"):
         monkeypatch.delitem(sys.modules, f"masonry_opt.studies.{module}", raising=False)
     monkeypatch.setitem(sys.modules, "altair", None)
     mo.sweep(block_on_floor(), {"joints.friction": [0.3, 0.4]}, method="static", workers=1, out=tmp_path)

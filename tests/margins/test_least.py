@@ -13,7 +13,7 @@ import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.margins.standing import standing
+from masonry_opt.studies.many.standing import standing
 
 
 def tilted(scene: mo.Scene, degrees: float) -> mo.Scene:

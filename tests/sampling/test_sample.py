@@ -13,10 +13,10 @@ from scipy import stats
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.studies.many.distributions import lognormal
 from masonry_opt.studies.many.runs import COLUMNS
-from masonry_opt.studies.sampling.distributions import lognormal
-from masonry_opt.studies.sampling.sample import Draws
-from masonry_opt.studies.sampling.spread import Spread, with_values
+from masonry_opt.studies.many.sample import Draws
+from masonry_opt.studies.many.spread import Spread, with_values
 
 FRICTION, SLENDER = lognormal(0.4, 0.1), 0.5
 ASKED = {"method": "static", "seed": 1}

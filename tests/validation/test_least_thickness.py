@@ -18,7 +18,7 @@ from continuous_arch import least_thickness_ratio
 from scipy.optimize import brentq
 
 import masonry_opt as mo
-from masonry_opt.studies.margins.standing import standing
+from masonry_opt.studies.many.standing import standing
 
 
 def closed_form(voussoirs: int) -> float:

@@ -109,7 +109,7 @@ def sweep(
         write_table(frame, folder, parquet)
         with contextlib.suppress(OptionError):  # the table needs no extra
             from masonry_opt.studies.drawing import write_charts
-            from masonry_opt.studies.many.charts import drawings
+            from masonry_opt.studies.many.sweep_charts import drawings
 
             write_charts("Sweep", drawings(frame, list(vary)), folder)
     return frame

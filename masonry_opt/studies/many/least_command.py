@@ -14,10 +14,10 @@ from masonry_opt.explain.sentences import numeral
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.report.terminal import print_text
 from masonry_opt.scene.case_file import load as load_scene
+from masonry_opt.studies.many.least import SAMPLES, TOLERANCE, most
+from masonry_opt.studies.many.least import least as least_value
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.margins.least import SAMPLES, TOLERANCE, most
-from masonry_opt.studies.margins.least import least as least_value
-from masonry_opt.studies.margins.threshold import Trial
+from masonry_opt.studies.many.threshold import Trial
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 

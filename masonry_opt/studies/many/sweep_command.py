@@ -14,15 +14,15 @@ from masonry_opt.command_options import method_options
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.report.terminal import print_text
+from masonry_opt.studies.many.distributions import parse
+from masonry_opt.studies.many.draws import SEQUENCES
+from masonry_opt.studies.many.sample import RUNS
+from masonry_opt.studies.many.sample import sample as sample_scene
+from masonry_opt.studies.many.spread import BY
 from masonry_opt.studies.many.sweep import sweep as sweep_scene
 from masonry_opt.studies.many.words import said
 from masonry_opt.studies.page import NEEDED
 from masonry_opt.studies.process import ended_by_kill
-from masonry_opt.studies.sampling.distributions import parse
-from masonry_opt.studies.sampling.draws import SEQUENCES
-from masonry_opt.studies.sampling.sample import RUNS
-from masonry_opt.studies.sampling.sample import sample as sample_scene
-from masonry_opt.studies.sampling.spread import BY
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 

@@ -10,9 +10,9 @@ import pandas as pd
 from masonry_opt.errors import counted
 from masonry_opt.studies.drawing import Drawing, alt
 from masonry_opt.studies.load_factor_axis import LABEL, ends, ticks
+from masonry_opt.studies.many.estimates import LIMITS
+from masonry_opt.studies.many.sample_answer import CONFIDENCE, Sample
 from masonry_opt.studies.palette import COLOURS
-from masonry_opt.studies.sampling.answer import CONFIDENCE, Sample
-from masonry_opt.studies.sampling.estimates import LIMITS
 
 #: So many of the numbers drawn are shown, those that matter most.
 _SHOWN = 15

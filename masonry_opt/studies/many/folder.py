@@ -6,8 +6,8 @@ import contextlib
 from pathlib import Path
 
 from masonry_opt.errors import OptionError
+from masonry_opt.studies.many.sample_answer import Sample
 from masonry_opt.studies.many.table import write_table
-from masonry_opt.studies.sampling.answer import Sample
 from masonry_opt.studies.writing import csv_text, write_files
 
 
@@ -26,6 +26,6 @@ def write_sample(sample: Sample, folder: Path, parquet: bool = False) -> None:
     write_files(folder, texts)
     with contextlib.suppress(OptionError):  # the tables need no extra
         from masonry_opt.studies.drawing import write_charts
-        from masonry_opt.studies.sampling.charts import KINDS
+        from masonry_opt.studies.many.sample_charts import KINDS
 
         write_charts("Sample", [draw(sample) for draw in KINDS.values()], folder)

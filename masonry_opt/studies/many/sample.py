@@ -15,13 +15,13 @@ from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
+from masonry_opt.studies.many.distributions import Distribution, distribution
+from masonry_opt.studies.many.draws import SEQUENCES, scores
 from masonry_opt.studies.many.parameters import Parameters, is_of_joints
 from masonry_opt.studies.many.runs import Study
+from masonry_opt.studies.many.sample_answer import Sample
+from masonry_opt.studies.many.spread import BY, Spread, with_values
 from masonry_opt.studies.many.table import Progress, refuse_parquet, table
-from masonry_opt.studies.sampling.answer import Sample
-from masonry_opt.studies.sampling.distributions import Distribution, distribution
-from masonry_opt.studies.sampling.draws import SEQUENCES, scores
-from masonry_opt.studies.sampling.spread import BY, Spread, with_values
 
 #: Runs, unless another number is asked for: a power of two, of which Sobol's points are spread most evenly.
 RUNS = 128
@@ -133,7 +133,7 @@ def sample(
     )
     if folder is not None:
         # Charts are slow to import: only when they are needed.
-        from masonry_opt.studies.sampling.folder import write_sample
+        from masonry_opt.studies.many.folder import write_sample
 
         write_sample(found, folder, parquet)
     return found

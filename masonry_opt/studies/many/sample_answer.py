@@ -15,7 +15,7 @@ from masonry_opt.answer.status import Status
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.explain.sentences import numeral
 from masonry_opt.studies.load_factor_axis import ends
-from masonry_opt.studies.sampling.estimates import fragility, quantiles, sensitivity
+from masonry_opt.studies.many.estimates import fragility, quantiles, sensitivity
 
 if TYPE_CHECKING:
     import altair
@@ -117,7 +117,7 @@ class Sample:
         Raises OptionError if there is no such kind, or Altair, of the extra "studies", is not installed.
         """
         # Charts are slow to import: only when they are needed.
-        from masonry_opt.studies.sampling.charts import KINDS
+        from masonry_opt.studies.many.sample_charts import KINDS
 
         if kind not in KINDS:
             raise OptionError(f"kind '{kind}' is unknown; choose from: {', '.join(KINDS)}")

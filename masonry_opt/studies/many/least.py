@@ -17,8 +17,8 @@ from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.margins.standing import standing, under_dead_load
-from masonry_opt.studies.margins.threshold import FALLS, UNLIMITED, Threshold, Trial
+from masonry_opt.studies.many.standing import standing, under_dead_load
+from masonry_opt.studies.many.threshold import FALLS, UNLIMITED, Threshold, Trial
 
 #: A scene of a number.
 Make = Callable[[float], "Scene | str | Path"]
