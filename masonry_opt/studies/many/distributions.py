@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +11,7 @@ from scipy import stats
 
 from masonry_opt.errors import OptionError
 
-#: What a distribution by name is given.
+#: Arguments of each distribution that has a name.
 _ARGUMENTS = {
     "normal": "mean and standard deviation",
     "lognormal": "mean and standard deviation of the number itself",
@@ -28,18 +27,10 @@ _HOW = (
 
 @dataclass(frozen=True)
 class Distribution:
-    """A distribution of one number.
-
-    Attributes
-    ----------
-    text: as a user would write it.
-    quantile: values at probabilities, shape (n,) to (n,).
-    below: probability of a lower value.
-    """
+    """A frozen distribution of scipy.stats, and its text as a user would write it."""
 
     text: str
-    quantile: Callable[[np.ndarray], np.ndarray]
-    below: Callable[[float], float]
+    frozen: Any
 
 
 def distribution(name: str, given: Any) -> Distribution:
@@ -49,38 +40,40 @@ def distribution(name: str, given: Any) -> Distribution:
     ----------
     name: of the number, for errors.
     given: ("normal", mean, standard deviation), ("lognormal", mean, standard deviation), both of the number
-        itself and not of its logarithm, the standard deviation also as a text such as "15%", of the mean;
-        ("uniform", least, greatest); or a frozen distribution of scipy.stats. A standard deviation above
-        the mean, which is likely to be meant in per cent, must be given in per cent; with a mean of zero
-        (of a normal distribution) any is taken.
+        itself and not of its logarithm; ("uniform", least, greatest); or a frozen distribution of
+        scipy.stats. The standard deviation may be a text such as "15%", of the mean. Above the mean it must
+        be such a text, because per cent are likely to be meant (unless the mean is zero).
 
     Raises
     ------
     OptionError
-        If it is none of these, its values are out of range, or a standard deviation is above the mean; the
-        message names the number.
+        If it is none of these, or a value is out of range; the message names the number.
     """
+    of = f"distribution of '{name}'"
     if callable(getattr(given, "ppf", None)) and callable(getattr(given, "cdf", None)):
-        return Distribution(_frozen_text(given), given.ppf, lambda value: float(given.cdf(value)))
-    if isinstance(given, str) or not isinstance(given, (tuple, list)) or len(given) != 3:
-        raise OptionError(f"distribution of '{name}': {_HOW} (found {given!r})")
-    kind, *values = given
-    if kind not in _ARGUMENTS:
-        raise OptionError(f"distribution of '{name}': {_HOW} (found {kind!r})")
-    first = _number(name, kind, values[0])
-    second = _spread(name, kind, values[1], first)
-    if kind == "uniform":
-        if not first < second:
-            raise OptionError(f"distribution of '{name}': the least value must be below the greatest")
-        frozen = stats.uniform(first, second - first)
-    else:
-        if not second > 0:
-            raise OptionError(f"distribution of '{name}': the standard deviation must be positive")
-        if kind == "lognormal" and not first > 0:
-            raise OptionError(f"distribution of '{name}': the mean of a lognormal must be positive")
-        frozen = stats.norm(first, second) if kind == "normal" else lognormal(first, second)
-    text = f"{kind}({first:g}, {second:g})"
-    return Distribution(text, frozen.ppf, lambda value: float(frozen.cdf(value)))
+        return Distribution(_text(given), given)
+    if not isinstance(given, tuple | list) or len(given) != 3 or given[0] not in _ARGUMENTS:
+        raise OptionError(f"{of}: {_HOW} (found {given!r})")
+    kind = given[0]
+    try:
+        first = _number(given[1])
+        second = _number(given[2]) if kind == "uniform" else _deviation(given[2], first)
+    except TypeError:
+        raise OptionError(f"{of}: {kind} takes {_ARGUMENTS[kind]} (found {given[1:]!r})") from None
+    except OptionError as error:
+        raise OptionError(f"{of}: {error}") from None
+    if kind == "uniform" and not first < second:
+        raise OptionError(f"{of}: the least value must be below the greatest")
+    if kind != "uniform" and not second > 0:
+        raise OptionError(f"{of}: the standard deviation must be positive")
+    if kind == "lognormal" and not first > 0:
+        raise OptionError(f"{of}: the mean of a lognormal must be positive")
+    frozen = {
+        "normal": stats.norm,
+        "lognormal": lognormal,
+        "uniform": lambda least, greatest: stats.uniform(least, greatest - least),
+    }[kind](first, second)
+    return Distribution(f"{kind}({first:g}, {second:g})", frozen)
 
 
 def lognormal(mean: float, deviation: float) -> Any:
@@ -98,14 +91,13 @@ def parse(text: str) -> tuple[str, tuple[str, Any, Any]]:
     Raises OptionError if it has not these parts.
     """
     name, equals, words = text.partition("=")
-    parts = words.split(":")
+    parts = [_read(part.strip()) for part in words.split(":")]
     if not equals or not name.strip() or len(parts) != 3:
         raise OptionError(
             f"'{text}': write it as NAME=lognormal:MEAN:DEVIATION (a number, or 15% of the mean), "
             "NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST"
         )
-    kind, *values = (part.strip() for part in parts)
-    return name.strip(), (kind, *map(_read, values))  # type: ignore[return-value]
+    return name.strip(), tuple(parts)  # type: ignore[return-value]
 
 
 def _read(text: str) -> float | str:
@@ -115,28 +107,26 @@ def _read(text: str) -> float | str:
         return text
 
 
-def _number(name: str, kind: str, value: object) -> float:
-    good = isinstance(value, int | float | np.number) and not isinstance(value, bool)
-    if not good or not math.isfinite(value):  # type: ignore[arg-type]
-        raise OptionError(f"distribution of '{name}': {kind} takes {_ARGUMENTS[kind]} (found {value!r})")
-    return float(value)  # type: ignore[arg-type]
+def _number(value: Any) -> float:
+    """Raises TypeError if it is not a finite number."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not math.isfinite(value):
+        raise TypeError
+    return float(value)
 
 
-def _spread(name: str, kind: str, value: object, mean: float) -> float:
-    """The second number, of which a standard deviation may be a share of the mean."""
-    if isinstance(value, str) and value.strip().endswith("%") and kind != "uniform":
-        return abs(mean) / 100 * _number(name, kind, _read(value.strip()[:-1]))
-    number = _number(name, kind, value)
-    if kind != "uniform" and mean and number > abs(mean):
+def _deviation(value: Any, mean: float) -> float:
+    if isinstance(value, str) and value.strip().endswith("%"):
+        return abs(mean) / 100 * _number(_read(value.strip()[:-1]))
+    number = _number(value)
+    if mean and number > abs(mean):
         raise OptionError(
-            f"distribution of '{name}': a standard deviation of {number:g} is more than the mean, {mean:g}: "
-            f"if per cent of the mean are meant, write '{number:g}%'; if it is meant as it stands, "
-            f"'{100 * number / abs(mean):.6g}%'"
+            f"a standard deviation of {number:g} is more than the mean, {mean:g}: if per cent of the mean "
+            f"are meant, write '{number:g}%'; if it is meant as it stands, '{100 * number / abs(mean):.6g}%'"
         )
     return number
 
 
-def _frozen_text(given: Any) -> str:
-    of = getattr(getattr(given, "dist", None), "name", type(given).__name__)
-    values = [*getattr(given, "args", ()), *getattr(given, "kwds", {}).values()]
+def _text(frozen: Any) -> str:
+    of = getattr(getattr(frozen, "dist", None), "name", type(frozen).__name__)
+    values = [*getattr(frozen, "args", ()), *getattr(frozen, "kwds", {}).values()]
     return f"{of}({', '.join(f'{value:g}' for value in values)})"

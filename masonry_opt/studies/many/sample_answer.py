@@ -110,6 +110,14 @@ class Sample:
         """
         return sensitivity(self.table[list(self.drawn)], self.load_factors, _share(confidence))
 
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """Quantiles, fragility and sensitivity, by these names."""
+        return {
+            "quantiles": self.quantiles(),
+            "fragility": self.fragility(),
+            "sensitivity": self.sensitivity(),
+        }
+
     def plot(self, kind: str = "distribution") -> altair.TopLevelMixin:
         """Draw the "distribution" of the load factor, its "fragility" curve or the "sensitivity" to what was
         drawn, as a chart of Altair.
@@ -151,11 +159,6 @@ class Sample:
 
     def as_dict(self) -> dict[str, Any]:
         """All but the single runs, as plain numbers, strings, lists and dictionaries (not finite: None)."""
-        frames = {
-            "quantiles": self.quantiles(),
-            "fragility": self.fragility(),
-            "sensitivity": self.sensitivity(),
-        }
         return {
             "case": self.case,
             "distributions": dict(self.distributions),
@@ -164,7 +167,7 @@ class Sample:
             "unlimited": self.unlimited,
             "undecided": self.undecided,
             "confidence": CONFIDENCE,
-        } | {name: _records(frame) for name, frame in frames.items()}
+        } | {name: _records(frame) for name, frame in self.tables().items()}
 
     def to_json(self) -> str:
         """``as_dict`` as one JSON object."""

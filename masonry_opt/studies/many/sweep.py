@@ -13,14 +13,13 @@ from typing import Any
 
 import pandas as pd
 
-from masonry_opt.analysis import refuse_options
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.many.runs import COLUMNS, Study
-from masonry_opt.studies.many.table import Maker, Progress, refuse_parquet, table, write_table
+from masonry_opt.studies.many.table import Maker, Progress, table
 
 
 def sweep(
@@ -90,23 +89,25 @@ def sweep(
         If ``out`` cannot be written; runs already made are kept.
     """
     points = grid(vary)
-    refuse_options(method, model, solver, tolerance, options)
-    if parquet:
-        refuse_parquet()
     make: Maker | None = None
     if callable(scene) and not isinstance(scene, Scene):
-        make = maker(scene, list(vary))
-        study = Study(None, method, model, solver, tolerance, options)
+        make, of = _maker(scene, list(vary)), None
     else:
-        study = Study(as_scene(scene), method, model, solver, tolerance, options)
-        assert study.scene is not None
-        Parameters(study.scene).check_names(vary)
+        of = as_scene(scene)
+        Parameters(of).check_names(vary)
     folder = None if out is None else Path(out)
     frame = table(
-        study, points, make=make, folder=folder, force=force, workers=workers, dask=dask, progress=progress
+        Study(of, method, model, solver, tolerance, options),
+        points,
+        make=make,
+        folder=folder,
+        parquet=parquet,
+        force=force,
+        workers=workers,
+        dask=dask,
+        progress=progress,
     )
     if folder is not None:
-        write_table(frame, folder, parquet)
         with contextlib.suppress(OptionError):  # the table needs no extra
             from masonry_opt.studies.drawing import write_charts
             from masonry_opt.studies.many.sweep_charts import drawings
@@ -143,7 +144,7 @@ def _number(value: Any) -> float:
     return int(value) if isinstance(value, Integral) else float(value)
 
 
-def maker(function: Callable[..., Scene], names: Sequence[str]) -> Maker:
+def _maker(function: Callable[..., Scene], names: Sequence[str]) -> Maker:
     """What makes a scene of values by a function of them.
 
     Raises OptionError if the function does not take these names, and, when called, if it returns no scene.

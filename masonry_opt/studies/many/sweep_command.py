@@ -15,10 +15,9 @@ from masonry_opt.errors import InterruptedByUserError, OptionError, counted
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.report.terminal import print_text
 from masonry_opt.studies.many.distributions import parse
-from masonry_opt.studies.many.draws import SEQUENCES
+from masonry_opt.studies.many.draws import BY, SEQUENCES
 from masonry_opt.studies.many.sample import RUNS
 from masonry_opt.studies.many.sample import sample as sample_scene
-from masonry_opt.studies.many.spread import BY
 from masonry_opt.studies.many.sweep import sweep as sweep_scene
 from masonry_opt.studies.many.words import said
 from masonry_opt.studies.page import NEEDED
