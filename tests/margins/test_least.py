@@ -182,7 +182,7 @@ def test_joints_that_crush_are_decided_without_a_margin():
 
 def test_smooth_joints_have_no_margin():
     smooth = tilted(block_on_floor(friction=0.0), 10)
-    assert standing(smooth).status is mo.Status.UNSTABLE
+    assert standing(smooth).result.status is mo.Status.UNSTABLE
     assert mo.least(
         lambda mu: tilted(block_on_floor(friction=mu), 10), 0, 1, samples=0
     ).value == pytest.approx(math.tan(math.radians(10)), rel=1e-6)

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import inf
 
 import numpy as np
 
 from masonry_opt.answer.acceptance import MARGIN_ENERGY, SMALLEST, Kind
+from masonry_opt.answer.certificate import Certificate
 from masonry_opt.answer.reasons import Code
-from masonry_opt.answer.result import Result, make_result
+from masonry_opt.answer.result import Result, certificate_of, make_result
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
+from masonry_opt.answer.thresholds import LOWER
 from masonry_opt.effort import Effort
+from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.explain.diagnosis import DeadLoadUndecided, falling_mechanism
 from masonry_opt.explain.no_load_factor import movers
 from masonry_opt.explain.sentences import message, numeral
@@ -25,35 +28,63 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import Solver, find_solver
 
 
-def standing(scene: Scene) -> Result:
+@dataclass(frozen=True)
+class Standing:
+    """How a scene stands under its dead load alone.
+
+    Attributes
+    ----------
+    margin: in median block weights; below zero no state of equilibrium exists, whatever the flow rule. Where
+        there is no such number (joints that crush; blocks that wedge; smooth joints) inf if the scene stands,
+        -inf if it falls.
+    certificate: residuals of the margin; None where it is not finite.
+    result: the forces that carry the dead load, or the mechanism that it drives. It has no load factor.
+    """
+
+    margin: float
+    certificate: Certificate | None
+    result: Result
+
+
+def standing(scene: Scene) -> Standing:
     """How a scene stands under its dead load alone; its live loads are left aside.
 
-    The load factor of the result is a margin, in median block weights. Its live load takes one such weight
-    off the normal force of every joint, as if all were pressed apart: with n = n' + λ and n' at yield,
-    statics under the dead load are eq. (9) with the live load B e, where e is that normal force in every
-    joint. So λ is the most by which all normal forces exceed what their shear and moment need. Positive, the
-    scene stands with that margin; negative, no state of equilibrium exists, whatever the flow rule, and the
-    mechanism is one that the dead load drives.
-
-    Returns
-    -------
-    Result
-        With the margin as load factor. Where there is none (joints that crush; blocks that wedge; smooth
-        joints): "unstable under dead load", with the mechanism, or "stands under dead load"; "solver failed"
-        if that could not be decided.
+    The margin is the load factor of a live load that takes a median block weight off the normal force of
+    every joint, as if all were pressed apart: with n = n' + λ and n' at yield, statics under the dead load
+    are eq. (9) with the live load B e, where e is that normal force in every joint. So λ is the most by which
+    all normal forces exceed what their shear and moment need.
 
     Raises
     ------
     CaseError
         If the scene is wrong.
+    NoLoadFactorError
+        If whether it stands could not be decided.
     """
     assembly, effort, solver = assemble(scene), Effort(), find_solver("cvxpy", None)
-    pressed = replace(assembly, problem=_pressed_apart(assembly.problem))
-    solution = _margin(pressed.problem, solver, effort)
-    if solution is None:
+    problem, certificate = assembly.problem, None
+    pressed = replace(problem, live=problem.B @ _of_normal(problem))
+    found = _margin(pressed, solver, effort)
+    if found is None or found.load_factor is None:
         solution = _yes_or_no(assembly, solver, effort)
-    return make_result(
-        pressed,
+        margin = inf if solution.status is Status.STANDS else -inf
+    else:
+        margin, certificate = found.load_factor + 0.0, certificate_of(pressed, found)
+        if margin >= -LOWER:
+            carries = found.q + margin * _of_normal(problem)
+            solution = replace(found, status=Status.STANDS, load_factor=None, q=carries, d=None)
+        else:
+            assert found.d is not None
+            solution = replace(found, load_factor=None, q=None)
+            solution.end(Status.UNSTABLE, Code.FALLS, blocks=movers(assembly, found.d))
+    # No live load, no tilt and no reference: the result has no load factor to go with them.
+    dead = replace(
+        assembly,
+        problem=replace(problem, live=np.zeros_like(problem.live)),
+        scene=scene.model_copy(update={"tilt": None, "reference": {}}),
+    )
+    result = make_result(
+        dead,
         solution,
         effort,
         method="static",
@@ -61,48 +92,14 @@ def standing(scene: Scene) -> Result:
         solver=solver.name,
         message=message(solution.reasons),
     )
-
-
-def under_dead_load(result: Result, stands: bool) -> Result:
-    """What a result of :func:`standing` says of the dead load itself: the forces that carry it, or the
-    mechanism that it drives. No load factor, which would be the margin, and no tilt or reference for one."""
-    margin, found, problem = result.load_factor, result.solution, result.assembly.problem
-    solution = replace(found, load_factor=None)
-    assembly = replace(
-        result.assembly,
-        problem=replace(problem, live=np.zeros_like(problem.live)),
-        scene=result.assembly.scene.model_copy(update={"tilt": None, "reference": {}}),
-    )
-    if margin is not None and stands:
-        assert found.q is not None
-        solution.status, solution.q, solution.d = Status.STANDS, found.q + margin * _of_normal(problem), None
-    elif margin is not None:
-        assert found.d is not None
-        solution.q = None
-        solution.end(Status.UNSTABLE, Code.FALLS, blocks=movers(assembly, found.d))
-    effort = Effort()
-    shown = make_result(
-        assembly,
-        solution,
-        effort,
-        method=result.method,
-        model=result.model,
-        solver=result.solver,
-        message=message(solution.reasons),
-    )
-    shown = replace(shown, seconds=result.seconds, solvers=result.solvers, lp_solves=result.lp_solves)
-    of_margin = "none" if margin is None else f"{numeral(margin, '.6g')} median block weights"
-    said = f"{texts(shown)[0]}\n{'margin':<16} {of_margin}"
-    return replace(shown, summary=said, details=said)
+    told = numeral(margin, ".6g") + " median block weights" if certificate else "none"
+    said = f"{texts(result)[0]}\n{'margin':<16} {told}"
+    return Standing(margin, certificate, replace(result, summary=said, details=said))
 
 
 def _of_normal(problem: Problem) -> np.ndarray:
     """One in place of each normal force, shape (3c,)."""
     return (np.arange(3 * problem.joints) < problem.joints).astype(float)
-
-
-def _pressed_apart(problem: Problem) -> Problem:
-    return replace(problem, live=problem.B @ _of_normal(problem))
 
 
 def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None:
@@ -124,11 +121,10 @@ def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None
 def _yes_or_no(assembly: Assembly, solver: Solver, effort: Effort) -> Solution:
     solution = Solution(Status.STANDS, Kind.ASSOCIATIVE)
     try:
-        falling = falling_mechanism(assembly.problem, solver, effort)
+        solution.d = falling_mechanism(assembly.problem, solver, effort)
     except DeadLoadUndecided as word:
         solution.end(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, word=str(word))
-        return solution
-    if falling is not None:
-        solution.d = falling
-        solution.end(Status.UNSTABLE, Code.FALLS, blocks=movers(assembly, falling))
+        raise NoLoadFactorError(f"{solution.status}: {message(solution.reasons)}") from None
+    if solution.d is not None:
+        solution.end(Status.UNSTABLE, Code.FALLS, blocks=movers(assembly, solution.d))
     return solution
