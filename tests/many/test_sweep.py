@@ -12,9 +12,8 @@ import masonry_opt as mo
 from masonry_opt.studies.endings import CRASHED, DIED, REFUSED
 from masonry_opt.studies.many import journal
 from masonry_opt.studies.many.runs import Study, Task
-from masonry_opt.studies.many.sweep import grid
+from masonry_opt.studies.many.sweep import grid, said
 from masonry_opt.studies.many.table import table
-from masonry_opt.studies.many.words import said
 
 FRICTIONS = [0.2, 0.3, 0.45, 0.6, 0.8]
 VARY = {"joints.friction": FRICTIONS, "block.A.live.x": [1.0, 2.0]}

@@ -13,6 +13,7 @@ import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.studies.many.parameters import Parameters
+from masonry_opt.studies.many.runs import COLUMNS
 from masonry_opt.studies.many.standing import standing
 
 
@@ -94,7 +95,8 @@ def test_least_friction_that_carries_a_load(method):
     )
     assert found.value == pytest.approx(0.3, rel=1e-7)
     assert found.fails.number < 0.3 <= found.holds.number + 1e-9
-    assert found.history.columns.tolist() == ["value", "holds", "load_factor"]
+    assert found.history.columns.tolist() == ["value", "holds", "number", *COLUMNS]
+    assert found.history["load_factor"].tolist() == [trial.number for trial in found.trials]
 
 
 def test_a_load_factor_that_jumps_is_named():

@@ -13,7 +13,7 @@ from masonry_opt.report.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES,
 from masonry_opt.studies.drawing import Drawing, alt
 from masonry_opt.studies.load_factor_axis import LABEL, ends, off_axis, ticks
 from masonry_opt.studies.many.mechanism import CRUSHING, HINGING, MIXED, NONE, SEPARATING, SLIDING
-from masonry_opt.studies.many.words import at_least
+from masonry_opt.studies.many.sweep import at_least
 from masonry_opt.studies.palette import COLOURS
 
 #: Colour and mark of each mechanism: that of the joints that give it its name, in pictures too.

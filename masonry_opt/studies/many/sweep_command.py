@@ -18,8 +18,8 @@ from masonry_opt.studies.many.distributions import parse
 from masonry_opt.studies.many.draws import BY, SEQUENCES
 from masonry_opt.studies.many.sample import RUNS
 from masonry_opt.studies.many.sample import sample as sample_scene
+from masonry_opt.studies.many.sweep import said
 from masonry_opt.studies.many.sweep import sweep as sweep_scene
-from masonry_opt.studies.many.words import said
 from masonry_opt.studies.page import NEEDED
 from masonry_opt.studies.process import ended_by_kill
 

@@ -99,16 +99,23 @@ def table(
             rows[index] = row
             progress(len(rows), len(points))
     progress(len(rows), len(points))
-    columns = [*points[0], *COLUMNS]
-    frame = pd.DataFrame([rows[index] for index in range(len(points))], columns=columns)
-    # Whatever is missing, a column has one kind; and no minus stands before a zero.
-    frame = unsigned(frame.astype({name: KINDS.get(name, "float64") for name in columns}))
+    frame = framed([rows[index] for index in range(len(points))], list(points[0]))
     if folder is not None:
         contents: dict[str, str | bytes] = {_TABLE: csv_text(frame)}
         if parquet:
             contents["runs.parquet"] = frame.to_parquet(None, index=False)
         write_files(folder, contents)
     return frame
+
+
+def framed(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> pd.DataFrame:
+    """Rows of runs as a frame: numbers of the scene by these names, then COLUMNS.
+
+    Whatever is missing, a column has one kind; and no minus stands before a zero.
+    """
+    columns = [*names, *COLUMNS]
+    frame = pd.DataFrame(rows, columns=columns)
+    return unsigned(frame.astype({name: KINDS.get(name, "float64") for name in columns}))
 
 
 def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
