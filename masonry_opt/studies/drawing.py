@@ -21,7 +21,7 @@ except ImportError:
     raise OptionError(NEEDED) from None
 
 # Altair is taken from here: where it is missing, one place says so.
-__all__ = ["Drawing", "alt", "pictures", "script", "write_charts"]
+__all__ = ["Drawing", "alt", "axis", "pictures", "script", "write_charts"]
 
 #: Pixels of a chart's width and of a panel on paper; panels side by side, and at most: more are too small to
 #: read. A page shows each.
@@ -93,6 +93,12 @@ class Drawing:
 
 def _dressed(chart: Any, columns: Any) -> Any:
     return chart.configure(**_CONFIG, legend=alt.LegendConfig(**_LEGEND, columns=columns))
+
+
+def axis(title: str, least: float, greatest: float, **looks: Any) -> dict[str, Any]:
+    """The scale from least to greatest and the axis of a channel, such as alt.X(..., **axis(...))."""
+    scale = alt.Scale(domain=(least, greatest), nice=False, zero=False)
+    return {"scale": scale, "axis": alt.Axis(title=title, **looks)}
 
 
 def specification(chart: Any) -> dict[str, Any]:

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.answer.status import Status
-from masonry_opt.errors import OptionError, printable
+from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.explain.sentences import numeral
 from masonry_opt.studies.load_factor_axis import ends
 from masonry_opt.studies.many.estimates import fragility, quantiles, sensitivity
@@ -81,6 +81,17 @@ class Sample:
         """Runs that decide nothing, counted as collapsed at any load."""
         return int(np.isneginf(self.load_factors).sum()) - self.falling
 
+    @property
+    def counted(self) -> str:
+        """How many runs there are, and how many of them have no load factor, in words."""
+        without = {
+            "fell under dead load alone": self.falling,
+            "carried any load": self.unlimited,
+            "undecided, counted as fallen": self.undecided,
+        }
+        told = [f"{count} ({count / self.runs:.1%}) {what}" for what, count in without.items() if count]
+        return "; ".join([counted(self.runs, "run"), *told])
+
     def quantiles(
         self, probabilities: Sequence[float] = PROBABILITIES, confidence: float = CONFIDENCE
     ) -> pd.DataFrame:
@@ -135,7 +146,7 @@ class Sample:
         lines = {
             "case": self.case,
             "drawn": "; ".join(f"{name} = {text}" for name, text in self.distributions.items()),
-            "runs": f"{self.runs}{self._counted()}",
+            "solved": self.counted,
         }
         text = [f"{name:<16} {value}" for name, value in lines.items()]
         for row in self.quantiles().to_dict("records"):
@@ -148,14 +159,6 @@ class Sample:
                 f"({numeral(row['lower'], '+.3f')} to {numeral(row['upper'], '+.3f')})"
             )
         return printable("\n".join(text))
-
-    def _counted(self) -> str:
-        counted = [
-            (self.falling, "falls by itself" if self.falling == 1 else "fall by themselves"),
-            (self.unlimited, "no load makes collapse"),
-            (self.undecided, "undecided, counted as collapsed at any load"),
-        ]
-        return "".join(f"; {count} ({count / self.runs:.1%}) {what}" for count, what in counted if count)
 
     def as_dict(self) -> dict[str, Any]:
         """All but the single runs, as plain numbers, strings, lists and dictionaries (not finite: None)."""
