@@ -143,14 +143,15 @@ class Draws:
             {c.name: self._laws[c.of].frozen.ppf(drawn[:, k]) for k, c in enumerate(self.columns)}
         )
         for name, law in self._laws.items():
-            self._refuse_impossible(name, law, values[[c.name for c in self.columns if c.of == name]])
+            drawn = values[[c.name for c in self.columns if c.of == name]].to_numpy()
+            self._refuse_impossible(name, law, drawn)
         return values
 
-    def _refuse_impossible(self, name: str, law: Distribution, drawn: pd.DataFrame) -> None:
+    def _refuse_impossible(self, name: str, law: Distribution, drawn: np.ndarray) -> None:
         """Raise OptionError if the least or greatest value of a number makes no scene."""
-        if not np.isfinite(drawn).all(axis=None):
+        if not np.isfinite(drawn).all():
             raise OptionError(f"'{name}': {law.text} gives values that are no number")
-        for value in (float(drawn.min(axis=None)), float(drawn.max(axis=None))):
+        for value in (float(drawn.min()), float(drawn.max())):
             try:
                 self._parameters.at({name: value})
             except CaseError as error:

@@ -115,7 +115,7 @@ def sample(
         dask=dask,
         progress=progress,
     )
-    found = Sample(scene.called, runs, tuple(values), draws.texts)
+    found = Sample(scene.called, runs, tuple(column.name for column in draws.columns), draws.texts)
     if folder is not None:
         write_files(folder, {f"{name}.csv": csv_text(frame) for name, frame in found.tables().items()})
         with contextlib.suppress(OptionError):  # the tables need no extra

@@ -71,6 +71,7 @@ def standing(scene: Scene) -> Standing:
     else:
         margin, certificate = found.load_factor + 0.0, certificate_of(pressed, found)
         if margin >= -LOWER:
+            assert found.q is not None
             carries = found.q + margin * _of_normal(problem)
             solution = replace(found, status=Status.STANDS, load_factor=None, q=carries, d=None)
         else:
