@@ -121,7 +121,7 @@ def most(
 
 
 class _Search:
-    """The scenes of a number, and those that were solved."""
+    """The search for one threshold: the scene of each value, and the trials so far."""
 
     def __init__(
         self,

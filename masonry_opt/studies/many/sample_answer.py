@@ -1,4 +1,4 @@
-"""What a sample of a scene's load factor says, in tables, words and pictures."""
+"""The answer of a sample: quantiles, probability of collapse and sensitivity, as tables, text and charts."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ from masonry_opt.studies.many.estimates import fragility, quantiles, sensitivity
 if TYPE_CHECKING:
     import altair
 
-#: Probabilities of the quantiles that are told unless others are asked for, and the confidence of intervals.
+#: Probabilities of the quantiles, and confidence of intervals, unless others are asked for.
 PROBABILITIES, CONFIDENCE = (0.05, 0.5, 0.95), 0.95
 
-#: Of what matters, so much is printed.
+#: Most rank correlations that are printed.
 _PRINTED = 5
 
 
@@ -31,10 +31,9 @@ _PRINTED = 5
 class Sample:
     """The load factors of a scene whose numbers were drawn.
 
-    A run counts by what it ended in: a scene that falls by itself collapses at any load, one that is proven
-    to carry any load at none. Any other run without a load factor (``undecided``: not converged, refused,
-    unlimited without a proof, ...) counts as collapsed at any load, so that no probability of collapse is
-    too low by it.
+    A scene that falls by itself counts as collapsed at any load, one that is proven to carry any load as
+    collapsed at none. Any other run without a load factor (``undecided``: not converged, refused, unlimited
+    without a proof, ...) counts as collapsed at any load, so that no probability of collapse is too low.
 
     Intervals are those of independent runs (``sequence="random"``), whatever the distribution. Scrambled
     points of few numbers come nearer to the truth than the intervals say: of a block that slides or
@@ -99,7 +98,8 @@ class Sample:
 
         Raises OptionError if a probability is not between 0 and 1.
         """
-        return quantiles(self.load_factors, _shares("probabilities", probabilities), _share(confidence))
+        shares = [_share("probabilities", value) for value in probabilities]
+        return quantiles(self.load_factors, shares, _share("confidence", confidence))
 
     def fragility(self, loads: Sequence[float] | None = None, confidence: float = CONFIDENCE) -> pd.DataFrame:
         """Probability of collapse at load factors (see :func:`~.estimates.fragility`); by default at those
@@ -112,14 +112,14 @@ class Sample:
             least, greatest = ends(found)
             aside = 0.05 * (greatest - least) if len(found) else 0.0
             loads = [max(least - aside, 0.0), *found.tolist(), greatest + aside]
-        return fragility(self.load_factors, loads, _share(confidence))
+        return fragility(self.load_factors, loads, _share("confidence", confidence))
 
     def sensitivity(self, confidence: float = CONFIDENCE) -> pd.DataFrame:
         """Which of the numbers drawn matter: rank correlations (see :func:`~.estimates.sensitivity`).
 
         Raises OptionError if the confidence is not between 0 and 1.
         """
-        return sensitivity(self.table[list(self.drawn)], self.load_factors, _share(confidence))
+        return sensitivity(self.table[list(self.drawn)], self.load_factors, _share("confidence", confidence))
 
     def tables(self) -> dict[str, pd.DataFrame]:
         """Quantiles, fragility and sensitivity, by these names."""
@@ -177,14 +177,9 @@ class Sample:
         return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
 
 
-def _records(frame: pd.DataFrame) -> list[dict[str, Any]]:
-    return [
-        {
-            str(key): None if isinstance(value, float) and not math.isfinite(value) else value
-            for key, value in row.items()
-        }
-        for row in frame.to_dict("records")
-    ]
+def _records(frame: pd.DataFrame) -> list[dict[Any, Any]]:
+    finite = frame.replace([math.inf, -math.inf], math.nan).astype(object)
+    return finite.where(finite.notna(), None).to_dict("records")
 
 
 def _worded(value: float) -> str:
@@ -193,11 +188,7 @@ def _worded(value: float) -> str:
     return "unknown" if math.isnan(value) else "none" if value < 0 else "any load"
 
 
-def _shares(name: str, values: Sequence[float]) -> list[float]:
-    if not all(0 < value < 1 for value in values):
-        raise OptionError(f"{name} must lie between 0 and 1 (found {list(values)})")
-    return list(values)
-
-
-def _share(confidence: float) -> float:
-    return _shares("confidence", [confidence])[0]
+def _share(name: str, value: float) -> float:
+    if not 0 < value < 1:
+        raise OptionError(f"{name} must lie between 0 and 1 (found {value})")
+    return value

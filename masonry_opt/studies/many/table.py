@@ -1,4 +1,4 @@
-"""All runs of a study as one table: those kept are read, the others made, whatever order they come in."""
+"""The table of all runs of a study: finished ones are read from its folder, the others are made."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from masonry_opt.studies.writing import csv_text, write_files
 #: Called with how many runs are done, and of how many.
 Progress = Callable[[int, int], None]
 
-#: The table's name in a study's folder; what is said where one there must not be replaced.
+#: The table's name in a study's folder, and parts of the message where it must not be replaced.
 _TABLE = "runs.csv"
 _NO_TABLE = "is there already, and no table of runs"
 _INSTEAD = "choose another folder, or replace the table with --force (in Python: force=True)"
@@ -140,8 +140,8 @@ def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
 
 
 def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
-    """Numbers of the points, those that differ in joint properties alone after one another: a worker builds
-    its programs once for all of them."""
+    """Order of the points in which those that differ in joint properties alone follow one another: a worker
+    builds its programs once for all of them."""
     seen: dict[tuple[float, ...], list[int]] = {}
     for index, values in enumerate(points):
         others = tuple(value for name, value in values.items() if not is_of_joints(name))

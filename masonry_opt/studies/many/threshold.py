@@ -1,4 +1,4 @@
-"""A number of a scene on one side of which it holds: what is known of it."""
+"""The answer of a search: the value of a number on one side of which a scene holds."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from masonry_opt.explain.sentences import numeral
 from masonry_opt.studies.many.runs import columns
 from masonry_opt.studies.many.table import framed
 
-#: How a scene without a load factor is counted: it falls by itself, or nothing makes it collapse.
+#: Numbers of a scene without a load factor: it falls by itself, or no load makes it collapse.
 FALLS, UNLIMITED = -math.inf, math.inf
 
 
