@@ -31,10 +31,10 @@ _HOMES = {
     "scene.scene": ("Scene",),
     "scene.walls": ("Column", "Facade", "Wall"),
     "studies.compare.comparison": ("compare",),
+    "studies.many.least": ("least", "most"),
+    "studies.many.sample": ("sample",),
+    "studies.many.sample_answer": ("Sample",),
     "studies.many.sweep": ("sweep",),
-    "studies.margins.least": ("least", "most"),
-    "studies.sampling.answer": ("Sample",),
-    "studies.sampling.sample": ("sample",),
 }
 
 __all__ = sorted(name for names in _HOMES.values() for name in names)

@@ -30,8 +30,8 @@ from masonry_opt.scene.walls import Column as Column
 from masonry_opt.scene.walls import Facade as Facade
 from masonry_opt.scene.walls import Wall as Wall
 from masonry_opt.studies.compare.comparison import compare as compare
+from masonry_opt.studies.many.least import least as least
+from masonry_opt.studies.many.least import most as most
+from masonry_opt.studies.many.sample import sample as sample
+from masonry_opt.studies.many.sample_answer import Sample as Sample
 from masonry_opt.studies.many.sweep import sweep as sweep
-from masonry_opt.studies.margins.least import least as least
-from masonry_opt.studies.margins.least import most as most
-from masonry_opt.studies.sampling.answer import Sample as Sample
-from masonry_opt.studies.sampling.sample import sample as sample

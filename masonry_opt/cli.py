@@ -40,9 +40,9 @@ from masonry_opt.words.terminal import changing_line, left_by, print_result, pri
 _LOADED = {
     "convert": "masonry_opt.convert",
     "compare": "masonry_opt.studies.compare.compare_command",
-    "least": "masonry_opt.studies.margins.command",
+    "least": "masonry_opt.studies.many.least_command",
     "reproduce": "masonry_opt.studies.reproduce",
-    "sweep": "masonry_opt.studies.many.command",
+    "sweep": "masonry_opt.studies.many.sweep_command",
 }
 
 

@@ -20,8 +20,8 @@ try:
 except ImportError:
     raise OptionError(NEEDED) from None
 
-# Altair is imported from here, so that one place says where it is missing.
-__all__ = ["Drawing", "alt", "pictures", "script", "write_charts"]
+# Altair is taken from here: where it is missing, one place says so.
+__all__ = ["Drawing", "alt", "axis", "pictures", "script", "write_charts"]
 
 #: On paper: width of a chart and of a panel in pixels; panels side by side, and in all (more are too small to
 #: read; a page shows each).
@@ -93,6 +93,12 @@ class Drawing:
 
 def _dressed(chart: Any, columns: Any) -> Any:
     return chart.configure(**_CONFIG, legend=alt.LegendConfig(**_LEGEND, columns=columns))
+
+
+def axis(title: str, least: float, greatest: float, **looks: Any) -> dict[str, Any]:
+    """The scale from least to greatest and the axis of a channel, such as alt.X(..., **axis(...))."""
+    scale = alt.Scale(domain=(least, greatest), nice=False, zero=False)
+    return {"scale": scale, "axis": alt.Axis(title=title, **looks)}
 
 
 def specification(chart: Any) -> dict[str, Any]:

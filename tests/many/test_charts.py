@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from masonry_opt.studies.drawing import pictures, write_charts
+from masonry_opt.studies.drawing import pictures
 from masonry_opt.studies.load_factor_axis import off_axis
-from masonry_opt.studies.many.charts import drawings, heat_map
+from masonry_opt.studies.many.sweep_charts import drawings, heat_map
 
 NAME = "joints.friction"
 
@@ -165,15 +165,13 @@ def test_the_least_is_ringed_and_all_of_a_plateau():
 
 
 @pytest.mark.parametrize("friction", [0.5, np.inf])
-def test_a_map_is_drawn_of_finite_values_alone(friction, tmp_path):
+def test_a_map_is_drawn_of_finite_values_alone(friction):
     names = [NAME, "arch.thickness"]
     swept = pd.DataFrame([(0.3, 1.0), (0.3, 2.0), (friction, 1.0), (friction, 2.0)], columns=names)
     swept = swept.assign(load_factor=1.0, status="optimal", mechanism="sliding")
-    written = write_charts("Sweep", drawings(swept, names), tmp_path)
-    drawn = {"load_factor"} | ({"heat_map"} if friction < np.inf else set())
-    assert {path.name for path in written} == {"charts.html"} | {
-        f"{name}.{kind}" for name in drawn for kind in ("png", "svg")
-    }
+    drawn = drawings(swept, names)
+    assert [drawing.name for drawing in drawn] == ["load_factor", "heat_map"][: 1 + np.isfinite(friction)]
+    assert all(drawing.on_page()["layer"] for drawing in drawn)
 
 
 def test_of_more_than_two_numbers_each_has_a_chart():

@@ -10,6 +10,8 @@ from scenes import block_on_floor, run_command
 import masonry_opt as mo
 from masonry_opt.errors import OptionError
 
+pytestmark = pytest.mark.usefixtures("without_charts")
+
 FRICTIONS = [0.1, 0.2, 0.3, 0.30000000000000004]
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-
 import pandas as pd
 import pytest
 from scenes import CASES, block_on_floor, run_command
@@ -11,9 +9,8 @@ from scenes import CASES, block_on_floor, run_command
 import masonry_opt as mo
 from masonry_opt.studies import journal
 from masonry_opt.studies.many.runs import Study
-from masonry_opt.studies.many.sweep import grid
+from masonry_opt.studies.many.sweep import grid, said
 from masonry_opt.studies.many.table import table
-from masonry_opt.studies.many.words import said
 
 FRICTIONS = [0.2, 0.3, 0.45, 0.6, 0.8]
 VARY = {"joints.friction": FRICTIONS, "block.A.live.x": [1.0, 2.0]}
@@ -52,6 +49,7 @@ def test_order_and_workers_change_nothing(swept):
     same(frame[::-1].reset_index(drop=True), swept)
 
 
+@pytest.mark.usefixtures("without_charts")
 def test_an_interrupted_sweep_goes_on(swept, tmp_path):
     def interrupt(done, of):
         if done == 4:
@@ -75,6 +73,7 @@ def test_an_interrupted_sweep_goes_on(swept, tmp_path):
     same(written.astype(swept.dtypes.to_dict()), swept)
 
 
+@pytest.mark.usefixtures("without_charts")
 @pytest.mark.parametrize(
     ("changed", "what"),
     [
@@ -122,6 +121,7 @@ def test_runs_that_fail_are_rows():
     assert frame["load_factor"][1] == pytest.approx(0.2, abs=1e-8)
 
 
+@pytest.mark.usefixtures("without_charts")
 def test_a_function_of_numbers_is_varied_too(tmp_path):
     def tower(width, friction):
         return block_on_floor(width=width, friction=friction)
@@ -167,10 +167,8 @@ def test_options_are_refused_before_the_first_run():
         mo.sweep(block_on_floor(), VARY, method="nonassociative", revise=lambda *_: None)
 
 
-def test_a_table_needs_no_extra(monkeypatch, tmp_path):
-    for module in ("drawing", "many.charts"):
-        monkeypatch.delitem(sys.modules, f"masonry_opt.studies.{module}", raising=False)
-    monkeypatch.setitem(sys.modules, "altair", None)
+@pytest.mark.usefixtures("without_charts")
+def test_a_table_needs_no_extra(tmp_path):
     mo.sweep(block_on_floor(), {"joints.friction": [0.3, 0.4]}, method="static", workers=1, out=tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {"runs.csv", "journal.jsonl"}
 

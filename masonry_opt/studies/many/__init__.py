@@ -1,1 +1,1 @@
-"""Many scenes: one scene as numbers of it change, by processes or on a cluster."""
+"""Many scenes: a scene whose numbers change, solved by processes or on a cluster."""

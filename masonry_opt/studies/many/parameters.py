@@ -1,16 +1,16 @@
-"""Numbers of a scene by name, such as ``joints.friction`` or ``arch.thickness``, and the scene with others.
+"""Numbers of a scene by name, and the scene with other values of them.
 
 A name is the way to a number through the tables of a case file, with dots: ``joints.cohesion``,
 ``block.A.weight``, ``block.A.live.x``, ``joint.A/B.friction`` (an exception), ``column.left pier.height``,
-``edge_load.2.force.y``. A table that there is once needs no name: ``arch.thickness``. Of values in pairs that
-are no points the two are ``.1`` and ``.2``: ``column.width.2``. Blocks that a generator builds are varied by
-its own numbers.
+``edge_load.2.force.y``. A table that stands once in the file needs no name: ``arch.thickness``. The numbers
+of a pair that is no point are ``.1`` and ``.2``: ``column.width.2``. Blocks that a generator builds are
+varied by the numbers of the generator.
 """
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, get_args
 
 from pydantic import ValidationError
@@ -30,7 +30,7 @@ _NAMED = ("block", "joint")
 
 _GENERATORS = ("wall", "facade", "arch", "column")
 
-#: Values that stand in each other's place: giving one takes the other away.
+#: Keys that exclude each other: a value of one removes the other.
 _INSTEAD = {
     "weight": "unit_weight",
     "unit_weight": "weight",
@@ -52,7 +52,7 @@ _LISTED = 12
 
 
 class Parameters:
-    """A scene, and what its numbers are called.
+    """The numbers of a scene, by name.
 
     Parameters
     ----------
@@ -75,8 +75,8 @@ class Parameters:
         return list(self._ways)
 
     def check_names(self, names: Mapping[str, object]) -> None:
-        """Raise OptionError for a name that the scene does not have, with what is near, and for two names of
-        which one would take the other away."""
+        """Raise OptionError for a name that the scene does not have, with names like it, and for two that
+        exclude each other."""
         for name in names:
             if name not in self._ways:
                 raise OptionError(f"{self.scene.origin}: no number is called '{name}'{self._near(name)}")
@@ -145,28 +145,23 @@ def _told(values: Mapping[str, float]) -> str:
     return ", ".join(f"{name} = {value + 0.0:g}" for name, value in values.items())
 
 
-def _numbers(record: Record) -> Iterator[tuple[str, _Way]]:
+def _numbers(record: Record, prefix: str = "", way: _Way = ()) -> Iterator[tuple[str, _Way]]:
     """Names of the numbers of a record and of those it holds, and the ways to them."""
     for field, about in type(record).model_fields.items():
         if field in _LEFT_OUT:
             continue
-        key, value = about.alias or field, getattr(record, field)
+        key, value, here = about.alias or field, getattr(record, field), (*way, field)
         if isinstance(value, Record):
-            yield from _under(key, (field,), value)
+            yield from _numbers(value, f"{prefix}{key}.", here)
         elif isinstance(value, list) and value and all(isinstance(entry, Record) for entry in value):
             for number, entry in enumerate(value):
                 name = _entry_name(key, number, entry, len(value))
-                yield from _under(name, (field, number), entry)
+                yield from _numbers(entry, f"{prefix}{name}.", (*here, number))
         elif _is_number(value) or (value is None and _takes_number(about)):
-            yield key, (field,)
+            yield prefix + key, here
         elif isinstance(value, tuple) and len(value) == 2 and all(map(_is_number, value)):
             for number, place in enumerate("xy" if field in _POINTS else "12"):
-                yield f"{key}.{place}", (field, number)
-
-
-def _under(name: str, way: _Way, record: Record) -> Iterator[tuple[str, _Way]]:
-    for inner, onwards in _numbers(record):
-        yield f"{name}.{inner}", (*way, *onwards)
+                yield f"{prefix}{key}.{place}", (*here, number)
 
 
 def _entry_name(key: str, number: int, entry: Record, count: int) -> str:
@@ -190,34 +185,24 @@ def _takes_number(field: FieldInfo) -> bool:
     return holds(field.annotation)
 
 
-def _changed(record: Any, way: _Way, value: float) -> Any:
-    """A record with another number, checked as if it had been made so."""
-    return _with(record, way, lambda old: _of_kind(old, value))
-
-
-def _with(holder: Any, way: _Way, change: Callable[[Any], Any]) -> Any:
+def _changed(holder: Any, way: _Way, value: float) -> Any:
+    """A record, list or pair with another number, checked as if it had been made so."""
     if not way:
-        return change(holder)
-    first, *rest = way
+        # A whole number where there was one.
+        return int(value) if isinstance(holder, int) and float(value).is_integer() else float(value)
+    first, rest = way[0], way[1:]
     if isinstance(first, int):
         return type(holder)(
-            _with(entry, tuple(rest), change) if number == first else entry
-            for number, entry in enumerate(holder)
+            _changed(entry, rest, value) if number == first else entry for number, entry in enumerate(holder)
         )
-    changed = _with(getattr(holder, first), tuple(rest), change)
-    kept = {name: getattr(holder, name) for name in holder.model_fields_set}
+    changed = _changed(getattr(holder, first), rest, value)
+    kept = {name: getattr(holder, name) for name in holder.model_fields_set} | {first: changed}
     if not rest:
         kept.pop(_INSTEAD.get(first, ""), None)
     record = type(holder)
     # In a case file a key has one name: its alias.
     values = {record.model_fields[name].alias or name: entry for name, entry in kept.items()}
-    values[record.model_fields[first].alias or first] = changed
     try:
         return record.model_validate(values)
     except ValidationError as error:
         raise wrong_call(error, record, values) from None
-
-
-def _of_kind(old: object, value: float) -> float:
-    """A whole number where there was one."""
-    return int(value) if isinstance(old, int) and float(value).is_integer() else float(value)

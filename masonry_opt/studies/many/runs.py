@@ -115,7 +115,7 @@ class Solves:
             if self._parameters is None:
                 raise CaseError("the run has no scene")
             scene = self._parameters.at(run.values)
-        return _columns(*self._session.answer(scene, lambda _: None, Effort()))
+        return columns(*self._session.answer(scene, lambda _: None, Effort()))
 
 
 def row(run: Run, end: End) -> dict[str, Any]:
@@ -125,7 +125,7 @@ def row(run: Run, end: End) -> dict[str, Any]:
     return dict(run.values) | dict.fromkeys(COLUMNS) | found | {"seconds": end.seconds}
 
 
-def _columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
+def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
     problem = assembly.problem
     row: dict[str, Any] = {
         "load_factor": solution.load_factor,

@@ -13,14 +13,16 @@ from typing import Any
 
 import pandas as pd
 
-from masonry_opt.analysis import refuse_options
-from masonry_opt.errors import OptionError
+from masonry_opt.answer.acceptance import SMALLEST
+from masonry_opt.answer.thresholds import SAME
+from masonry_opt.errors import OptionError, counted
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.many.runs import COLUMNS, Study
-from masonry_opt.studies.many.table import Maker, Progress, refuse_parquet, table, write_table
+from masonry_opt.studies.many.table import Maker, Progress, table
+from masonry_opt.words.sentences import numeral
 
 
 def sweep(
@@ -90,26 +92,28 @@ def sweep(
         If ``out`` cannot be written; runs already made are kept.
     """
     points = grid(vary)
-    refuse_options(method, model, solver, tolerance, options)
-    if parquet:
-        refuse_parquet()
     make: Maker | None = None
     if callable(scene) and not isinstance(scene, Scene):
-        make = maker(scene, list(vary))
-        study = Study(None, method, model, solver, tolerance, options)
+        make, of = _maker(scene, list(vary)), None
     else:
-        study = Study(as_scene(scene), method, model, solver, tolerance, options)
-        assert study.scene is not None
-        Parameters(study.scene).check_names(vary)
+        of = as_scene(scene)
+        Parameters(of).check_names(vary)
     folder = None if out is None else Path(out)
     frame = table(
-        study, points, make=make, folder=folder, force=force, workers=workers, dask=dask, progress=progress
+        Study(of, method, model, solver, tolerance, options),
+        points,
+        make=make,
+        folder=folder,
+        parquet=parquet,
+        force=force,
+        workers=workers,
+        dask=dask,
+        progress=progress,
     )
     if folder is not None:
-        write_table(frame, folder, parquet)
         with contextlib.suppress(OptionError):  # the table needs no extra
             from masonry_opt.studies.drawing import write_charts
-            from masonry_opt.studies.many.charts import drawings
+            from masonry_opt.studies.many.sweep_charts import drawings
 
             write_charts("Sweep", drawings(frame, list(vary)), folder)
     return frame
@@ -143,7 +147,7 @@ def _number(value: Any) -> float:
     return int(value) if isinstance(value, Integral) else float(value)
 
 
-def maker(function: Callable[..., Scene], names: Sequence[str]) -> Maker:
+def _maker(function: Callable[..., Scene], names: Sequence[str]) -> Maker:
     """What makes a scene of values by a function of them.
 
     Raises OptionError if the function does not take these names, and, when called, if it returns no scene.
@@ -160,3 +164,30 @@ def maker(function: Callable[..., Scene], names: Sequence[str]) -> Maker:
         return scene
 
     return make
+
+
+def at_least(frame: pd.DataFrame) -> pd.Series:
+    """Which runs have the least load factor, shape (runs,): of a plateau all that are on it."""
+    values = frame["load_factor"]
+    least = values.min()
+    return values <= least + SAME * max(abs(least), SMALLEST)
+
+
+def _where(rows: pd.DataFrame, names: Sequence[str]) -> str:
+    """The values of the first of some runs, and how many more there are."""
+    first = ", ".join(f"{name} = {rows.iloc[0][name]:g}" for name in names)
+    more = len(rows) - 1
+    return f"{first}, and in {more} more run{'' if more == 1 else 's'}" if more else first
+
+
+def said(frame: pd.DataFrame, names: Sequence[str]) -> str:
+    """What a sweep over these names found, in a few lines."""
+    found = frame["load_factor"].dropna()
+    lines = [f"{counted(len(frame), 'run')}, {len(found)} with a load factor"]
+    if len(found):
+        lines.append(f"λ from {numeral(found.min(), '.6f')} to {numeral(found.max(), '.6f')}")
+        lines.append(f"least at {_where(frame[at_least(frame)], names)}")
+    failed = frame[frame["load_factor"].isna()]
+    for status, count in failed["status"].value_counts().items():
+        lines.append(f"{count} {status}, at {_where(failed[failed['status'] == status], names)}")
+    return "\n".join(lines)

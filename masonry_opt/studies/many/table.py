@@ -1,4 +1,4 @@
-"""All runs of a study as one table: those kept are read, the others made, whatever order they come in."""
+"""The table of all runs of a study: finished ones are read from its folder, the others are made."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from typing import Any
 
 import pandas as pd
 
+from masonry_opt.analysis import refuse_options
 from masonry_opt.answer.frames import unsigned
 from masonry_opt.errors import CaseError, OptionError, counted
 from masonry_opt.scene.scene import Scene
@@ -23,7 +24,7 @@ from masonry_opt.studies.writing import csv_text, write_files
 #: Called with how many runs are done, and of how many.
 Progress = Callable[[int, int], None]
 
-#: The table's name in a study's folder; what is said where one there must not be replaced.
+#: The table's name in a study's folder, and parts of the message where it must not be replaced.
 _TABLE = "runs.csv"
 _NO_TABLE = "is there already, and no table of runs"
 _INSTEAD = "choose another folder, or replace the table with --force (in Python: force=True)"
@@ -38,26 +39,33 @@ def table(
     *,
     make: Maker | None = None,
     folder: Path | None = None,
+    parquet: bool = False,
     force: bool = False,
     workers: int | None = None,
     dask: str | None = None,
     progress: Progress = lambda done, of: None,
 ) -> pd.DataFrame:
-    """One row a point, in the order of the points.
+    """One row a point, in the order of the points: see :func:`~.sweep.sweep`.
 
     Parameters
     ----------
     points: values by name.
     make: the scene of a point, where the study has none; called in this process.
-    folder: where rows are kept as they come (see :class:`~.journal.Journal`); those there are not made again.
+    folder: for ``runs.csv``, and rows as they come (see :class:`~.journal.Journal`): not made again.
+    parquet: whether to write ``runs.parquet``, too.
     force: whether to replace a table there that has other runs.
     workers, dask: see :class:`~masonry_opt.studies.runner.Workers`.
 
     Raises
     ------
-    OptionError, OutputError
-        As the engine and the journal do; OptionError also if a table would be replaced, and runs of it lost.
+    OptionError
+        If an option is wrong, Parquet is not installed, or a table would be replaced and runs of it lost.
+    OutputError
+        If a file cannot be written.
     """
+    refuse_options(study.method, study.model, study.solver, study.tolerance, study.options)
+    if parquet and find_spec("pyarrow") is None:
+        raise OptionError("--parquet needs: pip install '.[parquet]'")
     journal = None
     if folder is not None:
         # Runs of something else are told first; no journal is begun beside a table that stays.
@@ -93,17 +101,30 @@ def table(
                 journal.add(run.key, rows[index])
             progress(len(rows), len(points))
     progress(len(rows), len(points))
-    names = list(points[0]) if points else []
-    frame = pd.DataFrame([rows[index] for index in range(len(points))], columns=[*names, *COLUMNS])
-    # Whatever is missing, a column has one kind; and no minus stands before a zero.
-    return unsigned(frame.astype({name: KINDS.get(name, "float64") for name in [*names, *COLUMNS]}))
+    frame = framed([rows[index] for index in range(len(points))], list(points[0]))
+    if folder is not None:
+        contents: dict[str, str | bytes] = {_TABLE: csv_text(frame)}
+        if parquet:
+            contents["runs.parquet"] = frame.to_parquet(None, index=False)
+        write_files(folder, contents)
+    return frame
+
+
+def framed(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> pd.DataFrame:
+    """Rows of runs as a frame: numbers of the scene by these names, then COLUMNS.
+
+    Whatever is missing, a column has one kind; and no minus stands before a zero.
+    """
+    columns = [*names, *COLUMNS]
+    frame = pd.DataFrame(rows, columns=columns)
+    return unsigned(frame.astype({name: KINDS.get(name, "float64") for name in columns}))
 
 
 def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
     """Raise OptionError if a file is no table of these points or of some of them."""
     if not path.exists():
         return
-    names = list(points[0]) if points else []
+    names = list(points[0])
     try:
         with path.open(encoding="utf-8", newline="") as stream:
             header, *rows = csv.reader(stream)
@@ -121,28 +142,10 @@ def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
 
 
 def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
-    """Numbers of the points, those that differ in joint properties alone after one another: a worker builds
-    its programs once for all of them."""
+    """Order of the points in which those that differ in joint properties alone follow one another: a worker
+    builds its programs once for all of them."""
     seen: dict[tuple[float, ...], list[int]] = {}
     for index, values in enumerate(points):
         others = tuple(value for name, value in values.items() if not is_of_joints(name))
         seen.setdefault(others, []).append(index)
     return [index for alike in seen.values() for index in alike]
-
-
-def write_table(frame: pd.DataFrame, folder: Path, parquet: bool = False) -> list[Path]:
-    """Write ``runs.csv``, and ``runs.parquet`` if asked, each whole or not at all; returns them.
-
-    Raises OptionError if Parquet is wanted and not installed, OutputError if a file cannot be written.
-    """
-    contents: dict[str, str | bytes] = {_TABLE: csv_text(frame)}
-    if parquet:
-        refuse_parquet()
-        contents["runs.parquet"] = frame.to_parquet(None, index=False)
-    return write_files(folder, contents)
-
-
-def refuse_parquet() -> None:
-    """Raise OptionError if Parquet files cannot be written here: to be asked before long work."""
-    if find_spec("pyarrow") is None:
-        raise OptionError("--parquet needs: pip install '.[parquet]'") from None

@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from masonry_opt.studies.sampling.estimates import fragility, quantiles, sensitivity
+from masonry_opt.studies.many.estimates import fragility, quantiles, sensitivity
 
 
 @pytest.mark.parametrize("n", [60, 199, 1000])

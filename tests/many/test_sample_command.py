@@ -15,6 +15,7 @@ def case(tmp_path):
     return tmp_path / "block.toml"
 
 
+@pytest.mark.usefixtures("without_charts")
 def test_a_sample_is_written_and_told(case, tmp_path, monkeypatch, capsys):
     asked = ("--sample", "joints.friction=lognormal:0.4:25%", "-n", "4", "--seed", "3", "--method", "static")
     code, out, _ = run_command(

@@ -7,12 +7,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from masonry_opt.errors import counted
-from masonry_opt.studies.drawing import Drawing, alt
+from masonry_opt.studies.drawing import Drawing, alt, axis
 from masonry_opt.studies.load_factor_axis import LABEL, ends, ticks
+from masonry_opt.studies.many.estimates import LIMITS
+from masonry_opt.studies.many.sample_answer import CONFIDENCE, Sample
 from masonry_opt.studies.palette import COLOURS
-from masonry_opt.studies.sampling.answer import CONFIDENCE, Sample
-from masonry_opt.studies.sampling.estimates import LIMITS
 
 #: So many of the numbers drawn are shown, those that matter most.
 _SHOWN = 15
@@ -44,10 +43,8 @@ def distribution(sample: Sample) -> Drawing:
     left = marks["value"] <= (least + greatest) / 2
     marks["beside"] = marks["upper"].where(left, marks["lower"])
     margin = 0.05 * (greatest - least)
-    scale = alt.Scale(domain=(least - margin, greatest + margin), nice=False)
-    x = {"scale": scale, "axis": alt.Axis(title=LABEL)}
-    whole = alt.Axis(title="runs", values=ticks(0, top, whole=True), format="d")
-    y = {"scale": alt.Scale(domain=(0, 1.36 * top), nice=False), "axis": whole}
+    x = axis(LABEL, least - margin, greatest + margin)
+    y = axis("runs", 0, 1.36 * top, values=ticks(0, top, whole=True), format="d")
     quantiles = alt.Chart(marks).encode(y=alt.Y("height:Q", **y), tooltip=["text:N", "lower:Q", "upper:Q"])
     texts = [
         alt.Chart(marks[side])
@@ -80,17 +77,15 @@ def distribution(sample: Sample) -> Drawing:
 def fragility(sample: Sample) -> Drawing:
     """Probability of collapse against load, with its interval."""
     curve = sample.fragility()
-    scale = alt.Scale(domain=(float(curve["load"].min()), float(curve["load"].max())), nice=False)
-    share = {"scale": alt.Scale(domain=(0, 1.02), nice=False)}
+    share = axis("probability of collapse", 0, 1.02)
     along = alt.Chart(curve).encode(
-        x=alt.X("load:Q", scale=scale, axis=alt.Axis(title=LABEL)),
+        x=alt.X("load:Q", **axis(LABEL, *curve["load"].agg(["min", "max"]))),
         tooltip=[alt.Tooltip(f"{name}:Q", format=".4f") for name in ("load", "probability", *LIMITS)],
     )
-    axis = alt.Axis(title="probability of collapse")
     band = along.mark_area(color=_RUNS, opacity=0.25, interpolate="step-after")
     line = along.mark_line(color=_RUNS, strokeWidth=2, interpolate="step-after")
-    chart = band.encode(y=alt.Y("lower:Q", axis=axis, **share), y2="upper:Q") + line.encode(
-        y=alt.Y("probability:Q", axis=axis, **share)
+    chart = alt.layer(
+        band.encode(y=alt.Y("lower:Q", **share), y2="upper:Q"), line.encode(y=alt.Y("probability:Q", **share))
     )
     notes = f"line: share of runs; band: {CONFIDENCE:.0%} confidence"
     return Drawing("fragility", f"Fragility, {_title(sample)}", chart, notes)
@@ -103,8 +98,7 @@ def sensitivity(sample: Sample) -> Drawing:
     # What may as well be chance is pale.
     certain = (shown["lower"] > 0) | (shown["upper"] < 0)
     shown["colour"] = np.where(certain, _RUNS, "#BBBBBB")
-    scale = alt.Scale(domain=(-1.05, 1.05), nice=False)
-    x = {"scale": scale, "axis": alt.Axis(title="rank correlation with λ")}
+    x = axis("rank correlation with λ", -1.05, 1.05)
     rows = alt.Chart(shown).encode(
         y=alt.Y("parameter:N", sort=None, title=None, axis=alt.Axis(labelLimit=190)),
         tooltip=["parameter:N", *(f"{name}:Q" for name in ("rank_correlation", *LIMITS))],
@@ -129,14 +123,8 @@ KINDS = {"distribution": distribution, "fragility": fragility, "sensitivity": se
 
 
 def _title(sample: Sample) -> str:
-    """The case, the runs, and those that no bar shows."""
-    beside = [
-        (sample.falling, "falls by itself" if sample.falling == 1 else "fall by themselves"),
-        (sample.unlimited, f"never collapse{'s' if sample.unlimited == 1 else ''}"),
-        (sample.undecided, "undecided"),
-    ]
-    told = "".join(f", {count} {what}" for count, what in beside if count)
+    """The case, the runs, and those without a load factor, which no bar shows."""
     case = Path(sample.case)
     # A scene made in Python has a title in its place, which may have dots.
     name = case.stem if case.suffix in (".toml", ".json") else sample.case
-    return f"{name}: {counted(sample.runs, 'run')}{told}"
+    return f"{name}: {sample.counted}"

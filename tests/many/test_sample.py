@@ -13,10 +13,9 @@ from scipy import stats
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.studies.many.distributions import lognormal
+from masonry_opt.studies.many.draws import Draws
 from masonry_opt.studies.many.runs import COLUMNS
-from masonry_opt.studies.sampling.distributions import lognormal
-from masonry_opt.studies.sampling.sample import Draws
-from masonry_opt.studies.sampling.spread import Spread, with_values
 
 FRICTION, SLENDER = lognormal(0.4, 0.1), 0.5
 ASKED = {"method": "static", "seed": 1}
@@ -93,13 +92,6 @@ def test_the_answer_as_json(block):
     assert [row["probability"] for row in read["quantiles"]] == [0.05, 0.5, 0.95]
 
 
-@pytest.mark.parametrize("kind", ["distribution", "fragility", "sensitivity"])
-def test_pictures(block, kind):
-    assert block.plot(kind).to_dict()["layer"]
-    with pytest.raises(mo.OptionError, match="kind"):
-        block.plot("histogram")
-
-
 def test_failed_runs_count_as_collapsed():
     statuses = ["optimal"] * 6 + [
         str(mo.Status.UNSTABLE),
@@ -132,6 +124,8 @@ def test_all_kinds_of_samples_are_drawn():
         for kind in ("distribution", "fragility", "sensitivity"):
             assert found.plot(kind).to_dict()
         assert str(found)
+    with pytest.raises(mo.OptionError, match="histogram"):
+        found.plot("histogram")
 
 
 def test_a_load_factor_that_does_not_change_is_drawn_as_one():
@@ -175,24 +169,27 @@ def test_what_is_wrong_is_said(distributions, asked, found):
         mo.sample(block_on_floor(), distributions, **asked)
 
 
+def draws_of(scene, by, correlation=None, names=("friction",)):
+    return Draws(scene, {f"joints.{name}": ("normal", 0.6, 0.06) for name in names}, by, correlation)
+
+
 def test_courses_are_joints_at_one_height():
     """A wall of 4 courses of 1.75: bed joints below each course, head joints at half its height."""
     scene = small_wall(courses=4, length=3)
     joints = assemble(scene).joints
-    spread = Spread(scene, "joints.friction", "course", 1.0)
-    assert [unit.name for unit in spread.units] == [f"course.{k}.friction" for k in range(1, 9)]
-    assert [len(group) for group in spread.groups] == [1] * 8
-    assert sum(len(unit.pairs) for unit in spread.units) == len(joints.first)
+    columns = draws_of(scene, "course").columns
+    assert [column.name for column in columns] == [f"course.{k}.friction" for k in range(1, 9)]
+    assert sum(len(column.pairs) for column in columns) == len(joints.first)
     heights = np.unique(joints.middle[:, 1].round(6))
     np.testing.assert_allclose(np.diff(heights), 0.875)
 
 
 def test_correlation_along_courses_is_what_was_asked():
-    scene = small_wall(courses=3, length=3)
-    draws = Draws(scene, {"joints.friction": ("normal", 0.6, 0.06)}, "course", 0.7)
+    draws = draws_of(small_wall(courses=3, length=3), "course", 0.7, ("friction", "cohesion"))
     table = draws.table(2048, 0, "sobol")
-    course = np.array([unit.course for unit in draws.spreads["joints.friction"].units])
-    asked = np.where(course[:, None] == course, 0.7, 0.0)
+    # Of one property in one course alone.
+    alike = np.array([f"{column.of} {column.course}" for column in draws.columns])
+    asked = np.where(alike[:, None] == alike, 0.7, 0.0)
     np.fill_diagonal(asked, 1.0)
     found = np.corrcoef(table.to_numpy(), rowvar=False)
     assert np.abs(found - asked).max() < 4 / math.sqrt(2048)
@@ -200,26 +197,18 @@ def test_correlation_along_courses_is_what_was_asked():
     np.testing.assert_allclose(table.std(), 0.06, rtol=4 / math.sqrt(2 * 2048))
 
 
-def test_each_joint_has_its_own():
+def test_each_joint_has_its_own_but_where_an_exception_gives_it():
     scene = small_wall(courses=3, length=2)
     own = assemble(scene)
     first, second = own.names(own.joints.first[:1]) + own.names(own.joints.second[:1])
     scene = scene.model_copy(update={"exceptions": [mo.Joint(between=(second, first), friction=0.123)]})
-    spread = Spread(scene, "joints.friction", "joint", 0.0)
-    assert len(spread.units) == len(own.joints.first) - 1
-    values = {unit.name: 0.5 + 0.001 * number for number, unit in enumerate(spread.units)}
-    friction = assemble(with_values(scene, [spread], values)).problem.friction
-    assert friction[0] == 0.123
-    np.testing.assert_allclose(friction[1:], 0.5 + 0.001 * np.arange(len(spread.units)))
-
-
-def test_cohesion_and_friction_by_joint():
-    scene = small_wall(courses=2, length=2)
-    spreads = [Spread(scene, f"joints.{name}", "joint", 0.0) for name in ("friction", "cohesion")]
-    values = {unit.name: 0.3 for unit in spreads[0].units} | {unit.name: 0.2 for unit in spreads[1].units}
-    joints = assemble(with_values(scene, spreads, values)).joints
-    np.testing.assert_allclose(joints.friction, 0.3)
-    np.testing.assert_allclose(joints.cohesion, 0.2)
+    draws = draws_of(scene, "joint", names=("friction", "cohesion"))
+    assert len(draws.columns) == 2 * len(own.joints.first) - 1
+    values = {column.name: 0.5 + 0.001 * number for number, column in enumerate(draws.columns)}
+    joints = assemble(draws.scene(values)).joints
+    assert joints.friction[0] == 0.123
+    drawn = np.r_[joints.friction[1:], joints.cohesion]
+    np.testing.assert_allclose(drawn, 0.5 + 0.001 * np.arange(len(draws.columns)))
 
 
 def test_a_sample_by_course_is_run_with_what_was_drawn():

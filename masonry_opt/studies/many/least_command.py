@@ -12,10 +12,10 @@ from masonry_opt.command_options import method_options
 from masonry_opt.errors import InterruptedByUserError, OptionError
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.scene.case_file import load as load_scene
+from masonry_opt.studies.many.least import SAMPLES, TOLERANCE, most
+from masonry_opt.studies.many.least import least as least_value
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.margins.least import SAMPLES, TOLERANCE, most
-from masonry_opt.studies.margins.least import least as least_value
-from masonry_opt.studies.margins.threshold import Trial
+from masonry_opt.studies.many.threshold import Trial
 from masonry_opt.words.sentences import numeral
 from masonry_opt.words.terminal import print_text
 

@@ -1,5 +1,7 @@
-"""Charts of a sweep: λ against one number, mechanisms named where they change; a heat map of two. The least
-is ringed; what would press all others into the foot of the axis stands at its head, with its value."""
+"""Charts of a sweep: λ against one number, with the names of the mechanisms; a heat map of two numbers.
+
+The least is ringed. A value that would press all others into the foot of the axis stands at its head.
+"""
 
 from __future__ import annotations
 
@@ -10,13 +12,13 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.drawing.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SLIDES
-from masonry_opt.studies.drawing import Drawing, alt
+from masonry_opt.studies.drawing import Drawing, alt, axis
 from masonry_opt.studies.load_factor_axis import LABEL, ends, off_axis, ticks
 from masonry_opt.studies.many.mechanism import CRUSHING, HINGING, MIXED, NONE, SEPARATING, SLIDING
-from masonry_opt.studies.many.words import at_least
+from masonry_opt.studies.many.sweep import at_least
 from masonry_opt.studies.palette import COLOURS
 
-#: Colour and mark of each mechanism: that of the joints that give it its name, in pictures too.
+#: Colour and mark of each mechanism. Joints have the same in pictures.
 _LOOKS = {
     SLIDING: (SLIDES, "square"),
     HINGING: (HINGES, "circle"),
@@ -26,14 +28,13 @@ _LOOKS = {
     NONE: (LIVE, "triangle-down"),
 }
 
-#: Of a run without a load factor; of a value off the axis.
+#: Colour and mark of a run without a load factor, and mark of a value off the axis.
 _DARK, _CROSS, _UP = "#333333", "M-.8-.8L.8.8M.8-.8L-.8.8", "triangle-up"
 
-#: Values of the second number up to which each has a line of its own; stretches of one mechanism up to which
-#: each is named in the chart.
+#: Most values of the second number that have a line each, and most names of mechanisms in a chart.
 _MOST_LINES, _MOST_NAMED = 7, 6
 
-#: What names are called beside the name itself, where they are many.
+#: Titles of axes of numbers that have a symbol.
 _SYMBOLS = {
     "joints.friction": "friction μ = tan φ",
     "joints.friction_angle": "friction angle φ [°]",
@@ -42,19 +43,20 @@ _SYMBOLS = {
     "joints.cohesion": "cohesion c",
 }
 
-#: Strips, and cells without a load factor.
+#: Colours of strips, and of cells without a load factor.
 _PALE, _GREY = "#EBEBEB", "#CCCCCC"
 
-#: Height of a row of crosses, of the strip of values off the axis, and least space above and below the
-#: values, as shares of the chart.
+#: Shares of the chart's height: a row of crosses, the strip of values off the axis, and the least space above
+#: and below the values.
 _ROW, _HEAD, _PADDING = 0.04, 0.1, 0.05
 
-#: What legends say.
+#: Entry of the legend, and a note.
 _OFF, _RING = "off the axis: λ as written", "ringed: least"
 
 
 def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[Drawing]:
-    """What a sweep over these names shows: λ against the first of one or two, against each of more."""
+    """Charts of a sweep over these numbers: λ against the first of one or two, against each of more; of two
+    also a map."""
     found = [against(frame, names, name) for name in (names if len(names) > 2 else names[:1])]
     # A map has no place for an infinite value, such as of friction.
     finite = np.isfinite(frame[list(names)].to_numpy(float)).all()
@@ -64,8 +66,7 @@ def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[Drawing]:
 
 
 def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
-    """λ against one number: of a sweep over it alone as a line, of two as lines, one a value of the second;
-    of more as points."""
+    """λ against one number: a line, or of two numbers a line for each value of the second; else points."""
     off, failed = off_axis(frame["load_factor"]), frame["load_factor"].isna()
     lines = len(names) == 2 and frame[names[1]].nunique() <= _MOST_LINES
     series = frame["mechanism"].fillna(NONE)
@@ -80,8 +81,8 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
         {_OFF: (_DARK, _UP)} if off.any() else {}
     )
 
-    # The axis: all values above the strip at the foot, of rows of crosses, which have no height; below that
-    # at the head, of values off the axis. No zoom into rounding, no numbers where there are no values.
+    # Values lie between two strips without numbers: rows of crosses at the foot, which have no load factor,
+    # and values off the axis at the head.
     rows = frame.loc[failed, "status"].nunique()
     foot = _ROW * (rows + 0.5) if rows else 0.0
     least, greatest = ends(frame["load_factor"][~off])
@@ -104,25 +105,19 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
             "least": at_least(frame) & (at_least(frame).sum() < frame["load_factor"].count()),
         }
     )
-    x = alt.X("at:Q", scale=alt.Scale(zero=False, nice=False, padding=12), axis=alt.Axis(title=label(name)))
+    x = alt.X("at:Q", scale=alt.Scale(zero=False, nice=False, padding=12), axis=alt.Axis(title=_label(name)))
     # Without a format Vega writes as many digits as its own ticks would need: .32 and .28 as 0.3.
-    axis = alt.Axis(title=LABEL, values=shown, format=".6~g")
-    within = alt.Scale(domain=(low, high), nice=False, zero=False)
-    y = alt.Y("height:Q", scale=within, axis=axis)
-    scales = {
-        "stroke": alt.Scale(domain=[*looks], range=[colour for colour, _ in looks.values()]),
-        "shape": alt.Scale(domain=[*looks], range=[shape for _, shape in looks.values()]),
-    }
+    upwards = axis(LABEL, low, high, values=shown, format=".6~g")
+    y = alt.Y("height:Q", **upwards)
+    colours, shapes = (alt.Scale(domain=[*looks], range=[*of]) for of in zip(*looks.values(), strict=True))
     layers = [
         alt.Chart(pd.DataFrame(strips, columns=["from", "to"]))
         .mark_rect(color=_PALE)
-        .encode(y=alt.Y("from:Q", scale=within, axis=axis), y2="to:Q")
+        .encode(y=alt.Y("from:Q", **upwards), y2="to:Q")
     ]
     known = alt.Chart(marks[~failed]).encode(x=x, y=y)
     if lines:
-        layers.append(
-            known.mark_line(strokeWidth=1.2).encode(stroke=alt.Stroke("line:N", scale=scales["stroke"]))
-        )
+        layers.append(known.mark_line(strokeWidth=1.2).encode(stroke=alt.Stroke("line:N", scale=colours)))
     elif len(names) == 1:
         layers += [
             known.mark_line(color="#999999", strokeWidth=1),
@@ -133,13 +128,10 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
         points.encode(
             x=x,
             y=y,
-            tooltip=[
-                alt.Tooltip("at:Q", title=name),
-                *(f"{told}:N" for told in ("λ", "mechanism", "status")),
-            ],
-            fill=alt.Fill("series:N", scale=scales["stroke"]),
-            stroke=alt.Stroke("series:N", scale=scales["stroke"]),
-            shape=alt.Shape("series:N", scale=scales["shape"]),
+            tooltip=[alt.Tooltip("at:Q", title=name), "λ:N", "mechanism:N", "status:N"],
+            fill=alt.Fill("series:N", scale=colours),
+            stroke=alt.Stroke("series:N", scale=colours),
+            shape=alt.Shape("series:N", scale=shapes),
         ),
         alt.Chart(marks[marks["least"]]).mark_point(size=220, color=_DARK).encode(x=x, y=y),
     ]
@@ -148,7 +140,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
     layers.append(_written(written, x, y, dy=-10))
     file = "load_factor" if len(names) <= 2 else f"load_factor_{[*names].index(name) + 1}"
     notes = _RING if marks["least"].any() else ""
-    return Drawing(file, f"{LABEL} against {label(name)}", alt.layer(*layers), notes)
+    return Drawing(file, f"{LABEL} against {_label(name)}", alt.layer(*layers), notes)
 
 
 def _written(cells: pd.DataFrame, x: Any, y: Any, **place: Any) -> Any:
@@ -158,7 +150,7 @@ def _written(cells: pd.DataFrame, x: Any, y: Any, **place: Any) -> Any:
 
 
 def _changes(marks: pd.DataFrame) -> list[Any]:
-    """Lines where the mechanism changes, and what it is between them, above the chart."""
+    """Lines where the mechanism changes, and its names above the chart."""
     x, mechanism = marks["at"], marks["mechanism"]
     begins = mechanism != mechanism.shift()
     if not 1 < begins.sum() <= _MOST_NAMED:
@@ -192,33 +184,29 @@ def _changes(marks: pd.DataFrame) -> list[Any]:
 
 
 def heat_map(frame: pd.DataFrame, across: str, up: str) -> Drawing:
-    """λ over two numbers; grey where there is no load factor, as is said beside the map."""
+    """λ over two numbers as colours; grey where there is no load factor."""
     off = off_axis(frame["load_factor"])
     least, greatest = ends(frame["load_factor"][~off])
     cells = pd.DataFrame(
         {"x": frame[across].astype(float), "y": frame[up].astype(float), "λ": frame["load_factor"]}
     )
     cells["status"] = frame["status"]
-    for side in ("x", "y"):
+    axes = {}
+    for side, name in (("x", across), ("y", up)):
         middles = np.unique(cells[side])
         edges = _edges(middles)
         place = np.searchsorted(middles, cells[side])
         cells[f"{side}0"], cells[f"{side}1"] = edges[place], edges[place + 1]
-    within = {
-        side: alt.Scale(domain=(cells[f"{side}0"].min(), cells[f"{side}1"].max()), nice=False, zero=False)
-        for side in ("x", "y")
-    }
-    axes = {side: alt.Axis(title=label(name), grid=False) for side, name in (("x", across), ("y", up))}
-    x = alt.X("x:Q", scale=within["x"], axis=axes["x"])
-    y = alt.Y("y:Q", scale=within["y"], axis=axes["y"])
+        axes[side] = axis(_label(name), edges[0], edges[-1], grid=False)
+    x, y = alt.X("x:Q", **axes["x"]), alt.Y("y:Q", **axes["y"])
     legend = alt.Legend(title=LABEL, orient="bottom", direction="horizontal", gradientLength=200)
     scale = alt.Scale(scheme="viridis", domain=(least, greatest))
     cells["colour"] = np.where(cells["λ"].isna(), _GREY, "white")
     told = [alt.Tooltip("x:Q", title=across), alt.Tooltip("y:Q", title=up), "λ:N", "status:N"]
     squares = {
-        "x": alt.X("x0:Q", scale=within["x"], axis=axes["x"]),
+        "x": alt.X("x0:Q", **axes["x"]),
         "x2": "x1:Q",
-        "y": alt.Y("y0:Q", scale=within["y"], axis=axes["y"]),
+        "y": alt.Y("y0:Q", **axes["y"]),
         "y2": "y1:Q",
         "tooltip": told,
     }
@@ -240,15 +228,13 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> Drawing:
 
 
 def _edges(middles: np.ndarray) -> np.ndarray:
-    """Edges of cells round middles."""
+    """Edges of cells from their middles, shape (n,) to (n + 1,)."""
     if len(middles) == 1:
         half = abs(middles[0]) * 0.05 or 0.5
-        return np.array([middles[0] - half, middles[0] + half])
+        return middles[0] + np.array([-half, half])
     between = (middles[1:] + middles[:-1]) / 2
-    first, last = 2 * middles[0] - between[0], 2 * middles[-1] - between[-1]
-    return np.concatenate([[first], between, [last]])
+    return np.r_[2 * middles[0] - between[0], between, 2 * middles[-1] - between[-1]]
 
 
-def label(name: str) -> str:
-    """What an axis says of a number."""
+def _label(name: str) -> str:
     return _SYMBOLS.get(name, name)

@@ -1,4 +1,4 @@
-"""What a sample of a scene's load factor says, in tables, words and pictures."""
+"""The answer of a sample: quantiles, probability of collapse and sensitivity, as tables, text and charts."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.answer.status import Status
-from masonry_opt.errors import OptionError, printable
+from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.studies.load_factor_axis import ends
-from masonry_opt.studies.sampling.estimates import fragility, quantiles, sensitivity
+from masonry_opt.studies.many.estimates import fragility, quantiles, sensitivity
 from masonry_opt.words.sentences import numeral
 
 if TYPE_CHECKING:
     import altair
 
-#: Probabilities of the quantiles that are told unless others are asked for, and the confidence of intervals.
+#: Probabilities of the quantiles, and confidence of intervals, unless others are asked for.
 PROBABILITIES, CONFIDENCE = (0.05, 0.5, 0.95), 0.95
 
-#: Of what matters, so much is printed.
+#: Most rank correlations that are printed.
 _PRINTED = 5
 
 
@@ -31,10 +31,9 @@ _PRINTED = 5
 class Sample:
     """The load factors of a scene whose numbers were drawn.
 
-    A run counts by what it ended in: a scene that falls by itself collapses at any load, one that is proven
-    to carry any load at none. Any other run without a load factor (``undecided``: not converged, refused,
-    unlimited without a proof, ...) counts as collapsed at any load, so that no probability of collapse is
-    too low by it.
+    A scene that falls by itself counts as collapsed at any load, one that is proven to carry any load as
+    collapsed at none. Any other run without a load factor (``undecided``: not converged, refused, unlimited
+    without a proof, ...) counts as collapsed at any load, so that no probability of collapse is too low.
 
     Intervals are those of independent runs (``sequence="random"``), whatever the distribution. Scrambled
     points of few numbers come nearer to the truth than the intervals say: of a block that slides or
@@ -81,6 +80,17 @@ class Sample:
         """Runs that decide nothing, counted as collapsed at any load."""
         return int(np.isneginf(self.load_factors).sum()) - self.falling
 
+    @property
+    def counted(self) -> str:
+        """How many runs there are, and how many of them have no load factor, in words."""
+        without = {
+            "fell under dead load alone": self.falling,
+            "carried any load": self.unlimited,
+            "undecided, counted as fallen": self.undecided,
+        }
+        told = [f"{count} ({count / self.runs:.1%}) {what}" for what, count in without.items() if count]
+        return "; ".join([counted(self.runs, "run"), *told])
+
     def quantiles(
         self, probabilities: Sequence[float] = PROBABILITIES, confidence: float = CONFIDENCE
     ) -> pd.DataFrame:
@@ -88,7 +98,8 @@ class Sample:
 
         Raises OptionError if a probability is not between 0 and 1.
         """
-        return quantiles(self.load_factors, _shares("probabilities", probabilities), _share(confidence))
+        shares = [_share("probabilities", value) for value in probabilities]
+        return quantiles(self.load_factors, shares, _share("confidence", confidence))
 
     def fragility(self, loads: Sequence[float] | None = None, confidence: float = CONFIDENCE) -> pd.DataFrame:
         """Probability of collapse at load factors (see :func:`~.estimates.fragility`); by default at those
@@ -101,14 +112,22 @@ class Sample:
             least, greatest = ends(found)
             aside = 0.05 * (greatest - least) if len(found) else 0.0
             loads = [max(least - aside, 0.0), *found.tolist(), greatest + aside]
-        return fragility(self.load_factors, loads, _share(confidence))
+        return fragility(self.load_factors, loads, _share("confidence", confidence))
 
     def sensitivity(self, confidence: float = CONFIDENCE) -> pd.DataFrame:
         """Which of the numbers drawn matter: rank correlations (see :func:`~.estimates.sensitivity`).
 
         Raises OptionError if the confidence is not between 0 and 1.
         """
-        return sensitivity(self.table[list(self.drawn)], self.load_factors, _share(confidence))
+        return sensitivity(self.table[list(self.drawn)], self.load_factors, _share("confidence", confidence))
+
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """Quantiles, fragility and sensitivity, by these names."""
+        return {
+            "quantiles": self.quantiles(),
+            "fragility": self.fragility(),
+            "sensitivity": self.sensitivity(),
+        }
 
     def plot(self, kind: str = "distribution") -> altair.TopLevelMixin:
         """Draw the "distribution" of the load factor, its "fragility" curve or the "sensitivity" to what was
@@ -117,7 +136,7 @@ class Sample:
         Raises OptionError if there is no such kind, or Altair, of the extra "studies", is not installed.
         """
         # Charts are slow to import: only when they are needed.
-        from masonry_opt.studies.sampling.charts import KINDS
+        from masonry_opt.studies.many.sample_charts import KINDS
 
         if kind not in KINDS:
             raise OptionError(f"kind '{kind}' is unknown; choose from: {', '.join(KINDS)}")
@@ -127,7 +146,7 @@ class Sample:
         lines = {
             "case": self.case,
             "drawn": "; ".join(f"{name} = {text}" for name, text in self.distributions.items()),
-            "runs": f"{self.runs}{self._counted()}",
+            "solved": self.counted,
         }
         text = [f"{name:<16} {value}" for name, value in lines.items()]
         for row in self.quantiles().to_dict("records"):
@@ -141,21 +160,8 @@ class Sample:
             )
         return printable("\n".join(text))
 
-    def _counted(self) -> str:
-        counted = [
-            (self.falling, "falls by itself" if self.falling == 1 else "fall by themselves"),
-            (self.unlimited, "no load makes collapse"),
-            (self.undecided, "undecided, counted as collapsed at any load"),
-        ]
-        return "".join(f"; {count} ({count / self.runs:.1%}) {what}" for count, what in counted if count)
-
     def as_dict(self) -> dict[str, Any]:
         """All but the single runs, as plain numbers, strings, lists and dictionaries (not finite: None)."""
-        frames = {
-            "quantiles": self.quantiles(),
-            "fragility": self.fragility(),
-            "sensitivity": self.sensitivity(),
-        }
         return {
             "case": self.case,
             "distributions": dict(self.distributions),
@@ -164,21 +170,16 @@ class Sample:
             "unlimited": self.unlimited,
             "undecided": self.undecided,
             "confidence": CONFIDENCE,
-        } | {name: _records(frame) for name, frame in frames.items()}
+        } | {name: _records(frame) for name, frame in self.tables().items()}
 
     def to_json(self) -> str:
         """``as_dict`` as one JSON object."""
         return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
 
 
-def _records(frame: pd.DataFrame) -> list[dict[str, Any]]:
-    return [
-        {
-            str(key): None if isinstance(value, float) and not math.isfinite(value) else value
-            for key, value in row.items()
-        }
-        for row in frame.to_dict("records")
-    ]
+def _records(frame: pd.DataFrame) -> list[dict[Any, Any]]:
+    finite = frame.replace([math.inf, -math.inf], math.nan).astype(object)
+    return finite.where(finite.notna(), None).to_dict("records")
 
 
 def _worded(value: float) -> str:
@@ -187,11 +188,7 @@ def _worded(value: float) -> str:
     return "unknown" if math.isnan(value) else "none" if value < 0 else "any load"
 
 
-def _shares(name: str, values: Sequence[float]) -> list[float]:
-    if not all(0 < value < 1 for value in values):
-        raise OptionError(f"{name} must lie between 0 and 1 (found {list(values)})")
-    return list(values)
-
-
-def _share(confidence: float) -> float:
-    return _shares("confidence", [confidence])[0]
+def _share(name: str, value: float) -> float:
+    if not 0 < value < 1:
+        raise OptionError(f"{name} must lie between 0 and 1 (found {value})")
+    return value

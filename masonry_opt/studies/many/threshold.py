@@ -1,4 +1,4 @@
-"""A number of a scene on one side of which it holds: what is known of it."""
+"""The answer of a search: the value of a number on one side of which a scene holds."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ import pandas as pd
 from masonry_opt.answer.certificate import Certificate
 from masonry_opt.answer.result import Result
 from masonry_opt.errors import printable
+from masonry_opt.studies.many.runs import columns
+from masonry_opt.studies.many.table import framed
 from masonry_opt.words.sentences import numeral
 
-#: How a scene without a load factor is counted: it falls by itself, or nothing makes it collapse.
+#: Numbers of a scene without a load factor: it falls by itself, or no load makes it collapse.
 FALLS, UNLIMITED = -math.inf, math.inf
 
 
@@ -27,10 +29,9 @@ class Trial:
     ----------
     value: of the number.
     holds: whether the scene stands, or carries the load.
-    number: its load factor, or its margin under dead load (see :func:`~.standing.standing`): -inf where it
-        falls and there is none, inf where it carries any load.
-    result: the state and mechanism there. Under dead load it has no load factor: either the forces that
-        carry that load, or the mechanism that it drives.
+    number: load factor, or margin under dead load: -inf where it falls and there is none, inf where it
+        carries any load.
+    result: the state and mechanism; under dead load see :class:`~.standing.Standing`.
     certificate: residuals of the number; None where it is not finite.
     """
 
@@ -49,15 +50,14 @@ class Threshold:
     ----------
     least: whether the scene holds from the value on upwards; else up to it.
     load: the load factor to be carried; None if the scene is to stand under its dead load alone.
-    value: the threshold. Where the load factor (margin) runs through what is asked, this is where; at a jump,
-        the end at which the scene holds.
-    interval: lower and upper end, between which the scene begins (or ceases) to hold. Both were solved.
+    value: the threshold: between the ends, where the load factor (margin) passes what is asked; at a jump the
+        end at which the scene holds.
+    interval: lower and upper end. Both were solved: at one the scene holds, at the other it fails.
     holds, fails: the ends as they were solved. ``holds.result`` and ``fails.result`` have the state and
         the mechanism, ``certificate`` has the residuals.
-    jump: load factors (margins) at the ends, of which holds comes last, if they differ although the ends do
-        not: the mechanism changes, joints lock, or the scene itself changes at once. None if they do not.
-    contradictions: values tried below a least (above a greatest) at which the scene holds all the same: it
-        does not fall only on one side of the threshold.
+    jump: load factors (margins) at the failing and the holding end, if they differ although the ends do not:
+        the mechanism changes, joints lock, or the scene itself changes at once. None if they do not.
+    contradictions: values tried below a least (above a greatest) at which the scene holds all the same.
     trials: every value tried, in order.
     """
 
@@ -82,14 +82,14 @@ class Threshold:
 
     @property
     def history(self) -> pd.DataFrame:
-        """One row a trial: ``value``, ``holds``, ``load_factor`` or, under dead load, ``margin``."""
-        return pd.DataFrame(
-            {
-                "value": [trial.value for trial in self.trials],
-                "holds": [trial.holds for trial in self.trials],
-                self._measure.replace(" ", "_"): [trial.number for trial in self.trials],
-            }
-        )
+        """One row a trial: ``value``, ``holds``, ``number``, then the columns of ``mo.sweep``."""
+        rows = [
+            {"value": trial.value, "holds": trial.holds, "number": trial.number}
+            | columns(trial.result.assembly, trial.result.solution)
+            | {"seconds": sum(trial.result.seconds.values())}
+            for trial in self.trials
+        ]
+        return framed(rows, ["value", "holds", "number"]).astype({"holds": bool})
 
     @property
     def _measure(self) -> str:
@@ -124,7 +124,7 @@ class Threshold:
         return f"at {value}: {self._measure + ' ' if known else ''}{said}{residual}"
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything but single results, as plain numbers, strings and lists (what is not finite as None)."""
+        """All but the single results, as plain numbers, strings and lists (not finite: None)."""
         return {
             "kind": "least" if self.least else "greatest",
             "load": self.load,

@@ -13,7 +13,8 @@ import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.margins.standing import standing
+from masonry_opt.studies.many.runs import COLUMNS
+from masonry_opt.studies.many.standing import standing
 
 
 def tilted(scene: mo.Scene, degrees: float) -> mo.Scene:
@@ -94,7 +95,8 @@ def test_least_friction_that_carries_a_load(method):
     )
     assert found.value == pytest.approx(0.3, rel=1e-7)
     assert found.fails.number < 0.3 <= found.holds.number + 1e-9
-    assert found.history.columns.tolist() == ["value", "holds", "load_factor"]
+    assert found.history.columns.tolist() == ["value", "holds", "number", *COLUMNS]
+    assert found.history["load_factor"].tolist() == [trial.number for trial in found.trials]
 
 
 def test_a_load_factor_that_jumps_is_named():
@@ -182,7 +184,7 @@ def test_joints_that_crush_are_decided_without_a_margin():
 
 def test_smooth_joints_have_no_margin():
     smooth = tilted(block_on_floor(friction=0.0), 10)
-    assert standing(smooth).status is mo.Status.UNSTABLE
+    assert standing(smooth).result.status is mo.Status.UNSTABLE
     assert mo.least(
         lambda mu: tilted(block_on_floor(friction=mu), 10), 0, 1, samples=0
     ).value == pytest.approx(math.tan(math.radians(10)), rel=1e-6)

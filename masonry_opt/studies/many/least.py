@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -17,8 +17,8 @@ from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.margins.standing import standing, under_dead_load
-from masonry_opt.studies.margins.threshold import FALLS, UNLIMITED, Threshold, Trial
+from masonry_opt.studies.many.standing import standing
+from masonry_opt.studies.many.threshold import FALLS, UNLIMITED, Threshold, Trial
 
 #: A scene of a number.
 Make = Callable[[float], "Scene | str | Path"]
@@ -93,8 +93,9 @@ def least(
     NoLoadFactorError
         If whether a scene holds could not be decided.
     """
-    search = _Search(make, load, method, options, progress)
-    return search.run(lower, upper, tolerance, samples, least=True)
+    return _Search(make, load, method, options, progress).threshold(
+        lower, upper, tolerance, samples, least=True
+    )
 
 
 def most(
@@ -114,12 +115,13 @@ def most(
     As :func:`least`, from the other side: the scene must hold at ``lower`` and fail at ``upper``, and of
     several thresholds the lowest is taken.
     """
-    search = _Search(make, load, method, options, progress)
-    return search.run(lower, upper, tolerance, samples, least=False)
+    return _Search(make, load, method, options, progress).threshold(
+        lower, upper, tolerance, samples, least=False
+    )
 
 
 class _Search:
-    """What is asked of every scene, and every value tried."""
+    """The search for one threshold: the scene of each value, and the trials so far."""
 
     def __init__(
         self,
@@ -133,18 +135,15 @@ class _Search:
             raise OptionError(
                 f"the scene must be a function of the value, such as lambda t: mo.Scene(...) (found {make!r})"
             )
-        if not callable(progress):
-            raise OptionError(f"progress must be a function of a trial (found {progress!r})")
         if load is None and (options or method != DEFAULT):
             named = ", ".join(options) or f"method '{method}'"
             raise OptionError(f"{named}: goes with 'load', such as load=1; dead load alone needs no method")
-        if load is not None:
-            load = _number("load", load)
-        self.make, self.load, self.progress = make, load, progress
+        self.make, self.progress = make, progress
+        self.load = None if load is None else _number("load", load)
         self.session = prepare(method, keeps=True, **options)
-        self.trials: list[Trial] = []
+        self.trials: dict[float, Trial] = {}
 
-    def run(self, lower: float, upper: float, tolerance: float, samples: int, least: bool) -> Threshold:
+    def threshold(self, lower: float, upper: float, tolerance: float, samples: int, least: bool) -> Threshold:
         lower, upper = _number("lower", lower), _number("upper", upper)
         if not lower < upper:
             raise OptionError(f"lower must be less than upper (found {lower:g} and {upper:g})")
@@ -152,16 +151,16 @@ class _Search:
             raise OptionError(f"tolerance must be between 0 and 1 (found {tolerance!r})")
         if not isinstance(samples, int) or samples < 0:
             raise OptionError(f"samples must be a number of values, 0 or more (found {samples!r})")
-        first = self.at(lower), self.at(upper)
-        inside = [self.at(float(value)) for value in np.linspace(lower, upper, samples + 2)[1:-1]]
+        for value in (lower, upper, *np.linspace(lower, upper, samples + 2)[1:-1].tolist()):
+            self.at(value)
         # From the end at which the scene should hold.
-        row = sorted([*first, *inside], key=lambda trial: trial.value, reverse=least)
+        row = self._row(least)
         if not row[0].holds or row[-1].holds:
-            raise OptionError(self._no_threshold(row, least))
+            raise OptionError(_no_threshold(self._row(), least, self.load))
         holds, fails = next((near, far) for near, far in pairwise(row) if not far.holds)
         holds, fails = self._narrow(holds, fails, tolerance, _OF_RANGE * (upper - lower))
         jump = self._jump(holds, fails)
-        beyond = [t.value for t in self.trials if t.holds and (t.value < fails.value) == least]
+        beyond = [t.value for t in self._row() if t.holds and (t.value < fails.value) == least]
         return Threshold(
             least=least,
             load=self.load,
@@ -169,30 +168,28 @@ class _Search:
             holds=holds,
             fails=fails,
             jump=jump,
-            contradictions=tuple(sorted(value for value in beyond if value != holds.value)),
-            trials=tuple(self.trials),
+            contradictions=tuple(value for value in beyond if value != holds.value),
+            trials=tuple(self.trials.values()),
         )
 
     def at(self, value: float) -> Trial:
-        """Make the scene of a value, and see whether it holds."""
-        try:
-            scene = as_scene(self.make(value))
-            trial = self._standing(value, scene) if self.load is None else self._carrying(value, scene)
-        except CaseError as error:
-            raise CaseError(f"at {value:.9g}: {error}") from None
-        self.trials.append(trial)
-        self.progress(trial)
-        return trial
+        """The scene of a value, solved once."""
+        if value not in self.trials:
+            try:
+                scene = as_scene(self.make(value))
+                trial = self._standing(value, scene) if self.load is None else self._carrying(value, scene)
+            except (CaseError, NoLoadFactorError) as error:
+                raise type(error)(f"at {value:.9g}: {error}") from None
+            self.trials[value] = trial
+            self.progress(trial)
+        return self.trials[value]
+
+    def _row(self, falling: bool = False) -> list[Trial]:
+        return sorted(self.trials.values(), key=lambda trial: trial.value, reverse=falling)
 
     def _standing(self, value: float, scene: Scene) -> Trial:
-        result = standing(scene)
-        if result.status is Status.SOLVER_FAILED:
-            raise NoLoadFactorError(f"at {value:.9g}: {result.status}: {result.message}")
-        number = result.load_factor
-        if number is None:
-            number = FALLS if result.status is Status.UNSTABLE else UNLIMITED
-        holds = number >= -LOWER
-        return Trial(value, holds, number, under_dead_load(result, holds), result.certificate)
+        found = standing(scene)
+        return Trial(value, found.margin >= self._needed, found.margin, found.result, found.certificate)
 
     def _carrying(self, value: float, scene: Scene) -> Trial:
         assert self.load is not None
@@ -207,40 +204,41 @@ class _Search:
             number = result.associative  # which no Coulomb answer exceeds
         else:
             raise NoLoadFactorError(
-                f"at {value:.9g}: whether the load is carried could not be decided: {result.status}: "
-                f"{result.message}; narrow the range, or name another method"
+                f"whether the load is carried could not be decided: {result.status}: {result.message}; "
+                "narrow the range, or name another method"
             )
-        holds = number >= self.load - LOWER * max(1.0, abs(self.load))
-        return Trial(value, holds, number, result, result.certificate)
+        return Trial(value, number >= self._needed, number, result, result.certificate)
+
+    @property
+    def _needed(self) -> float:
+        """The least number of a scene that holds: the load but for rounding, or no margin."""
+        return -LOWER if self.load is None else self.load - LOWER * max(1.0, abs(self.load))
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
-        """Bring the ends together, by false position (of which the end that stays counts half: Illinois)
-        while that is quick, else by halves."""
-        weight_holds = weight_fails = 1.0
+        """Bring the ends together, by false position (Illinois: the end that stays counts half) while that is
+        quick, else by halves."""
+        weight = {True: 1.0, False: 1.0}
         slow = 0
         while True:
             gap = fails.value - holds.value
             near = tolerance * max(abs(holds.value), abs(fails.value), least_size)
             if abs(gap) <= near:
                 return holds, fails
-            above, below = weight_holds * self._excess(holds), weight_fails * self._excess(fails)
+            above, below = weight[True] * self._excess(holds), weight[False] * self._excess(fails)
             share = 0.5
             if slow < _SLOW and math.isfinite(above) and math.isfinite(below) and above > below:
                 # At least half the tolerance from either end, so that a root next to one is soon shut in.
                 aside = 0.5 * near / abs(gap)
                 share = min(max(above / (above - below), aside), 1 - aside)
             value = holds.value + share * gap
-            if value in (holds.value, fails.value):  # no number lies between
+            if value in self.trials:  # no number lies between
                 return holds, fails
             trial = self.at(value)
-            if trial.holds:
-                weight_holds, weight_fails = 1.0, 1.0 if weight_holds < 1 else weight_fails / 2
-                holds = trial
-            else:
-                weight_fails, weight_holds = 1.0, 1.0 if weight_fails < 1 else weight_holds / 2
-                fails = trial
-            halved = abs(fails.value - holds.value) <= 0.5 * abs(gap)
-            slow = 0 if halved else slow + 1
+            stays = not trial.holds
+            weight[stays] = weight[stays] / 2 if weight[not stays] == 1 else 1.0
+            weight[not stays] = 1.0
+            holds, fails = (trial, fails) if trial.holds else (holds, trial)
+            slow = 0 if abs(fails.value - holds.value) <= 0.5 * abs(gap) else slow + 1
 
     def _excess(self, trial: Trial) -> float:
         return trial.number - (self.load or 0.0)
@@ -253,7 +251,7 @@ class _Search:
         return holds.value + above / (above - below) * (fails.value - holds.value)
 
     def _jump(self, holds: Trial, fails: Trial) -> tuple[float, float] | None:
-        known = [abs(trial.number) for trial in self.trials if math.isfinite(trial.number)]
+        known = [abs(trial.number) for trial in self.trials.values() if math.isfinite(trial.number)]
         if not known or (self.load is None and fails.number == FALLS):
             return None  # only whether it stands is known
         # Where the scene falls by itself there is no load factor: what is asked is the least that it had.
@@ -262,30 +260,26 @@ class _Search:
         far = holds.number - before > JUMP * max(known)
         return (fails.number, holds.number) if far else None
 
-    def _no_threshold(self, row: list[Trial], least: bool) -> str:
-        """What to do if the scene does the same at both ends, or does what it should the other way round."""
-        does, fails = ("stands", "falls") if self.load is None else ("carries the load", "does not carry it")
-        row = sorted(row, key=lambda trial: trial.value)
-        low, high = row[0], row[-1]
-        if low.holds != high.holds:
-            other = "most" if least else "least"
-            return (
-                f"the scene {does if low.holds else fails} at {low.value:g} and "
-                f"{does if high.holds else fails} at {high.value:g}: ask for '{other}'"
-            )
-        both = does if low.holds else fails
-        odd = [trial.value for trial in row if trial.holds != low.holds]
-        if odd:
-            return (
-                f"the scene {both} at {low.value:g} and at {high.value:g}, but between them it "
-                f"{fails if low.holds else does} at {', '.join(f'{value:.6g}' for value in odd)}: let one "
-                "end be there"
-            )
-        outwards = "lower 'lower'" if low.holds == least else "raise 'upper'"
+
+def _no_threshold(row: Sequence[Trial], least: bool, load: float | None) -> str:
+    """What to do if the scene does the same at both ends, or does what it should the other way round."""
+    words = ("falls", "stands") if load is None else ("does not carry the load", "carries the load")
+    low, high = row[0], row[-1]
+    does, not_so = words[low.holds], words[not low.holds]
+    if low.holds != high.holds:
+        other = "most" if least else "least"
+        return f"the scene {does} at {low.value:g} and {not_so} at {high.value:g}: ask for '{other}'"
+    odd = ", ".join(f"{trial.value:.6g}" for trial in row if trial.holds != low.holds)
+    if odd:
         return (
-            f"the scene {both} at {low.value:g}, at {high.value:g} and at all {len(row) - 2} values tried "
-            f"between: {outwards}, or try more values ('samples')"
+            f"the scene {does} at {low.value:g} and at {high.value:g}, but {not_so} at {odd}: let one end be "
+            "there"
         )
+    outwards = "lower 'lower'" if low.holds == least else "raise 'upper'"
+    return (
+        f"the scene {does} at {low.value:g}, at {high.value:g} and at all {len(row) - 2} values tried "
+        f"between: {outwards}, or try more values ('samples')"
+    )
 
 
 def _number(name: str, value: object) -> float:

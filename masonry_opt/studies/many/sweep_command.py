@@ -13,15 +13,14 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from masonry_opt.command_options import method_options
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted
 from masonry_opt.methods.registry import DEFAULT, METHODS
+from masonry_opt.studies.many.distributions import parse
+from masonry_opt.studies.many.draws import BY, SEQUENCES
+from masonry_opt.studies.many.sample import RUNS
+from masonry_opt.studies.many.sample import sample as sample_scene
+from masonry_opt.studies.many.sweep import said
 from masonry_opt.studies.many.sweep import sweep as sweep_scene
-from masonry_opt.studies.many.words import said
 from masonry_opt.studies.page import NEEDED
 from masonry_opt.studies.process import ended_by_kill
-from masonry_opt.studies.sampling.distributions import parse
-from masonry_opt.studies.sampling.draws import SEQUENCES
-from masonry_opt.studies.sampling.sample import RUNS
-from masonry_opt.studies.sampling.sample import sample as sample_scene
-from masonry_opt.studies.sampling.spread import BY
 from masonry_opt.words.terminal import print_text
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
@@ -101,19 +100,12 @@ def sweep(
     """
     if bool(vary) == bool(sample):
         raise OptionError("give --vary NAME=FROM:TO:COUNT or --sample NAME=lognormal:MEAN:DEVIATION")
-    drawing: dict[str, Any] = {
-        "n": runs,
-        "seed": seed,
-        "by": by,
-        "correlation": correlation,
-        "sequence": sequence,
-    }
-    drawing = {name: given for name, given in drawing.items() if given is not None}
+    given = {"n": runs, "seed": seed, "by": by, "correlation": correlation, "sequence": sequence}
+    drawing: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     if vary and drawing:
         named = ", ".join("--runs" if name == "n" else f"--{name}" for name in drawing)
         raise OptionError(f"{named}: goes with --sample, not with --vary, whose values are given")
-    values = dict(map(_values, vary or []))
-    distributions = dict(map(parse, sample or []))
+    values, distributions = dict(map(_values, vary or [])), dict(map(parse, sample or []))
     if len(values) + len(distributions) < len(vary or sample or []):
         raise OptionError(f"{'--vary' if vary else '--sample'}: a number is named twice")
     errors = Console(stderr=True)
@@ -127,21 +119,21 @@ def sweep(
             done = count
             bar.update(shown, completed=count, total=of)
 
+        common: dict[str, Any] = {
+            "method": method,
+            "model": model,
+            "solver": solver,
+            "tolerance": tolerance,
+            "out": out,
+            "parquet": parquet,
+            "force": force,
+            "workers": workers,
+            "dask": dask,
+            "progress": progress,
+            **method_options(option, sample_scene if sample else sweep_scene),
+        }
         try:
             with ended_by_kill():
-                common: dict[str, Any] = {
-                    "method": method,
-                    "model": model,
-                    "solver": solver,
-                    "tolerance": tolerance,
-                    "out": out,
-                    "parquet": parquet,
-                    "force": force,
-                    "workers": workers,
-                    "dask": dask,
-                    "progress": progress,
-                    **method_options(option, sample_scene if sample else sweep_scene),
-                }
                 if sample:
                     told = str(sample_scene(case, distributions, **drawing, **common))
                 else:

@@ -1,0 +1,132 @@
+"""Distributions of the numbers of a scene, as a user writes them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from masonry_opt.errors import OptionError
+
+#: Arguments of each distribution that has a name.
+_ARGUMENTS = {
+    "normal": "mean and standard deviation",
+    "lognormal": "mean and standard deviation of the number itself",
+    "uniform": "least and greatest value",
+}
+
+_HOW = (
+    "write it as ('lognormal', 0.6, 0.1): the mean and the standard deviation of the number itself, or "
+    "'15%' of the mean; ('normal', mean, standard deviation); ('uniform', least, greatest); or any frozen "
+    "distribution of scipy.stats"
+)
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """A frozen distribution of scipy.stats, and its text as a user would write it."""
+
+    text: str
+    frozen: Any
+
+
+def distribution(name: str, given: Any) -> Distribution:
+    """The distribution of a number.
+
+    Parameters
+    ----------
+    name: of the number, for errors.
+    given: ("normal", mean, standard deviation), ("lognormal", mean, standard deviation), both of the number
+        itself and not of its logarithm; ("uniform", least, greatest); or a frozen distribution of
+        scipy.stats. The standard deviation may be a text such as "15%", of the mean. Above the mean it must
+        be such a text, because per cent are likely to be meant (unless the mean is zero).
+
+    Raises
+    ------
+    OptionError
+        If it is none of these, or a value is out of range; the message names the number.
+    """
+    of = f"distribution of '{name}'"
+    if callable(getattr(given, "ppf", None)) and callable(getattr(given, "cdf", None)):
+        return Distribution(_text(given), given)
+    if not isinstance(given, tuple | list) or len(given) != 3 or given[0] not in _ARGUMENTS:
+        raise OptionError(f"{of}: {_HOW} (found {given!r})")
+    kind = given[0]
+    try:
+        first = _number(given[1])
+        second = _number(given[2]) if kind == "uniform" else _deviation(given[2], first)
+    except TypeError:
+        raise OptionError(f"{of}: {kind} takes {_ARGUMENTS[kind]} (found {given[1:]!r})") from None
+    except OptionError as error:
+        raise OptionError(f"{of}: {error}") from None
+    if kind == "uniform" and not first < second:
+        raise OptionError(f"{of}: the least value must be below the greatest")
+    if kind != "uniform" and not second > 0:
+        raise OptionError(f"{of}: the standard deviation must be positive")
+    if kind == "lognormal" and not first > 0:
+        raise OptionError(f"{of}: the mean of a lognormal must be positive")
+    frozen = {
+        "normal": stats.norm,
+        "lognormal": lognormal,
+        "uniform": lambda least, greatest: stats.uniform(least, greatest - least),
+    }[kind](first, second)
+    return Distribution(f"{kind}({first:g}, {second:g})", frozen)
+
+
+def lognormal(mean: float, deviation: float) -> Any:
+    """The lognormal distribution whose own mean and standard deviation are given.
+
+    Its logarithm has variance ln(1 + (deviation / mean)²) and mean ln(mean) less half of that.
+    """
+    variance = math.log1p((deviation / mean) ** 2)
+    return stats.lognorm(math.sqrt(variance), scale=mean * math.exp(-variance / 2))
+
+
+def parse(text: str) -> tuple[str, tuple[str, Any, Any]]:
+    """Name and distribution of a text such as ``joints.friction=lognormal:0.65:15%``.
+
+    Raises OptionError if it has not these parts.
+    """
+    name, equals, words = text.partition("=")
+    parts = [_read(part.strip()) for part in words.split(":")]
+    if not equals or not name.strip() or len(parts) != 3:
+        raise OptionError(
+            f"'{text}': write it as NAME=lognormal:MEAN:DEVIATION (a number, or 15% of the mean), "
+            "NAME=normal:MEAN:DEVIATION or NAME=uniform:LEAST:GREATEST"
+        )
+    return name.strip(), tuple(parts)  # type: ignore[return-value]
+
+
+def _read(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
+
+def _number(value: Any) -> float:
+    """Raises TypeError if it is not a finite number."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not math.isfinite(value):
+        raise TypeError
+    return float(value)
+
+
+def _deviation(value: Any, mean: float) -> float:
+    if isinstance(value, str) and value.strip().endswith("%"):
+        return abs(mean) / 100 * _number(_read(value.strip()[:-1]))
+    number = _number(value)
+    if mean and number > abs(mean):
+        raise OptionError(
+            f"a standard deviation of {number:g} is more than the mean, {mean:g}: if per cent of the mean "
+            f"are meant, write '{number:g}%'; if it is meant as it stands, '{100 * number / abs(mean):.6g}%'"
+        )
+    return number
+
+
+def _text(frozen: Any) -> str:
+    of = getattr(getattr(frozen, "dist", None), "name", type(frozen).__name__)
+    values = [*getattr(frozen, "args", ()), *getattr(frozen, "kwds", {}).values()]
+    return f"{of}({', '.join(f'{value:g}' for value in values)})"

@@ -1,0 +1,243 @@
+"""Values drawn for the numbers of a scene, for all joints alike or for each course or joint."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+from scipy import stats
+from scipy.stats import qmc
+
+from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.scene.blocks import Joint
+from masonry_opt.scene.scene import Scene
+from masonry_opt.studies.many.distributions import Distribution, distribution
+from masonry_opt.studies.many.parameters import Parameters, is_of_joints
+
+#: For what a joint property is drawn: once for all joints, for each course, for each joint.
+BY = ("scene", "course", "joint")
+
+#: How points are spread over the unit cube: a scrambled sequence, and independent points.
+SEQUENCES = ("sobol", "random")
+
+#: Dimensions up to which Sobol's points are taken unless others are named. Of 83 dimensions 128 of them have
+#: pairs correlated by 0.8, where independent points have 0.3 at most.
+_FEW = 10
+
+#: Probabilities are kept this far from 0 and 1, where distributions have no value: below what the sequence
+#: resolves.
+_EDGE = 2.0**-32
+
+#: Middles of joints nearer in height than this share of the median length of a joint are of one course.
+_LEVEL = 1e-3
+
+#: Properties that an exception can have.
+_PROPERTIES = ("friction", "cohesion", "dilatancy", "strength")
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of the table of values drawn.
+
+    Attributes
+    ----------
+    name: of the column.
+    of: name of the number.
+    pairs: blocks of the joints that get the value; none where the number is drawn once for the scene.
+    course: of these joints, 1 the lowest.
+    """
+
+    name: str
+    of: str
+    pairs: tuple[tuple[str, str], ...] = ()
+    course: int = 0
+
+
+class Draws:
+    """The numbers drawn for a scene, and the scenes that they make.
+
+    A course are the joints whose middles lie at one height (against gravity). Joints whose exception gives
+    the property keep it.
+
+    Attributes
+    ----------
+    columns: of the table of values, in order.
+    texts: distributions in words, by names of numbers.
+    varied: whether a property differs from joint to joint.
+
+    Raises
+    ------
+    OptionError
+        If an argument of :func:`~.sample.sample` is wrong.
+    CaseError
+        If the scene is wrong.
+    """
+
+    def __init__(
+        self, scene: Scene, distributions: Mapping[str, Any], by: str, correlation: float | None
+    ) -> None:
+        if not isinstance(distributions, Mapping) or not distributions:
+            raise OptionError(
+                "name what is uncertain, with its distribution: {'joints.friction': ('lognormal', 0.6, 0.1)}"
+            )
+        if by not in BY:
+            raise OptionError(f"by='{by}' is unknown; choose from: {', '.join(BY)}")
+        if by == "scene" and correlation is not None:
+            raise OptionError("correlation: goes with by='joint' or by='course'")
+        self._correlation = float(by == "course") if correlation is None else correlation
+        if not 0 <= self._correlation <= 1:
+            raise OptionError(f"correlation must be between 0 and 1 (found {correlation!r})")
+        self._by, self._parameters = by, Parameters(scene)
+        self._parameters.check_names(distributions)
+        self._laws = {name: distribution(name, given) for name, given in distributions.items()}
+        spread = [name for name in self._laws if by != "scene" and is_of_joints(name)]
+        if by != "scene" and not spread:
+            raise OptionError(f"by='{by}': no property of joints is uncertain, such as 'joints.friction'")
+        courses = _courses(scene) if spread else {}
+        self.columns: list[Column] = []
+        for name in self._laws:
+            self.columns += self._spread(name, courses) if name in spread else [Column(name, name)]
+        alike = f" by {by}, correlation {self._correlation:g}"
+        self.texts = {name: law.text + alike * (name in spread) for name, law in self._laws.items()}
+        self.varied = bool(spread)
+
+    def _spread(self, name: str, courses: Mapping[tuple[str, str], int]) -> Iterator[Column]:
+        """The columns of a property that differs from joint to joint."""
+        head, _, key = name.partition(".")
+        if head != "joints" or key not in _PROPERTIES:
+            known = ", ".join(f"joints.{known}" for known in _PROPERTIES)
+            raise OptionError(f"'{name}' cannot differ by {self._by}: only {known} can")
+        exceptions = self._parameters.scene.exceptions
+        given = {frozenset(own.between) for own in exceptions if getattr(own, key) is not None}
+        courses = {pair: course for pair, course in courses.items() if frozenset(pair) not in given}
+        if not courses:
+            raise OptionError(f"'{name}': every joint has its own already: there is none to draw for")
+        if self._by == "course" and self._correlation == 1:
+            for number in sorted(set(courses.values())):
+                pairs = tuple(pair for pair, course in courses.items() if course == number)
+                yield Column(f"course.{number}.{key}", name, pairs, number)
+        else:
+            for pair, course in courses.items():
+                yield Column(f"joint.{'/'.join(pair)}.{key}", name, (pair,), course)
+
+    def table(self, count: int, seed: int, sequence: str | None) -> pd.DataFrame:
+        """The values of each run, shape (count, columns).
+
+        Raises OptionError if a sequence has not so many dimensions, or a value is one that the scene does not
+        take.
+        """
+        if sequence is not None and sequence not in SEQUENCES:
+            raise OptionError(f"sequence '{sequence}' is unknown; choose from: {', '.join(SEQUENCES)}")
+        # Correlated is one property, of the joints of a course or of all joints.
+        names = list(self._laws)
+        of = [(names.index(c.of), c.course if self._by == "course" else 0) for c in self.columns]
+        groups = np.unique(of, axis=0, return_inverse=True)[1].ravel()
+        drawn = stats.norm.cdf(scores(count, groups, self._correlation, sequence, seed))
+        values = pd.DataFrame(
+            {c.name: self._laws[c.of].frozen.ppf(drawn[:, k]) for k, c in enumerate(self.columns)}
+        )
+        for name, law in self._laws.items():
+            drawn = values[[c.name for c in self.columns if c.of == name]].to_numpy()
+            self._refuse_impossible(name, law, drawn)
+        return values
+
+    def _refuse_impossible(self, name: str, law: Distribution, drawn: np.ndarray) -> None:
+        """Raise OptionError if the least or greatest value of a number makes no scene."""
+        if not np.isfinite(drawn).all():
+            raise OptionError(f"'{name}': {law.text} gives values that are no number")
+        for value in (float(drawn.min()), float(drawn.max())):
+            try:
+                self._parameters.at({name: value})
+            except CaseError as error:
+                how = f" (values below 0: {law.frozen.cdf(0.0):.2g} of all)" if value < 0 else ""
+                raise OptionError(
+                    f"'{name}': {law.text} gives {value:g}{how}, which the scene does not take: {error}; "
+                    "take a distribution without such values, such as a lognormal, or one cut off, such "
+                    "as scipy.stats.truncnorm"
+                ) from None
+
+    def scene(self, values: Mapping[str, float]) -> Scene:
+        """The scene of a run, its values by the names of the columns.
+
+        Raises CaseError if a value is out of range, or dilatancy exceeds friction.
+        """
+        scene = self._parameters.at({c.name: values[c.name] for c in self.columns if not c.pairs})
+        given: dict[frozenset[str], dict[str, Any]] = {
+            frozenset(own.between): own.model_dump(exclude_none=True) for own in scene.exceptions
+        }
+        for column in self.columns:
+            for pair in column.pairs:
+                properties = given.setdefault(frozenset(pair), {"between": pair})
+                properties[column.of.removeprefix("joints.")] = values[column.name]
+        exceptions = [Joint(**properties) for properties in given.values()]
+        for own in exceptions:
+            own.over(scene.joints)
+        return scene.model_copy(update={"exceptions": exceptions})
+
+
+def scores(count: int, groups: ArrayLike, correlation: float, sequence: str | None, seed: int) -> np.ndarray:
+    """Standard normal scores, shape (count, columns), of columns that are correlated in groups.
+
+    Score j of a group is √ρ g + √(1 − ρ) e_j, with g common to the group: every two have the correlation ρ,
+    and columns of different groups none. The first points of a longer sequence are those of a shorter one.
+
+    Parameters
+    ----------
+    groups: number of each column's group, from 0.
+    correlation: ρ within groups, from 0 to 1.
+    sequence: one of SEQUENCES; None for "sobol" or, of many dimensions, "random".
+
+    Raises
+    ------
+    OptionError
+        If there are more dimensions than the sequence has.
+    """
+    group = np.asarray(groups)
+    correlated = (np.bincount(group) > 1) & (correlation > 0)
+    share = correlation * correlated[group]
+    # Columns of a group one after another; those that are nothing but g have no dimension of their own.
+    order = np.argsort(group, kind="stable")
+    own, common = order[share[order] < 1], np.flatnonzero(correlated)
+    points = _points(count, len(common) + len(own), sequence, seed)
+    g, e = np.zeros((count, len(correlated))), np.zeros((count, len(group)))
+    g[:, common], e[:, own] = np.split(stats.norm.ppf(points), [len(common)], axis=1)
+    return np.sqrt(share) * g[:, group] + np.sqrt(1 - share) * e
+
+
+def _points(count: int, dimensions: int, sequence: str | None, seed: int) -> np.ndarray:
+    """Points of the unit cube, shape (count, dimensions)."""
+    rng = np.random.default_rng(seed)
+    if (sequence or ("sobol" if dimensions <= _FEW else "random")) == "random":
+        return np.clip(rng.random((count, dimensions)), _EDGE, 1 - _EDGE)
+    try:
+        made = qmc.Sobol(dimensions, seed=rng)
+    except ValueError as error:
+        raise OptionError(f"{dimensions} numbers are drawn: {error}; take sequence='random'") from None
+    with warnings.catch_warnings():
+        # That a power of two is spread most evenly is for the user to choose.
+        warnings.simplefilter("ignore", UserWarning)
+        return np.clip(made.random(count), _EDGE, 1 - _EDGE)
+
+
+def _courses(scene: Scene) -> dict[tuple[str, str], int]:
+    """Courses, 1 the lowest, by pairs of blocks that touch, in the order of the joints."""
+    assembly = assemble(scene)
+    joints = assembly.joints
+    height = joints.middle @ (-np.array(scene.gravity) / np.hypot(*scene.gravity))
+    lengths = joints.length[joints.length > 0]
+    apart = _LEVEL * float(np.median(lengths) if len(lengths) else 1.0)
+    order = np.argsort(height, kind="stable")
+    course = np.empty(len(height), dtype=int)
+    course[order] = 1 + np.cumsum(np.diff(height[order], prepend=height[order[:1]]) > apart)
+    pairs = zip(assembly.names(joints.first), assembly.names(joints.second), strict=True)
+    found: dict[tuple[str, str], int] = {}
+    for (first, second), number in zip(pairs, course.tolist(), strict=True):
+        if (second, first) not in found:
+            found.setdefault((first, second), number)
+    return found

@@ -1,0 +1,126 @@
+"""``sample``: a scene whose numbers are uncertain, solved for values drawn from their distributions."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from masonry_opt.errors import OptionError
+from masonry_opt.methods.registry import DEFAULT
+from masonry_opt.scene.case_file import as_scene
+from masonry_opt.scene.scene import Scene
+from masonry_opt.studies.many.draws import Draws
+from masonry_opt.studies.many.runs import Study
+from masonry_opt.studies.many.sample_answer import Sample
+from masonry_opt.studies.many.table import Progress, table
+from masonry_opt.studies.writing import csv_text, write_files
+
+#: Runs, unless another number is asked for: a power of two, of which Sobol's points are spread most evenly.
+RUNS = 128
+
+
+def sample(
+    scene: Scene | str | Path,
+    distributions: Mapping[str, Any],
+    *,
+    n: int = RUNS,
+    seed: int = 0,
+    by: str = "scene",
+    correlation: float | None = None,
+    sequence: str | None = None,
+    method: str = DEFAULT,
+    model: str | None = None,
+    solver: str | None = None,
+    tolerance: float | None = None,
+    out: str | Path | None = None,
+    parquet: bool = False,
+    force: bool = False,
+    workers: int | None = None,
+    dask: str | None = None,
+    progress: Progress = lambda done, of: None,
+    **options: Any,
+) -> Sample:
+    """Find the load factors of a scene whose numbers are uncertain.
+
+    >>> import masonry_opt as mo
+    >>> found = mo.sample("wall.toml", {"joints.friction": ("lognormal", 0.65, "15%")}, n=256)
+    >>> print(found)
+
+    Numbers are independent of each other, but for those of joints in the way that ``by`` says.
+
+    Parameters
+    ----------
+    scene:
+        A scene, or the path of a case file.
+    distributions:
+        By names of numbers (as in ``mo.sweep``): ``("lognormal", mean, deviation)`` and ``("normal", mean,
+        deviation)``, with mean and standard deviation of the number itself, the latter also as a share of
+        the mean, ``"15%"``; ``("uniform", least, greatest)``; or a frozen distribution of ``scipy.stats``.
+        Nothing is cut off: where values are drawn that the scene does not take, such as a friction below
+        zero, nothing is run, and the error says how likely they are.
+    n:
+        Runs. With Sobol's sequence a power of two is best. A larger number adds to the runs of a smaller one.
+    seed:
+        Of the draws: the same seed gives the same table, whatever the number of workers.
+    by:
+        "scene": one value for all joints. "joint": properties of joints (``joints.friction``, ...) are drawn
+        for each joint; "course": for each course, which are the joints at one height.
+    correlation:
+        Between the joints of a course (``by="course"``; 1 unless given: one value a course; courses are
+        independent), or between all joints (``by="joint"``; 0 unless given). Of the normal scores from which
+        values are made, so exactly that of normal distributions.
+    sequence:
+        "sobol", scrambled (the default up to 10 numbers), or "random" (the default above): independent
+        points. Of many numbers Sobol's points move some as one, unless there are thousands of runs.
+    method, model, solver, tolerance, **options:
+        Of :func:`~masonry_opt.analysis.solve`.
+    out:
+        Folder for ``runs.csv``, ``quantiles.csv``, ``fragility.csv``, ``sensitivity.csv`` and a chart of
+        each. Runs that it holds already are not made again.
+    parquet, force, workers, dask, progress:
+        As of ``mo.sweep``.
+
+    Returns
+    -------
+    Sample
+        The table of all runs, with quantiles of the load factor, probabilities of collapse and what matters.
+
+    Raises
+    ------
+    OptionError
+        If a name, distribution or argument is wrong, values are drawn that the scene does not take, or
+        ``out`` holds runs of something else, or a table with other runs.
+    CaseError
+        If the scene is wrong.
+    OutputError
+        If ``out`` cannot be written; runs already made are kept.
+    """
+    scene = as_scene(scene)
+    for name, value, least in (("n", n, 1), ("seed", seed, 0)):
+        if not isinstance(value, int) or isinstance(value, bool) or value < least:
+            raise OptionError(f"{name} must be a whole number, {least} or more (found {value!r})")
+    draws = Draws(scene, distributions, by, correlation)
+    values = draws.table(n, seed, sequence)
+    folder = None if out is None else Path(out)
+    runs = table(
+        Study(None if draws.varied else scene, method, model, solver, tolerance, options),
+        values.to_dict("records"),  # type: ignore[arg-type]  # names of columns are texts
+        make=draws.scene if draws.varied else None,
+        folder=folder,
+        parquet=parquet,
+        force=force,
+        workers=workers,
+        dask=dask,
+        progress=progress,
+    )
+    found = Sample(scene.called, runs, tuple(column.name for column in draws.columns), draws.texts)
+    if folder is not None:
+        write_files(folder, {f"{name}.csv": csv_text(frame) for name, frame in found.tables().items()})
+        with contextlib.suppress(OptionError):  # the tables need no extra
+            from masonry_opt.studies.drawing import write_charts
+            from masonry_opt.studies.many.sample_charts import KINDS
+
+            write_charts("Sample", [draw(found) for draw in KINDS.values()], folder)
+    return found

@@ -1,0 +1,146 @@
+"""Whether a scene stands under its dead load, and with what margin, of either sign."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+from math import inf
+
+import numpy as np
+
+from masonry_opt.answer.acceptance import MARGIN_ENERGY, SMALLEST, Kind
+from masonry_opt.answer.answer import Found
+from masonry_opt.answer.certificate import Certificate
+from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.result import Result, make_result
+from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.status import Status
+from masonry_opt.answer.thresholds import LOWER
+from masonry_opt.effort import Effort
+from masonry_opt.errors import NoLoadFactorError
+from masonry_opt.methods.associative import associative
+from masonry_opt.methods.task import Task
+from masonry_opt.problem.assembly import Assembly, assemble
+from masonry_opt.problem.problem import Problem
+from masonry_opt.scene.scene import Scene
+from masonry_opt.solvers.registry import Solver, find_solver
+from masonry_opt.standing.diagnosis import DeadLoadUndecided, falling_mechanism
+from masonry_opt.standing.no_load_factor import movers
+from masonry_opt.words.sentences import message, numeral
+from masonry_opt.words.summary import summary
+
+
+@dataclass(frozen=True)
+class Standing:
+    """How a scene stands under its dead load alone.
+
+    Attributes
+    ----------
+    margin: in median block weights; below zero no state of equilibrium exists, whatever the flow rule. Where
+        there is no such number (joints that crush; blocks that wedge; smooth joints) inf if the scene stands,
+        -inf if it falls.
+    certificate: residuals of the margin; None where it is not finite.
+    result: the forces that carry the dead load, or the mechanism that it drives. It has no load factor.
+    """
+
+    margin: float
+    certificate: Certificate | None
+    result: Result
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class _UnderDeadLoad(Result):
+    """A result whose summary ends with the margin."""
+
+    margin: str
+
+    @property
+    def summary(self) -> str:
+        return f"{summary(self)}\n{'margin':<16} {self.margin}"
+
+    @property
+    def details(self) -> str:
+        return self.summary
+
+
+def standing(scene: Scene) -> Standing:
+    """How a scene stands under its dead load alone; its live loads are left aside.
+
+    The margin is the load factor of a live load that takes a median block weight off the normal force of
+    every joint, as if all were pressed apart: with n = n' + λ and n' at yield, statics under the dead load
+    are eq. (9) with the live load B e, where e is that normal force in every joint. So λ is the most by which
+    all normal forces exceed what their shear and moment need.
+
+    Raises
+    ------
+    CaseError
+        If the scene is wrong.
+    NoLoadFactorError
+        If whether it stands could not be decided.
+    """
+    assembly, effort, solver = assemble(scene), Effort(), find_solver("cvxpy", None)
+    problem, certificate = assembly.problem, None
+    pressed = replace(problem, live=problem.B @ _of_normal(problem))
+    found = _margin(pressed, solver, effort)
+    if found is None or found.answer is None:
+        solution = _yes_or_no(assembly, solver, effort)
+        margin = inf if solution.status is Status.STANDS else -inf
+    else:
+        answer = found.answer
+        margin, certificate = answer.load_factor + 0.0, answer.certificate
+        if margin >= -LOWER:
+            carries = Found(q=answer.q + margin * _of_normal(problem))
+            solution = replace(found, status=Status.STANDS, found=carries)
+        else:
+            solution = replace(found, found=Found(d=answer.d, slope=answer.slope))
+            solution.end(Status.UNSTABLE, Code.FALLS, blocks=movers(assembly, answer.d))
+    # No live load, no tilt and no reference: the result has no load factor to go with them.
+    dead = replace(
+        assembly,
+        problem=replace(problem, live=np.zeros_like(problem.live)),
+        scene=scene.model_copy(update={"tilt": None, "reference": {}}),
+    )
+    result = make_result(
+        dead,
+        solution,
+        effort,
+        method="static",
+        model=solver.language,
+        solver=solver.name,
+    )
+    told = numeral(margin, ".6g") + " median block weights" if certificate else "none"
+    given = {own.name: getattr(result, own.name) for own in fields(Result)}
+    return Standing(margin, certificate, _UnderDeadLoad(**given, margin=told))
+
+
+def _of_normal(problem: Problem) -> np.ndarray:
+    """One in place of each normal force, shape (3c,)."""
+    return (np.arange(3 * problem.joints) < problem.joints).astype(float)
+
+
+def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None:
+    """Eq. (9) with that live load; None where it has no answer. (More pressure crushes joints of limited
+    strength, so that no such margin says whether they hold.)"""
+    if len(pressed.crushing) or not pressed.live_norm:
+        return None
+    solution = associative(Task(pressed, solver, effort=effort))
+    if solution.load_factor is None:
+        return None
+    # Complementarity is limited as a share of λ, but the margin is zero where it matters, and the thrust of a
+    # long arch hundreds of block weights: there the energy itself is.
+    failing = solution.failing()
+    energy = failing.pop("complementarity", 0.0)
+    gap = inf if energy is None else energy * max(abs(solution.load_factor), SMALLEST)
+    return solution if not failing and gap <= MARGIN_ENERGY else None
+
+
+def _yes_or_no(assembly: Assembly, solver: Solver, effort: Effort) -> Solution:
+    solution = Solution(Status.STANDS, Kind.ASSOCIATIVE)
+    try:
+        falling = falling_mechanism(assembly.problem, solver, effort)
+    except DeadLoadUndecided as word:
+        solution.end(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, word=str(word))
+        raise NoLoadFactorError(f"{solution.status}: {message(solution.reasons)}") from None
+    if falling is not None:
+        solution.found = Found(d=falling)
+        solution.end(Status.UNSTABLE, Code.FALLS, blocks=movers(assembly, falling))
+    return solution
