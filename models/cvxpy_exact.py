@@ -36,7 +36,7 @@ class CvxpyForces:
         load_factor = cp.Variable(bounds=list(within), name="load_factor") if within else None
         statics = self.statics = Statics(problem, ShearLimits.true(problem), load_factor)
         self.within_yield = statics.slacks >= 0
-        a, b = costs or (0.0, np.zeros(3 * problem.joints))
+        a, b = costs or (0.0, np.zeros(problem.B.shape[1]))
         cost = b @ statics.q + a * statics.load_factor
         self.program = cp.Problem(cp.Minimize(cost), [statics.equilibrium, self.within_yield])
 

@@ -29,14 +29,14 @@ class PyomoNoMotion:
     def __init__(self, problem: Problem, slope: np.ndarray) -> None:
         model = self.program = pyo.ConcreteModel()
         faces = range(problem.faces)
-        model.q = pyo.Var(range(3 * problem.joints))
+        model.q = pyo.Var(range(problem.B.shape[1]))
         model.v = pyo.Var(faces, domain=pyo.NonNegativeReals)
         model.cost = pyo.Param(faces, mutable=True, initialize=1.0)
         model.most = pyo.Param(faces, mutable=True, initialize=0.0)
         q, live = list(model.q.values()), problem.live.tolist()
         internal, slacks = list(rows(problem.B, q)), list(rows(problem.C(slope), q))
         model.equilibrium = pyo.Constraint(
-            range(3 * problem.blocks), rule=lambda _, row: internal[row] == -live[row]
+            range(problem.B.shape[0]), rule=lambda _, row: internal[row] == -live[row]
         )
         model.within_yield = pyo.Constraint(faces, rule=lambda m, face: slacks[face] + m.v[face] >= 0)
         model.objective = pyo.Objective(expr=pyo.sum_product(model.cost, model.v))
@@ -57,7 +57,7 @@ class PyomoNoForces:
     def __init__(self, problem: Problem) -> None:
         model = self.program = pyo.ConcreteModel()
         faces = range(problem.faces)
-        model.d = pyo.Var(range(3 * problem.blocks))
+        model.d = pyo.Var(range(problem.B.shape[0]))
         model.p = pyo.Var(faces, domain=pyo.NonNegativeReals)
         model.r = pyo.Var(faces, domain=pyo.NonNegativeReals)
         model.cost = pyo.Param(faces, mutable=True, initialize=1.0)
@@ -68,7 +68,7 @@ class PyomoNoForces:
         motion, follows = list(rows(problem.B.T.tocsr(), d)), list(rows(flow, rates[: problem.faces]))
         held = list(rows(flow, rates[problem.faces :]))
         model.compatibility = pyo.Constraint(
-            range(3 * problem.joints), rule=lambda _, row: motion[row] - follows[row] + held[row] == 0
+            range(problem.B.shape[1]), rule=lambda _, row: motion[row] - follows[row] + held[row] == 0
         )
         model.live_work = pyo.Constraint(expr=dot(problem.live, d) >= 0)
         cohesion = problem.face_cohesion

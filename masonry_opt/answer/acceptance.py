@@ -181,8 +181,8 @@ def _of_certificate(
 def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.ndarray:
     """Largest force (a load, n or s) that acts on each block, or the least that matters, shape (b,)."""
     loads = np.abs(problem.dead) + abs(load_factor * problem.live)
-    loads = np.maximum(loads[0::3], loads[1::3])
-    at_joints = np.abs(q[: 2 * problem.joints]).reshape(2, -1).max(axis=0)
+    loads = problem.forces(loads).max(axis=1)
+    at_joints = np.abs(problem.by_kind(q)[: problem.matrices.layout.dimension]).max(axis=0)
     carried, (block, joint) = np.zeros(problem.blocks), problem.touching
     np.maximum.at(carried, block, at_joints[joint])
     least = _NO_MATTER * max(abs(load_factor), SMALLEST) * problem.live_norm
@@ -199,8 +199,8 @@ def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
 def _balance(problem: Problem, unbalanced: np.ndarray, acting: np.ndarray) -> float:
     """Largest force out of balance on a block over the largest that acts on it; a moment over that force
     at the longest arm."""
-    forces = np.maximum(np.abs(unbalanced[0::3]), np.abs(unbalanced[1::3])) / acting
-    moments = np.abs(unbalanced[2::3]) / (acting * problem.longest_arm)
+    forces = np.abs(problem.forces(unbalanced)).max(axis=1) / acting
+    moments = np.abs(problem.moments(unbalanced)).max(axis=1) / (acting * problem.matrices.longest_arm)
     return float(np.maximum(forces, moments).max())
 
 

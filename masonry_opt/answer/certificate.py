@@ -60,7 +60,7 @@ def certify(
         associative flow, tan φ₀ for the joints' own.
     by_parabola: whether crushing is limited by the parabola itself, and not by its chords.
     """
-    total_dead = np.hypot(problem.dead[0::3], problem.dead[1::3]).sum() or problem.live_norm
+    total_dead = problem.force_sizes(problem.dead).sum() or problem.live_norm
     z, p = problem.slacks(q, by_parabola), problem.rates(d, slope)
     live_work = float(problem.live @ d) or problem.live_norm
     return Certificate(

@@ -51,12 +51,12 @@ def stressed_joints(result: Result, above: float | None = None) -> pd.DataFrame:
     solution, problem = result.solution, result.assembly.problem
     if solution.q is None or solution.d is None or result.load_factor is None:
         raise OptionError(f"stressed_joints: the result has no mechanism: {result.status}")
-    n, slip = problem.normal_forces(solution.q), np.abs((problem.B.T @ solution.d).reshape(3, -1)[1])
-    friction = problem.N.T @ problem.friction
+    n, slip = problem.normal_forces(solution.q), problem.slip_speed(solution.d)
+    friction = problem.normal_forces(problem.N.T @ problem.friction)
     frame = result.joints[["first", "second", "x", "y"]].assign(
         stress=result.joints["n"] / result.joints["length"],
         slip=result.joints["slip"],
-        dilation=friction[: problem.joints] * slip,
+        dilation=friction * slip,
     )
     frame["energy"] = frame["dilation"] * n / problem.live_norm
     dilates = (frame["dilation"] > 0) & (slip > SLIDES * fastest(result.assembly, solution.d))

@@ -7,7 +7,6 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.explain.diagnosis import no_optimum
 from masonry_opt.methods.task import Task
-from masonry_opt.problem.problem import ShearLimits
 from masonry_opt.solvers.driver import Driver
 
 
@@ -29,9 +28,8 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
             problem, formulation, task.solver, task.effort, of_load=True, repeats=repeats, parabola=parabola
         )
 
-    limits = ShearLimits.true(problem)
     key = ("associative", formulation, task.solver.key, parabola)
-    driver = task.kept.of(key, problem, declared, lambda kept: kept.renew(limits, task.effort))
+    driver = task.kept.of(key, problem, task.effort, declared)
     answer = driver.solve()
     solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, slope=problem.friction, size=driver.size())
     solution.parabola = parabola

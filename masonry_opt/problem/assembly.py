@@ -9,7 +9,9 @@ import scipy.sparse as sp
 
 from masonry_opt.errors import CaseError
 from masonry_opt.problem.edge_loads import LoadedPiece, edge_forces
+from masonry_opt.problem.law import Law
 from masonry_opt.problem.loads import loads
+from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.contact import Joints, find_joints, with_properties
 from masonry_opt.scene.geometry import Geometry, geometry
@@ -93,15 +95,12 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
             f"{scene.origin}: loads differ by more than double precision carries: the median block's is "
             f"{force_unit:.3g}; give weights and loads in one unit"
         )
-    problem = Problem(
+    matrices = Matrices(
         B=_equilibrium(joints, shapes, movable, len(scene.blocks), length_unit),
-        dead=dead,
-        live=live,
         half_length=np.where(in_a_point, 1.0, joints.length / 2 / length_unit),
-        force_unit=force_unit,
         length_unit=length_unit,
-        **_law(joints, scene.thickness, force_unit),
     )
+    problem = Problem(matrices, _law(joints, scene.thickness, force_unit), dead, live, force_unit)
     return Assembly(problem, scene, shapes, joints, movable, on_edges.bare, on_edges.pieces)
 
 
@@ -115,11 +114,10 @@ def with_joints_of(assembly: Assembly, scene: Scene) -> Assembly | None:
         return None
     joints = with_properties(assembly.joints, scene)
     law = _law(joints, scene.thickness, assembly.problem.force_unit)
-    return replace(assembly, problem=assembly.problem.with_law(**law), scene=scene, joints=joints)
+    return replace(assembly, problem=replace(assembly.problem, law=law), scene=scene, joints=joints)
 
 
-def _law(joints: Joints, thickness: float, force_unit: float) -> dict[str, np.ndarray]:
-    """Which joints slide and crush, and by what law, as a problem has it."""
+def _law(joints: Joints, thickness: float, force_unit: float) -> Law:
     in_a_point = joints.length == 0
     sliding = np.flatnonzero(np.isfinite(joints.friction))
     crushing = np.flatnonzero(np.isfinite(joints.strength) & ~in_a_point)
@@ -127,15 +125,15 @@ def _law(joints: Joints, thickness: float, force_unit: float) -> dict[str, np.nd
     section = joints.length * thickness
     acts_on = np.where(in_a_point, 1.0, section)
     stress = np.where(in_a_point[:, None], np.inf, joints.dilatancy_stress)
-    return {
-        "sliding": sliding,
-        "friction": joints.friction[sliding],
-        "cohesion": (joints.cohesion * section / force_unit)[sliding],
-        "dilatancy": joints.dilatancy[sliding],
-        "dilatancy_force": (stress * acts_on[:, None] / force_unit)[sliding],
-        "crushing": crushing,
-        "crushing_force": joints.strength[crushing] * section[crushing] / force_unit,
-    }
+    return Law(
+        sliding=sliding,
+        friction=joints.friction[sliding],
+        cohesion=(joints.cohesion * section / force_unit)[sliding],
+        dilatancy=joints.dilatancy[sliding],
+        dilatancy_force=(stress * acts_on[:, None] / force_unit)[sliding],
+        crushing=crushing,
+        crushing_force=joints.strength[crushing] * section[crushing] / force_unit,
+    )
 
 
 def _median_of_positive(values: np.ndarray) -> float:

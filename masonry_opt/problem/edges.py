@@ -103,7 +103,7 @@ class EdgeFactors:
         """B q + λ f_L + f_D = 0, a row for each component of each block."""
         one = self.load_factor + 1
         x2, x3, s = self._columns
-        for row in range(3 * self.problem.blocks):
+        for row in range(self.problem.B.shape[0]):
             form: Form = {self.load_factor: float(self.problem.live[row]), one: float(self.problem.dead[row])}
             for j in np.flatnonzero(self.touches[row // 3]).tolist():
                 first, second, third = self.forces_of(j)
@@ -147,11 +147,9 @@ class EdgeFactors:
     def of_forces(self, q: np.ndarray) -> np.ndarray:
         """The forces x₂, x₃, z₀ (or s) of joint forces q, shape (3c,)."""
         problem = self.problem
-        n, s, m = q.reshape(3, -1)
-        moment = m / problem.half_length
-        last = s.copy()
+        last = problem.by_kind(q)[1].copy()
         last[problem.sliding] = problem.slacks(q)[: len(problem.sliding)]
-        return np.stack([(n - moment) / 2, (n + moment) / 2, last], axis=1).ravel()
+        return np.stack([*problem.edge_forces(q), last], axis=1).ravel()
 
     def of_motion(self, d: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Rates u₂, u₃, p₀, p₁ (0 where a joint cannot slide) of face rates p, then velocities d."""
@@ -159,8 +157,8 @@ class EdgeFactors:
 
     def in_edges(self, of_faces: np.ndarray) -> np.ndarray:
         """Face rates, shape (faces,), as u₂, u₃, p₀, p₁ of each joint, flat."""
-        problem, k = self.problem, len(self.problem.sliding)
-        v = np.zeros((problem.joints, 4))
-        v[:, :2] = (of_faces[2 * k :].reshape(2, -1) * 2 * problem.half_length).T
-        v[problem.sliding, 2:] = of_faces[: 2 * k].reshape(2, -1).T
+        problem, table = self.problem, self.problem.table
+        v, moved = np.zeros((problem.joints, 4)), of_faces * problem.face_length
+        v[:, :2] = moved[table.rocks].reshape(2, -1).T
+        v[problem.sliding, 2:] = moved[table.slides].reshape(2, -1).T
         return v.ravel()

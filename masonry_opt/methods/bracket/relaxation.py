@@ -110,9 +110,9 @@ def _reach(model: PyomoProducts, lp: LinearProgram, highest: float, of: Limits) 
     """How large each column may be for the solver, shape (columns,): limits of statics times velocities."""
     problem, factors = model.problem, model.factors
     of_motion = np.ones(factors.velocities.stop + 1)
-    turning = factors.velocities.start + 2
     of_motion[:-1] = _FASTEST
-    of_motion[turning:-1:3] /= np.median(2 * problem.half_length)
+    turning = problem.moments(of_motion[factors.velocities.start : -1])
+    turning /= np.median(2 * problem.half_length)
     column, of_statics, k = _columns(model, lp, highest, of)
     reach = np.empty(len(lp.cost))
     reach[column] = of_statics * of_motion[k]
@@ -175,11 +175,5 @@ def _proven(
     rates, velocities = of_motion[: factors.velocities.start], of_motion[factors.velocities.start : -1]
     by_rates = np.abs(velocities_by_rates(problem)).T @ velocities
     # in_edges turns rates into openings, so what is paid for each unit of opening is divided twice.
-    by_edges = factors.in_edges(by_rates / edge_lengths(problem) ** 2)
+    by_edges = factors.in_edges(by_rates / problem.face_length**2)
     return max(of.lowest, value - of_motion[-1] - of.rates * float((rates + by_edges).max()))
-
-
-def edge_lengths(problem: Problem) -> np.ndarray:
-    """What a face's rate is multiplied by to be a slip or an edge's opening, shape (faces,)."""
-    rocking = 2 * problem.half_length
-    return np.concatenate([np.ones(2 * len(problem.sliding)), rocking, rocking])

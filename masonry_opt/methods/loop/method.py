@@ -103,6 +103,7 @@ def _declare(task: Task, attempt: Attempt) -> Driver:
     return task.kept.of(
         ("sub-problems", solver.key, of_load),
         task.problem,
+        task.effort,
         lambda: Driver(
             task.problem,
             "static",
@@ -113,7 +114,6 @@ def _declare(task: Task, attempt: Attempt) -> Driver:
             purpose="sub-problems",
             repeats=True,
         ),
-        lambda before: before.renew(limits, task.effort),
     )
 
 
