@@ -18,7 +18,7 @@ from masonry_opt.problem.state import State
 
 @dataclass(frozen=True)
 class Residuals:
-    """What a state leaves of each equation, and the two sides of complementarity.
+    """Residuals of a state in each equation, and the two sides of complementarity.
 
     Attributes
     ----------
@@ -41,8 +41,8 @@ class PyomoMcp:
         B q + λ f_L + f_D = 0,    Bᵀ d = D(tan φ₀) p,    f_L·d = Σ|f_L|,
         0 ≤ z = C(μ) q + c  ⟂  p ≥ 0    for each face
 
-    As many equations and complementary pairs as unknowns λ, q, d, p, and no objective: one λ of several that
-    may meet them is as good as another.
+    There are as many equations and complementary pairs as unknowns λ, q, d, p, and no objective: several λ
+    may meet them.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -66,7 +66,7 @@ class PyomoMcp:
         return State(*self.statics.forces(), values(self.mechanism.d), values(self.mechanism.p))
 
     def residuals(self, state: State) -> Residuals:
-        """What a state, which the variables hold from then on, leaves of the equations as declared."""
+        """Residuals of a state in the equations as declared; the variables hold it from then on."""
         self.start_from(state)
         return Residuals(
             equilibrium=_left(self.statics.equilibrium),
@@ -95,5 +95,5 @@ def with_pairs(model: PyomoMcp) -> None:
 
 
 def _left(equations: Any) -> np.ndarray:
-    """What the variables' values leave of equations."""
+    """Residuals of equations at the values of the variables."""
     return np.array([pyo.value(row.body) - pyo.value(row.upper) for row in equations.values()])

@@ -104,7 +104,7 @@ class PyomoProducts:
         all_rates = [{k: 1.0} for k in factors.rates]
         all_velocities = [{e: 1.0} for e in factors.velocities]
         room = [
-            {one: largest[j], **dict.fromkeys(factors.edges(j), -1.0)}
+            {one: largest[j], **dict.fromkeys(factors.forces_of(j)[:2], -1.0)}
             for j in range(self.problem.joints)
             if np.isfinite(largest[j])
         ]

@@ -39,6 +39,7 @@ class Statics:
     Parameters
     ----------
     limits: the shear limits, as parameters or numbers.
+    load_factor: λ; a variable unless given.
 
     Attributes
     ----------
@@ -46,9 +47,15 @@ class Statics:
     """
 
     def __init__(
-        self, model: pyo.ConcreteModel, problem: Problem, limits: ShearParameters | ShearLimits
+        self,
+        model: pyo.ConcreteModel,
+        problem: Problem,
+        limits: ShearParameters | ShearLimits,
+        load_factor: float | None = None,
     ) -> None:
-        self.load_factor = model.load_factor = pyo.Var()
+        if load_factor is None:
+            model.load_factor = pyo.Var()
+        self.load_factor: Any = model.load_factor if load_factor is None else load_factor
         self.q = model.q = pyo.Var(range(problem.B.shape[1]))
         q, slope, cohesion = list(self.q.values()), limits.slope, limits.cohesion
         internal = list(rows(problem.B, q, together=problem.joints))

@@ -17,13 +17,13 @@ from masonry_opt.scene.contact import Joints, find_joints, with_properties
 from masonry_opt.scene.geometry import Geometry, geometry
 from masonry_opt.scene.scene import Scene
 
-#: What geometry, loads and matrices follow from; all else of a scene is joint properties and words.
+#: Fields of a scene that matrices and loads depend on; the others are joint properties and words.
 _OF_GEOMETRY = ("gravity", "tolerance", "thickness", "tilt", "blocks", "edge_loads", "loads")
 
 
 @dataclass(frozen=True)
 class Assembly:
-    """A problem, and the scene it came from: what is needed to give results their names.
+    """Problem with the scene it came from, which gives results their names.
 
     Attributes
     ----------
@@ -32,9 +32,8 @@ class Assembly:
     geometry: polygons and centroids.
     joints: the joints found.
     movable: indices into the scene's blocks of the problem's blocks, shape (b,).
-    bare_edge_loads: of each edge load of the scene, the length of its line along which it meets no free edge
-        of a movable block.
-    loaded_pieces: the pieces of edge on which edge loads act.
+    bare_edge_loads: length of each edge load's line that meets no free edge of a movable block.
+    loaded_pieces: pieces of edges on which edge loads act.
     """
 
     problem: Problem
@@ -105,8 +104,8 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
 
 
 def with_joints_of(assembly: Assembly, scene: Scene) -> Assembly | None:
-    """The assembly of a scene that differs in joint properties alone, its geometry not looked at again;
-    None if anything else differs.
+    """Assembly of a scene that differs in joint properties alone, with the same matrices; None if anything
+    else differs.
 
     Raises CaseError if an exception names two blocks that do not touch.
     """
@@ -121,7 +120,7 @@ def _law(joints: Joints, thickness: float, force_unit: float) -> Law:
     in_a_point = joints.length == 0
     sliding = np.flatnonzero(np.isfinite(joints.friction))
     crushing = np.flatnonzero(np.isfinite(joints.strength) & ~in_a_point)
-    # What stresses act on. A corner has none: there dilatancy does not depend on stress.
+    # The area that stresses act on. A corner has none: its dilatancy does not depend on stress.
     section = joints.length * thickness
     acts_on = np.where(in_a_point, 1.0, section)
     stress = np.where(in_a_point[:, None], np.inf, joints.dilatancy_stress)

@@ -1,4 +1,4 @@
-"""Statics and kinematics as linear forms in edge forces and edge openings, by number of the factor."""
+"""Statics and kinematics as linear forms in edge forces and edge openings."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from functools import cached_property
 from itertools import product as every
 
 import numpy as np
-import scipy.sparse as sp
 
 from masonry_opt.problem.problem import Problem
 
@@ -48,14 +47,8 @@ class EdgeFactors:
         of_slide = np.full((3, c), 0.0)
         of_slide[:, problem.sliding] = problem.friction, problem.cohesion, problem.dilatancy
         self._friction, self._cohesion, self._dilatancy = of_slide.tolist()
-        n, s, m = problem.B[:, :c], problem.B[:, c : 2 * c], problem.B[:, 2 * c :]
-        # B q = (n-column − h m-column) x₂ + (n-column + h m-column) x₃ + s-column s, with m = h (x₃ − x₂).
-        lever = m @ sp.diags_array(problem.half_length)
-        self._columns = [matrix.toarray() for matrix in (n - lever, n + lever, s)]
-
-    def edges(self, joint: int) -> tuple[int, int]:
-        """Factors x₂ and x₃ of a joint."""
-        return 3 * joint, 3 * joint + 1
+        of_edges = (problem.B @ problem.table.from_edges).toarray()
+        self._columns = [of_edges[:, kind] for kind in np.arange(3 * c).reshape(3, -1)]
 
     def forces_of(self, joint: int) -> range:
         """Factors of statics of a joint."""

@@ -93,6 +93,13 @@ class Faces:
         matrix.eliminate_zeros()
         return matrix
 
+    @cached_property
+    def from_edges(self) -> sp.csr_array:
+        """Turns the forces at the first and second edge of each joint, and its shear, into q, shape (3c, 3c):
+        n = x₂ + x₃, m = lever · (x₃ − x₂)."""
+        one, arm = sp.eye_array(len(self.lever)), sp.diags_array(self.lever)
+        return sp.block_array([[one, one, None], [None, None, one], [-arm, arm, None]], format="csr")
+
     def C(self, slope: np.ndarray) -> sp.csr_array:
         """Yield conditions with shear limits of that slope, shape (k,): rows over the faces, (faces, 3c)."""
         # Put together by hand: products and sums of sparse matrices would be most of a certificate's time.

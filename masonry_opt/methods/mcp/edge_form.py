@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
 from scipy.sparse.linalg import lsqr
 
 from masonry_opt.problem.law import Law
@@ -101,10 +100,7 @@ class EdgeForm:
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        one, arm = sp.eye_array(problem.joints), sp.diags_array(problem.lever)
-        self.from_edges = sp.block_array(
-            [[one, one, None], [None, None, one], [-arm, arm, None]], format="csr"
-        )
+        self.from_edges = problem.table.from_edges
         self.A = (problem.B @ self.from_edges).tocsr()
         self.At = self.A.T.tocsr()
         # Where all joints can slide a slice takes them, without a copy.
