@@ -11,12 +11,9 @@ import pyomo.environ as pyo
 from pyomo.core.expr import LinearExpression
 
 from masonry_opt.models.pyomo_arrays import put
-from masonry_opt.problem.edges import EdgeFactors
+from masonry_opt.problem.edges import EdgeFactors, Form
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
-
-#: A linear form: coefficients by number of the factor.
-Form = dict[int, float]
 
 
 class PyomoProducts:

@@ -9,10 +9,9 @@ import scipy.sparse as sp
 
 from masonry_opt.errors import CaseError
 from masonry_opt.problem.edge_loads import LoadedPiece, edge_forces
-from masonry_opt.problem.law import Law
 from masonry_opt.problem.loads import loads
 from masonry_opt.problem.matrices import Matrices
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.problem import Law, Problem
 from masonry_opt.scene.contact import Joints, find_joints, with_properties
 from masonry_opt.scene.geometry import Geometry, geometry
 from masonry_opt.scene.scene import Scene

@@ -64,8 +64,8 @@ def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
 
 
 def parabola(n: np.ndarray, whole: np.ndarray) -> np.ndarray:
-    """Largest moment over L/2 under normal forces n, shape (joints,): what the chords approach. Negative where
-    n exceeds ``whole``, f_c L of each joint."""
+    """Largest moment over L/2 under normal forces n, shape (joints,), which the chords approach: negative
+    where n exceeds ``whole``, f_c L of each joint."""
     return n * (1 - n / whole)
 
 

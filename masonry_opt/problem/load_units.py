@@ -46,9 +46,15 @@ def in_units_of_load(problem: Problem) -> Scaled:
     loaded = problem.by_block(problem.live).any(axis=1)
     weights = (float(dead[loaded].sum()), float(dead.sum()), problem.live_norm)
     force = next(weight for weight in weights if weight)
+    law = replace(
+        problem.law,
+        cohesion=problem.cohesion / force,
+        dilatancy_force=problem.dilatancy_force / force,
+        crushing_force=problem.crushing_force / force,
+    )
     scaled = replace(
         problem,
-        law=problem.law.in_units_of(force),
+        law=law,
         dead=problem.dead / force,
         live=problem.live / problem.live_norm,
         force_unit=problem.force_unit * force,

@@ -13,11 +13,48 @@ import scipy.sparse as sp
 
 from masonry_opt.problem.chords import CHORDS, chord_rates, crushing_energy, parabola
 from masonry_opt.problem.faces import Faces
-from masonry_opt.problem.law import Law
 from masonry_opt.problem.matrices import Matrices
 
 _T = TypeVar("_T")
 _ToArray = Callable[[np.ndarray], np.ndarray]
+
+
+@dataclass(frozen=True)
+class Law:
+    """Friction and strength of the joints that have any limit.
+
+    Attributes
+    ----------
+    sliding: indices of the joints that can slide (friction is limited), shape (k,).
+    friction, dilatancy: μ and tan φ₀ of the joints that can slide, shape (k,).
+    cohesion: of the joints that can slide, as a force (per unit length × L), shape (k,).
+    dilatancy_force: normal forces up to which the dilatancy is whole and from which there is none (``inf``
+        where it does not depend on them), shape (k, 2).
+    crushing: indices of the joints of limited strength, shape (l,).
+    crushing_force: f_c L, the normal force that crushes all of such a joint, shape (l,).
+    """
+
+    sliding: np.ndarray
+    friction: np.ndarray
+    cohesion: np.ndarray
+    dilatancy: np.ndarray
+    dilatancy_force: np.ndarray
+    crushing: np.ndarray
+    crushing_force: np.ndarray
+
+    @property
+    def dilatancy_depends_on_stress(self) -> bool:
+        """Whether the dilatancy of any joint falls with its normal force."""
+        return bool((np.isfinite(self.dilatancy_force[:, 1]) & (self.dilatancy != 0)).any())
+
+    def dilatancy_at(self, n: np.ndarray) -> np.ndarray:
+        """tan φ₀ of the joints that can slide, shape (k,), under normal forces n of all joints, shape (c,)
+        (section 6.5)."""
+        depends = np.isfinite(self.dilatancy_force[:, 1])
+        full, none = self.dilatancy_force[depends].T
+        share = np.ones(len(self.sliding))
+        share[depends] = np.clip((none - n[self.sliding][depends]) / (none - full), 0.0, 1.0)
+        return self.dilatancy * share
 
 
 class _Of(Generic[_T]):
@@ -240,18 +277,8 @@ class Problem:
 
     def departure(self, d: np.ndarray, p: np.ndarray, slope: np.ndarray) -> np.ndarray:
         """What velocities and rates leave of the flow rule with that slope, Bᵀd − D p, shape (3c,)."""
-        if slope is self.friction:
-            flow = self.true_yield
-        elif slope is self.dilatancy:
-            flow = self._own_flow
-        else:
-            flow = self.C(slope)
+        flow = self.true_yield if slope is self.friction else self.C(slope)
         return self.B.T @ d - flow.T @ p
-
-    @cached_property
-    def _own_flow(self) -> sp.csr_array:
-        """Transposed, the flow rule of the joints themselves."""
-        return self.C(self.dilatancy)
 
     def slip(self, p: np.ndarray) -> np.ndarray:
         """Sliding in all senses, shape (k,), in rates p, shape (faces,): what the shear limit dissipates."""

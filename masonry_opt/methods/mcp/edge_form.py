@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.sparse.linalg import lsqr
 
-from masonry_opt.problem.law import Law
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.problem import Law, Problem
 from masonry_opt.problem.state import State
 
 

@@ -18,7 +18,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate
-from masonry_opt.problem.law import Law
+from masonry_opt.problem.problem import Law
 
 #: Stiffnesses are cut off so far above what the gap lets a mechanism have: beyond, the rounding of what
 #: stands still (1e-16 of it) would drown the stiffness of what moves, which falls with the gap. The cut acts

@@ -15,9 +15,8 @@ from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.faces import Layout
-from masonry_opt.problem.law import Law
 from masonry_opt.problem.matrices import Matrices
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.problem import Law, Problem
 
 #: Three forces and three moments of a block; n and two shears of a contact point, four senses of sliding.
 SPACE = Layout(
