@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import cached_property
 from itertools import product as every
 
 import numpy as np
@@ -34,10 +33,12 @@ class EdgeFactors:
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        c, b = problem.joints, problem.blocks
+        c = problem.joints
         self.forces = range(3 * c)
         self.load_factor = 3 * c
-        self.velocities = range(4 * c, 4 * c + 3 * b)
+        self.velocities = range(4 * c, 4 * c + problem.B.shape[0])
+        self._of_block = problem.matrices.layout.rows
+        self._touches = problem.matrices.ends.toarray()
         slides = np.zeros(c, dtype=bool)
         slides[problem.sliding] = True
         self._slides = slides.tolist()
@@ -60,8 +61,7 @@ class EdgeFactors:
 
     def velocities_of(self, block: int) -> range:
         """Velocities of a block."""
-        first = self.velocities.start + 3 * block
-        return range(first, first + 3)
+        return self.velocities[self._of_block * block :][: self._of_block]
 
     def pairs(self, first: int, second: int) -> Iterator[tuple[int, int]]:
         """Products of the forces of one joint and the rates of another that are not zero."""
@@ -69,16 +69,11 @@ class EdgeFactors:
             if pair not in self.at_rest:
                 yield pair
 
-    @cached_property
-    def touches(self) -> np.ndarray:
-        """Whether a joint is one of a block's, shape (b, c)."""
-        strong = sum(np.abs(columns) for columns in self._columns) > _NOTHING
-        of_block: np.ndarray = strong.reshape(self.problem.blocks, 3, -1).any(axis=1)
-        return of_block
-
     def motion_of(self, joint: int) -> list[int]:
         """Velocities of the blocks of a joint."""
-        return [e for block in np.flatnonzero(self.touches[:, joint]) for e in self.velocities_of(int(block))]
+        return [
+            e for block in np.flatnonzero(self._touches[:, joint]) for e in self.velocities_of(int(block))
+        ]
 
     @property
     def other_slacks(self) -> dict[int, Form]:
@@ -98,7 +93,7 @@ class EdgeFactors:
         x2, x3, s = self._columns
         for row in range(self.problem.B.shape[0]):
             form: Form = {self.load_factor: float(self.problem.live[row]), one: float(self.problem.dead[row])}
-            for j in np.flatnonzero(self.touches[row // 3]).tolist():
+            for j in np.flatnonzero(self._touches[row // self._of_block]).tolist():
                 first, second, third = self.forces_of(j)
                 shear = float(s[row, j])
                 form[first], form[second] = (float(x[row, j]) + self._friction[j] * shear for x in (x2, x3))

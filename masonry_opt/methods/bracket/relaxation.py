@@ -12,7 +12,6 @@ from scipy.sparse.csgraph import shortest_path
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bracket.limits import Limits, velocities_by_rates
 from masonry_opt.models.pyomo_products import PyomoProducts
-from masonry_opt.problem.edges import EdgeFactors
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs_lp import LinearProgram
 from masonry_opt.solvers.highs_session import HighsSession
@@ -71,7 +70,7 @@ class Distances:
     """Between joints, shape (c, c), and from joints to blocks, shape (c, b), in blocks that touch."""
 
     def __init__(self, problem: Problem) -> None:
-        touches = EdgeFactors(problem).touches.astype(float)
+        touches = problem.matrices.ends.toarray()
         between = shortest_path(touches @ touches.T, directed=False, unweighted=True)
         of_joint = [np.flatnonzero(column) for column in touches.T]
         self.to_blocks = np.array([between[blocks].min(axis=0) for blocks in of_joint])
