@@ -125,9 +125,10 @@ class Faces:
     @cached_property
     def limit_factors(self) -> sp.csr_array:
         """Share of each slider's shear limit that holds on each face, shape (faces, k)."""
-        k, senses = len(self.sliding), len(self.layout.senses)
-        share, none = self.layout.factor * sp.eye_array(k), sp.csr_array((self.count - senses * k, k))
-        return sp.vstack([*[share] * senses, none], format="csr")
+        k, slides = len(self.sliding), self.slides.stop
+        sliders = np.tile(np.arange(k), len(self.layout.senses))
+        starts = np.minimum(np.arange(self.count + 1), slides)
+        return sp.csr_array((np.full(slides, self.layout.factor), sliders, starts), shape=(self.count, k))
 
     @cached_property
     def face_joint(self) -> np.ndarray:
