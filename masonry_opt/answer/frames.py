@@ -50,7 +50,7 @@ def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
     opening, slip, rotation = problem.by_kind(u)
     if solution.d is not None:
         turning = np.zeros(len(assembly.scene.blocks))
-        turning[assembly.movable] = problem.by_block(solution.d)[:, 2]
+        turning[assembly.movable] = problem.moments(solution.d)[:, 0]
         rotation = turning[joints.first] - turning[joints.second]
     force, length = problem.force_unit, problem.length_unit
     middle = joints.middle + assembly.geometry.origin

@@ -48,7 +48,7 @@ def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
     opening, slip, _ = problem.by_kind(problem.B.T @ solution.d)
     slip = np.abs(slip)
     omega = np.zeros(len(assembly.scene.blocks))
-    omega[assembly.movable] = problem.by_block(solution.d)[:, 2] / problem.length_unit
+    omega[assembly.movable] = problem.moments(solution.d)[:, 0] / problem.length_unit
     # A corner on an edge turns about itself: by how much is measured on a joint of usual length.
     in_a_point = joints.length == 0
     half = np.where(in_a_point, problem.length_unit, joints.length / 2)

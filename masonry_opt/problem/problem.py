@@ -159,7 +159,7 @@ class Problem:
         return float(np.abs(self.live).sum())
 
     def forces(self, load: np.ndarray) -> np.ndarray:
-        """Forces on the blocks, shape (b, 2), in a load, shape (3b,)."""
+        """Forces, or velocities, of the blocks, shape (b, 2), in a load or motion, shape (3b,)."""
         return self.by_block(load)[:, : self.matrices.layout.dimension]
 
     def force_sizes(self, load: np.ndarray) -> np.ndarray:
@@ -167,7 +167,7 @@ class Problem:
         return np.hypot.reduce(self.forces(load), axis=1)
 
     def moments(self, load: np.ndarray) -> np.ndarray:
-        """Moments on the blocks, shape (b, 1), in a load, shape (3b,)."""
+        """Moments, or rotations, of the blocks, shape (b, 1), in a load or motion, shape (3b,)."""
         return self.by_block(load)[:, self.matrices.layout.dimension :]
 
     def slip_speed(self, d: np.ndarray) -> np.ndarray:

@@ -52,7 +52,7 @@ class Limits:
 
     def allow(self, q: np.ndarray, rates: float) -> bool:
         """Whether a state's forces (3c,) and the sum of its rates stay below what is assumed."""
-        forces = np.abs(q).reshape(3, -1)[:2]
+        forces = np.abs(q.reshape(-1, len(self.normal)))[:2]
         most = np.stack([self.normal, self.forces[2::3]])
         within = self.forces_derived or bool((forces <= most + BEYOND_LIMITS * (1 + most)).all())
         return within and (self.rates_derived or rates < self.rates)
