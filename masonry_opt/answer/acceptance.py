@@ -182,7 +182,7 @@ def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.nd
     """Largest force (a load, n or s) that acts on each block, or the least that matters, shape (b,)."""
     loads = np.abs(problem.dead) + abs(load_factor * problem.live)
     loads = problem.forces(loads).max(axis=1)
-    at_joints = np.abs(problem.by_kind(q)[: problem.matrices.layout.dimension]).max(axis=0)
+    at_joints = np.abs(problem.by_kind(q)[: problem.layout.dimension]).max(axis=0)
     carried, (block, joint) = np.zeros(problem.blocks), problem.touching
     np.maximum.at(carried, block, at_joints[joint])
     least = _NO_MATTER * max(abs(load_factor), SMALLEST) * problem.live_norm

@@ -37,7 +37,7 @@ class EdgeFactors:
         self.forces = range(3 * c)
         self.load_factor = 3 * c
         self.velocities = range(4 * c, 4 * c + problem.B.shape[0])
-        self._of_block = problem.matrices.layout.rows
+        self._of_block = problem.layout.rows
         self._touches = problem.matrices.ends.toarray()
         slides = np.zeros(c, dtype=bool)
         slides[problem.sliding] = True

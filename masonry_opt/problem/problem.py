@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from masonry_opt.problem.chords import CHORDS, chord_rates, crushing_energy, parabola
-from masonry_opt.problem.faces import Faces
+from masonry_opt.problem.faces import Faces, Layout
 from masonry_opt.problem.matrices import Matrices
 
 _T = TypeVar("_T")
@@ -100,6 +100,7 @@ class Problem:
     B = _Of[sp.csr_array]("matrices")
     half_length = _Of[np.ndarray]("matrices")
     length_unit = _Of[float]("matrices")
+    layout = _Of[Layout]("matrices")
     blocks = _Of[int]("matrices")
     joints = _Of[int]("matrices")
     touching = _Of[tuple[np.ndarray, np.ndarray]]("matrices")
@@ -160,7 +161,7 @@ class Problem:
 
     def forces(self, load: np.ndarray) -> np.ndarray:
         """Forces, or velocities, of the blocks, shape (b, 2), in a load or motion, shape (3b,)."""
-        return self.by_block(load)[:, : self.matrices.layout.dimension]
+        return self.by_block(load)[:, : self.layout.dimension]
 
     def force_sizes(self, load: np.ndarray) -> np.ndarray:
         """Size of the force on each block, shape (b,), in a load, shape (3b,)."""
@@ -168,7 +169,7 @@ class Problem:
 
     def moments(self, load: np.ndarray) -> np.ndarray:
         """Moments, or rotations, of the blocks, shape (b, 1), in a load or motion, shape (3b,)."""
-        return self.by_block(load)[:, self.matrices.layout.dimension :]
+        return self.by_block(load)[:, self.layout.dimension :]
 
     def slip_speed(self, d: np.ndarray) -> np.ndarray:
         """Speed of slip in each joint, shape (c,), under block velocities, shape (3b,)."""
@@ -176,7 +177,7 @@ class Problem:
 
     def _motion(self, d: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Opening (c,), slip (shears, c), and rotation, 0 where no moment acts, (c,)."""
-        motion, dimension = self.by_kind(self.B.T @ d), self.matrices.layout.dimension
+        motion, dimension = self.by_kind(self.B.T @ d), self.layout.dimension
         return motion[0], motion[1:dimension], motion[dimension:].sum(axis=0)
 
     @cached_property
@@ -197,7 +198,7 @@ class Problem:
         """Constant part of the chords of crushing, zero on all other faces, shape (faces,)."""
         moment, whole = np.zeros(self.faces), self.half_length[self.crushing] * self.crushing_force
         each = np.outer(whole, CHORDS.constant[1:]).ravel()
-        moment[self.table.chords] = np.tile(each, len(self.matrices.layout.edges))
+        moment[self.table.chords] = np.tile(each, len(self.layout.edges))
         return moment
 
     @cached_property
@@ -251,7 +252,7 @@ class Problem:
         d: block velocities, shape (3b,).
         slope: opening per unit slip, shape (k,).
         """
-        layout, (opening, slip, rotation) = self.matrices.layout, self._motion(d)
+        layout, (opening, slip, rotation) = self.layout, self._motion(d)
         slides = np.maximum(-layout.senses @ slip[:, self.sliding], 0.0)
         opening[self.sliding] -= slope * (layout.factor * slides.sum(axis=0))
         apart, turned = opening / self.lever, np.multiply.outer(layout.edges, rotation)
@@ -267,7 +268,7 @@ class Problem:
 
     def edge_forces(self, q: np.ndarray) -> np.ndarray:
         """Forces at the edges about which joints rock, shape (2, c): (n ∓ m / lever) / 2."""
-        layout, kinds = self.matrices.layout, self.by_kind(q)
+        layout, kinds = self.layout, self.by_kind(q)
         moment = kinds[layout.dimension :].sum(axis=0) / self.lever
         return (kinds[0] + np.multiply.outer(layout.edges, moment)) / len(layout.edges)
 

@@ -64,7 +64,7 @@ class Elimination:
 
     def __init__(self, form: EdgeForm) -> None:
         self.form, problem = form, form.problem
-        b, c, of_block = problem.blocks, problem.joints, problem.matrices.layout.rows
+        b, c, of_block = problem.blocks, problem.joints, problem.layout.rows
         entries = form.A.tocoo()
         joint, kind, block = entries.col % c, entries.col // c, entries.row // of_block
         # A joint's blocks, one where the other is fixed (-1), and its part of A, shape (c, 6, 3).
@@ -73,7 +73,7 @@ class Elimination:
         second = np.r_[False, of_joint[1:] == of_joint[:-1]].astype(int)
         ends = np.full((2, c), -1)
         ends[second, of_joint] = touching % b
-        self._levers = np.zeros((c, 2 * of_block, problem.matrices.layout.kinds))
+        self._levers = np.zeros((c, 2 * of_block, problem.layout.kinds))
         end = (block != ends[0, joint]).astype(int)
         self._levers[joint, of_block * end + entries.row % of_block, kind] = entries.data
         self.size = size = problem.dead.size + 1
