@@ -1,7 +1,8 @@
-"""The two programs that make a state exact, in CVXPY: given one side of a state, the other side that leaves
-least energy z·p in faces that move without being at yield, or that costs least.
+"""The two programs that make a state exact, in CVXPY: forces for a given mechanism, a mechanism for given
+forces.
 
-Where they leave nothing, forces and mechanism satisfy complementarity, eq. (8): they are a collapse state.
+Each leaves the least energy z·p in faces that move without being at yield. Where nothing is left, forces and
+mechanism satisfy complementarity, eq. (8): they are a collapse state.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ class CvxpyForces:
 
         min  a λ + b·q    s.t.    B q + λ f_L + f_D = 0,    0 ≤ z = C(μ) q + c ≤ room,    λ within an interval
 
-    ``room`` is infinite here. A solver that stays loaded is told of other costs a and b, and of 0 for the
+    ``room`` is infinite here. A solver that stays loaded is given other costs a and b, and room 0 on the
     faces that are held at yield.
 
     Parameters
@@ -36,7 +37,7 @@ class CvxpyForces:
         load_factor = cp.Variable(bounds=list(within), name="load_factor") if within else None
         statics = self.statics = Statics(problem, ShearLimits.true(problem), load_factor)
         self.within_yield = statics.slacks >= 0
-        a, b = costs or (0.0, np.zeros(3 * problem.joints))
+        a, b = costs or (0.0, np.zeros(problem.B.shape[1]))
         cost = b @ statics.q + a * statics.load_factor
         self.program = cp.Problem(cp.Minimize(cost), [statics.equilibrium, self.within_yield])
 
@@ -46,7 +47,7 @@ class CvxpyMotion:
 
         min  cost·p    s.t.    Bᵀ d = D(slope) p,    f_L·d = Σ|f_L|,    0 ≤ p ≤ most,    −f_D·d ≤ raising
 
-    ``most`` is infinite here. A solver that stays loaded is told of other costs, and of 0 for the faces that
+    ``most`` is infinite here. A solver that stays loaded is given other costs, and most 0 on the faces that
     must not move.
 
     Parameters
@@ -72,9 +73,9 @@ class CvxpyMotion:
 
 
 def energy_costs(problem: Problem, p: np.ndarray, weight: float) -> tuple[float, np.ndarray]:
-    """a and b of λ Σ|f_L| + weight z·p for rates p, shape (faces,), but for the constant weight c·p.
+    """Costs a and b of λ Σ|f_L| + weight z·p for rates p, shape (faces,), without the constant weight c·p.
 
-    With a large weight λ decides only among forces that leave nearly the same energy. Bounded below where the
-    rates are those of a mechanism that the live load drives and the weight is above one.
+    With a large weight λ decides only among forces that leave nearly the same energy. The cost is bounded
+    below where the live load drives the mechanism and the weight is above one.
     """
     return problem.live_norm, weight * (problem.true_yield.T @ p)

@@ -21,7 +21,8 @@ class CvxpyParabolaStatic:
         self._problem, joints, straight = problem, problem.crushing, _straight(problem)
         self.limits = ShearParameters(limits)
         statics = self.statics = Statics(problem, self.limits)
-        n, m = statics.q[joints], statics.q[2 * problem.joints + joints]
+        columns = problem.by_kind(np.arange(problem.B.shape[1]))[:, joints]
+        n, _, m = (statics.q[of_kind] for of_kind in columns)
         half = problem.half_length[joints]
         most = cp.multiply(half, n - cp.multiply(1 / problem.crushing_force, cp.square(n)))
         self.within_yield = statics.slacks[straight] >= 0
@@ -32,11 +33,10 @@ class CvxpyParabolaStatic:
     def read(self) -> State:
         """The state at the optimum: velocities and rates are the duals of equilibrium and yield, those of
         crushing in the place of the rocking faces."""
-        problem, joints = self._problem, self._problem.crushing
-        p = np.zeros(problem.faces)
-        p[_straight(problem)] = self.within_yield.dual_value
-        for row, side in zip(self.uncrushed, (0, problem.joints), strict=True):
-            p[2 * len(problem.sliding) + side + joints] = row.dual_value
+        p = np.zeros(self._problem.faces)
+        p[_straight(self._problem)] = self.within_yield.dual_value
+        for row, faces in zip(self.uncrushed, self._problem.bent[..., 0], strict=True):
+            p[faces] = row.dual_value
         return State(*self.statics.forces(), self.statics.equilibrium.dual_value, p)
 
 
@@ -51,13 +51,13 @@ class CvxpyParabolaKinematic:
         joints = problem.crushing
         self.limits = ShearParameters(limits)
         self.mechanism = mechanism = Mechanism(problem, self.limits.slope)
-        first = 2 * len(problem.sliding) + joints
-        turning = mechanism.p[first] + mechanism.p[first + problem.joints]
+        one, other = problem.bent[..., 0]
+        turning = mechanism.p[one] + mechanism.p[other]
         # The flow of D turns about edges a little within the true ones: about the first chord's.
         half, lever = problem.half_length[joints], problem.lever[joints]
         self.closing = cp.Variable(len(joints), name="w")
         self.energy = cp.Variable(len(joints), name="t")
-        into = np.zeros((3 * problem.joints, len(joints)))
+        into = np.zeros((problem.B.shape[1], len(joints)))
         into[joints, np.arange(len(joints))] = 1.0
         flow = mechanism.compatibility.expr + into @ (self.closing - cp.multiply(half - lever, turning))
         self.compatibility = flow == 0
@@ -68,7 +68,7 @@ class CvxpyParabolaKinematic:
             axis=0,
         )
         work = -problem.dead @ mechanism.d + self.limits.cohesion @ mechanism.slip + cp.sum(self.energy)
-        chords = mechanism.p[2 * (len(problem.sliding) + problem.joints) :] == 0
+        chords = mechanism.p[problem.table.chords] == 0
         rows = [self.compatibility, mechanism.live_work, chords, cone]
         self.program = cp.Problem(cp.Minimize(work), rows)
 

@@ -35,7 +35,7 @@ class CvxpyFalling:
         mechanism = self.mechanism = Mechanism(problem, limits.slope)
         power = problem.dead @ mechanism.d - limits.cohesion @ mechanism.slip - mechanism.crushing
         # In the unit of force the median block's is one. Without weight there is no inertia: a little.
-        size = np.maximum(np.hypot(problem.dead[0::3], problem.dead[1::3]), 1e-2)
+        size = np.maximum(problem.force_sizes(problem.dead), 1e-2)
         root = np.sqrt(size)[:, None] * np.column_stack([np.ones((len(size), 2)), gyration])
         inertia = cp.sum_squares(cp.multiply(root.ravel(), mechanism.d))
         self.program = cp.Problem(cp.Maximize(scale * power - inertia / 2), [mechanism.compatibility])

@@ -42,11 +42,11 @@ class Statics:
         limits: ShearParameters | ShearLimits,
         load_factor: cp.Expression | None = None,
     ) -> None:
-        self.q = cp.Variable(3 * problem.joints, name="q")
+        self.q = cp.Variable(problem.B.shape[1], name="q")
         self.load_factor = cp.Variable(name="load_factor") if load_factor is None else load_factor
         self.equilibrium = problem.B @ self.q + self.load_factor * problem.live + problem.dead == 0
         limit = limits.cohesion + cp.multiply(limits.slope, problem.N @ self.q)
-        self.slacks = problem.C(np.zeros(limit.size)) @ self.q + problem.both_senses @ limit
+        self.slacks = problem.C(np.zeros(limit.size)) @ self.q + problem.limit_factors @ limit
         if len(problem.crushing):
             self.slacks += problem.crushing_moment
 
@@ -71,9 +71,9 @@ class Mechanism:
     """
 
     def __init__(self, problem: Problem, slope: cp.Parameter | np.ndarray) -> None:
-        self.d = cp.Variable(3 * problem.blocks, name="d")
+        self.d = cp.Variable(problem.B.shape[0], name="d")
         self.p = cp.Variable(problem.faces, nonneg=True, name="p")
-        self.slip = problem.both_senses.T @ self.p
+        self.slip = problem.limit_factors.T @ self.p
         self.crushing = problem.crushing_moment @ self.p if len(problem.crushing) else cp.Constant(0.0)
         flow = problem.D(np.zeros(slope.size)) @ self.p + problem.N.T @ cp.multiply(slope, self.slip)
         # With 0 to the right: Python may swap the sides of == between expressions (when the right

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from math import inf
+from dataclasses import replace
 
 import numpy as np
 import pyomo.environ as pyo
+import scipy.sparse as sp
 
 from masonry_opt.models.pyomo_arrays import dot, rows
-from masonry_opt.problem.problem import Problem
+from masonry_opt.models.pyomo_terms import Statics
+from masonry_opt.problem.problem import Problem, ShearLimits
 
 
 class PyomoNoMotion:
@@ -19,27 +21,21 @@ class PyomoNoMotion:
     Every mechanism Bᵀ d = D(slope) p has f_L·d = −(C(slope) q)·p, and so f_L·d ≤ 0 unless a face with v > 0
     moves. With the slope of the true friction the forces are a ray along which λ grows without end.
 
+    ``most`` is infinite here; a solver that stays loaded is given 0 for the faces that may move.
+
     Parameters
     ----------
     slope: opening per unit slip, shape (k,).
-
-    Parameter of the program: ``most``, shape (faces,), 0 but on the faces that do not move.
     """
 
     def __init__(self, problem: Problem, slope: np.ndarray) -> None:
         model = self.program = pyo.ConcreteModel()
-        faces = range(problem.faces)
-        model.q = pyo.Var(range(3 * problem.joints))
+        alone = replace(problem.recession_cone, dead=problem.live)
+        limits = ShearLimits(slope, np.zeros_like(slope))
+        statics, faces = Statics(model, alone, limits, load_factor=0.0), range(problem.faces)
         model.v = pyo.Var(faces, domain=pyo.NonNegativeReals)
-        model.cost = pyo.Param(faces, mutable=True, initialize=1.0)
-        model.most = pyo.Param(faces, mutable=True, initialize=0.0)
-        q, live = list(model.q.values()), problem.live.tolist()
-        internal, slacks = list(rows(problem.B, q)), list(rows(problem.C(slope), q))
-        model.equilibrium = pyo.Constraint(
-            range(3 * problem.blocks), rule=lambda _, row: internal[row] == -live[row]
-        )
-        model.within_yield = pyo.Constraint(faces, rule=lambda m, face: slacks[face] + m.v[face] >= 0)
-        model.objective = pyo.Objective(expr=pyo.sum_product(model.cost, model.v))
+        model.within_yield = pyo.Constraint(faces, rule=lambda m, face: statics.slacks[face] + m.v[face] >= 0)
+        model.objective = pyo.Objective(expr=sum(model.v.values()))
 
 
 class PyomoNoForces:
@@ -51,27 +47,23 @@ class PyomoNoForces:
     All forces with λ ≥ 0 have Σ z (p − r) = c·(p − r) − f_D·d − λ f_L·d ≤ −1, and so not z ≥ 0 with z = 0 on
     the faces with r > 0.
 
-    Parameter of the program: ``most``, shape (faces,), 0 but on the faces that are held at yield.
+    ``most`` is infinite here; a solver that stays loaded is given 0 for the faces that are not held at yield.
     """
 
     def __init__(self, problem: Problem) -> None:
         model = self.program = pyo.ConcreteModel()
         faces = range(problem.faces)
-        model.d = pyo.Var(range(3 * problem.blocks))
+        model.d = pyo.Var(range(problem.B.shape[0]))
         model.p = pyo.Var(faces, domain=pyo.NonNegativeReals)
         model.r = pyo.Var(faces, domain=pyo.NonNegativeReals)
-        model.cost = pyo.Param(faces, mutable=True, initialize=1.0)
-        model.most = pyo.Param(faces, mutable=True, initialize=inf)
-        d = list(model.d.values())
-        rates = [*model.p.values(), *model.r.values()]
-        flow = problem.D(problem.friction)
-        motion, follows = list(rows(problem.B.T.tocsr(), d)), list(rows(flow, rates[: problem.faces]))
-        held = list(rows(flow, rates[problem.faces :]))
+        d, rates = list(model.d.values()), [*model.p.values(), *model.r.values()]
+        flow, cohesion = problem.D(problem.friction), problem.face_cohesion
+        motion = list(rows(problem.B.T.tocsr(), d))
+        against = list(rows(sp.hstack([-flow, flow], format="csr"), rates))
         model.compatibility = pyo.Constraint(
-            range(3 * problem.joints), rule=lambda _, row: motion[row] - follows[row] + held[row] == 0
+            range(problem.B.shape[1]), rule=lambda _, row: motion[row] + against[row] == 0
         )
         model.live_work = pyo.Constraint(expr=dot(problem.live, d) >= 0)
-        cohesion = problem.face_cohesion
         everything = np.concatenate([problem.dead, -cohesion, cohesion])
         model.gain = pyo.Constraint(expr=dot(everything, [*d, *rates]) == 1)
-        model.objective = pyo.Objective(expr=pyo.sum_product(model.cost, model.r))
+        model.objective = pyo.Objective(expr=sum(model.r.values()))

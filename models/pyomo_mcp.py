@@ -3,10 +3,8 @@ are made."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import pyomo.environ as pyo
 from pyomo.mpec import Complementarity, complements
 
@@ -16,33 +14,14 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
 
 
-@dataclass(frozen=True)
-class Residuals:
-    """What a state leaves of each equation, and the two sides of complementarity.
-
-    Attributes
-    ----------
-    equilibrium: B q + λ f_L + f_D, shape (3b,).
-    compatibility: Bᵀ d − D(tan φ₀) p, shape (3c,).
-    live_work: f_L·d − Σ|f_L|.
-    z, p: slack and rate of each face, shape (faces,).
-    """
-
-    equilibrium: np.ndarray
-    compatibility: np.ndarray
-    live_work: float
-    z: np.ndarray
-    p: np.ndarray
-
-
 class PyomoMcp:
     """Every state of collapse under the joints' own flow rule, eqs (1) to (6) and (8):
 
         B q + λ f_L + f_D = 0,    Bᵀ d = D(tan φ₀) p,    f_L·d = Σ|f_L|,
         0 ≤ z = C(μ) q + c  ⟂  p ≥ 0    for each face
 
-    As many equations and complementary pairs as unknowns λ, q, d, p, and no objective: one λ of several that
-    may meet them is as good as another.
+    There are as many equations and complementary pairs as unknowns λ, q, d, p, and no objective: several λ
+    may meet them.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -65,17 +44,6 @@ class PyomoMcp:
         """The state that the variables hold."""
         return State(*self.statics.forces(), values(self.mechanism.d), values(self.mechanism.p))
 
-    def residuals(self, state: State) -> Residuals:
-        """What a state, which the variables hold from then on, leaves of the equations as declared."""
-        self.start_from(state)
-        return Residuals(
-            equilibrium=_left(self.statics.equilibrium),
-            compatibility=_left(self.mechanism.compatibility),
-            live_work=float(_left(self.mechanism.live_work)[0]),
-            z=np.array([pyo.value(slack) for slack in self.statics.slacks]),
-            p=values(self.mechanism.p),
-        )
-
 
 def with_slack_variables(model: PyomoMcp, transformation: str) -> Any:
     """Write complementarity, in place, by a transformation of Pyomo's that makes each slack a variable,
@@ -92,8 +60,3 @@ def with_pairs(model: PyomoMcp) -> None:
     """Write complementarity, in place, as Pyomo's writer of NL files takes it (other writers drop it): for
     each face a free variable z = C(μ) q + c, and a row z ≥ 0 that is complementary to the bound p ≥ 0."""
     pyo.TransformationFactory("mpec.nl").apply_to(model.program)
-
-
-def _left(equations: Any) -> np.ndarray:
-    """What the variables' values leave of equations."""
-    return np.array([pyo.value(row.body) - pyo.value(row.upper) for row in equations.values()])

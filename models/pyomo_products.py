@@ -11,12 +11,9 @@ import pyomo.environ as pyo
 from pyomo.core.expr import LinearExpression
 
 from masonry_opt.models.pyomo_arrays import put
-from masonry_opt.problem.edges import EdgeFactors
+from masonry_opt.problem.edges import EdgeFactors, Form
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
-
-#: A linear form: coefficients by number of the factor.
-Form = dict[int, float]
 
 
 class PyomoProducts:
@@ -104,7 +101,7 @@ class PyomoProducts:
         all_rates = [{k: 1.0} for k in factors.rates]
         all_velocities = [{e: 1.0} for e in factors.velocities]
         room = [
-            {one: largest[j], **dict.fromkeys(factors.edges(j), -1.0)}
+            {one: largest[j], **dict.fromkeys(factors.forces_of(j)[:2], -1.0)}
             for j in range(self.problem.joints)
             if np.isfinite(largest[j])
         ]

@@ -39,6 +39,7 @@ class Statics:
     Parameters
     ----------
     limits: the shear limits, as parameters or numbers.
+    load_factor: λ; a variable unless given.
 
     Attributes
     ----------
@@ -46,10 +47,16 @@ class Statics:
     """
 
     def __init__(
-        self, model: pyo.ConcreteModel, problem: Problem, limits: ShearParameters | ShearLimits
+        self,
+        model: pyo.ConcreteModel,
+        problem: Problem,
+        limits: ShearParameters | ShearLimits,
+        load_factor: float | None = None,
     ) -> None:
-        self.load_factor = model.load_factor = pyo.Var()
-        self.q = model.q = pyo.Var(range(3 * problem.joints))
+        if load_factor is None:
+            model.load_factor = pyo.Var()
+        self.load_factor: Any = model.load_factor if load_factor is None else load_factor
+        self.q = model.q = pyo.Var(range(problem.B.shape[1]))
         q, slope, cohesion = list(self.q.values()), limits.slope, limits.cohesion
         internal = list(rows(problem.B, q, together=problem.joints))
         live, dead = problem.live.tolist(), problem.dead.tolist()
@@ -58,9 +65,12 @@ class Statics:
             external = live[row] * self.load_factor if live[row] else 0.0
             return internal[row] + external == -dead[row]
 
-        self.equilibrium = model.equilibrium = pyo.Constraint(range(3 * problem.blocks), rule=balance)
+        self.equilibrium = model.equilibrium = pyo.Constraint(range(problem.B.shape[0]), rule=balance)
         limit = [cohesion[i] + slope[i] * n for i, n in enumerate(rows(problem.N, q))]
-        shared = [*limit, *limit, *problem.crushing_moment[2 * len(limit) :].tolist()]
+        shared: list[Any] = problem.crushing_moment.tolist()
+        factors = problem.limit_factors.tocoo()
+        for face, joint, factor in zip(factors.row, factors.col, factors.data.tolist(), strict=True):
+            shared[face] = factor * limit[joint]
         without_friction = rows(problem.C(np.zeros(len(limit))), q)
         self.slacks: list[Any] = [z + most for z, most in zip(without_friction, shared, strict=True)]
 
@@ -85,12 +95,12 @@ class Mechanism:
     """
 
     def __init__(self, model: pyo.ConcreteModel, problem: Problem, slope: Any) -> None:
-        self.d = model.d = pyo.Var(range(3 * problem.blocks))
+        self.d = model.d = pyo.Var(range(problem.B.shape[0]))
         self.p = model.p = pyo.Var(range(problem.faces), domain=pyo.NonNegativeReals)
-        d, p, k = list(self.d.values()), list(self.p.values()), len(problem.sliding)
+        d, p = list(self.d.values()), list(self.p.values())
         motion = list(rows(problem.B.T.tocsr(), d))
-        without_dilatancy = list(rows(problem.D(np.zeros(k)), p))
-        self.slip: list[Any] = [p[i] + p[k + i] for i in range(k)]
+        without_dilatancy = list(rows(problem.D(np.zeros_like(problem.friction)), p))
+        self.slip = list(rows(problem.limit_factors.T.tocsr(), p))
         self.crushing = dot(problem.crushing_moment, p) if len(problem.crushing) else 0.0
         dilates: dict[int, Any] = {
             joint: slope[i] * self.slip[i] for i, joint in enumerate(problem.sliding.tolist())
@@ -99,5 +109,5 @@ class Mechanism:
         def follows(_: Any, row: int) -> Any:
             return motion[row] == dilates.get(row, 0.0) + without_dilatancy[row]
 
-        self.compatibility = model.compatibility = pyo.Constraint(range(3 * problem.joints), rule=follows)
+        self.compatibility = model.compatibility = pyo.Constraint(range(problem.B.shape[1]), rule=follows)
         self.live_work = model.live_work = pyo.Constraint(expr=dot(problem.live, d) == problem.live_norm)

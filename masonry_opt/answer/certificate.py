@@ -65,7 +65,7 @@ def certify(
         associative flow, tan φ₀ for the joints' own.
     by_parabola: whether crushing is limited by the parabola itself, and not by its chords.
     """
-    total_dead = np.hypot(problem.dead[0::3], problem.dead[1::3]).sum() or problem.live_norm
+    total_dead = problem.force_sizes(problem.dead).sum() or problem.live_norm
     z, p = problem.slacks(q, by_parabola), problem.rates(d, slope)
     live_work = float(problem.live @ d) or problem.live_norm
     return Certificate(
@@ -106,8 +106,8 @@ def residuals(
 def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.ndarray:
     """Largest force (a load, n or s) that acts on each block, or the least that matters, shape (b,)."""
     loads = np.abs(problem.dead) + abs(load_factor * problem.live)
-    loads = np.maximum(loads[0::3], loads[1::3])
-    at_joints = np.abs(q[: 2 * problem.joints]).reshape(2, -1).max(axis=0)
+    loads = problem.forces(loads).max(axis=1)
+    at_joints = np.abs(problem.by_kind(q)[: problem.layout.dimension]).max(axis=0)
     carried, (block, joint) = np.zeros(problem.blocks), problem.touching
     np.maximum.at(carried, block, at_joints[joint])
     least = _NO_MATTER * max(abs(load_factor), SMALLEST) * problem.live_norm
@@ -124,8 +124,8 @@ def of_lesser_block(problem: Problem, acting: np.ndarray) -> np.ndarray:
 def _balance(problem: Problem, unbalanced: np.ndarray, acting: np.ndarray) -> float:
     """Largest force out of balance on a block over the largest that acts on it; a moment over that force
     at the longest arm."""
-    forces = np.maximum(np.abs(unbalanced[0::3]), np.abs(unbalanced[1::3])) / acting
-    moments = np.abs(unbalanced[2::3]) / (acting * problem.longest_arm)
+    forces = np.abs(problem.forces(unbalanced)).max(axis=1) / acting
+    moments = np.abs(problem.moments(unbalanced)).max(axis=1) / (acting * problem.matrices.longest_arm)
     return float(np.maximum(forces, moments).max())
 
 

@@ -22,16 +22,17 @@ def block_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
     """A row a movable block: its centroid, and its velocities (NaN without a mechanism)."""
     problem, shapes = assembly.problem, assembly.geometry
     centroid = shapes.centroid[assembly.movable] + shapes.origin
-    velocity = np.full(3 * problem.blocks, np.nan) if solution.d is None else solution.d
+    velocity = np.full(problem.dead.shape, np.nan) if solution.d is None else solution.d
+    vx, vy, omega = problem.by_block(velocity).T
     return unsigned(
         pd.DataFrame(
             {
                 "block": assembly.names(assembly.movable),
                 "x": centroid[:, 0],
                 "y": centroid[:, 1],
-                "vx": velocity[0::3],
-                "vy": velocity[1::3],
-                "omega": velocity[2::3] / problem.length_unit,
+                "vx": vx,
+                "vy": vy,
+                "omega": omega / problem.length_unit,
             }
         )
     )
@@ -40,15 +41,15 @@ def block_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
 def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
     """A row a joint: its blocks, middle and length, forces and rates (NaN without forces, or mechanism)."""
     problem, joints = assembly.problem, assembly.joints
-    nothing = np.full(3 * problem.joints, np.nan)
+    nothing = np.full(problem.B.shape[1], np.nan)
     q = nothing if solution.q is None else solution.q
     u = nothing if solution.d is None else problem.B.T @ solution.d
-    n, s, m = q.reshape(3, -1)
+    n, s, m = problem.by_kind(q)
     m = np.where(problem.in_a_point, 0.0, m)
-    opening, slip, rotation = u.reshape(3, -1)
+    opening, slip, rotation = problem.by_kind(u)
     if solution.d is not None:
         turning = np.zeros(len(assembly.scene.blocks))
-        turning[assembly.movable] = solution.d[2::3]
+        turning[assembly.movable] = problem.moments(solution.d)[:, 0]
         rotation = turning[joints.first] - turning[joints.second]
     force, length = problem.force_unit, problem.length_unit
     middle = joints.middle + assembly.geometry.origin
@@ -75,7 +76,7 @@ def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
 def _utilisation(problem: Problem, q: np.ndarray) -> np.ndarray:
     """Largest of |s| over the true Coulomb limit, of |m| over n L/2 (less what crushing takes), and of n over
     f_c L; NaN where a joint is idle."""
-    n, s, m = q.reshape(3, -1)
+    n, s, m = problem.by_kind(q)
     m = np.where(problem.in_a_point, 0.0, np.abs(m) / problem.half_length)
     nothing = IDLE * (np.abs(n).max() or 1.0)  # no limit is taken for smaller
     limit = ShearLimits.true(problem).at(n[problem.sliding])

@@ -74,17 +74,22 @@ class InfeasibilityCertificate:
 
 def ray_residuals(problem: Problem, q: np.ndarray, slope: np.ndarray) -> tuple[float, float]:
     """What forces (3c,) leave of B q + f_L = 0 and of C(slope) q ≥ 0, as forces over Σ|f_L|."""
+    unbalanced, violation = _ray_leaves(problem, q, slope)
+    return unbalanced, float(violation.max(initial=0.0))
+
+
+def _ray_leaves(problem: Problem, q: np.ndarray, slope: np.ndarray) -> tuple[float, np.ndarray]:
+    """The same, the violation by face, shape (faces,)."""
     equilibrium = float(np.abs(problem.B @ q + problem.live).max())
-    violation = float((-(problem.C(slope) @ q) / problem.face_arm).max(initial=0.0))
-    return equilibrium / problem.live_norm, max(violation, 0.0) / problem.live_norm
+    violation = -(problem.C(slope) @ q) / problem.face_arm
+    return equilibrium / problem.live_norm, violation / problem.live_norm
 
 
 def kinematic_residual(problem: Problem, q: np.ndarray, still: np.ndarray) -> float:
     """What forces (3c,) leave of B q + f_L = 0 and, on all faces but those that are ``still`` (faces,), of
     C(tan φ₀) q ≥ 0, as forces over Σ|f_L|: zero shows that f_L·d ≤ 0 unless one of these moves."""
-    violation = np.where(still, 0.0, -(problem.C(problem.dilatancy) @ q) / problem.face_arm)
-    unbalanced = np.abs(problem.B @ q + problem.live).max()
-    return float(max(unbalanced, violation.max(initial=0.0)) / problem.live_norm)
+    unbalanced, violation = _ray_leaves(problem, q, problem.dilatancy)
+    return max(unbalanced, float(np.where(still, 0.0, violation).max(initial=0.0)))
 
 
 def static_residual(problem: Problem, d: np.ndarray, p: np.ndarray, held: np.ndarray) -> float:

@@ -45,10 +45,10 @@ def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
     # Blocks that fall under their dead load do so by associative flow.
     own = problem.friction if solution.load_factor is None else problem.dilatancy
     slope[problem.sliding] = own if solution.found.slope is None else solution.found.slope
-    opening, slip, _ = (problem.B.T @ solution.d).reshape(3, -1)
+    opening, slip, _ = problem.by_kind(problem.B.T @ solution.d)
     slip = np.abs(slip)
     omega = np.zeros(len(assembly.scene.blocks))
-    omega[assembly.movable] = solution.d[2::3] / problem.length_unit
+    omega[assembly.movable] = problem.moments(solution.d)[:, 0] / problem.length_unit
     # A corner on an edge turns about itself: by how much is measured on a joint of usual length.
     in_a_point = joints.length == 0
     half = np.where(in_a_point, problem.length_unit, joints.length / 2)
@@ -60,7 +60,7 @@ def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
     touches, crushes = nearer <= SEPARATES * speed, nearer < -CRUSHES * speed
     slips = slip > SLIDES * speed
     if solution.q is not None:
-        n = solution.q[: problem.joints]
+        n = problem.normal_forces(solution.q)
         pressed = n > IDLE * np.abs(n).max(initial=0.0)
         touches &= pressed | (apart <= SEPARATES * speed) | ~slips
     return JointMotion(
@@ -88,7 +88,7 @@ def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
     """Speed of the fastest corner of each movable block, shape (b,), under block velocities (3b,)."""
     movable, shapes = assembly.movable, assembly.geometry
     corners, block = shapely.get_coordinates(shapes.polygons[movable], return_index=True)
-    vx, vy, omega = d.reshape(-1, 3)[block].T
+    vx, vy, omega = assembly.problem.by_block(d)[block].T
     x, y = (corners - shapes.centroid[movable[block]]).T / assembly.problem.length_unit
     speeds = np.zeros(len(movable))
     np.maximum.at(speeds, block, np.hypot(vx - omega * y, vy + omega * x))

@@ -51,12 +51,12 @@ def stressed_joints(result: Result, above: float | None = None) -> pd.DataFrame:
     answer, problem = result.solution.answer, result.assembly.problem
     if answer is None:
         raise OptionError(f"stressed_joints: the result has no mechanism: {result.status}")
-    n, slip = problem.normal_forces(answer.q), np.abs((problem.B.T @ answer.d).reshape(3, -1)[1])
-    friction = problem.N.T @ problem.friction
+    n, slip = problem.normal_forces(answer.q), problem.slip_speed(answer.d)
+    friction = problem.normal_forces(problem.N.T @ problem.friction)
     frame = result.joints[["first", "second", "x", "y"]].assign(
         stress=result.joints["n"] / result.joints["length"],
         slip=result.joints["slip"],
-        dilation=friction[: problem.joints] * slip,
+        dilation=friction * slip,
     )
     frame["energy"] = frame["dilation"] * n / problem.live_norm
     dilates = (frame["dilation"] > 0) & (slip > SLIDES * fastest(result.assembly, answer.d))

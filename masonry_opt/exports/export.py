@@ -16,7 +16,6 @@ from masonry_opt.exports.program_files import WRITERS
 from masonry_opt.files import MARK, refuse_replacing, refuse_unwritable, write_whole
 from masonry_opt.methods.bracket.limits import Limits, limits
 from masonry_opt.methods.bracket.method import a_little_above, assumed_rates
-from masonry_opt.methods.bracket.relaxation import edge_lengths
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.models.pyomo_global import PyomoGlobal
 from masonry_opt.models.pyomo_kinematic import PyomoKinematic
@@ -76,7 +75,7 @@ def _global(assembly: Assembly) -> Declared:
     of = limits(problem, highest, assumed_rates(problem, known), Effort())
     rates = "follows from kinematics" if of.rates_derived else "is assumed"
     forces = "follow from statics" if of.forces_derived else "are assumed where statics set none"
-    model = PyomoGlobal(problem, _most_slack(problem, of), of.rates / edge_lengths(problem), highest)
+    model = PyomoGlobal(problem, _most_slack(problem, of), of.rates / problem.face_length, highest)
     return model.program, [
         _objective("load_factor", problem),
         f"0 <= load_factor <= {highest:.9g} (a little above the associative one)",
@@ -88,8 +87,8 @@ def _global(assembly: Assembly) -> Declared:
 def _most_slack(problem: Problem, of: Limits) -> np.ndarray:
     """A face of sliding has z ≤ 2 (c + μ n̂), one of rocking z ≤ L n̂."""
     shear = ShearLimits.true(problem).at(of.normal[problem.sliding])
-    rocking = problem.half_length * of.normal
-    most: np.ndarray = 2 * np.concatenate([shear, shear, rocking, rocking])
+    most: np.ndarray = problem.face_length * of.normal[problem.face_joint]
+    most[problem.table.slides] = 2 * np.tile(shear, 2)
     return most
 
 

@@ -7,7 +7,6 @@ from masonry_opt.answer.answer import Found, certified
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.task import Task
-from masonry_opt.problem.problem import ShearLimits
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.standing.diagnosis import no_optimum
 
@@ -30,9 +29,8 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
             problem, formulation, task.solver, task.effort, of_load=True, repeats=repeats, parabola=parabola
         )
 
-    limits = ShearLimits.true(problem)
     key = ("associative", formulation, task.solver.key, parabola)
-    driver = task.kept.of(key, problem, declared, lambda kept: kept.renew(limits, task.effort))
+    driver = task.kept.of(key, problem, task.effort, declared)
     answer = driver.solve()
     solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, size=driver.size())
     if answer.state is None:

@@ -119,7 +119,7 @@ def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
     problem, effort = task.problem, task.effort
     with effort.measure("build"):
         model = PyomoRelaxed(PyomoMpec(problem))
-        at_rest = (np.zeros(size) for size in (3 * problem.joints, 3 * problem.blocks, problem.faces))
+        at_rest = (np.zeros(size) for size in (*problem.B.shape[::-1], problem.faces))
         model.start_from(start or State(0.0, *at_rest))
     with effort.measure("compile"):
         ipopt = IPOPT[task.solver.name](model)

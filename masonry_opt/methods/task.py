@@ -60,7 +60,7 @@ def of_same_scene(solution: Solution, problem: Problem) -> Solution:
     """
     if solution.q is None or solution.d is None:
         raise OptionError("option 'start': the result has no forces to start from")
-    if (solution.q.size, solution.d.size) != (3 * problem.joints, 3 * problem.blocks):
+    if (solution.q.size, solution.d.size) != (problem.B.shape[1], problem.B.shape[0]):
         raise OptionError("option 'start': the result is of another scene")
     return replace(solution, history=[], reasons=list(solution.reasons))
 

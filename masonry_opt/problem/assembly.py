@@ -10,18 +10,19 @@ import scipy.sparse as sp
 from masonry_opt.errors import CaseError
 from masonry_opt.problem.edge_loads import LoadedPiece, edge_forces
 from masonry_opt.problem.loads import loads
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.matrices import Matrices
+from masonry_opt.problem.problem import Law, Problem
 from masonry_opt.scene.contact import Joints, find_joints, with_properties
 from masonry_opt.scene.geometry import Geometry, geometry
 from masonry_opt.scene.scene import Scene
 
-#: What geometry, loads and matrices follow from; all else of a scene is joint properties and words.
+#: Fields of a scene that matrices and loads depend on; the others are joint properties and words.
 _OF_GEOMETRY = ("gravity", "tolerance", "thickness", "tilt", "blocks", "edge_loads", "loads")
 
 
 @dataclass(frozen=True)
 class Assembly:
-    """A problem, and the scene it came from: what is needed to give results their names.
+    """Problem with the scene it came from, which gives results their names.
 
     Attributes
     ----------
@@ -30,9 +31,8 @@ class Assembly:
     geometry: polygons and centroids.
     joints: the joints found.
     movable: indices into the scene's blocks of the problem's blocks, shape (b,).
-    bare_edge_loads: of each edge load of the scene, the length of its line along which it meets no free edge
-        of a movable block.
-    loaded_pieces: the pieces of edge on which edge loads act.
+    bare_edge_loads: length of each edge load's line that meets no free edge of a movable block.
+    loaded_pieces: pieces of edges on which edge loads act.
     """
 
     problem: Problem
@@ -93,21 +93,18 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
             f"{scene.origin}: loads differ by more than double precision carries: the median block's is "
             f"{force_unit:.3g}; give weights and loads in one unit"
         )
-    problem = Problem(
+    matrices = Matrices(
         B=_equilibrium(joints, shapes, movable, len(scene.blocks), length_unit),
-        dead=dead,
-        live=live,
         half_length=np.where(in_a_point, 1.0, joints.length / 2 / length_unit),
-        force_unit=force_unit,
         length_unit=length_unit,
-        **_law(joints, scene.thickness, force_unit),
     )
+    problem = Problem(matrices, _law(joints, scene.thickness, force_unit), dead, live, force_unit)
     return Assembly(problem, scene, shapes, joints, movable, on_edges.bare, on_edges.pieces)
 
 
 def with_joints_of(assembly: Assembly, scene: Scene) -> Assembly | None:
-    """The assembly of a scene that differs in joint properties alone, its geometry not looked at again;
-    None if anything else differs.
+    """Assembly of a scene that differs in joint properties alone, with the same matrices; None if anything
+    else differs.
 
     Raises CaseError if an exception names two blocks that do not touch.
     """
@@ -115,27 +112,26 @@ def with_joints_of(assembly: Assembly, scene: Scene) -> Assembly | None:
         return None
     joints = with_properties(assembly.joints, scene)
     law = _law(joints, scene.thickness, assembly.problem.force_unit)
-    return replace(assembly, problem=assembly.problem.with_law(**law), scene=scene, joints=joints)
+    return replace(assembly, problem=replace(assembly.problem, law=law), scene=scene, joints=joints)
 
 
-def _law(joints: Joints, thickness: float, force_unit: float) -> dict[str, np.ndarray]:
-    """Which joints slide and crush, and by what law, as a problem has it."""
+def _law(joints: Joints, thickness: float, force_unit: float) -> Law:
     in_a_point = joints.length == 0
     sliding = np.flatnonzero(np.isfinite(joints.friction))
     crushing = np.flatnonzero(np.isfinite(joints.strength) & ~in_a_point)
-    # What stresses act on. A corner has none: there dilatancy does not depend on stress.
+    # The area that stresses act on. A corner has none: its dilatancy does not depend on stress.
     section = joints.length * thickness
     acts_on = np.where(in_a_point, 1.0, section)
     stress = np.where(in_a_point[:, None], np.inf, joints.dilatancy_stress)
-    return {
-        "sliding": sliding,
-        "friction": joints.friction[sliding],
-        "cohesion": (joints.cohesion * section / force_unit)[sliding],
-        "dilatancy": joints.dilatancy[sliding],
-        "dilatancy_force": (stress * acts_on[:, None] / force_unit)[sliding],
-        "crushing": crushing,
-        "crushing_force": joints.strength[crushing] * section[crushing] / force_unit,
-    }
+    return Law(
+        sliding=sliding,
+        friction=joints.friction[sliding],
+        cohesion=(joints.cohesion * section / force_unit)[sliding],
+        dilatancy=joints.dilatancy[sliding],
+        dilatancy_force=(stress * acts_on[:, None] / force_unit)[sliding],
+        crushing=crushing,
+        crushing_force=joints.strength[crushing] * section[crushing] / force_unit,
+    )
 
 
 def _median_of_positive(values: np.ndarray) -> float:

@@ -3,8 +3,8 @@ take it and λ errs on the safe side.
 
 In x = n / (f_c L) the limit is m ≤ f_c L · L/2 · x (1 − x). Knots at equal steps of √x up to the middle, and
 mirrored beyond it, let every chord miss nearly the same share of the moment, (step)² / (1 − x) or less:
-twelve on each side of the middle miss 0.35 to 0.64 % of it at most. Below the first knot, where most masonry
-is, further ones at a quarter of the next let the share fall with the stress.
+twelve on each side of the middle miss 0.35 to 0.64 % of it at most. Most masonry is stressed below the first
+knot: further knots there, each at a quarter of the next, let the share fall with the stress.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ MISSED = 0.0065
 
 
 def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """Rates p ≥ 0 of all chords, shape (2, joints, chords), (+) and (−), whose flow is that motion and that
-    dissipate least: those of the chords whose normals enclose it.
+    """Rates p ≥ 0 of all chords, shape (2, joints, chords), (+) and (−), that follow a motion and dissipate
+    least: only the chords whose normals enclose the motion have any.
 
     Parameters
     ----------
@@ -64,18 +64,16 @@ def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
 
 
 def parabola(n: np.ndarray, whole: np.ndarray) -> np.ndarray:
-    """The largest moment under normal forces n, over L/2, of joints that f_c L = ``whole`` crushes, all of
-    shape (joints,): what the chords approach. Negative beyond."""
+    """Largest moment over L/2 under normal forces n, shape (joints,), which the chords approach: negative
+    where n exceeds ``whole``, f_c L of each joint."""
     return n * (1 - n / whole)
 
 
 def crushing_energy(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """What the parabola dissipates in a motion, over L/2 · f_c L, shape (joints,): the greatest of
+    """Energy that the parabola dissipates in a motion, over L/2 · f_c L, shape (joints,): the greatest of
     |rotation| x (1 − x) − opening x over 0 ≤ x ≤ 1.
 
-    Parameters
-    ----------
-    opening, rotation: as for :func:`chord_rates`.
+    Opening and rotation are those of :func:`chord_rates`.
     """
     turning = np.abs(rotation)
     ratio = np.divide(opening, turning, out=np.where(opening < 0, -1.0, 1.0), where=turning > 0)

@@ -1,4 +1,4 @@
-"""Loads along lines to forces on blocks: which edges lie there, what of them is free, and the resultants."""
+"""Loads along lines as forces on blocks: the free edges that lie there, and the resultants."""
 
 from __future__ import annotations
 
@@ -17,15 +17,14 @@ from masonry_opt.scene.touching import LEAN
 
 @dataclass(frozen=True)
 class EdgeForces:
-    """What the edge loads of a scene do to its blocks.
+    """Forces of the edge loads of a scene on its blocks.
 
     Attributes
     ----------
     dead, live: force and moment about the centroid of each of the scene's blocks, shape (blocks, 3), in the
         scene's units.
-    bare: of each edge load, the length of its line along which it meets no free edge of a movable block, and
-        does nothing.
-    pieces: where they act, but for those of no load.
+    bare: length of each edge load's line that meets no free edge of a movable block: there it does nothing.
+    pieces: loaded pieces of edges.
     """
 
     dead: np.ndarray
@@ -61,7 +60,7 @@ class _Segments:
     owner: np.ndarray
 
     def along(self, start: np.ndarray, end: np.ndarray, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
-        """Which segments run along a line, and from where to where on it, shape (found, 2)."""
+        """Indices of the segments that run along a line, and where on it they do, shape (found, 2)."""
         line = end - start
         length = np.hypot(*line)
         along, across = line / length, np.array([-line[1], line[0]]) / length
@@ -70,7 +69,7 @@ class _Segments:
         low, high = np.maximum(np.minimum(x0, x1), 0.0), np.minimum(np.maximum(x0, x1), length)
         slope = np.divide(y1 - y0, x1 - x0, out=np.full_like(y0, np.inf), where=x1 != x0)
         found = np.flatnonzero(high - low > tolerance)
-        # How far away the ends of what they share are.
+        # Distance from the line at both ends of the shared part.
         ends = np.column_stack([low, high])[found]
         away = np.abs(y0[found, None] + slope[found, None] * (ends - x0[found, None])).max(axis=1, initial=0)
         near = away <= np.minimum(tolerance, LEAN * (high - low)[found])
@@ -92,7 +91,9 @@ def edge_forces(scene: Scene, shapes: Geometry, joints: Joints) -> EdgeForces:
     forces = {kind: np.zeros((len(scene.blocks), 3)) for kind in ("dead", "live")}
     if not scene.edge_loads:
         return EdgeForces(forces["dead"], forces["live"], (), ())
-    edges, covers = _Segments(*shapes.edges()), _covers(joints)
+    edges, both = _Segments(*shapes.edges()), np.concatenate([joints.first, joints.second])
+    # What joints cover, for either of their blocks.
+    covers = _Segments(np.tile(joints.start, (2, 1)), np.tile(joints.end, (2, 1)), both)
     fixed = np.array([block.fixed for block in scene.blocks])
     bare, pieces = [], []
     for number, load in enumerate(scene.edge_loads, start=1):
@@ -115,11 +116,9 @@ def edge_forces(scene: Scene, shapes: Geometry, joints: Joints) -> EdgeForces:
             met += free
             for piece in free:
                 direction = edges.tip[edge] - edges.tail[edge]
-                forces[load.kind][block] += scene.thickness * _resultant(
-                    load, (start, end), piece, direction, shapes.centroid[block]
-                )
                 intensity = scene.thickness * _intensity(load, np.array(piece) / length, direction)
                 ends = start + np.outer(piece, (end - start) / length)
+                forces[load.kind][block] += _resultant(ends, intensity, shapes.centroid[block])
                 if intensity.any():
                     pieces.append(LoadedPiece(number - 1, int(block), ends, intensity))
         if not met:
@@ -128,16 +127,10 @@ def edge_forces(scene: Scene, shapes: Geometry, joints: Joints) -> EdgeForces:
     return EdgeForces(forces["dead"], forces["live"], tuple(bare), tuple(pieces))
 
 
-def _covers(joints: Joints) -> _Segments:
-    """What joints cover, for either of their blocks."""
-    both = np.concatenate([joints.first, joints.second])
-    return _Segments(np.tile(joints.start, (2, 1)), np.tile(joints.end, (2, 1)), both)
-
-
 def _without(
     span: tuple[float, float], covered: list[tuple[float, float]] | np.ndarray, tolerance: float
 ) -> list[tuple[float, float]]:
-    """What intervals leave of a span, pieces longer than the tolerance."""
+    """Pieces of a span that intervals do not cover, if longer than the tolerance."""
     pieces, at = [], span[0]
     for low, high in [*sorted(map(tuple, covered)), (span[1], span[1])]:
         if min(low, span[1]) - at > tolerance:
@@ -155,31 +148,14 @@ def _intensity(load: EdgeLoad, at: np.ndarray, edge: np.ndarray) -> np.ndarray:
     return np.outer(first + (last - first) * at, inward)
 
 
-def _resultant(
-    load: EdgeLoad,
-    line: tuple[np.ndarray, np.ndarray],
-    piece: tuple[float, float],
-    edge: np.ndarray,
-    centroid: np.ndarray,
-) -> np.ndarray:
-    """Force and moment about the centroid of what acts on one piece of an edge, shape (3,)."""
-    start, end = line
-    length = np.hypot(*(end - start))
-    along = (end - start) / length
-    low, high = piece
-    arm = start + (low + high) / 2 * along - centroid
-    if load.force is not None:
-        force = (high - low) * np.array(load.force)
-        return np.array([*force, arm[0] * force[1] - arm[1] * force[0]])
-    first, last = load.at_ends
-    at_low, at_high = (first + (last - first) * at / length for at in piece)
-    inward = np.array([-edge[1], edge[0]]) / np.hypot(*edge)
-    total = (high - low) * (at_low + at_high) / 2
-    # A linear pressure's moment about the middle of its length.
-    moment = (high - low) ** 2 * (at_high - at_low) / 12
-    turning = total * (arm[0] * inward[1] - arm[1] * inward[0])
-    turning += moment * (along[0] * inward[1] - along[1] * inward[0])
-    return np.array([*(total * inward), turning])
+def _resultant(ends: np.ndarray, intensity: np.ndarray, centroid: np.ndarray) -> np.ndarray:
+    """Force and moment about a centroid of a force per length that is linear between two ends, shape (3,)."""
+    along, length = ends[1] - ends[0], np.hypot(*(ends[1] - ends[0]))
+    force, arm = length * intensity.mean(axis=0), ends.mean(axis=0) - centroid
+    # What grows along the piece turns about its middle.
+    growing = length / 12 * (intensity[1] - intensity[0])
+    moment = arm[0] * force[1] - arm[1] * force[0] + along[0] * growing[1] - along[1] * growing[0]
+    return np.array([*force, moment])
 
 
 def _nothing_there(scene: Scene, number: int, length: float, movable: bool, fixed: bool) -> CaseError:

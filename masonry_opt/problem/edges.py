@@ -1,13 +1,11 @@
-"""Statics and kinematics as linear forms in edge forces and edge openings, by number of the factor."""
+"""Statics and kinematics as linear forms in edge forces and edge openings."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import cached_property
 from itertools import product as every
 
 import numpy as np
-import scipy.sparse as sp
 
 from masonry_opt.problem.problem import Problem
 
@@ -35,10 +33,12 @@ class EdgeFactors:
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        c, b = problem.joints, problem.blocks
+        c = problem.joints
         self.forces = range(3 * c)
         self.load_factor = 3 * c
-        self.velocities = range(4 * c, 4 * c + 3 * b)
+        self.velocities = range(4 * c, 4 * c + problem.B.shape[0])
+        self._of_block = problem.layout.rows
+        self._touches = problem.matrices.ends.toarray()
         slides = np.zeros(c, dtype=bool)
         slides[problem.sliding] = True
         self._slides = slides.tolist()
@@ -48,14 +48,8 @@ class EdgeFactors:
         of_slide = np.full((3, c), 0.0)
         of_slide[:, problem.sliding] = problem.friction, problem.cohesion, problem.dilatancy
         self._friction, self._cohesion, self._dilatancy = of_slide.tolist()
-        n, s, m = problem.B[:, :c], problem.B[:, c : 2 * c], problem.B[:, 2 * c :]
-        # B q = (n-column − h m-column) x₂ + (n-column + h m-column) x₃ + s-column s, with m = h (x₃ − x₂).
-        lever = m @ sp.diags_array(problem.half_length)
-        self._columns = [matrix.toarray() for matrix in (n - lever, n + lever, s)]
-
-    def edges(self, joint: int) -> tuple[int, int]:
-        """Factors x₂ and x₃ of a joint."""
-        return 3 * joint, 3 * joint + 1
+        of_edges = (problem.B @ problem.table.from_edges).toarray()
+        self._columns = [of_edges[:, kind] for kind in np.arange(3 * c).reshape(3, -1)]
 
     def forces_of(self, joint: int) -> range:
         """Factors of statics of a joint."""
@@ -67,8 +61,7 @@ class EdgeFactors:
 
     def velocities_of(self, block: int) -> range:
         """Velocities of a block."""
-        first = self.velocities.start + 3 * block
-        return range(first, first + 3)
+        return self.velocities[self._of_block * block :][: self._of_block]
 
     def pairs(self, first: int, second: int) -> Iterator[tuple[int, int]]:
         """Products of the forces of one joint and the rates of another that are not zero."""
@@ -76,16 +69,11 @@ class EdgeFactors:
             if pair not in self.at_rest:
                 yield pair
 
-    @cached_property
-    def touches(self) -> np.ndarray:
-        """Whether a joint is one of a block's, shape (b, c)."""
-        strong = sum(np.abs(columns) for columns in self._columns) > _NOTHING
-        of_block: np.ndarray = strong.reshape(self.problem.blocks, 3, -1).any(axis=1)
-        return of_block
-
     def motion_of(self, joint: int) -> list[int]:
         """Velocities of the blocks of a joint."""
-        return [e for block in np.flatnonzero(self.touches[:, joint]) for e in self.velocities_of(int(block))]
+        return [
+            e for block in np.flatnonzero(self._touches[:, joint]) for e in self.velocities_of(int(block))
+        ]
 
     @property
     def other_slacks(self) -> dict[int, Form]:
@@ -103,9 +91,9 @@ class EdgeFactors:
         """B q + λ f_L + f_D = 0, a row for each component of each block."""
         one = self.load_factor + 1
         x2, x3, s = self._columns
-        for row in range(3 * self.problem.blocks):
+        for row in range(self.problem.B.shape[0]):
             form: Form = {self.load_factor: float(self.problem.live[row]), one: float(self.problem.dead[row])}
-            for j in np.flatnonzero(self.touches[row // 3]).tolist():
+            for j in np.flatnonzero(self._touches[row // self._of_block]).tolist():
                 first, second, third = self.forces_of(j)
                 shear = float(s[row, j])
                 form[first], form[second] = (float(x[row, j]) + self._friction[j] * shear for x in (x2, x3))
@@ -147,11 +135,9 @@ class EdgeFactors:
     def of_forces(self, q: np.ndarray) -> np.ndarray:
         """The forces x₂, x₃, z₀ (or s) of joint forces q, shape (3c,)."""
         problem = self.problem
-        n, s, m = q.reshape(3, -1)
-        moment = m / problem.half_length
-        last = s.copy()
+        last = problem.by_kind(q)[1].copy()
         last[problem.sliding] = problem.slacks(q)[: len(problem.sliding)]
-        return np.stack([(n - moment) / 2, (n + moment) / 2, last], axis=1).ravel()
+        return np.stack([*problem.edge_forces(q), last], axis=1).ravel()
 
     def of_motion(self, d: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Rates u₂, u₃, p₀, p₁ (0 where a joint cannot slide) of face rates p, then velocities d."""
@@ -159,8 +145,8 @@ class EdgeFactors:
 
     def in_edges(self, of_faces: np.ndarray) -> np.ndarray:
         """Face rates, shape (faces,), as u₂, u₃, p₀, p₁ of each joint, flat."""
-        problem, k = self.problem, len(self.problem.sliding)
-        v = np.zeros((problem.joints, 4))
-        v[:, :2] = (of_faces[2 * k :].reshape(2, -1) * 2 * problem.half_length).T
-        v[problem.sliding, 2:] = of_faces[: 2 * k].reshape(2, -1).T
+        problem, table = self.problem, self.problem.table
+        v, moved = np.zeros((problem.joints, 4)), of_faces * problem.face_length
+        v[:, :2] = moved[table.rocks].reshape(2, -1).T
+        v[problem.sliding, 2:] = moved[table.slides].reshape(2, -1).T
         return v.ravel()

@@ -1,20 +1,30 @@
-"""What was built for a problem, kept for those that differ from it in the joints' law alone."""
+"""Cache of what is compiled for a problem, for those that differ from it in the joints' law alone."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
-from typing import Any, TypeVar
+from typing import Protocol, Self, TypeVar, cast
 
+from masonry_opt.effort import Effort
 from masonry_opt.problem.problem import Problem
 
-_T = TypeVar("_T")
+
+class Keepable(Protocol):
+    """Programs or factors that serve for other friction, cohesion and dilatancy."""
+
+    def under(self, problem: Problem, effort: Effort) -> Self:
+        """The same for a problem of which :meth:`~.problem.Problem.same_program` holds, solved from a cold
+        start and counted in another effort."""
+
+
+_T = TypeVar("_T", bound=Keepable)
 
 
 class Kept:
     """Programs and factors by what they are for, one each.
 
-    What is kept may change the time of an analysis, never its load factor: whoever renews a program begins
-    cold. (That a scene stands may be seen from forces kept of another, where a solver would be undecided.)
+    What is kept may change the time of an analysis, never its load factor: every solve begins cold. (That a
+    scene stands may be seen from forces kept of another, where a solver would be undecided.)
 
     Parameters
     ----------
@@ -23,15 +33,14 @@ class Kept:
 
     def __init__(self, keeps: bool = False) -> None:
         self.keeps = keeps
-        self._held: dict[Hashable, tuple[Problem, Any]] = {}
+        self._held: dict[Hashable, tuple[Problem, Keepable]] = {}
 
-    def of(self, key: Hashable, problem: Problem, build: Callable[[], _T], renew: Callable[[_T], _T]) -> _T:
-        """What there is under a key, renewed for this problem; built where there is nothing, or it is of
-        other matrices."""
-        if self.keeps and key in self._held:
-            before, held = self._held[key]
-            if problem.same_matrices(before):
-                return renew(held)
+    def of(self, key: Hashable, problem: Problem, effort: Effort, build: Callable[[], _T]) -> _T:
+        """What is kept under a key, for this problem; built where there is nothing, or it is of other
+        matrices, loads or strengths."""
+        before, held = self._held.get(key, (None, None))
+        if before is not None and problem.same_program(before):
+            return cast(_T, held).under(problem, effort)
         built = build()
         if self.keeps:
             self._held[key] = problem, built

@@ -42,9 +42,21 @@ def in_units_of_load(problem: Problem) -> Scaled:
     optimum (façades of 6000 blocks: 4e-8 instead of 4e-6), in a third more iterations; and what is solved
     roughly is equally rough at every size (in block weights, 4 % off at 2 × 6 openings and 17 % at 8 × 24).
     """
-    dead = np.abs(problem.dead).reshape(-1, 3).sum(axis=1)
-    loaded = problem.live.reshape(-1, 3).any(axis=1)
+    dead = np.abs(problem.by_block(problem.dead)).sum(axis=1)
+    loaded = problem.by_block(problem.live).any(axis=1)
     weights = (float(dead[loaded].sum()), float(dead.sum()), problem.live_norm)
     force = next(weight for weight in weights if weight)
-    scaled = replace(problem.in_units_of(force), live=problem.live / problem.live_norm)
+    law = replace(
+        problem.law,
+        cohesion=problem.cohesion / force,
+        dilatancy_force=problem.dilatancy_force / force,
+        crushing_force=problem.crushing_force / force,
+    )
+    scaled = replace(
+        problem,
+        law=law,
+        dead=problem.dead / force,
+        live=problem.live / problem.live_norm,
+        force_unit=problem.force_unit * force,
+    )
     return Scaled(scaled, force, force / problem.live_norm)

@@ -18,7 +18,7 @@ _Force = tuple[int, Point, Point | None]
 
 @dataclass(frozen=True)
 class Forces:
-    """Forces of one kind, none of them zero; several may act on one block.
+    """Forces of one kind, none of them zero. Several may act on one block.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Forces:
 
 @dataclass(frozen=True)
 class Loads:
-    """What acts on the movable blocks of a scene beside loads on edges.
+    """Forces on the movable blocks of a scene, without those of edge loads.
 
     Attributes
     ----------

@@ -42,8 +42,8 @@ class CvxpyEngine:
         self._purpose = purpose
         self._size: LpSize | None = None
 
-    def renew(self, effort: Effort) -> None:
-        """Begin anew, for another account: nothing of the last solve is used by the next in any case."""
+    def restart(self, effort: Effort) -> None:
+        """Count in another effort; no solve uses anything of the last in any case."""
         self.effort = effort
         effort.uses(self.solver.name, self._purpose)
 

@@ -73,11 +73,11 @@ class Driver:
             self.model = models[formulation](self._scaled.problem, self._scaled.limits(limits))
         self._engine = engine(self.model.program, solver, effort, purpose, repeats=repeats)
 
-    def renew(self, limits: ShearLimits, effort: Effort) -> Driver:
-        """The same program with other shear limits, begun anew for another account."""
+    def under(self, problem: Problem, effort: Effort) -> Driver:
+        """The same program with the shear limits of another problem (see :class:`~.problem.kept.Kept`)."""
         self.effort = effort
-        self._engine.renew(effort)
-        self.set_shear_limits(limits)
+        self._engine.restart(effort)
+        self.set_shear_limits(ShearLimits.true(problem))
         return self
 
     def set_shear_limits(self, limits: ShearLimits) -> None:

@@ -53,8 +53,8 @@ class PyomoEngine:
                 updates[name] = name == "update_parameters"
             self._highs.set_instance(program)
 
-    def renew(self, effort: Effort) -> None:
-        """Begin anew, for another account: the next solve starts from no basis."""
+    def restart(self, effort: Effort) -> None:
+        """Count in another effort; the next solve starts from no basis."""
         self.effort = effort
         effort.uses(self.solver.name, self._purpose)
         self._highs._solver_model.clearSolver()

@@ -39,6 +39,14 @@ class _Standing:
     forces: np.ndarray | None = None
     stands: bool = False
 
+    def under(self, problem: Problem, effort: Effort) -> _Standing:
+        """The same in another scene (see :class:`~masonry_opt.problem.kept.Kept`)."""
+        self.stands = self.forces is not None and _carries(problem, self.forces)
+        if not self.stands:
+            self.parameters.set(ShearLimits.true(problem))
+            self.engine.restart(effort)
+        return self
+
 
 def falling_mechanism(
     problem: Problem, solver: Solver, effort: Effort, kept: Kept | None = None
@@ -67,14 +75,7 @@ def falling_mechanism(
         engine = CvxpyEngine(model.program, chosen, effort, DEAD_LOAD, repeats=kept.keeps)
         return _Standing(model, parameters, engine)
 
-    def renewed(standing: _Standing) -> _Standing:
-        standing.stands = standing.forces is not None and _carries(problem, standing.forces)
-        if not standing.stands:
-            standing.parameters.set(limits)
-            standing.engine.renew(effort)
-        return standing
-
-    standing = kept.of((DEAD_LOAD, chosen.key), problem, declared, renewed)
+    standing = kept.of((DEAD_LOAD, chosen.key), problem, effort, declared)
     if standing.stands:
         return None
     solved = standing.engine.solve()
@@ -104,8 +105,7 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
     # Of the boxes round the blocks.
     left, bottom, right, top = shapely.bounds(assembly.geometry.polygons[assembly.movable]).T
     gyration = np.sqrt(((right - left) ** 2 + (top - bottom) ** 2) / 12) / problem.length_unit
-    weight = np.hypot(problem.dead[0::3], problem.dead[1::3])
-    inertia = float(weight @ (falling**2).reshape(-1, 3).sum(axis=1))
+    inertia = float(problem.force_sizes(problem.dead) @ problem.by_block(falling**2).sum(axis=1))
     scale = min(max(inertia / float(problem.dead @ falling), 1.0), 1 / DRIVES)
     model = CvxpyFalling(problem, ShearLimits.true(problem), gyration, scale)
     if not has_optimum(model.program, in_cvxpy(find_solver("cvxpy", None)), effort, DEAD_LOAD):
@@ -145,18 +145,18 @@ def locking_joints(
     none = np.array([], dtype=int)
     own_flow = ShearLimits(problem.dilatancy, np.zeros_like(problem.cohesion))
     if status is Status.LOCKED:
-        driven = _driven(problem.growth, _push(problem), own_flow, in_cvxpy(solver), effort)
+        driven = _driven(problem.recession_cone, _push(problem), own_flow, in_cvxpy(solver), effort)
         if driven is None:
             return none
         d = driven[1]
         departure = problem.departure(d, problem.rates(d, problem.friction), problem.friction)
-        cannot_open, slip = np.abs(departure).reshape(3, -1)[0], np.abs(problem.B.T @ d).reshape(3, -1)[1]
-        amount = np.where(slip > SLIDES * np.abs(d).max(), cannot_open, 0.0)
+        cannot_open = np.abs(problem.by_kind(departure)[0])
+        amount = np.where(problem.slip_speed(d) > SLIDES * np.abs(d).max(), cannot_open, 0.0)
     elif status in (Status.UNLIMITED, Status.JAMMED):
         slope = problem.dilatancy if status is Status.UNLIMITED else problem.friction
         # The live load in place of the dead, scaled as the driven mechanism is.
         limits = ShearLimits(slope, np.zeros_like(slope))
-        carrying = CvxpyStanding(replace(problem.growth, dead=_push(problem)), limits)
+        carrying = CvxpyStanding(replace(problem.recession_cone, dead=_push(problem)), limits)
         if has_optimum(carrying.program, in_cvxpy(solver), effort, DIAGNOSIS):
             q = carrying.statics.forces()[1]
         elif status is Status.UNLIMITED or q is None:
@@ -177,7 +177,7 @@ def _live_load_drives(problem: Problem, slope: np.ndarray, solver: Solver, effor
     """Whether a mechanism with that opening per unit slip (k,) lets the live load do work; None if
     the solver fails to say."""
     limits = ShearLimits(slope, np.zeros_like(slope))
-    driven = _driven(problem.growth, _push(problem), limits, in_cvxpy(solver), effort)
+    driven = _driven(problem.recession_cone, _push(problem), limits, in_cvxpy(solver), effort)
     return None if driven is None else driven[0] > DRIVES
 
 

@@ -76,22 +76,16 @@ def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, eff
 
 def _that_cannot_slide(problem: Problem) -> Problem:
     """The same problem with unlimited friction at all joints."""
-    nothing = np.array([])
-    return replace(
-        problem,
-        sliding=nothing.astype(int),
-        friction=nothing,
-        cohesion=nothing,
-        dilatancy=nothing,
-        dilatancy_force=np.empty((0, 2)),
-    )
+    none, nothing = np.array([], dtype=int), np.array([])
+    law = replace(problem.law, sliding=none, friction=nothing, cohesion=nothing, dilatancy=nothing)
+    return replace(problem, law=replace(law, dilatancy_force=np.empty((0, 2))))
 
 
 def _stands_uncrushed(problem: Problem, solver: Solver, effort: Effort) -> bool:
     """Whether a scene stands if its joints carry any pressure."""
-    strong = replace(problem, crushing=np.array([], dtype=int), crushing_force=np.array([]))
+    law = replace(problem.law, crushing=np.array([], dtype=int), crushing_force=np.array([]))
     try:
-        return falling_mechanism(strong, solver, effort) is None
+        return falling_mechanism(replace(problem, law=law), solver, effort) is None
     except DeadLoadUndecided:
         return False
 
@@ -119,8 +113,9 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
         solved = engine.solve()
         holds = solved.optimal
         if solved.failed:  # near the least factor, where states have no room: by what moves
+            stronger = replace(problem, law=replace(problem.law, friction=more))
             try:
-                holds = falling_mechanism(replace(problem, friction=more), solver, effort) is None
+                holds = falling_mechanism(stronger, solver, effort) is None
             except DeadLoadUndecided:
                 break
         stands, falls = (factor, falls) if holds else (stands, factor)
@@ -129,7 +124,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
 
 def _sliding(assembly: Assembly, d: np.ndarray) -> np.ndarray:
     """Joints that slide in a mechanism (3b,), those that slide most first."""
-    slip = np.abs((assembly.problem.B.T @ d).reshape(3, -1)[1])
+    slip = assembly.problem.slip_speed(d)
     slides = joint_motion(assembly, Solution(Status.UNSTABLE, Kind.ASSOCIATIVE, found=Found(d=d))).slides
     order = np.argsort(-slip, kind="stable")
     return order[slides[order]]
@@ -141,7 +136,7 @@ def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
     scene, joints, movable = assembly.scene, assembly.joints, assembly.movable
     count = len(scene.blocks)
     down = np.zeros((count, 2))
-    down[movable] = assembly.problem.dead.reshape(-1, 3)[:, :2]
+    down[movable] = assembly.problem.forces(assembly.problem.dead)
     size = np.hypot(down[:, 0], down[:, 1])
     gravity = np.array(scene.gravity) / np.hypot(*scene.gravity)
     down = np.where(size[:, None] > 0, down / np.where(size > 0, size, 1.0)[:, None], gravity)

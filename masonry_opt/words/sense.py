@@ -232,7 +232,7 @@ def _weights(assembly: Assembly) -> list[Reason]:
     # A light block may carry what is much to it and little to the others, such as a jack's plate.
     weight_near = np.maximum(weight, np.median(weight[heavy]))
     gravity = np.array(scene.gravity) / np.hypot(*scene.gravity)
-    live, dead = (load.reshape(-1, 3)[:, :2] * problem.force_unit for load in (problem.live, problem.dead))
+    live, dead = (problem.forces(load) * problem.force_unit for load in (problem.live, problem.dead))
     dead = dead - weight[:, None] * gravity
     for name, force, least in (("live", live, np.inf), ("dead", dead, _NO_FORCE)):
         size = np.hypot(force[:, 0], force[:, 1])

@@ -253,7 +253,8 @@ def test_limits_that_would_be_assumed_do_not_replace_those_proven(monkeypatch):
 def test_rates_are_derived_where_kinematics_bound_them():
     problem = assemble(two_blocks()).problem
     assert limits(problem, 0.2, 100.0, Effort()).rates_derived
-    contracting = replace(problem, dilatancy=np.full(len(problem.sliding), -0.01))
+    dilatancy = np.full(len(problem.sliding), -0.01)
+    contracting = replace(problem, law=replace(problem.law, dilatancy=dilatancy))
     of = limits(contracting, 0.2, 100.0, Effort())
     assert (of.rates_derived, of.rates) == (False, 100.0)
 

@@ -51,7 +51,7 @@ def followed(**options: float) -> pd.DataFrame:
     at = list(problem.sliding).index(joint)
     rows = []
     for step in steps:
-        n, s, _ = problem.force_unit * step.solved.state.q.reshape(3, -1)[:, joint]
+        n, s, _ = problem.force_unit * problem.by_kind(step.solved.state.q)[:, joint]
         slope, c = step.solved.limits.slope[at], problem.force_unit * step.solved.limits.cohesion[at]
         rows.append({"λ/μ": step.load_factor / MU, "n": n, "s": abs(s), "slope": slope, "c": c})
     return pd.DataFrame(rows, index=range(1, len(rows) + 1))

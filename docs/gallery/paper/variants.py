@@ -40,7 +40,7 @@ def move_limit(share: float):
 def only_at_yield(turn):
     """Limits of joints that carry less than 0.999 of theirs stay as they were."""
     limits, following = turn.last.limits, turn.limits()
-    n, s, _ = turn.last.state.q.reshape(3, -1)[:, turn.problem.sliding]
+    n, s, _ = turn.problem.by_kind(turn.last.state.q)[:, turn.problem.sliding]
     stays = np.abs(s) < (1 - 1e-3) * limits.at(n)
     slope, cohesion = (
         np.where(stays, getattr(limits, name), getattr(following, name)) for name in ("slope", "cohesion")

@@ -52,7 +52,7 @@ class Limits:
 
     def allow(self, q: np.ndarray, rates: float) -> bool:
         """Whether a state's forces (3c,) and the sum of its rates stay below what is assumed."""
-        forces = np.abs(q).reshape(3, -1)[:2]
+        forces = np.abs(q.reshape(-1, len(self.normal)))[:2]
         most = np.stack([self.normal, self.forces[2::3]])
         within = self.forces_derived or bool((forces <= most + BEYOND_LIMITS * (1 + most)).all())
         return within and (self.rates_derived or rates < self.rates)
@@ -124,7 +124,7 @@ def _largest_forces(
     columns = session.columns(q)
     for number, column in enumerate(targets.tolist()):
         for sign in (1.0, -1.0) if column >= c else (1.0,):
-            session.set_costs(q, -sign * _unit(3 * c, column))
+            session.set_costs(q, -sign * _unit(problem.B.shape[1], column))
             if session.solve() is not Verdict.OPTIMAL:
                 values[number] = np.inf
                 break
@@ -152,13 +152,13 @@ def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
     ``highest`` times the live load's work; ``inf`` where the solver finds no largest of some face."""
     motion = CvxpyMotion(problem, raising=highest * problem.live_norm)
     session, mechanism = HighsSession(motion.program, effort, _PURPOSE), motion.mechanism
-    k, faces = len(problem.sliding), problem.faces
+    slides, faces = problem.table.slides.stop, problem.faces
     of_rates, of_velocities = session.columns(mechanism.p), session.columns(mechanism.d)
     values, short, of_motion = np.zeros(faces), np.zeros(faces), np.zeros((faces, len(of_velocities)))
     for face in range(faces):
         most = np.full(faces, np.inf)
-        if face < 2 * k:
-            most[(face + k) % (2 * k)] = 0.0
+        if face < slides:
+            most[(face + slides // 2) % slides] = 0.0
         session.set_most(mechanism.p, most)
         session.set_costs(mechanism.p, -_unit(faces, face))
         verdict = session.solve()

@@ -19,7 +19,6 @@ from masonry_opt.methods.bracket.relaxation import (
     RADII,
     Distances,
     Relaxation,
-    edge_lengths,
     relaxed,
 )
 from masonry_opt.methods.refined.method import RefinedOptions, refined
@@ -99,7 +98,7 @@ def assumed_rates(problem: Problem, d: np.ndarray | None) -> float:
 
 def _rates(problem: Problem, d: np.ndarray) -> float:
     """The sum of slips and edge openings under block velocities (3b,)."""
-    return float(problem.rates(d, problem.dilatancy) @ edge_lengths(problem))
+    return float(problem.rates(d, problem.dilatancy) @ problem.face_length)
 
 
 def a_little_above(best: float) -> float:

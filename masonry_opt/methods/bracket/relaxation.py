@@ -12,7 +12,6 @@ from scipy.sparse.csgraph import shortest_path
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bracket.limits import Limits, velocities_by_rates
 from masonry_opt.models.pyomo_products import PyomoProducts
-from masonry_opt.problem.edges import EdgeFactors
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs_lp import LinearProgram
 from masonry_opt.solvers.highs_session import HighsSession
@@ -71,7 +70,7 @@ class Distances:
     """Between joints, shape (c, c), and from joints to blocks, shape (c, b), in blocks that touch."""
 
     def __init__(self, problem: Problem) -> None:
-        touches = EdgeFactors(problem).touches.astype(float)
+        touches = problem.matrices.ends.toarray()
         between = shortest_path(touches @ touches.T, directed=False, unweighted=True)
         of_joint = [np.flatnonzero(column) for column in touches.T]
         self.to_blocks = np.array([between[blocks].min(axis=0) for blocks in of_joint])
@@ -110,9 +109,9 @@ def _reach(model: PyomoProducts, lp: LinearProgram, highest: float, of: Limits) 
     """How large each column may be for the solver, shape (columns,): limits of statics times velocities."""
     problem, factors = model.problem, model.factors
     of_motion = np.ones(factors.velocities.stop + 1)
-    turning = factors.velocities.start + 2
     of_motion[:-1] = _FASTEST
-    of_motion[turning:-1:3] /= np.median(2 * problem.half_length)
+    turning = problem.moments(of_motion[factors.velocities.start : -1])
+    turning /= np.median(2 * problem.half_length)
     column, of_statics, k = _columns(model, lp, highest, of)
     reach = np.empty(len(lp.cost))
     reach[column] = of_statics * of_motion[k]
@@ -175,11 +174,5 @@ def _proven(
     rates, velocities = of_motion[: factors.velocities.start], of_motion[factors.velocities.start : -1]
     by_rates = np.abs(velocities_by_rates(problem)).T @ velocities
     # in_edges turns rates into openings, so what is paid for each unit of opening is divided twice.
-    by_edges = factors.in_edges(by_rates / edge_lengths(problem) ** 2)
+    by_edges = factors.in_edges(by_rates / problem.face_length**2)
     return max(of.lowest, value - of_motion[-1] - of.rates * float((rates + by_edges).max()))
-
-
-def edge_lengths(problem: Problem) -> np.ndarray:
-    """What a face's rate is multiplied by to be a slip or an edge's opening, shape (faces,)."""
-    rocking = 2 * problem.half_length
-    return np.concatenate([np.ones(2 * len(problem.sliding)), rocking, rocking])

@@ -84,12 +84,16 @@ def refiner_of(task: Task) -> Refiner:
     """The programs of a task's problem, kept."""
     problem, effort = task.problem, task.effort
     with effort.measure("build"):
-        return task.kept.of(
-            "refiner",
-            problem,
-            lambda: Refiner(problem, effort),
-            lambda before: Refiner(problem, effort, like=before),
-        )
+        return task.kept.of("refiner", problem, effort, lambda: Refiner(problem, effort))
+
+
+#: Declared programs find themselves in compiled ones by their variables: both are kept.
+_Programs = tuple[CvxpyForces, CvxpyMotion, LinearProgram, LinearProgram]
+
+
+def _programs(problem: Problem) -> _Programs:
+    forces, motion = CvxpyForces(problem), CvxpyMotion(problem)
+    return forces, motion, LinearProgram.of(forces.program), LinearProgram.of(motion.program)
 
 
 class Refiner:
@@ -97,8 +101,7 @@ class Refiner:
 
     Parameters
     ----------
-    like: a refiner of a problem that differs in the joints' law alone: its declared programs serve here too,
-        with other friction and cohesion. Nothing else of it does.
+    programs: the declared and compiled programs, where another refiner has them.
 
     Attributes
     ----------
@@ -110,20 +113,9 @@ class Refiner:
         ``descend``: where there are any, that nothing lowers λ is not known.
     """
 
-    def __init__(self, problem: Problem, effort: Effort, like: Refiner | None = None) -> None:
+    def __init__(self, problem: Problem, effort: Effort, programs: _Programs | None = None) -> None:
         self.problem, self.effort = problem, effort
-        same_motion = like is not None and np.array_equal(like.problem.dilatancy, problem.dilatancy)
-        compiled = like._under(problem) if like is not None and same_motion else None
-        # Declared programs find themselves in compiled ones by their variables: both are kept.
-        self._forces: CvxpyForces
-        self._motion: CvxpyMotion
-        self._kinematics: HighsSession
-        if like is not None and compiled is not None:
-            self._forces, self._motion = like._forces, like._motion
-            forces, motion = compiled, like._kinematics.lp
-        else:
-            self._forces, self._motion = CvxpyForces(problem), CvxpyMotion(problem)
-            forces, motion = (LinearProgram.of(model.program) for model in (self._forces, self._motion))
+        self._forces, self._motion, forces, motion = programs or _programs(problem)
         self._statics = HighsSession(forces, effort, _PURPOSE)
         self._kinematics = HighsSession(motion, effort, _PURPOSE)
         self._minimise_load_factor()
@@ -132,15 +124,19 @@ class Refiner:
         self.left: dict[str, float | None] = {}
         self.deadline = inf
 
-    def _under(self, law: Problem) -> LinearProgram | None:
-        """The static program under the friction and cohesion of another problem; None where a friction is
-        zero, which is not in the matrix."""
-        if not (law.friction.all() and self.problem.friction.all()):
-            return None
-        lp, k = self._statics.lp, len(law.sliding)
-        faces, normal = lp.rows[id(self._forces.within_yield)], lp.columns[id(self._forces.statics.q)]
-        both = np.tile(normal[law.sliding], 2), np.tile(-law.friction, 2), np.tile(law.cohesion, 2)
-        return lp.changed(faces[: 2 * k], *both)
+    def under(self, problem: Problem, effort: Effort) -> Refiner:
+        """A refiner of a problem that differs in friction, cohesion and dilatancy alone: of this one it has
+        the declared programs, and nothing else. Where dilatancy differs, or a friction is zero, which is not
+        in the matrix, it has programs of its own."""
+        same_motion = np.array_equal(self.problem.dilatancy, problem.dilatancy)
+        if not (same_motion and problem.friction.all() and self.problem.friction.all()):
+            return Refiner(problem, effort)
+        lp, slides = self._statics.lp, problem.table.slides
+        faces = lp.rows[id(self._forces.within_yield)][slides]
+        normal = lp.columns[id(self._forces.statics.q)][problem.face_joint[slides]]
+        friction = (problem.limit_factors @ problem.friction)[slides]
+        forces = lp.changed(faces, normal, -friction, problem.face_cohesion[slides])
+        return Refiner(problem, effort, (self._forces, self._motion, forces, self._kinematics.lp))
 
     @property
     def size(self) -> LpSize:
@@ -248,9 +244,7 @@ class Refiner:
         """Forces (3c,) that maximise λ, in units of the live load, less cost·n of the joints that can slide,
         cost of shape (k,); and the rates (faces,) that go with them. None if there are none."""
         problem = self.problem
-        on_forces = np.zeros(3 * problem.joints)
-        on_forces[problem.sliding] = cost
-        if not self._solved_at(-problem.live_norm, on_forces):
+        if not self._solved_at(-problem.live_norm, problem.N.T @ cost):
             return None
         forces = self._forces
         return self._statics.values(forces.statics.q), np.abs(self._statics.duals(forces.within_yield))
@@ -269,7 +263,7 @@ class Refiner:
         return solved
 
     def _minimise_load_factor(self) -> None:
-        self._cost(self.problem.live_norm, np.zeros(3 * self.problem.joints))
+        self._cost(self.problem.live_norm, np.zeros(self.problem.B.shape[1]))
 
     def _cost(self, load_cost: float, force_cost: np.ndarray) -> None:
         statics = self._forces.statics

@@ -107,7 +107,7 @@ class Search:
         met, problem = self.met, self.problem
         first = None if q is None else self.refiner.settled(q)
         yield met.seen("start", first)
-        more = replace(problem, friction=_MORE_FRICTION * problem.friction)
+        more = replace(problem, law=replace(problem.law, friction=_MORE_FRICTION * problem.friction))
         second = self._settled(self._of_pass(more))
         yield met.seen("friction", second)
         if problem.joints > SMALL:
@@ -157,9 +157,8 @@ class Search:
         problem = self.problem
         spread = np.exp(rng.uniform(*np.log(_FRICTIONS)))
         factor = np.exp(spread * rng.standard_normal(problem.joints))[problem.sliding]
-        return self._of_pass(
-            replace(problem, friction=np.maximum(problem.friction * factor, problem.dilatancy))
-        )
+        friction = np.maximum(problem.friction * factor, problem.dilatancy)
+        return self._of_pass(replace(problem, law=replace(problem.law, friction=friction)))
 
     def with_other_loads(self, rng: np.random.Generator) -> np.ndarray | None:
         """Forces of a pass with each load changed."""
@@ -173,15 +172,14 @@ class Search:
         """Forces at which the cost of a normal force is what Coulomb's joints do not dilate,
         (μ − tan φ₀) |slip| (Acary, Cadoux, Lemaréchal & Malick 2011), from random costs."""
         problem = self.problem
-        k = len(problem.sliding)
         closing = problem.friction - problem.dilatancy
-        cost = closing * rng.exponential(1.0, k)
+        cost = closing * rng.exponential(1.0, len(closing))
         for _ in range(_FIXED_POINT):
             found = self.refiner.at_cost(cost)
             if found is None:
                 return None
             q, p = found
-            last, cost = cost, closing * np.abs(p[k : 2 * k] - p[:k])
+            last, cost = cost, closing * problem.table.slip_speed(p)
             if np.abs(cost - last).max(initial=0.0) <= _SETTLED * max(1.0, last.max(initial=0.0)):
                 break
         return q

@@ -104,6 +104,7 @@ def _declare(task: Task, attempt: Attempt) -> Driver:
     return task.kept.of(
         ("sub-problems", solver.key, of_load),
         task.problem,
+        task.effort,
         lambda: Driver(
             task.problem,
             "static",
@@ -114,7 +115,6 @@ def _declare(task: Task, attempt: Attempt) -> Driver:
             purpose="sub-problems",
             repeats=True,
         ),
-        lambda before: before.renew(limits, task.effort),
     )
 
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
 from scipy.sparse.linalg import lsqr
 
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.problem import Law, Problem
 from masonry_opt.problem.state import State
 
 
@@ -100,10 +99,7 @@ class EdgeForm:
 
     def __init__(self, problem: Problem) -> None:
         self.problem = problem
-        one, arm = sp.eye_array(problem.joints), sp.diags_array(problem.lever)
-        self.from_edges = sp.block_array(
-            [[one, one, None], [None, None, one], [-arm, arm, None]], format="csr"
-        )
+        self.from_edges = problem.table.from_edges
         self.A = (problem.B @ self.from_edges).tocsr()
         self.At = self.A.T.tocsr()
         # Where all joints can slide a slice takes them, without a copy.
@@ -111,16 +107,16 @@ class EdgeForm:
         self.sliding: np.ndarray | slice = slice(None) if every else problem.sliding
         rocking = 2 * problem.joints
         self.G = (problem.R[rocking:] @ self.from_edges)[:, :rocking].tocsr()
-        self._whole_moment = problem.crushing_moment[problem.faces - self.G.shape[0] :]
+        self._whole_moment = problem.crushing_moment[problem.table.chords]
+        self._lengths = problem.face_length[problem.table.rocks]
         # Nothing of the joints' law, so that forms under other laws share them.
-        self.least_forces = lsqr(self.A, -problem.dead, atol=1e-8, btol=1e-8, iter_lim=300)[0].reshape(3, -1)
+        least = lsqr(self.A, -problem.dead, atol=1e-8, btol=1e-8, iter_lim=300)[0]
+        self.least_forces = problem.by_kind(least)
 
-    def under(self, law: Problem) -> EdgeForm:
-        """The same, of joints under the law of another problem."""
+    def under(self, law: Law) -> EdgeForm:
+        """The same, of joints under another law."""
         other = copy(self)
-        other.problem = self.problem.with_law(
-            friction=law.friction, cohesion=law.cohesion, dilatancy=law.dilatancy
-        )
+        other.problem = replace(self.problem, law=law)
         return other
 
     def slacks(self, x: np.ndarray, slope: np.ndarray) -> np.ndarray:
@@ -156,7 +152,7 @@ class EdgeForm:
 
     def moves(self, d: np.ndarray) -> np.ndarray:
         """Motion of edges and shear under block velocities, shape (3, c)."""
-        moved: np.ndarray = (self.At @ d).reshape(3, -1)
+        moved: np.ndarray = self.problem.by_kind(self.At @ d)
         return moved
 
     def residuals(self, at: Iterate, slope: np.ndarray) -> Residuals:
@@ -174,20 +170,17 @@ class EdgeForm:
 
     def state(self, at: Iterate) -> State:
         """An iterate as a state of the problem."""
-        edges = at.opening / (2 * self.problem.lever)
-        p = np.concatenate([at.slip.ravel(), edges.ravel(), at.crushed])
+        edges = at.opening.ravel() / self._lengths
+        p = np.concatenate([at.slip.ravel(), edges, at.crushed])
         return State(at.load_factor, self.from_edges @ at.x.ravel(), at.d, p)
 
     def iterate(self, state: State) -> Iterate:
         """A state as an iterate, whose slacks are those of its forces."""
-        problem, k, c = self.problem, len(self.problem.sliding), self.problem.joints
-        n, s, m = state.q.reshape(3, -1)
-        moment = m / problem.lever
-        x = np.stack([(n - moment) / 2, (n + moment) / 2, s])
-        edges = state.p[2 * k : 2 * (k + c)].reshape(2, -1) * 2 * problem.lever
+        problem, table, p = self.problem, self.problem.table, state.p
+        x = np.stack([*problem.edge_forces(state.q), problem.by_kind(state.q)[1]])
         z = problem.cohesion + self.slacks(x, problem.friction)
-        slip, crushed = state.p[: 2 * k].reshape(2, k), state.p[2 * (k + c) :]
-        return Iterate(state.load_factor, x, z, state.d, edges, slip, self.room(x), crushed)
+        edges, slip = (p[table.rocks] * self._lengths).reshape(2, -1), p[table.slides].reshape(z.shape)
+        return Iterate(state.load_factor, x, z, state.d, edges, slip, self.room(x), p[table.chords])
 
 
 def moved(at: Iterate, lengths: tuple[float, float], by: Iterate) -> Iterate:

@@ -92,19 +92,20 @@ def start(form: EdgeForm) -> Iterate:
     thousand times the weights: their rates are as much smaller, or their energy would be all of the gap."""
     problem = form.problem
     forces = form.least_forces.copy()
-    weight = float(np.hypot(problem.dead[0::3], problem.dead[1::3]).mean()) or 1.0
+    weight = float(problem.force_sizes(problem.dead).mean()) or 1.0
     least = max(weight, 0.1 * float(np.abs(forces).max()))
     forces[:2] = np.maximum(forces[:2], least)
     slacks = problem.cohesion + form.slacks(forces, problem.friction)
     # f_L·d is a sum over components, which depends on the axes: unit rates are those along the live load.
-    along = float(np.hypot(problem.live[0::3], problem.live[1::3]).sum() + np.abs(problem.live[2::3]).sum())
+    live, moments = problem.force_sizes(problem.live), problem.moments(problem.live)
+    along = float(live.sum() + np.abs(moments).sum())
     rate = problem.live_norm / along
     room = np.maximum(form.room(forces), least)
     return Iterate(
         0.0,
         forces,
         np.maximum(slacks, least),
-        np.zeros(3 * problem.blocks),
+        np.zeros_like(problem.dead),
         np.full_like(forces[:2], rate),
         np.full_like(slacks, rate),
         room,

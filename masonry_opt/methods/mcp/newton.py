@@ -18,7 +18,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate
-from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.problem import Law
 
 #: Stiffnesses are cut off so far above what the gap lets a mechanism have: beyond, the rounding of what
 #: stands still (1e-16 of it) would drown the stiffness of what moves, which falls with the gap. The cut acts
@@ -64,22 +64,23 @@ class Elimination:
 
     def __init__(self, form: EdgeForm) -> None:
         self.form, problem = form, form.problem
-        b, c = problem.blocks, problem.joints
+        b, c, of_block = problem.blocks, problem.joints, problem.layout.rows
         entries = form.A.tocoo()
-        joint, kind, block = entries.col % c, entries.col // c, entries.row // 3
+        joint, kind, block = entries.col % c, entries.col // c, entries.row // of_block
         # A joint's blocks, one where the other is fixed (-1), and its part of A, shape (c, 6, 3).
         touching = np.unique(joint * np.int64(b) + block)
         of_joint = touching // b
         second = np.r_[False, of_joint[1:] == of_joint[:-1]].astype(int)
         ends = np.full((2, c), -1)
         ends[second, of_joint] = touching % b
-        self._levers = np.zeros((c, 6, 3))
+        self._levers = np.zeros((c, 2 * of_block, problem.layout.kinds))
         end = (block != ends[0, joint]).astype(int)
-        self._levers[joint, 3 * end + entries.row % 3, kind] = entries.data
-        self.size = size = 3 * b + 1
-        self._order = np.append((3 * _order(ends, b)[:, None] + np.arange(3)).ravel(), size - 1)
-        of_end = 3 * ends.T[:, :, None] + np.arange(3)
-        rows = np.where(ends.T[:, :, None] >= 0, self._order[of_end], -1).reshape(c, 6)
+        self._levers[joint, of_block * end + entries.row % of_block, kind] = entries.data
+        self.size = size = problem.dead.size + 1
+        components = np.arange(of_block)
+        self._order = np.append((of_block * _order(ends, b)[:, None] + components).ravel(), size - 1)
+        of_end = of_block * ends.T[:, :, None] + components
+        rows = np.where(ends.T[:, :, None] >= 0, self._order[of_end], -1).reshape(c, -1)
         down, across = np.broadcast_arrays(rows[:, :, None], rows[:, None, :])
         self._kept = (down >= 0) & (across >= 0)
         loaded = np.flatnonzero(problem.live)
@@ -91,8 +92,8 @@ class Elimination:
         self._starts = np.searchsorted(places // size, np.arange(size + 1)).astype(np.int32)
         self._border = np.concatenate([-problem.live[loaded], problem.live[loaded]])
 
-    def under(self, law: Problem) -> Elimination:
-        """The same, of joints under the law of another problem."""
+    def under(self, law: Law) -> Elimination:
+        """The same, of joints under another law."""
         other = copy(self)
         other.form = self.form.under(law)
         return other
@@ -300,18 +301,21 @@ class NewtonSystem:
         solution = lu.solve(stacked * rows)  # type: ignore[attr-defined]
         forces, slip, velocities = np.split(solution[:-1], [c3, len(solution) - 1 - b3])
         return Parts(
-            velocities, slip.reshape(right.sliding.shape), forces.reshape(3, -1), float(solution[-1])
+            velocities,
+            slip.reshape(right.sliding.shape),
+            forces.reshape(right.joints.shape),
+            float(solution[-1]),
         )
 
     @cached_property
     def _full_factors(self) -> tuple[object, np.ndarray]:
         """Factors with pivoting of the equations as they stand, and what their rows are scaled by."""
         problem, at, form = self._form.problem, self.at, self._form
-        c, k = problem.joints, len(problem.sliding)
-        size = 3 * c + 2 * k + self.elimination.size
+        c, forces, slips = problem.joints, problem.B.shape[1], problem.table.slides.stop
+        k, size = len(problem.sliding), forces + slips + self.elimination.size
         edges = np.stack([problem.sliding, c + problem.sliding])
-        shear, slip = 2 * c + problem.sliding, 3 * c + np.arange(2 * k).reshape(2, k)
-        block, load = 3 * c + 2 * k + np.arange(3 * problem.blocks), size - 1
+        shear, slip = 2 * c + problem.sliding, forces + np.arange(slips).reshape(2, k)
+        block, load = forces + slips + np.arange(problem.dead.size), size - 1
         A, rocking = form.A.tocoo(), self._rocking.ravel()
         sliding, loaded = np.broadcast_to(slip[:, None], (2, 2, k)), np.broadcast_to(edges, (2, 2, k))
         entries = [

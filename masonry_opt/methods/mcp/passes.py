@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from dataclasses import replace
 
-import numpy as np
-
+from masonry_opt.effort import Effort
 from masonry_opt.methods.mcp.edge_form import EdgeForm
 from masonry_opt.methods.mcp.history import NewtonStep
 from masonry_opt.methods.mcp.interior_point import Outcome, run
@@ -23,24 +23,23 @@ NEAR = 1e-4
 class Passes:
     """Passes over a problem by one set of rules after another.
 
-    Parameters
-    ----------
-    like: passes over a problem that may differ in the joints' law alone, whose matrices then serve here too.
-
     Attributes
     ----------
     outcome, gap: how the last one ended, and its last iterate's gap.
     """
 
-    def __init__(self, problem: Problem, like: Passes | None = None) -> None:
+    outcome: Outcome
+    gap: float
+
+    def __init__(self, problem: Problem) -> None:
         self._problem, self._unit = problem, _unit_of_load(problem)
-        self._elimination: Elimination
-        if like is not None and problem.same_matrices(like._problem):
-            self._elimination = like._elimination.under(problem)
-        else:
-            self._elimination = Elimination(EdgeForm(replace(problem, live=self._unit * problem.live)))
-        self.outcome: Outcome
-        self.gap: float
+        self._elimination = Elimination(EdgeForm(replace(problem, live=self._unit * problem.live)))
+
+    def under(self, problem: Problem, effort: Effort | None = None) -> Passes:
+        """Passes over a problem that differs in friction, cohesion and dilatancy alone."""
+        other = copy(self)
+        other._problem, other._elimination = problem, self._elimination.under(problem.law)
+        return other
 
     def run(
         self, rules: Rules, follow: Callable[[NewtonStep], None] = lambda _: None, near: float = NEAR
@@ -65,20 +64,18 @@ class Passes:
 
     def over(self, problem: Problem, follow: Callable[[NewtonStep], None]) -> State | None:
         """The state that the first pass over a problem of other loads or law ends in."""
-        return Passes(problem, like=self).run(ATTEMPTS[0], follow)
+        same = problem.same_program(self._problem)
+        return (self.under(problem) if same else Passes(problem)).run(ATTEMPTS[0], follow)
 
 
 def passes_of(task: Task) -> Passes:
     """Passes over a task's problem, their matrices kept."""
-    problem = task.problem
-    return task.kept.of(
-        "passes", problem, lambda: Passes(problem), lambda before: Passes(problem, like=before)
-    )
+    return task.kept.of("passes", task.problem, task.effort, lambda: Passes(task.problem))
 
 
 def _unit_of_load(problem: Problem) -> float:
     """What makes live loads as large as the dead loads of the blocks that carry them: the gap is measured
     against the live load's work, at some least λ."""
-    dead, live = (np.hypot(load[0::3], load[1::3]) for load in (problem.dead, problem.live))
+    dead, live = problem.force_sizes(problem.dead), problem.force_sizes(problem.live)
     weights = float(dead[live > 0].sum()), float(dead.sum())
     return next((weight / float(live.sum()) for weight in weights if weight and live.any()), 1.0)

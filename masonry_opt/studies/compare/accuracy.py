@@ -199,17 +199,17 @@ def _statics(problem: Problem) -> _Polyhedron:
         b=-problem.dead,
         G=sp.hstack([slacks, sp.csr_array((problem.faces, 1))], format="csr"),
         g=problem.face_cohesion / arm,
-        cost=np.append(np.zeros(3 * problem.joints), 1.0),
+        cost=np.append(np.zeros(problem.B.shape[1]), 1.0),
     )
 
 
 def _kinematics(problem: Problem) -> _Polyhedron:
     """Eq. (10) over (d, p): Bᵀd = D p, f_L·d = Σ|f_L|, p ≥ 0."""
-    velocities, faces = 3 * problem.blocks, problem.faces
+    velocities, faces = problem.B.shape[0], problem.faces
     live = np.append(problem.live, np.zeros(faces))
     return _Polyhedron(
         A=sp.vstack([sp.hstack([problem.B.T, -problem.D(problem.friction)]), live[None, :]], format="csr"),
-        b=np.append(np.zeros(3 * problem.joints), problem.live_norm),
+        b=np.append(np.zeros(problem.B.shape[1]), problem.live_norm),
         G=sp.hstack([sp.csr_array((faces, velocities)), sp.eye_array(faces)], format="csr"),
         g=np.zeros(faces),
         cost=np.concatenate([-problem.dead, problem.face_cohesion]) / problem.live_norm,

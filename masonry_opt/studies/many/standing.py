@@ -114,7 +114,9 @@ def standing(scene: Scene) -> Standing:
 
 def _of_normal(problem: Problem) -> np.ndarray:
     """One in place of each normal force, shape (3c,)."""
-    return (np.arange(3 * problem.joints) < problem.joints).astype(float)
+    one = np.zeros(problem.B.shape[1])
+    problem.normal_forces(one)[:] = 1.0
+    return one
 
 
 def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None:

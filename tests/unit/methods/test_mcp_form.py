@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from residuals import residuals
 from scenes import KINDS_OF_JOINTS
 
 import masonry_opt as mo
@@ -61,7 +62,7 @@ def assert_as_declared(form: EdgeForm, at: Iterate) -> None:
     """The residuals under the joints' own flow rule are the declared ones, of the same state."""
     problem, k, c = form.problem, len(form.problem.sliding), form.problem.joints
     ours = form.residuals(at, problem.dilatancy)
-    declared = PyomoMcp(problem).residuals(form.state(at))
+    declared = residuals(PyomoMcp(problem), form.state(at))
     np.testing.assert_allclose(ours.statics, declared.equilibrium, atol=ROUNDING)
     np.testing.assert_allclose(
         ours.motion.ravel(), form.from_edges.T @ declared.compatibility, atol=ROUNDING * max(np.abs(at.d))

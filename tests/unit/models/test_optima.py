@@ -76,7 +76,8 @@ def optimum(model):
 
 def weaker_forces(problem):
     """Forces of less friction, under which nothing slides freely."""
-    q = declared(replace(problem, friction=0.8 * problem.friction)).solve().state.q
+    weaker = replace(problem.law, friction=0.8 * problem.friction)
+    q = declared(replace(problem, law=weaker)).solve().state.q
     return q, np.maximum(problem.slacks(q), 0.0)
 
 

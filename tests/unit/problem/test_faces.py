@@ -8,7 +8,6 @@ from scenes import KINDS_OF_JOINTS, block_on_floor, irregular
 
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.chords import CHORDS
-from masonry_opt.problem.problem import ShearLimits
 
 PROBLEMS = {name: assemble(scene).problem for name, scene in KINDS_OF_JOINTS.items()} | {
     "irregular": assemble(irregular()).problem
@@ -139,10 +138,3 @@ def test_rates_of_blocks_that_pass_into_each_other_are_never_negative():
         np.testing.assert_allclose(departure[slip], 0, atol=1e-12)
         np.testing.assert_allclose(departure[2 * problem.joints :], 0, atol=1e-12)
         assert departure.max() < 1e-12
-
-
-def test_true_shear_limits_are_the_joints_own(problem):
-    limits = ShearLimits.true(problem)
-    np.testing.assert_array_equal(limits.slope, problem.friction)
-    np.testing.assert_array_equal(limits.cohesion, problem.cohesion)
-    assert len(problem.friction) == len(problem.cohesion) == len(problem.dilatancy) == len(problem.sliding)
