@@ -61,15 +61,15 @@ def solve(
     progress:
         Called with every step: :class:`~.mcp.history.NewtonStep`,
         :class:`~.loop.history.Iteration` of the loop, :class:`~.mpec.Relaxation`,
-        :class:`~.refined.method.Refinement`, :class:`~.bracket.relaxation.Relaxation` of "global".
+        :class:`~.refined.Refinement`, :class:`~.bracket.relaxation.Relaxation` of "global".
     phases:
         Called with a few words as each phase begins, such as "finding joints", "does it stand under its dead
         load?", "sub-problem 3", "exact forces": what large scenes spend their minutes on, before and between
         steps.
     **options:
-        The method's own: :class:`~.mcp.method.McpOptions`, :class:`~.loop.options.LoopOptions`,
-        :class:`~.mpec.MpecOptions`, :class:`~.refined.method.RefinedOptions`,
-        :class:`~.bracket.method.GlobalOptions`.
+        The method's own: :class:`~.mcp.one_pass.McpOptions`, :class:`~.loop.options.LoopOptions`,
+        :class:`~.mpec.MpecOptions`, :class:`~.refined.RefinedOptions`,
+        :class:`~.bracket.bracket.GlobalOptions`.
 
     Returns
     -------

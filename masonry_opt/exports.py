@@ -13,8 +13,8 @@ from masonry_opt.analysis import solve
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
 from masonry_opt.files import MARK, refuse_replacing, refuse_unwritable, write_whole
-from masonry_opt.methods.bracket.limits import Limits, limits
-from masonry_opt.methods.bracket.method import a_little_above, assumed_rates
+from masonry_opt.methods.bracket.bounds import Limits, limits
+from masonry_opt.methods.bracket.bracket import a_little_above, assumed_rates
 from masonry_opt.methods.bracket.relaxation import edge_lengths
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.models.pyomo_global import PyomoGlobal

@@ -68,7 +68,7 @@ class Result:
         velocities scaled so that the live load does the work Σ|f_L|, the sum over its components.
     history: frame, one row a step: a sub-problem of the loop (see :class:`~.loop.history.Iteration`), a
         relaxation of the MPEC (:class:`~.mpec.Relaxation`), a lower state of the refinement
-        (:class:`~.refined.method.Refinement`); empty for a single linear program.
+        (:class:`~.refined.Refinement`); empty for a single linear program.
     flow_rule_matters: False if the loop began with an associative answer that already obeys the joints' own
         flow rule; method "mcp" does not look.
     iterations: of the solver, summed.

@@ -14,7 +14,7 @@ import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bracket import method
-from masonry_opt.methods.bracket.limits import limits, limits_from
+from masonry_opt.methods.bracket.bounds import limits, limits_from
 from masonry_opt.methods.bracket.relaxation import RADII, Distances, Relaxation, relaxed
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.solvers.highs_session import HighsSession

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse.csgraph import shortest_path
 
 from masonry_opt.effort import Effort
-from masonry_opt.methods.bracket.limits import Limits, velocities_by_rates
+from masonry_opt.methods.bracket.bounds import Limits, velocities_by_rates
 from masonry_opt.models.pyomo_products import PyomoProducts
 from masonry_opt.problem.edges import EdgeFactors
 from masonry_opt.problem.problem import Problem

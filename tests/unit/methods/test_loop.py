@@ -266,7 +266,7 @@ def test_solvers_that_cannot_stop_early_solve_accurately(solver):
 def test_rough_sub_problems_are_solved_roughly(monkeypatch):
     asked = []
     monkeypatch.setattr(
-        "masonry_opt.methods.loop.method.rougher",
+        "masonry_opt.methods.loop.nonassociative.rougher",
         lambda solver, tolerance: asked.append(tolerance) or rougher(solver, tolerance),
     )
     mo.solve(two_blocks(), "nonassociative", sub_problems="accurate")

@@ -10,7 +10,7 @@ from scenes import CASES, UNCRUSHED, small_wall
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.effort import Effort
-from masonry_opt.methods.bracket.limits import limits, limits_from
+from masonry_opt.methods.bracket.bounds import limits, limits_from
 from masonry_opt.methods.bracket.relaxation import Distances
 from masonry_opt.models.pyomo_arrays import values
 from masonry_opt.models.pyomo_products import PyomoProducts

@@ -15,7 +15,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.exact.refiner import ExactState, OutOfTime, Refiner, refiner_of
 from masonry_opt.methods.exact.search import Candidate, Met, Search, lower_of
-from masonry_opt.methods.mcp.method import McpOptions, mcp
+from masonry_opt.methods.mcp.one_pass import McpOptions, mcp
 from masonry_opt.methods.mcp.passes import passes_of
 from masonry_opt.methods.task import Options, Task, of_same_scene
 from masonry_opt.solvers.registry import find_solver

@@ -13,7 +13,7 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.associative import associative
-from masonry_opt.methods.bracket.limits import Limits, limits, limits_from
+from masonry_opt.methods.bracket.bounds import Limits, limits, limits_from
 from masonry_opt.methods.bracket.relaxation import (
     LEAST_TIME,
     RADII,
@@ -22,7 +22,7 @@ from masonry_opt.methods.bracket.relaxation import (
     edge_lengths,
     relaxed,
 )
-from masonry_opt.methods.refined.method import RefinedOptions, refined
+from masonry_opt.methods.refined import RefinedOptions, refined
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.registry import find_solver
