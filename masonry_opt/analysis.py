@@ -60,8 +60,8 @@ def solve(
         Feasibility and gap tolerance asked of the solver, for the same three (default 1e-9).
     progress:
         Called with every step: :class:`~.mcp.history.NewtonStep`,
-        :class:`~.loop.history.Iteration` of the loop, :class:`~.mpec.Relaxation`,
-        :class:`~.refined.Refinement`, :class:`~.bracket.relaxation.Relaxation` of "global".
+        :class:`~.loop.history.Iteration` of the loop, :class:`~.mpec.RelaxationStep`,
+        :class:`~.refined.Refinement`, :class:`~.bracket.relaxation.BoundStep` of "global".
     phases:
         Called with a few words as each phase begins, such as "finding joints", "does it stand under its dead
         load?", "sub-problem 3", "exact forces": what large scenes spend their minutes on, before and between

@@ -13,7 +13,7 @@ from masonry_opt.analysis import solve
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
 from masonry_opt.files import MARK, refuse_replacing, refuse_unwritable, write_whole
-from masonry_opt.methods.bracket.bounds import Limits, limits
+from masonry_opt.methods.bracket.bounds import StateBounds, bounds_of
 from masonry_opt.methods.bracket.bracket import a_little_above, assumed_rates
 from masonry_opt.methods.bracket.relaxation import edge_lengths
 from masonry_opt.methods.registry import METHODS
@@ -73,7 +73,7 @@ def _global(assembly: Assembly) -> Declared:
         )
     highest = a_little_above(associative)
     known = solve(assembly.scene, "refined").solution.d
-    of = limits(problem, highest, assumed_rates(problem, known), Effort())
+    of = bounds_of(problem, highest, assumed_rates(problem, known), Effort())
     rates = "follows from kinematics" if of.rates_derived else "is assumed"
     forces = "follow from statics" if of.forces_derived else "are assumed where statics set none"
     model = PyomoGlobal(problem, _most_slack(problem, of), of.rates / edge_lengths(problem), highest)
@@ -85,7 +85,7 @@ def _global(assembly: Assembly) -> Declared:
     ]
 
 
-def _most_slack(problem: Problem, of: Limits) -> np.ndarray:
+def _most_slack(problem: Problem, of: StateBounds) -> np.ndarray:
     """A face of sliding has z ≤ 2 (c + μ n̂), one of rocking z ≤ L n̂."""
     shear = ShearLimits.true(problem).at(of.normal[problem.sliding])
     rocking = problem.half_length * of.normal

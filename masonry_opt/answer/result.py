@@ -67,7 +67,7 @@ class Result:
     blocks: frame, one row a movable block: ``block``, ``x``, ``y`` (centroid), ``vx``, ``vy``, ``omega``;
         velocities scaled so that the live load does the work Σ|f_L|, the sum over its components.
     history: frame, one row a step: a sub-problem of the loop (see :class:`~.loop.history.Iteration`), a
-        relaxation of the MPEC (:class:`~.mpec.Relaxation`), a lower state of the refinement
+        relaxation of the MPEC (:class:`~.mpec.RelaxationStep`), a lower state of the refinement
         (:class:`~.refined.Refinement`); empty for a single linear program.
     flow_rule_matters: False if the loop began with an associative answer that already obeys the joints' own
         flow rule; method "mcp" does not look.

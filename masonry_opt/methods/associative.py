@@ -36,7 +36,7 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
     solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, slope=problem.friction, size=driver.size())
     solution.parabola = parabola
     if answer.state is None:
-        solution.status, why = no_optimum(problem, answer.solved.word, task.solver, task.effort)
+        solution.status, why = no_optimum(problem, answer.solved.status, task.solver, task.effort)
         solution.reasons.append(why)
     else:
         solution.load_factor = answer.state.load_factor

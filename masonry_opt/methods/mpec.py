@@ -57,7 +57,7 @@ class MpecOptions(Options):
 
 
 @dataclass(frozen=True)
-class Relaxation:
+class RelaxationStep:
     """One solve of the series.
 
     Attributes
@@ -157,7 +157,7 @@ def _follow(
             load_factor, largest = state.load_factor, float(products.max())
             gap = float(products.sum()) / task.problem.live_norm
         solution.history.append(
-            Relaxation(epsilon, load_factor, answer.word, answer.iterations, largest, gap, seconds)
+            RelaxationStep(epsilon, load_factor, answer.status, answer.iterations, largest, gap, seconds)
         )
         task.progress(solution.history[-1])
         if not answer.solved or epsilon <= last:

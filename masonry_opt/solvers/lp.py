@@ -26,12 +26,12 @@ class Solved:
     Attributes
     ----------
     verdict: what the program turned out to be.
-    word: the solver's own word for it.
+    status: the solver's own.
     seconds: the solver's own time.
     """
 
     verdict: Verdict
-    word: str
+    status: str
     seconds: float
 
     @property

@@ -15,7 +15,7 @@ from masonry_opt.methods.loop.history import Iteration
 from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.loop.remedies import REMEDIES, Attempt, Remedy, Shortfall, less_slope
 from masonry_opt.methods.loop.run import run
-from masonry_opt.methods.loop.steps import Turn, first_limits
+from masonry_opt.methods.loop.steps import LimitUpdate, first_limits
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Driver
@@ -53,7 +53,7 @@ def nonassociative(task: Task) -> Solution:
     while True:
         if driver is None or _needs_another(attempt, runs[-1].attempt):
             driver = _declare(task, attempt)
-        revise = options.revise or Turn.limits
+        revise = options.revise or LimitUpdate.limits
         solution = run(problem, driver, attempt.parameters, attempt.solver, follow, revise)
         if not solution.history:
             word = solution.reasons[0].values["word"]

@@ -8,7 +8,7 @@ from enum import StrEnum
 from typing import Any
 
 from masonry_opt.answer.status import Status
-from masonry_opt.methods.loop.options import Parameters
+from masonry_opt.methods.loop.options import LoopParameters
 from masonry_opt.solvers.registry import Solver, find_solver, rougher
 
 #: Tolerance that a solver reaches where its own is too tight for a scene.
@@ -19,7 +19,7 @@ _LOOSER = 1e-7
 class Attempt:
     """What a run of the loop works with, and the option that was changed for it, such as "beta=0.3"."""
 
-    parameters: Parameters
+    parameters: LoopParameters
     solver: Solver
     remedy: str = ""
 

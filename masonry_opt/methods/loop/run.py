@@ -13,8 +13,8 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.loop.exact_end import ExactEnd, accurate_end, rough_end
 from masonry_opt.methods.loop.history import Iteration, recorded
-from masonry_opt.methods.loop.options import Parameters
-from masonry_opt.methods.loop.steps import Revise, SubProblem, Turn, corrected, sub_problems
+from masonry_opt.methods.loop.options import LoopParameters
+from masonry_opt.methods.loop.steps import LimitUpdate, Revise, SubProblem, corrected, sub_problems
 from masonry_opt.methods.loop.stopping import LONGEST_PERIOD, diverges, obeys_own_flow, period
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
@@ -34,10 +34,10 @@ _PATIENCE = 30
 def run(
     problem: Problem,
     driver: Driver,
-    parameters: Parameters,
+    parameters: LoopParameters,
     solver: Solver,
     progress: Callable[[Iteration], None] = lambda _: None,
-    revise: Revise = Turn.limits,
+    revise: Revise = LimitUpdate.limits,
 ) -> Solution:
     """Follow the loop to its end.
 
@@ -51,7 +51,7 @@ def run(
 
 
 class _Run:
-    def __init__(self, problem: Problem, driver: Driver, parameters: Parameters, solver: Solver) -> None:
+    def __init__(self, problem: Problem, driver: Driver, parameters: LoopParameters, solver: Solver) -> None:
         self.problem, self.driver, self.parameters, self.solver = problem, driver, parameters, solver
         kind = Kind.LOOP if parameters.finish else Kind.BARE_LOOP
         self.solution = Solution(Status.ITERATION_LIMIT, kind, slope=problem.dilatancy)
@@ -85,7 +85,7 @@ class _Run:
         solution = self.solution
         solution.q = solution.d = None
         if last.number == 1 or last.solved.failed:
-            word = last.solved.word
+            word = last.solved.status
             solution.end(Status.SOLVER_FAILED, Code.SUB_PROBLEM_FAILED, number=last.number, word=word)
         else:
             solution.end(Status.NO_STATE, Code.SUB_PROBLEM_EMPTY, number=last.number)

@@ -16,7 +16,7 @@ from math import inf, isfinite, sqrt
 
 import numpy as np
 
-from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate, Products, Residuals, moved
+from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate, IterateResiduals, Products, moved
 from masonry_opt.methods.mcp.history import NewtonStep
 from masonry_opt.methods.mcp.newton import Elimination, NewtonSystem, Parts, SingularError
 from masonry_opt.methods.mcp.rules import (
@@ -173,7 +173,7 @@ class _Schedule:
         self._largest = max(float(np.abs(problem.dead).max()), 1.0)
         self._most_load = LOST_LOAD * max(float(np.abs(problem.dead).sum()), 1.0) / problem.live_norm
         self.slope = self.friction = problem.dilatancy
-        self.residuals: Residuals
+        self.residuals: IterateResiduals
 
     def look(self, at: Iterate, iteration: int) -> NewtonStep:
         """Set slopes by the gap, and record what the iterate leaves."""
