@@ -59,8 +59,8 @@ def solve(
     tolerance:
         Feasibility and gap tolerance asked of the solver, for the same three (default 1e-9).
     progress:
-        Called with every step: :class:`~.mcp.history.NewtonStep`,
-        :class:`~.loop.history.Iteration` of the loop, :class:`~.mpec.RelaxationStep`,
+        Called with every step: :class:`~.mcp.interior_point.NewtonStep`,
+        :class:`~.loop.run.Iteration` of the loop, :class:`~.mpec.RelaxationStep`,
         :class:`~.refined.Refinement`, :class:`~.bracket.relaxation.BoundStep` of "global".
     phases:
         Called with a few words as each phase begins, such as "finding joints", "does it stand under its dead

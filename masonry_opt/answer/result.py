@@ -66,7 +66,7 @@ class Result:
         where a joint is idle). Forces and lengths in the case's units.
     blocks: frame, one row a movable block: ``block``, ``x``, ``y`` (centroid), ``vx``, ``vy``, ``omega``;
         velocities scaled so that the live load does the work Σ|f_L|, the sum over its components.
-    history: frame, one row a step: a sub-problem of the loop (see :class:`~.loop.history.Iteration`), a
+    history: frame, one row a step: a sub-problem of the loop (see :class:`~.loop.run.Iteration`), a
         relaxation of the MPEC (:class:`~.mpec.RelaxationStep`), a lower state of the refinement
         (:class:`~.refined.Refinement`); empty for a single linear program.
     flow_rule_matters: False if the loop began with an associative answer that already obeys the joints' own

@@ -19,11 +19,10 @@ from masonry_opt.methods.exact.energy import motion_for
 from masonry_opt.methods.exact.refiner import ExactState, refiner_of
 from masonry_opt.methods.exact.search import SMALL, Met, Search, lower_of
 from masonry_opt.methods.loop.exact_end import ExactEnd, rough_end
-from masonry_opt.methods.loop.history import Iteration
 from masonry_opt.methods.loop.nonassociative import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
-from masonry_opt.methods.mcp.history import NewtonStep
-from masonry_opt.methods.mcp.interior_point import Outcome
+from masonry_opt.methods.loop.run import Iteration
+from masonry_opt.methods.mcp.interior_point import NewtonStep, Outcome
 from masonry_opt.methods.mcp.passes import NEAR, Passes, passes_of
 from masonry_opt.methods.mcp.rules import ATTEMPTS, OF_LARGE, Rules
 from masonry_opt.methods.task import Options, Task

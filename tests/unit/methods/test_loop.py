@@ -10,9 +10,8 @@ from scenes import WALLS, block_on_floor, declared, small_wall, two_blocks
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.methods.loop.options import PAPER, ROUGH_FROM, LoopOptions
-from masonry_opt.methods.loop.run import run
+from masonry_opt.methods.loop.run import diverges, obeys_own_flow, period, run
 from masonry_opt.methods.loop.steps import LimitUpdate, SubProblem, corrected
-from masonry_opt.methods.loop.stopping import diverges, obeys_own_flow, period
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.lp import Solved, Verdict
