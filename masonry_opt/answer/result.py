@@ -5,15 +5,14 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import asdict, dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from masonry_opt.answer.acceptance import Kind, passes
 from masonry_opt.answer.certificate import Certificate, certify
-from masonry_opt.answer.frames import block_frame, joint_frame, unsigned
 from masonry_opt.answer.infeasibility import InfeasibilityCertificate
 from masonry_opt.answer.reasons import Reason
 from masonry_opt.answer.solution import Solution
@@ -24,6 +23,7 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.problem import Problem
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.figure import Figure
 
 
@@ -60,15 +60,6 @@ class Result:
     certificate: residuals of λ, forces and mechanism, from the matrices alone; None without λ.
     infeasibility: without λ what is proven of its existence, with residuals from the matrices alone; None
         with λ, of scenes that fall, and above 2000 joints.
-    joints: frame, one row a joint: ``first``, ``second``, ``x``, ``y`` (middle), ``length``, forces on
-        the first block ``n`` (compression > 0), ``s``, ``m``, rates of the first block against the
-        second ``slip``, ``opening``, ``rotation``, and ``utilisation`` (force over its limit, NaN
-        where a joint is idle). Forces and lengths in the case's units.
-    blocks: frame, one row a movable block: ``block``, ``x``, ``y`` (centroid), ``vx``, ``vy``, ``omega``;
-        velocities scaled so that the live load does the work Σ|f_L|, the sum over its components.
-    history: frame, one row a step: a sub-problem of the loop (see :class:`~.loop.run.Iteration`), a
-        relaxation of the MPEC (:class:`~.mpec.RelaxationStep`), a lower state of the refinement
-        (:class:`~.refined.Refinement`); empty for a single linear program.
     flow_rule_matters: False if the loop began with an associative answer that already obeys the joints' own
         flow rule; method "mcp" does not look.
     iterations: of the solver, summed.
@@ -102,9 +93,6 @@ class Result:
     load_factor: float | None
     certificate: Certificate | None
     infeasibility: InfeasibilityCertificate | None
-    joints: pd.DataFrame = field(repr=False)
-    blocks: pd.DataFrame = field(repr=False)
-    history: pd.DataFrame = field(repr=False)
     flow_rule_matters: bool
     iterations: int
     lp_solves: int
@@ -132,6 +120,35 @@ class Result:
         from masonry_opt.report.page.notebook import notebook_html
 
         return notebook_html(self)
+
+    # Frames are made when they are asked for: pandas takes a quarter of a second to import.
+
+    @cached_property
+    def joints(self) -> pd.DataFrame:
+        """A row a joint: ``first``, ``second``, ``x``, ``y`` (middle), ``length``, forces on the first block
+        ``n`` (compression > 0), ``s``, ``m``, rates of the first block against the second ``slip``,
+        ``opening``, ``rotation``, and ``utilisation`` (force over its limit, NaN where a joint is idle).
+        Forces and lengths in the case's units."""
+        from masonry_opt.answer.frames import joint_frame
+
+        return joint_frame(self.assembly, self.solution)
+
+    @cached_property
+    def blocks(self) -> pd.DataFrame:
+        """A row a movable block: ``block``, ``x``, ``y`` (centroid), ``vx``, ``vy``, ``omega``; velocities
+        scaled so that the live load does the work Σ|f_L|, the sum over its components."""
+        from masonry_opt.answer.frames import block_frame
+
+        return block_frame(self.assembly, self.solution)
+
+    @cached_property
+    def history(self) -> pd.DataFrame:
+        """A row a step: a sub-problem of the loop (see :class:`~.loop.run.Iteration`), a Newton step
+        (:class:`~.mcp.interior_point.NewtonStep`), a relaxation of the MPEC (:class:`~.mpec.RelaxationStep`),
+        a lower state of the refinement (:class:`~.refined.Refinement`); empty for a single linear program."""
+        from masonry_opt.answer.frames import history_frame
+
+        return history_frame(self.solution)
 
     @property
     def range(self) -> tuple[float | None, float | None]:
@@ -276,9 +293,6 @@ def make_result(
         load_factor=_unsigned(solution.load_factor),
         certificate=certificate_of(problem, solution),
         infeasibility=solution.infeasibility if solution.load_factor is None else None,
-        joints=joint_frame(assembly, solution),
-        blocks=block_frame(assembly, solution),
-        history=unsigned(pd.DataFrame(solution.history).drop(columns="solved", errors="ignore")),
         flow_rule_matters=solution.flow_rule_matters,
         iterations=effort.iterations,
         lp_solves=effort.lp_solves,

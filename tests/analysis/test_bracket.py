@@ -13,7 +13,7 @@ from scenes import CASES, WALLS, small_wall, two_blocks, values_of
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
-from masonry_opt.methods.bracket import method
+from masonry_opt.methods.bracket import bracket
 from masonry_opt.methods.bracket.bounds import bounds_of, tightened
 from masonry_opt.methods.bracket.relaxation import RADII, BoundStep, Distances, relaxed
 from masonry_opt.problem.assembly import assemble
@@ -67,7 +67,7 @@ def test_limits_of_forces_that_are_assumed_leave_nothing_proven(monkeypatch):
     def assumed(*arguments):
         return replace(bounds_of(*arguments), forces_derived=False)
 
-    monkeypatch.setattr(method, "bounds_of", assumed)
+    monkeypatch.setattr(bracket, "bounds_of", assumed)
     result = mo.solve(TWO_BLOCKS, "global")
     assert values_of(result, Code.WITHIN_IMPOSED)["forces"]
     assert result.bound == pytest.approx(result.load_factor, rel=CLOSED)
@@ -135,14 +135,14 @@ def test_an_answer_that_exceeds_the_assumed_forces_is_not_bounded():
 def test_a_search_that_is_interrupted_ends_the_bracket_too(monkeypatch):
     interrupted = mo.solve(TWO_BLOCKS, "refined").solution
     interrupted.add(Code.SEARCHED, candidates=1, interrupted=True)
-    monkeypatch.setattr(method, "refined", lambda _: interrupted)
+    monkeypatch.setattr(bracket, "refined", lambda _: interrupted)
     with pytest.raises(KeyboardInterrupt):
         mo.solve(TWO_BLOCKS, "global")
 
 
 def test_every_program_is_told_and_begins_where_the_last_ended(monkeypatch):
     """Forces with a joint's own blocks leave a gap: above it forces have less room, and they prove more."""
-    monkeypatch.setattr(method, "RADII", ((0, 0), (0, 1)))
+    monkeypatch.setattr(bracket, "RADII", ((0, 0), (0, 1)))
     steps = []
     result = mo.solve(small_wall(4, 1), "global", progress=steps.append)
     assert len(result.history) == sum(isinstance(step, BoundStep) for step in steps) > 0
@@ -195,7 +195,7 @@ def test_a_start_that_is_not_exact_cuts_nothing_off(monkeypatch):
     loop = mo.solve(WEDGES, "nonassociative")
     least = mo.load(WEDGES).reference["coulomb"].value
     assert loop.certificate.flow > 1e-5
-    monkeypatch.setattr(method, "refined", lambda task: loop.solution)
+    monkeypatch.setattr(bracket, "refined", lambda task: loop.solution)
     result = mo.solve(WEDGES, "global")
     assert result.load_factor is None
     assert result.reasons[0].code is Code.NO_EXACT_STATE
@@ -278,8 +278,8 @@ def test_limits_of_forces_are_found_only_for_a_program_that_follows(monkeypatch,
         called.append("limits")
         return tightened(*of)
 
-    monkeypatch.setattr(method, "relaxed", raised)
-    monkeypatch.setattr(method, "tightened", counted)
-    monkeypatch.setattr(method, "RADII", RADII[:1])
+    monkeypatch.setattr(bracket, "relaxed", raised)
+    monkeypatch.setattr(bracket, "tightened", counted)
+    monkeypatch.setattr(bracket, "RADII", RADII[:1])
     mo.solve(TWO_BLOCKS, "global", time_limit=seconds)
     assert called == ["program", "limits", "program"][: 2 * programs - 1]

@@ -14,7 +14,6 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import same
 from masonry_opt.effort import Effort
-from masonry_opt.explain.existence import existence
 from masonry_opt.methods.exact.energy import motion_for
 from masonry_opt.methods.exact.refiner import ExactState, refiner_of
 from masonry_opt.methods.exact.search import SMALL, Met, Search, lower_of
@@ -91,6 +90,9 @@ def mcp(task: Task) -> Solution:
                 return _descended(task, passes, solution)
             return solution
         if passes.outcome is Outcome.LOST:
+            # Declared in Pyomo, which takes .3 s to import.
+            from masonry_opt.explain.existence import existence
+
             solution.infeasibility = existence(problem, effort)
             if solution.proven_none:
                 solution.end(Status.SOLVER_FAILED, Code.PASS_LOST)
