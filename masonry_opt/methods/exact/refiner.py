@@ -34,9 +34,6 @@ _AT_WORK, _AT_YIELD = 1e-9, 1e-7
 #: λ must fall by this share to count as lower; a dual above this holds it up.
 _LOWER, _HOLDS = 1e-9, 1e-9
 
-#: How often forces are replaced by nearer ones in search of a first exact state.
-_REPAIRS = 10
-
 #: What HiGHS does here, as a result tells it.
 _PURPOSE = "refinement"
 
@@ -176,7 +173,7 @@ class Refiner:
             strength=strength,
         )
 
-    def settled(self, q: np.ndarray, repairs: int = _REPAIRS) -> ExactState | None:
+    def settled(self, q: np.ndarray, repairs: int) -> ExactState | None:
         """The exact state that any forces (3c,) lead to; None if they lead to none.
 
         First on the mechanism that goes with them, descended, then on the one that goes with the forces
@@ -195,7 +192,7 @@ class Refiner:
         self.left = LIMITS[Kind.EXACT].failing(residuals(problem, *state, problem.dilatancy))
         return None if self.left else settled
 
-    def first(self, q: np.ndarray, repairs: int = _REPAIRS) -> ExactState | None:
+    def first(self, q: np.ndarray, repairs: int) -> ExactState | None:
         """(a) and (b) from any forces; None if they do not lead to an exact state.
 
         Where no statics bring the whole support to yield, the forces that come nearest (least p·z)

@@ -35,8 +35,9 @@ _LET_GO = 0.02
 #: Programs of a fixed point at most, and the relative change of its costs at which it ends.
 _FIXED_POINT, _SETTLED = 15, 1e-7
 
-#: Forces are replaced by nearer ones so often at most: what takes longer seldom ends low.
-_REPAIRS = 2
+#: Forces are replaced by nearer ones so often at most, those of the start and others: what takes longer
+#: seldom ends low.
+_REPAIRS_OF_FIRST, _REPAIRS = 10, 2
 
 
 #: The end of a pass over a problem of other loads or law, None if it has none; told of every step taken.
@@ -105,7 +106,7 @@ class Search:
             that once any state is known.
         """
         met, problem = self.met, self.problem
-        first = None if q is None else self.refiner.settled(q)
+        first = None if q is None else self.refiner.settled(q, _REPAIRS_OF_FIRST)
         yield met.seen("start", first)
         more = replace(problem, friction=_MORE_FRICTION * problem.friction)
         second = self._settled(self._of_pass(more))

@@ -100,9 +100,10 @@ def mcp(task: Task) -> Solution:
             break
     word = "its certificate failed" if passes.outcome is Outcome.SOLVED else str(passes.outcome)
     if options.descent and problem.joints <= SMALL:
-        solution.end(Status.CONVERGED, Code.OTHER_STARTS, word=word)
         found = _descended(task, passes, solution)
-        if found.load_factor is not None:
+        if found is not solution:
+            found.status = Status.CONVERGED
+            found.reasons.insert(0, reason(Code.OTHER_STARTS, word=word))
             return found
     if options.fallback:
         return _by_loop(task, solution, Code.LOOP_TOOK_OVER, word=word)
