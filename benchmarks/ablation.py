@@ -156,7 +156,7 @@ def scenes(asked: argparse.Namespace) -> Iterator[mo.Scene]:
             joints = wall.joints.model_copy(update={"friction": share * wall.joints.friction})
             yield wall.model_copy(update={"joints": joints, "title": f"{wall.title}, {share} of friction"})
     sizes = [(1, 1, 3), (2, 1, 3), (2, 2, 3), (3, 2, 3)] if asked.facades else []
-    sizes += [(4, 3, 5), (2, 5, 7)] if asked.large else []
+    sizes += [(4, 4, 5), (3, 6, 7)] if asked.large else []
     for across, up, high in sizes:
         for friction in (0.5, 0.8):
             facade = mo.Facade(

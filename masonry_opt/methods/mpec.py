@@ -25,7 +25,8 @@ from masonry_opt.models.pyomo_mpec import PyomoMpec
 from masonry_opt.models.pyomo_relaxed import PyomoRelaxed
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
-from masonry_opt.solvers.ipopt import IPOPT, Ipopt
+from masonry_opt.solvers import ipopt as drivers
+from masonry_opt.solvers.ipopt import Ipopt
 from masonry_opt.solvers.registry import find_solver
 
 #: The relaxation falls by this factor between solves.
@@ -121,7 +122,7 @@ def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
         at_rest = (np.zeros(size) for size in (3 * problem.joints, 3 * problem.blocks, problem.faces))
         model.start_from(start or State(0.0, *at_rest))
     with effort.measure("compile"):
-        ipopt = IPOPT[task.solver.name](model)
+        ipopt = getattr(drivers, task.solver.engine)(model)
     effort.uses(task.solver.name, "relaxation")
     solution = Solution(Status.HOMOTOPY, Kind.RELAXED, slope=problem.dilatancy)
     epsilon = options.epsilon

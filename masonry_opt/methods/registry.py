@@ -42,7 +42,7 @@ _ALL = (
         "global",
         "bracket.bracket:global_search",
         "bracket.bracket:GlobalOptions",
-        {"pyomo": capable("pyomo", lambda solver: solver.integer)},
+        {"pyomo": ("highs",)},
         own_tolerances=True,
         constant_dilatancy=True,
         crushing=False,

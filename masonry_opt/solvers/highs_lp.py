@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import cvxpy as cp
-import highspy
 import numpy as np
 import scipy.sparse as sp
 
@@ -125,18 +124,6 @@ class LinearProgram:
         """Rows, columns and non-zeros."""
         rows, columns = self.matrix.shape
         return LpSize(rows, columns, self.matrix.nnz)
-
-    def highs(self) -> highspy.HighsLp:
-        """The same for HiGHS."""
-        lp = highspy.HighsLp()
-        lp.num_row_, lp.num_col_ = self.matrix.shape
-        lp.col_cost_ = self.cost
-        lp.col_lower_, lp.col_upper_ = self.low, self.high
-        lp.row_lower_, lp.row_upper_ = self.row_lower, self.row_upper
-        lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
-        lp.a_matrix_.start_, lp.a_matrix_.index_ = self.matrix.indptr, self.matrix.indices
-        lp.a_matrix_.value_ = self.matrix.data
-        return lp
 
     def least(self, multipliers: np.ndarray) -> tuple[float, np.ndarray]:
         """What any multipliers of the rows, shape (rows,), prove of the least cost, whoever found them:

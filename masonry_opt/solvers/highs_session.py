@@ -55,7 +55,7 @@ class HighsSession:
         self._highs.silent()
         for name, value in {**solver.options, **options}.items():
             self._highs.setOptionValue(name, value)
-        self._highs.passModel(lp.highs())
+        self._highs.passModel(_loaded(lp))
 
     def set_costs(self, variable: Any, costs: np.ndarray) -> None:
         """Costs of a variable, in order."""
@@ -146,3 +146,15 @@ class HighsSession:
             low=np.array(lp.col_lower_),
             high=np.array(lp.col_upper_),
         )
+
+
+def _loaded(program: LinearProgram) -> highspy.HighsLp:
+    lp = highspy.HighsLp()
+    lp.num_row_, lp.num_col_ = program.matrix.shape
+    lp.col_cost_ = program.cost
+    lp.col_lower_, lp.col_upper_ = program.low, program.high
+    lp.row_lower_, lp.row_upper_ = program.row_lower, program.row_upper
+    lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
+    lp.a_matrix_.start_, lp.a_matrix_.index_ = program.matrix.indptr, program.matrix.indices
+    lp.a_matrix_.value_ = program.matrix.data
+    return lp

@@ -142,10 +142,3 @@ class ExecutableIpopt:
         """See :class:`Ipopt`."""
         for suffix in ("ipopt_zL_out", "ipopt_zU_out", "ipopt_zL_in", "ipopt_zU_in", "dual"):
             getattr(self._program, suffix).clear()
-
-
-#: IPOPT by the name a user gives.
-IPOPT: dict[str, type[CasadiIpopt] | type[ExecutableIpopt]] = {
-    "casadi": CasadiIpopt,
-    "ipopt": ExecutableIpopt,
-}

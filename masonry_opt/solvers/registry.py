@@ -31,14 +31,13 @@ class SolverEntry:
     ----------
     name: what a user calls it.
     language: the modelling language that drives it.
-    engine: its name in that language.
+    engine: its name in that language; of IPOPT the class in ``solvers/ipopt.py`` that drives it.
     options: its options by tolerance; None if it keeps tolerances of its own.
     missing: what to do to have it, if it is not installed.
     interior: whether it ends in the middle of the optimal states, not in a vertex.
     stops_early: whether it stops at whatever tolerance it is asked for. (At 1e-4 HiGHS's interior points end
         "unknown", and its simplex ends in a vertex all the same.)
     decides: whether its word on what has no answer can be trusted.
-    integer: whether it takes binaries.
     conic: whether it takes second-order cones.
     nonlinear: whether it solves nonlinear programs, and nothing else here.
     complementarity: whether it solves complementarity problems, and nothing else here.
@@ -52,7 +51,6 @@ class SolverEntry:
     interior: bool = False
     stops_early: bool = False
     decides: bool = True
-    integer: bool = False
     conic: bool = False
     nonlinear: bool = False
     complementarity: bool = False
@@ -183,11 +181,11 @@ _ENTRIES = (
     SolverEntry("osqp", "cvxpy", "OSQP", _osqp, decides=False),
     SolverEntry("scs", "cvxpy", "SCS", _scs, decides=False, conic=True),
     SolverEntry("scipy", "cvxpy", "SCIPY", _scipy),
-    SolverEntry("highs", "pyomo", "highs", _highs_simplex, integer=True),
+    SolverEntry("highs", "pyomo", "highs", _highs_simplex),
     SolverEntry("highs-ipm", "pyomo", "highs", _highs_interior, interior=True),
     SolverEntry("highs-hipo", "pyomo", "highs", _highs_hipo, interior=True),
-    SolverEntry("casadi", "pyomo", "casadi", None, _without_casadi, interior=True, nonlinear=True),
-    SolverEntry("ipopt", "pyomo", "ipopt", None, _without_ipopt, interior=True, nonlinear=True),
+    SolverEntry("casadi", "pyomo", "CasadiIpopt", None, _without_casadi, interior=True, nonlinear=True),
+    SolverEntry("ipopt", "pyomo", "ExecutableIpopt", None, _without_ipopt, interior=True, nonlinear=True),
     # This package's own, which reads the matrices that the declared model is made of.
     SolverEntry("newton", "pyomo", "newton", None, interior=True, complementarity=True),
 )
