@@ -1,4 +1,4 @@
-"""A declared program as arrays, for HiGHS and for bounds computed from the arrays alone."""
+"""A declared linear program as arrays, and the bounds that multipliers prove of it."""
 
 from __future__ import annotations
 
@@ -76,10 +76,10 @@ class LinearProgram:
 
     @classmethod
     def _of_pyomo(cls, program: Any) -> LinearProgram:
-        """A bound that is infinite at first makes no row of its own."""
         from pyomo.environ import Var
         from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
 
+        # A row without a finite bound is left out.
         form: Any = LinearStandardFormCompiler().write(program, mixed_form=True, set_sense=None)
         bounded = np.flatnonzero(np.isfinite(form.rhs))
         kind = np.array([form.rows[old].bound_type for old in bounded])
@@ -126,11 +126,11 @@ class LinearProgram:
         return LpSize(rows, columns, self.matrix.nnz)
 
     def least(self, multipliers: np.ndarray) -> tuple[float, np.ndarray]:
-        """What any multipliers of the rows, shape (rows,), prove of the least cost, whoever found them:
-        ``cost·x ≥ value − short·|x|`` for every x that meets rows and bounds.
+        """Lower bound of the cost, from any multipliers of the rows, shape (rows,): value and short, shape
+        (columns,), with ``cost·x ≥ value − short·|x|`` for every x within rows and bounds.
 
-        ``short``, shape (columns,), is what reduced costs lack where a column has no bound to pay it with,
-        and a bound of the rounding of the reduced costs themselves.
+        ``short`` is the reduced cost of columns without the bound that it needs, and a bound of the rounding
+        of all reduced costs.
         """
         y = np.where(np.isfinite(self.row_lower), np.maximum(multipliers, 0.0), 0.0)
         y += np.where(np.isfinite(self.row_upper), np.minimum(multipliers, 0.0), 0.0)

@@ -35,7 +35,7 @@ _OPTIONS: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class NlpAnswer:
-    """One solve: IPOPT's word, whether it found a local optimum, and its iterations."""
+    """One solve: IPOPT's status, whether it found a local optimum, and its iterations."""
 
     status: str
     solved: bool
