@@ -34,15 +34,10 @@ sys.path.insert(0, str(ROOT / "tests"))
 from atlas.random_scenes import KINDS, random_scene  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
+from masonry_opt.answer.thresholds import SAME  # noqa: E402
 
-#: First seed of the random scenes: above all that anything was tuned on.
+#: First seed of the random scenes, above all that anything was tuned on.
 FIRST_SEED = 90_000
-
-#: Frictions of the walls over their own.
-FRICTIONS = (0.6, 0.85, 1.2)
-
-#: Relative difference from which on two load factors are not the same.
-SAME = 1e-6
 
 #: The options with which a method is measured.
 MEASURED: dict[str, dict[str, Any]] = {
@@ -54,83 +49,68 @@ MEASURED: dict[str, dict[str, Any]] = {
 }
 
 
-@dataclass(frozen=True)
-class Ablation:
-    """How a constant or rule is switched off: in a method, module attributes ("module:NAME" within
-    ``masonry_opt.methods``) by new values, or by functions of the old ones."""
-
-    method: str
-    changes: dict[str, Any]
-
-
 def _without(*names: Any) -> Callable[[Any], Any]:
     """The same dictionary or tuple, without those keys or entries."""
 
     def reduced(old: Any) -> Any:
-        if isinstance(old, dict):
-            return {name: value for name, value in old.items() if str(name) not in names}
-        return tuple(entry for entry in old if getattr(entry, "__name__", entry) not in names)
+        left = [entry for entry in old if str(entry) not in names]
+        return {name: old[name] for name in left} if isinstance(old, dict) else tuple(left)
 
     return reduced
 
 
-def _weight(value: float) -> dict[str, Any]:
-    return {"exact.energy:WEIGHT": value, "exact.refiner:WEIGHT": value}
-
-
 _SEARCH, _RUN, _BOUND = "exact.search:", "loop.run:", "bracket.relaxation:"
-_REMEDIES = "loop.nonassociative:REMEDIES"
+_REMEDIES, _ENERGY = "loop.nonassociative:REMEDIES", "exact.energy:WEIGHT"
 
-#: By name.
-ABLATIONS: dict[str, Ablation] = {
-    "small-cohesion-of-a-block": Ablation("nonassociative", {"loop.steps:_DWARFS": inf}),
-    "end-at-the-larger-mechanism": Ablation("nonassociative", {"loop.exact_end:_SHARES": (1e-4,)}),
-    "end-at-the-surer-mechanism": Ablation("nonassociative", {"loop.exact_end:_SHARES": (1e-6,)}),
-    "patience": Ablation("nonassociative", {_RUN + "_PATIENCE": 0}),
-    "divergence": Ablation("nonassociative", {_RUN + "_DOUBLINGS": 999, _RUN + "_RISES": 999}),
-    "slow-divergence": Ablation("nonassociative", {_RUN + "_RISES": 999}),
-    "cycles": Ablation("nonassociative", {_RUN + "_STEADY": 0.0}),
+#: By name: attributes ("module:NAME" within ``masonry_opt.methods``) of a method, and their new values, or
+#: functions of their old ones.
+ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
+    "small-cohesion-of-a-block": ("nonassociative", {"loop.steps:_DWARFS": inf}),
+    "end-at-the-larger-mechanism": ("nonassociative", {"loop.exact_end:_SHARES": (1e-4,)}),
+    "end-at-the-surer-mechanism": ("nonassociative", {"loop.exact_end:_SHARES": (1e-6,)}),
+    "patience": ("nonassociative", {_RUN + "_PATIENCE": 0}),
+    "divergence": ("nonassociative", {_RUN + "_DOUBLINGS": 999, _RUN + "_RISES": 999}),
+    "slow-divergence": ("nonassociative", {_RUN + "_RISES": 999}),
+    "cycles": ("nonassociative", {_RUN + "_STEADY": 0.0}),
     **{
-        f"remedy-{failure.replace(' ', '-')}": Ablation("nonassociative", {_REMEDIES: _without(failure)})
+        f"remedy-{failure.replace(' ', '-')}": ("nonassociative", {_REMEDIES: _without(failure)})
         for failure in ("locked", "no state", "cycling", "iteration limit", "solver failed")
     },
-    "early-end": Ablation("rough", {_RUN + "_NEARLY_TRUE": 0.0}),
-    "early-end-not-before": Ablation("rough", {_RUN + "_NEARLY_TRUE": inf}),
-    "pause-between-ends": Ablation("rough", {_RUN + "_PAUSE": 1}),
-    "energy-weighs-10": Ablation("rough", _weight(10.0)),
-    "energy-weighs-100": Ablation("rough", _weight(100.0)),
-    "rough-sub-problems": Ablation("nonassociative", {"loop.options:ROUGH_FROM": inf}),
-    "energy-weighs-100-in-repairs": Ablation("mcp", _weight(100.0)),
-    "more-friction": Ablation("mcp", {_SEARCH + "_MORE_FRICTION": 1.0}),
-    "further-starts": Ablation("mcp", {_SEARCH + "SMALL": 0, "mcp.one_pass:SMALL": 0}),
-    "fifteen-in-a-row": Ablation("mcp", {_SEARCH + "_NOTHING_NEW": 10}),
-    "at-most-four-times-the-steps": Ablation("mcp", {_SEARCH + "_MOST_STEPS": inf}),
-    "neighbours": Ablation("mcp", {_SEARCH + "_ROUND_OF_SMALL": _without("neighbour")}),
-    "other-frictions": Ablation("mcp", {_SEARCH + "_ROUND_OF_SMALL": _without("friction")}),
-    "fixed-points": Ablation("mcp", {_SEARCH + "_ROUND_OF_SMALL": _without("fixed point")}),
-    "many-faces-let-go": Ablation("mcp", {_SEARCH + "_LET_GO": 0.0}),
-    "fixed-points-for-a-first": Ablation("mcp", {_SEARCH + "_FOR_A_FIRST": ("friction",)}),
-    "far-and-near-frictions": Ablation("mcp", {_SEARCH + "_FRICTIONS": (0.1, 0.1)}),
-    "fixed-points-settle": Ablation("mcp", {_SEARCH + "_FIXED_POINT": 1}),
-    "ten-repairs-of-the-first": Ablation("mcp", {_SEARCH + "_REPAIRS_OF_FIRST": 2}),
-    "two-repairs": Ablation("mcp", {_SEARCH + "_REPAIRS": 1}),
-    "lower-by-more-than-1e-9": Ablation("mcp", {"exact.refiner:_LOWER": 1e-8}),
-    "descent-of-larger-scenes": Ablation("mcp", {"mcp.one_pass:_DESCENT_UP_TO": 60}),
-    "search-neighbours": Ablation("search", {_SEARCH + "_ROUND": _without("neighbour")}),
-    "search-fixed-points": Ablation("search", {_SEARCH + "_ROUND": _without("fixed point")}),
-    "search-loads": Ablation("search", {_SEARCH + "_ROUND": _without("loads")}),
-    "repeat-what-pays": Ablation("global", {"bracket.bracket:_WORTH_REPEATING": inf}),
-    "older-interior-point": Ablation("global", {_BOUND + "_FEW_ROWS": 0}),
-    "coarse-interior-point": Ablation("global", {_BOUND + "_COARSE": 0.0}),
-    "fastest-velocity": Ablation("global", {_BOUND + "_FASTEST": 1e3}),
-    "near-products-first": Ablation("global", {"bracket.bracket:RADII": lambda old: old[3:]}),
+    "early-end": ("rough", {_RUN + "_NEARLY_TRUE": 0.0}),
+    "early-end-not-before": ("rough", {_RUN + "_NEARLY_TRUE": inf}),
+    "pause-between-ends": ("rough", {_RUN + "_PAUSE": 1}),
+    "energy-weighs-10": ("rough", {_ENERGY: 10.0}),
+    "energy-weighs-100": ("rough", {_ENERGY: 100.0}),
+    "rough-sub-problems": ("nonassociative", {"loop.options:ROUGH_FROM": inf}),
+    "energy-weighs-100-in-repairs": ("mcp", {"exact.refiner:WEIGHT": 100.0}),
+    "more-friction": ("mcp", {_SEARCH + "_MORE_FRICTION": 1.0}),
+    "further-starts": ("mcp", {_SEARCH + "SMALL": 0, "mcp.one_pass:SMALL": 0}),
+    "fifteen-in-a-row": ("mcp", {_SEARCH + "_NOTHING_NEW": 10}),
+    "at-most-four-times-the-steps": ("mcp", {_SEARCH + "_MOST_STEPS": inf}),
+    "neighbours": ("mcp", {_SEARCH + "_ROUND_OF_SMALL": _without("neighbour")}),
+    "other-frictions": ("mcp", {_SEARCH + "_ROUND_OF_SMALL": _without("friction")}),
+    "fixed-points": ("mcp", {_SEARCH + "_ROUND_OF_SMALL": _without("fixed point")}),
+    "many-faces-let-go": ("mcp", {_SEARCH + "_LET_GO": 0.0}),
+    "fixed-points-for-a-first": ("mcp", {_SEARCH + "_FOR_A_FIRST": ("friction",)}),
+    "far-and-near-frictions": ("mcp", {_SEARCH + "_FRICTIONS": (0.1, 0.1)}),
+    "fixed-points-settle": ("mcp", {_SEARCH + "_FIXED_POINT": 1}),
+    "ten-repairs-of-the-first": ("mcp", {_SEARCH + "_REPAIRS_OF_FIRST": 2}),
+    "two-repairs": ("mcp", {_SEARCH + "_REPAIRS": 1}),
+    "descent-of-larger-scenes": ("mcp", {"mcp.one_pass:_DESCENT_UP_TO": 60}),
+    "search-neighbours": ("search", {_SEARCH + "_ROUND": _without("neighbour")}),
+    "search-fixed-points": ("search", {_SEARCH + "_ROUND": _without("fixed point")}),
+    "search-loads": ("search", {_SEARCH + "_ROUND": _without("loads")}),
+    "repeat-what-pays": ("global", {"bracket.bracket:_WORTH_REPEATING": inf}),
+    "older-interior-point": ("global", {_BOUND + "_FEW_ROWS": 0}),
+    "coarse-interior-point": ("global", {_BOUND + "_COARSE": 0.0}),
+    "fastest-velocity": ("global", {_BOUND + "_FASTEST": 1e3}),
+    "near-products-first": ("global", {"bracket.bracket:RADII": lambda old: old[3:]}),
 }
 
 
 @dataclass(frozen=True)
 class Measured:
-    """One run: λ (of method "global" the proven bound; None without an answer), whether it is exact, steps,
-    and seconds of processor time."""
+    """One run; value is λ (of "global" the proven bound), None without an answer; processor time."""
 
     value: float | None
     exact: bool
@@ -139,7 +119,6 @@ class Measured:
 
 
 def measured(scene: mo.Scene, name: str) -> Measured:
-    """A run of a method of ``MEASURED``."""
     began = time.process_time()
     result = mo.solve(scene, **{"method": name} | MEASURED[name])
     value = result.bound if name == "global" else result.load_factor
@@ -147,34 +126,31 @@ def measured(scene: mo.Scene, name: str) -> Measured:
 
 
 def scenes(asked: argparse.Namespace) -> Iterator[mo.Scene]:
-    """The scenes asked for."""
     seeds = range(FIRST_SEED, FIRST_SEED + asked.random)
     yield from (random_scene(kind, seed) for kind in KINDS for seed in seeds)
-    walls = [ROOT / "cases" / "ferris_tinloi" / f"wall_{number}.toml" for number in asked.walls]
-    for wall in map(mo.load, walls):
-        for share in FRICTIONS:
+    for number in asked.walls:
+        wall = mo.load(ROOT / "cases" / "ferris_tinloi" / f"wall_{number}.toml")
+        for share in (0.6, 0.85, 1.2):
             joints = wall.joints.model_copy(update={"friction": share * wall.joints.friction})
             yield wall.model_copy(update={"joints": joints, "title": f"{wall.title}, {share} of friction"})
     sizes = [(1, 1, 3), (2, 1, 3), (2, 2, 3), (3, 2, 3)] if asked.facades else []
-    sizes += [(4, 4, 5), (3, 6, 7)] if asked.large else []
-    for across, up, high in sizes:
-        for friction in (0.5, 0.8):
-            facade = mo.Facade(
-                openings=(across, up), block=(3, 1), jamb=1, opening=(1, high), sill=2, spandrel=2,
-                weight=1, lintel_weight=1, live=(1, 0),
-            )  # fmt: skip
-            title = f"façade {across} x {up}, friction {friction}"
-            yield mo.Scene(title=title, joints=mo.JointDefaults(friction=friction), blocks=facade.blocks())
-    for friction in (0.4, 0.7) if asked.large else ():
-        courses = [[1.0] * 20, [0.5, *[1.0] * 19, 0.5]] * 10
-        wall = mo.Wall(block=(2, 1), weight=1, courses=courses, live=(1, 0))
-        yield mo.Scene(
-            title=f"wall, {friction}", joints=mo.JointDefaults(friction=friction), blocks=wall.blocks()
-        )
+    common: Any = {"weight": 1, "live": (1, 0), "block": (3, 1)}
+    common_facade = common | {"jamb": 1, "sill": 2, "spandrel": 2, "lintel_weight": 1}
+    for across, up, high in sizes + ([(4, 4, 5), (3, 6, 7)] if asked.large else []):
+        facade = mo.Facade(openings=(across, up), opening=(1, high), **common_facade)
+        yield from _of_frictions(f"façade {across} x {up}", facade.blocks())
+    if asked.large:
+        wall = mo.Wall(courses=[[1.0] * 20, [0.5, *[1.0] * 19, 0.5]] * 10, **common)
+        yield from _of_frictions("wall", wall.blocks())
+
+
+def _of_frictions(title: str, blocks: list[mo.Block]) -> Iterator[mo.Scene]:
+    for friction in (0.5, 0.8):
+        joints = mo.JointDefaults(friction=friction)
+        yield mo.Scene(title=f"{title}, friction {friction}", joints=joints, blocks=blocks)
 
 
 def lost(before: list[Measured], after: list[Measured]) -> str:
-    """A line on what changed."""
     pairs = list(zip(before, after, strict=True))
     both = [(old.value, new.value) for old, new in pairs if None not in (old.value, new.value)]
     change = np.array([(new - old) / max(abs(old), 1e-9) for old, new in both])  # type: ignore[operator]
@@ -191,31 +167,29 @@ def lost(before: list[Measured], after: list[Measured]) -> str:
 
 
 def main(asked: argparse.Namespace) -> None:
-    """Print what each of the names asked for is worth."""
     chosen, before = list(scenes(asked)), {}
     print(f"{len(chosen)} scenes")
     for name in asked.names or ABLATIONS:
-        ablation = ABLATIONS[name]
-        if ablation.method not in before:
-            before[ablation.method] = [measured(scene, ablation.method) for scene in chosen]
+        method, changes = ABLATIONS[name]
+        if method not in before:
+            before[method] = [measured(scene, method) for scene in chosen]
         with ExitStack() as stack:
-            for where, value in ablation.changes.items():
+            for where, value in changes.items():
                 module, attribute = where.split(":")
                 of = import_module(f"masonry_opt.methods.{module}")
                 new = value(getattr(of, attribute)) if callable(value) else value
                 stack.enter_context(patch.object(of, attribute, new))
-            after = [measured(scene, ablation.method) for scene in chosen]
-        print(f"{name} ({ablation.method}): {lost(before[ablation.method], after)}", flush=True)
+            after = [measured(scene, method) for scene in chosen]
+        print(f"{name} ({method}): {lost(before[method], after)}", flush=True)
         if asked.verbose:
-            for scene, old, new in zip(chosen, before[ablation.method], after, strict=True):
+            for scene, old, new in zip(chosen, before[method], after, strict=True):
                 if old.value != new.value:
                     print(f"    {scene.title}: {old} -> {new}")
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(
-        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
     parser.add_argument("names", nargs="*", choices=[[], *ABLATIONS], metavar="NAME", help="default: all")
     parser.add_argument("--list", action="version", version="\n".join(ABLATIONS), help="the names there are")
     parser.add_argument("--random", type=int, default=10, help="random scenes of each of the four kinds")
