@@ -19,6 +19,7 @@ import numpy as np
 
 from masonry_opt.answer.acceptance import LIMITS, Kind, residuals
 from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.thresholds import is_lower
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.energy import WEIGHT
 from masonry_opt.methods.task import Task
@@ -31,8 +32,8 @@ from masonry_opt.solvers.lp import LpSize, Verdict
 #: A rate above this takes part in a mechanism; a slack below this is at yield.
 _AT_WORK, _AT_YIELD = 1e-9, 1e-7
 
-#: λ must fall by this share to count as lower; a dual above this holds it up.
-_LOWER, _HOLDS = 1e-9, 1e-9
+#: A face whose dual is above this holds λ up.
+_HOLDS = 1e-9
 
 #: What HiGHS does here, as a result tells it.
 _PURPOSE = "refinement"
@@ -63,11 +64,6 @@ class ExactState:
         """Faces that hold λ up, the strongest first."""
         order = np.argsort(-self.strength, kind="stable")
         return order[self.strength[order] > _HOLDS]
-
-
-def is_lower(one: ExactState, other: ExactState) -> bool:
-    """Whether the first load factor is lower by more than rounding."""
-    return one.load_factor < other.load_factor - _LOWER * max(abs(other.load_factor), 1.0)
 
 
 class OutOfTime(Exception):
@@ -183,7 +179,7 @@ class Refiner:
         self.left = {}
         settled: ExactState | None = None
         found = self.first(q, repairs)
-        while found is not None and (settled is None or is_lower(found, settled)):
+        while found is not None and (settled is None or is_lower(found.load_factor, settled.load_factor)):
             settled = self.descend(found)
             found = self.first(settled.q, repairs)
         if settled is None:
@@ -236,7 +232,8 @@ class Refiner:
         if found is None:
             return None
         candidate = self.least(found[1] > _AT_WORK, found[0])
-        return candidate if candidate is not None and is_lower(candidate, state) else None
+        fell = candidate is not None and is_lower(candidate.load_factor, state.load_factor)
+        return candidate if fell else None
 
     def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         """Forces (3c,) that maximise λ, in units of the live load, less cost·n of the joints that can slide,

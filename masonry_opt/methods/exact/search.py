@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.answer.reasons import Code, Reason, reason
-from masonry_opt.answer.thresholds import same
-from masonry_opt.methods.exact.refiner import ExactState, Refiner, is_lower
+from masonry_opt.answer.thresholds import is_lower, same
+from masonry_opt.methods.exact.refiner import ExactState, Refiner
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 
@@ -203,7 +203,7 @@ class Search:
 
 def lower_of(one: ExactState | None, other: ExactState | None) -> ExactState | None:
     """The lower state, the first if they are even; None if there is neither."""
-    if one is None or (other is not None and is_lower(other, one)):
+    if one is None or (other is not None and is_lower(other.load_factor, one.load_factor)):
         return other
     return one
 
