@@ -2,7 +2,7 @@
 was not tuned on, and what that loses is printed; what loses nothing can go.
 
     python benchmarks/ablation.py --list
-    python benchmarks/ablation.py more-friction further-starts --random 30
+    python benchmarks/ablation.py two-repairs further-starts --random 30
     python benchmarks/ablation.py rough-sub-problems --random 0 --large
 
 Scenes: small random ones (tests/atlas) from seed 90000 on, walls 1 to 6 of Ferris & Tin-Loi with other
@@ -94,7 +94,6 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "fixed-points-for-a-first": ("mcp", {_SEARCH + "_FOR_A_FIRST": ("friction",)}),
     "far-and-near-frictions": ("mcp", {_SEARCH + "_FRICTIONS": (0.1, 0.1)}),
     "fixed-points-settle": ("mcp", {_SEARCH + "_FIXED_POINT": 1}),
-    "ten-repairs-of-the-first": ("mcp", {_SEARCH + "_REPAIRS_OF_FIRST": 2}),
     "two-repairs": ("mcp", {_SEARCH + "_REPAIRS": 1}),
     "descent-of-larger-scenes": ("mcp", {"mcp.one_pass:_DESCENT_UP_TO": 60}),
     "search-neighbours": ("search", {_SEARCH + "_ROUND": _without("neighbour")}),

@@ -26,7 +26,8 @@ class RefinedOptions(Options):
 
     Attributes
     ----------
-    start: a result of the same scene, whose forces alone are refined (default: those of a few passes).
+    start: a result of the same scene, whose forces alone are refined (default: those of a pass and, on small
+        scenes, of further starts).
     search: seconds for which lower states are searched for, from other starts and around the lowest found.
     until: load factor at or below which the search ends before its time.
     seed: of the search's random numbers: one seed visits the same states in the same order, and the time
