@@ -59,17 +59,17 @@ def solve(
     tolerance:
         Feasibility and gap tolerance asked of the solver, for the same three (default 1e-9).
     progress:
-        Called with every step: :class:`~.mcp.history.NewtonStep`,
-        :class:`~.loop.history.Iteration` of the loop, :class:`~.mpec.Relaxation`,
-        :class:`~.refined.method.Refinement`, :class:`~.bracket.relaxation.Relaxation` of "global".
+        Called with every step: :class:`~.mcp.interior_point.NewtonStep`,
+        :class:`~.loop.run.Iteration` of the loop, :class:`~.mpec.RelaxationStep`,
+        :class:`~.refined.Refinement`, :class:`~.bracket.relaxation.BoundStep` of "global".
     phases:
         Called with a few words as each phase begins, such as "finding joints", "does it stand under its dead
         load?", "sub-problem 3", "exact forces": what large scenes spend their minutes on, before and between
         steps.
     **options:
-        The method's own: :class:`~.mcp.method.McpOptions`, :class:`~.loop.options.LoopOptions`,
-        :class:`~.mpec.MpecOptions`, :class:`~.refined.method.RefinedOptions`,
-        :class:`~.bracket.method.GlobalOptions`.
+        The method's own: :class:`~.mcp.one_pass.McpOptions`, :class:`~.loop.options.LoopOptions`,
+        :class:`~.mpec.MpecOptions`, :class:`~.refined.RefinedOptions`,
+        :class:`~.bracket.bracket.GlobalOptions`.
 
     Returns
     -------

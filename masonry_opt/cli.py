@@ -22,7 +22,6 @@ from typer.core import TyperGroup
 from masonry_opt.analysis import solve as solve_scene
 from masonry_opt.answer.result import Result
 from masonry_opt.command_options import Force, method_options
-from masonry_opt.duality import check as check_duality
 from masonry_opt.errors import (
     InterruptedByUserError,
     MasonryError,
@@ -185,6 +184,8 @@ def check(case: Case) -> None:
 
     Exit code 0: they agree; 1: they do not, or there is no load factor; 2: wrong case file.
     """
+    from masonry_opt.duality import check as check_duality
+
     report = check_duality(case)
     print_result(str(report))
     if not report.passed:

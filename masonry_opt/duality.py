@@ -86,7 +86,7 @@ def check(scene: Scene | str | Path) -> DualityReport:
         for formulation in ("static", "kinematic"):
             answer = Driver(problem, formulation, solver, Effort(), of_load=True).solve()
             if answer.state is None:
-                status = answer.solved.word
+                status = answer.solved.status
                 raise NoLoadFactorError(
                     f"{result.case}: {formulation}, {language}: the solver stopped with '{status}'"
                 )

@@ -18,6 +18,11 @@ def unsigned(frame: pd.DataFrame) -> pd.DataFrame:
     return frame.assign(**{str(name): frame[name] + 0.0 for name in numbers})
 
 
+def history_frame(solution: Solution) -> pd.DataFrame:
+    """A row a step of the method."""
+    return unsigned(pd.DataFrame(solution.history).drop(columns="solved", errors="ignore"))
+
+
 def block_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
     """A row a movable block: its centroid, and its velocities (NaN without a mechanism)."""
     problem, shapes = assembly.problem, assembly.geometry

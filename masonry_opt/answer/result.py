@@ -10,11 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import pandas as pd
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.certificate import Certificate
-from masonry_opt.answer.frames import block_frame, joint_frame, unsigned
 from masonry_opt.answer.infeasibility import InfeasibilityCertificate
 from masonry_opt.answer.reasons import Reason
 from masonry_opt.answer.solution import Solution
@@ -24,6 +22,7 @@ from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.problem.assembly import Assembly
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.figure import Figure
 
 
@@ -71,15 +70,6 @@ class Result:
     certificate: residuals of λ, forces and mechanism, from the matrices alone; None without λ.
     infeasibility: without λ what is proven of its existence, with residuals from the matrices alone; None
         with λ, of scenes that fall, and above 2000 joints.
-    joints: frame, one row a joint: ``first``, ``second``, ``x``, ``y`` (middle), ``length``, forces on
-        the first block ``n`` (compression > 0), ``s``, ``m``, rates of the first block against the
-        second ``slip``, ``opening``, ``rotation``, and ``utilisation`` (force over its limit, NaN
-        where a joint is idle). Forces and lengths in the case's units.
-    blocks: frame, one row a movable block: ``block``, ``x``, ``y`` (centroid), ``vx``, ``vy``, ``omega``;
-        velocities scaled so that the live load does the work Σ|f_L|, the sum over its components.
-    history: frame, one row a step: a sub-problem of the loop (see :class:`~.loop.history.Iteration`), a
-        relaxation of the MPEC (:class:`~.mpec.Relaxation`), a lower state of the refinement
-        (:class:`~.refined.method.Refinement`); empty for a single linear program.
     flow_rule_matters: False if the loop began with an associative answer that already obeys the joints' own
         flow rule; method "mcp" does not look.
     iterations: of the solver, summed.
@@ -126,6 +116,35 @@ class Result:
 
         return notebook_html(self)
 
+    # Frames are made when they are asked for: pandas takes a quarter of a second to import.
+
+    @cached_property
+    def joints(self) -> pd.DataFrame:
+        """A row a joint: ``first``, ``second``, ``x``, ``y`` (middle), ``length``, forces on the first block
+        ``n`` (compression > 0), ``s``, ``m``, rates of the first block against the second ``slip``,
+        ``opening``, ``rotation``, and ``utilisation`` (force over its limit, NaN where a joint is idle).
+        Forces and lengths in the case's units."""
+        from masonry_opt.answer.frames import joint_frame
+
+        return joint_frame(self.assembly, self.solution)
+
+    @cached_property
+    def blocks(self) -> pd.DataFrame:
+        """A row a movable block: ``block``, ``x``, ``y`` (centroid), ``vx``, ``vy``, ``omega``; velocities
+        scaled so that the live load does the work Σ|f_L|, the sum over its components."""
+        from masonry_opt.answer.frames import block_frame
+
+        return block_frame(self.assembly, self.solution)
+
+    @cached_property
+    def history(self) -> pd.DataFrame:
+        """A row a step: a sub-problem of the loop (see :class:`~.loop.run.Iteration`), a Newton step
+        (:class:`~.mcp.interior_point.NewtonStep`), a relaxation of the MPEC (:class:`~.mpec.RelaxationStep`),
+        a lower state of the refinement (:class:`~.refined.Refinement`); empty for a single linear program."""
+        from masonry_opt.answer.frames import history_frame
+
+        return history_frame(self.solution)
+
     @property
     def case(self) -> str:
         return self.assembly.scene.called
@@ -159,18 +178,6 @@ class Result:
     @property
     def infeasibility(self) -> InfeasibilityCertificate | None:
         return self.solution.infeasibility if self.load_factor is None else None
-
-    @cached_property
-    def joints(self) -> pd.DataFrame:
-        return joint_frame(self.assembly, self.solution)
-
-    @cached_property
-    def blocks(self) -> pd.DataFrame:
-        return block_frame(self.assembly, self.solution)
-
-    @cached_property
-    def history(self) -> pd.DataFrame:
-        return unsigned(pd.DataFrame(self.solution.history).drop(columns="solved", errors="ignore"))
 
     @property
     def flow_rule_matters(self) -> bool:

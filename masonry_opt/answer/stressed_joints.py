@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from masonry_opt.answer.motion import fastest
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.thresholds import SLIDES
 from masonry_opt.errors import OptionError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 def stressed_joints(result: Result, above: float | None = None) -> pd.DataFrame:

@@ -14,8 +14,8 @@ from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
 from masonry_opt.exports.program_files import WRITERS
 from masonry_opt.files import MARK, refuse_replacing, refuse_unwritable, write_whole
-from masonry_opt.methods.bracket.limits import Limits, limits
-from masonry_opt.methods.bracket.method import a_little_above, assumed_rates
+from masonry_opt.methods.bracket.bounds import StateBounds, bounds_of
+from masonry_opt.methods.bracket.bracket import a_little_above, assumed_rates
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.models.pyomo_global import PyomoGlobal
 from masonry_opt.models.pyomo_kinematic import PyomoKinematic
@@ -72,7 +72,7 @@ def _global(assembly: Assembly) -> Declared:
         )
     highest = a_little_above(associative)
     known = solve(assembly.scene, "refined").solution.d
-    of = limits(problem, highest, assumed_rates(problem, known), Effort())
+    of = bounds_of(problem, highest, assumed_rates(problem, known), Effort())
     rates = "follows from kinematics" if of.rates_derived else "is assumed"
     forces = "follow from statics" if of.forces_derived else "are assumed where statics set none"
     model = PyomoGlobal(problem, _most_slack(problem, of), of.rates / problem.face_length, highest)
@@ -84,7 +84,7 @@ def _global(assembly: Assembly) -> Declared:
     ]
 
 
-def _most_slack(problem: Problem, of: Limits) -> np.ndarray:
+def _most_slack(problem: Problem, of: StateBounds) -> np.ndarray:
     """A face of sliding has z ≤ 2 (c + μ n̂), one of rocking z ≤ L n̂."""
     shear = ShearLimits.true(problem).at(of.normal[problem.sliding])
     most: np.ndarray = problem.face_length * of.normal[problem.face_joint]

@@ -35,7 +35,7 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
     solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, size=driver.size())
     if answer.state is None:
         solution.found = Found(parabola=parabola)
-        solution.status, why = no_optimum(problem, answer.solved.word, task.solver, task.effort)
+        solution.status, why = no_optimum(problem, answer.solved.status, task.solver, task.effort)
         solution.reasons.append(why)
     else:
         state = answer.state

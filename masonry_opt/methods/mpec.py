@@ -19,14 +19,15 @@ from masonry_opt.answer.answer import Found, certified
 from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
-from masonry_opt.methods.loop.method import nonassociative
+from masonry_opt.methods.loop.nonassociative import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.task import Options, Task, of_same_scene
 from masonry_opt.models.pyomo_mpec import PyomoMpec
 from masonry_opt.models.pyomo_relaxed import PyomoRelaxed
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
-from masonry_opt.solvers.ipopt import IPOPT, Ipopt
+from masonry_opt.solvers import ipopt as drivers
+from masonry_opt.solvers.ipopt import Ipopt
 from masonry_opt.solvers.registry import find_solver
 
 #: The relaxation falls by this factor between solves.
@@ -58,7 +59,7 @@ class MpecOptions(Options):
 
 
 @dataclass(frozen=True)
-class Relaxation:
+class RelaxationStep:
     """One solve of the series.
 
     Attributes
@@ -122,7 +123,7 @@ def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
         at_rest = (np.zeros(size) for size in (*problem.B.shape[::-1], problem.faces))
         model.start_from(start or State(0.0, *at_rest))
     with effort.measure("compile"):
-        ipopt = IPOPT[task.solver.name](model)
+        ipopt = getattr(drivers, task.solver.engine)(model)
     effort.uses(task.solver.name, "relaxation")
     solution = Solution(Status.HOMOTOPY, Kind.RELAXED)
     epsilon = options.epsilon
@@ -159,7 +160,7 @@ def _follow(
             load_factor, largest = state.load_factor, float(products.max())
             gap = float(products.sum()) / task.problem.live_norm
         solution.history.append(
-            Relaxation(epsilon, load_factor, answer.word, answer.iterations, largest, gap, seconds)
+            RelaxationStep(epsilon, load_factor, answer.status, answer.iterations, largest, gap, seconds)
         )
         task.progress(solution.history[-1])
         if not answer.solved or epsilon <= last:

@@ -1,4 +1,4 @@
-"""The shape of every method: a task in, a solution out."""
+"""The interface of every method: a task in, a solution out."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ class Options(BaseModel):
 
 @dataclass(frozen=True)
 class Task:
-    """What a method is given.
+    """Arguments of a method.
 
     Attributes
     ----------
     problem: of a scene that stands.
-    solver: as it was named, or the method's default.
+    solver: the solver named, or the method's default.
     options: the method's own; None if it has none.
     effort: where time, programs and solvers are counted.
     progress: called with every step.
@@ -54,7 +54,7 @@ class Task:
 
 
 def of_same_scene(solution: Solution, problem: Problem) -> Solution:
-    """A result handed in to begin with, for another method to add to.
+    """Copy of a solution, for another method to start from.
 
     Raises OptionError if it is of another scene or has no forces.
     """
@@ -67,7 +67,7 @@ def of_same_scene(solution: Solution, problem: Problem) -> Solution:
 
 @dataclass(frozen=True)
 class Method:
-    """What is known of a method before it runs.
+    """Description of a method.
 
     Attributes
     ----------

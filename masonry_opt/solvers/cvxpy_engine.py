@@ -67,19 +67,19 @@ class CvxpyEngine:
             return Solved(Verdict.FAILED, str(error), 0.0)
         elapsed = time.perf_counter() - start
         of_highs = isinstance(raw, dict) and "model_status" in raw
-        word = str(raw["model_status"]) if of_highs else str(getattr(raw, "status", ""))
+        status = str(raw["model_status"]) if of_highs else str(getattr(raw, "status", ""))
         with effort.measure("read"), warnings.catch_warnings():
             warnings.simplefilter("ignore")  # "may be inaccurate": the status says so and is read
             try:
                 program.unpack_results(raw, chain, inverse)
             except (cp.SolverError, ValueError):
-                return Solved(Verdict.FAILED, word, 0.0)
+                return Solved(Verdict.FAILED, status, 0.0)
         stats = program.solver_stats
         seconds = elapsed if stats.solve_time is None else float(stats.solve_time)
         effort.add("solve", seconds)
         effort.add("compile", max(elapsed - seconds, 0.0))  # handing the matrices over
         effort.iterations += _highs_iterations(raw["info"]) if of_highs else int(stats.num_iters or 0)
-        return Solved(_VERDICTS.get(program.status, Verdict.FAILED), word or program.status, seconds)
+        return Solved(_VERDICTS.get(program.status, Verdict.FAILED), status or program.status, seconds)
 
     def _compiled(self) -> Any:
         compiled = self.program.get_problem_data(

@@ -1,4 +1,4 @@
-"""A declared program as arrays, for HiGHS and for bounds computed from the arrays alone."""
+"""A declared linear program as arrays, and the bounds that multipliers prove of it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import cvxpy as cp
-import highspy
 import numpy as np
 import scipy.sparse as sp
 
@@ -77,10 +76,10 @@ class LinearProgram:
 
     @classmethod
     def _of_pyomo(cls, program: Any) -> LinearProgram:
-        """A bound that is infinite at first makes no row of its own."""
         from pyomo.environ import Var
         from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
 
+        # A row without a finite bound is left out.
         form: Any = LinearStandardFormCompiler().write(program, mixed_form=True, set_sense=None)
         bounded = np.flatnonzero(np.isfinite(form.rhs))
         kind = np.array([form.rows[old].bound_type for old in bounded])
@@ -126,24 +125,12 @@ class LinearProgram:
         rows, columns = self.matrix.shape
         return LpSize(rows, columns, self.matrix.nnz)
 
-    def highs(self) -> highspy.HighsLp:
-        """The same for HiGHS."""
-        lp = highspy.HighsLp()
-        lp.num_row_, lp.num_col_ = self.matrix.shape
-        lp.col_cost_ = self.cost
-        lp.col_lower_, lp.col_upper_ = self.low, self.high
-        lp.row_lower_, lp.row_upper_ = self.row_lower, self.row_upper
-        lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
-        lp.a_matrix_.start_, lp.a_matrix_.index_ = self.matrix.indptr, self.matrix.indices
-        lp.a_matrix_.value_ = self.matrix.data
-        return lp
-
     def least(self, multipliers: np.ndarray) -> tuple[float, np.ndarray]:
-        """What any multipliers of the rows, shape (rows,), prove of the least cost, whoever found them:
-        ``cost·x ≥ value − short·|x|`` for every x that meets rows and bounds.
+        """Lower bound of the cost, from any multipliers of the rows, shape (rows,): value and short, shape
+        (columns,), with ``cost·x ≥ value − short·|x|`` for every x within rows and bounds.
 
-        ``short``, shape (columns,), is what reduced costs lack where a column has no bound to pay it with,
-        and a bound of the rounding of the reduced costs themselves.
+        ``short`` is the reduced cost of columns without the bound that it needs, and a bound of the rounding
+        of all reduced costs.
         """
         y = np.where(np.isfinite(self.row_lower), np.maximum(multipliers, 0.0), 0.0)
         y += np.where(np.isfinite(self.row_upper), np.minimum(multipliers, 0.0), 0.0)

@@ -1,4 +1,4 @@
-"""A declared program in a HiGHS that stays loaded while its costs and bounds change."""
+"""The driver of HiGHS: a linear program that stays loaded while its costs and bounds change."""
 
 from __future__ import annotations
 
@@ -28,8 +28,7 @@ _VERDICTS = {
 
 
 class HighsSession:
-    """The package's one driver of HiGHS beside the modelling languages' own. By simplex it starts warm: after
-    a change of costs or bounds the last basis is where it begins.
+    """A linear program in HiGHS. After a change of costs or bounds simplex starts from the last basis.
 
     Parameters
     ----------
@@ -55,7 +54,7 @@ class HighsSession:
         self._highs.silent()
         for name, value in {**solver.options, **options}.items():
             self._highs.setOptionValue(name, value)
-        self._highs.passModel(lp.highs())
+        self._highs.passModel(_loaded(lp))
 
     def set_costs(self, variable: Any, costs: np.ndarray) -> None:
         """Costs of a variable, in order."""
@@ -68,7 +67,7 @@ class HighsSession:
         self._highs.changeColsBounds(len(columns), columns, self.lp.low[columns], most)
 
     def set_room(self, constraint: Any, room: np.ndarray) -> None:
-        """How far the body of each row, which is at most u, may be from u, in order."""
+        """Lower bounds of rows, in order: so far below their upper bounds."""
         rows = self.lp.rows[id(constraint)]
         upper = self.lp.row_upper[rows]
         self._highs.changeRowsBounds(len(rows), rows, upper - room, upper)
@@ -90,8 +89,8 @@ class HighsSession:
         return verdict
 
     def stop_if_iterations_restart(self) -> None:
-        """End a run where interior points begin again: HiPO that stalls does, with the older method, and
-        where that fails HiGHS forgets what both had. Interrupted, it keeps HiPO's multipliers."""
+        """Interrupt runs whose count of iterations falls. HiGHS restarts a HiPO run that stalls by the older
+        interior point, and drops the multipliers of both if that fails; interrupted, it keeps HiPO's."""
         furthest = 0
 
         def look(_kind: Any, _message: str, out: Any, into: Any, _data: Any) -> None:
@@ -125,12 +124,12 @@ class HighsSession:
         return np.array(self._highs.getSolution().row_dual)
 
     def least(self) -> tuple[float, np.ndarray]:
-        """What the multipliers of the last optimum prove of its costs, see :meth:`LinearProgram.least`."""
+        """Lower bound of the cost by the last multipliers, see :meth:`LinearProgram.least`."""
         return self._as_it_stands().least(self.multipliers())
 
     def contradiction(self) -> tuple[float, np.ndarray]:
-        """What the dual ray of the last program, an infeasible one, proves: ``short·|x| ≥ value`` for every x
-        that meets its rows and bounds, ``short`` being rounding; the value is 0 if there is no ray."""
+        """Proof by a dual ray that the last program is infeasible: value and short, shape (columns,), with
+        ``short·|x| ≥ value`` for every x within rows and bounds. Value 0 proves nothing."""
         nothing = np.zeros(len(self.lp.cost))
         _, found, ray = self._highs.getDualRay()
         return replace(self._as_it_stands(), cost=nothing).least(np.array(ray)) if found else (0.0, nothing)
@@ -146,3 +145,15 @@ class HighsSession:
             low=np.array(lp.col_lower_),
             high=np.array(lp.col_upper_),
         )
+
+
+def _loaded(program: LinearProgram) -> highspy.HighsLp:
+    lp = highspy.HighsLp()
+    lp.num_row_, lp.num_col_ = program.matrix.shape
+    lp.col_cost_ = program.cost
+    lp.col_lower_, lp.col_upper_ = program.low, program.high
+    lp.row_lower_, lp.row_upper_ = program.row_lower, program.row_upper
+    lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
+    lp.a_matrix_.start_, lp.a_matrix_.index_ = program.matrix.indptr, program.matrix.indices
+    lp.a_matrix_.value_ = program.matrix.data
+    return lp

@@ -35,9 +35,9 @@ _OPTIONS: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class NlpAnswer:
-    """One solve: IPOPT's word, whether it found a local optimum, and its iterations."""
+    """One solve: IPOPT's status, whether it found a local optimum, and its iterations."""
 
-    word: str
+    status: str
     solved: bool
     iterations: int
 
@@ -132,20 +132,13 @@ class ExecutableIpopt:
             except (ApplicationError, ValueError, OSError) as error:
                 return NlpAnswer(f"{type(error).__name__}: {error}", False, 0)
             counted = re.search(r"Number of Iterations\.*: *(\d+)", log.read_text(errors="replace"))
-        word = str(result.solver.termination_condition)
-        solved = word == "optimal"
+        status = str(result.solver.termination_condition)
+        solved = status == "optimal"
         if solved:
             program.solutions.load_from(result)
-        return NlpAnswer(word, solved, int(counted[1]) if counted else 0)
+        return NlpAnswer(status, solved, int(counted[1]) if counted else 0)
 
     def forget(self) -> None:
         """See :class:`Ipopt`."""
         for suffix in ("ipopt_zL_out", "ipopt_zU_out", "ipopt_zL_in", "ipopt_zU_in", "dual"):
             getattr(self._program, suffix).clear()
-
-
-#: IPOPT by the name a user gives.
-IPOPT: dict[str, type[CasadiIpopt] | type[ExecutableIpopt]] = {
-    "casadi": CasadiIpopt,
-    "ipopt": ExecutableIpopt,
-}

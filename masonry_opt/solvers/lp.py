@@ -1,4 +1,4 @@
-"""What a solver says of one linear program, whichever language declared it."""
+"""The outcome of one linear program, in either modelling language."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from masonry_opt.problem.state import State
 
 
 class Verdict(Enum):
-    """What a solver found of a program."""
+    """Outcome of a solve."""
 
     OPTIMAL = "optimal"
     INFEASIBLE = "infeasible"
@@ -25,13 +25,13 @@ class Solved:
 
     Attributes
     ----------
-    verdict: what the program turned out to be.
-    word: the solver's own word for it.
+    verdict: its outcome.
+    status: the same in the solver's own words.
     seconds: the solver's own time.
     """
 
     verdict: Verdict
-    word: str
+    status: str
     seconds: float
 
     @property
@@ -41,7 +41,7 @@ class Solved:
 
     @property
     def failed(self) -> bool:
-        """Whether the solver did not find out what the program is."""
+        """Whether the solver decided nothing."""
         return self.verdict is Verdict.FAILED
 
 

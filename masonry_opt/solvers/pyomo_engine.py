@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from typing import Any
 
 import pyomo.environ as pyo
 from pyomo.contrib.solver.common.results import TerminationCondition
@@ -19,15 +18,6 @@ _VERDICTS = {
     TerminationCondition.unbounded: Verdict.UNBOUNDED,
     TerminationCondition.infeasibleOrUnbounded: Verdict.INFEASIBLE_OR_UNBOUNDED,
 }
-
-
-def highs_of_pyomo(options: dict[str, Any]) -> Highs:
-    """Pyomo's interface to HiGHS, which leaves it to its caller to read an answer."""
-    highs = Highs()
-    highs.config.load_solutions = False
-    highs.config.raise_exception_on_nonoptimal_result = False
-    highs.config.solver_options = options
-    return highs
 
 
 class PyomoEngine:
@@ -46,9 +36,12 @@ class PyomoEngine:
         effort.uses(solver.name, purpose)
         self._run_time, self._purpose = 0.0, purpose
         with effort.measure("compile"):
-            self._highs = highs_of_pyomo(solver.options)
+            self._highs = Highs()
+            config = self._highs.config
+            config.load_solutions = config.raise_exception_on_nonoptimal_result = False
+            config.solver_options = solver.options
             # Between solves nothing changes but parameters: look for nothing else.
-            updates = self._highs.config.auto_updates
+            updates = config.auto_updates
             for name in updates:
                 updates[name] = name == "update_parameters"
             self._highs.set_instance(program)

@@ -1,4 +1,4 @@
-"""Every solver a user can name: how it is asked and what it can do. Adding a solver is one entry."""
+"""Every solver a user can name: its options and what it can solve. Adding a solver is one entry."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from masonry_opt.errors import OptionError
 #: Feasibility and gap tolerance asked of every solver; looser values cost digits of λ.
 TOLERANCE = 1e-9
 
-#: From here on an answer is meant to be rough.
+#: Tolerances from here on ask for a rough answer.
 _ROUGH = 1e-5
 
 #: The modelling languages, the default first.
@@ -31,14 +31,13 @@ class SolverEntry:
     ----------
     name: what a user calls it.
     language: the modelling language that drives it.
-    engine: its name in that language.
+    engine: its name in that language; of IPOPT the class in ``solvers/ipopt.py`` that drives it.
     options: its options by tolerance; None if it keeps tolerances of its own.
     missing: what to do to have it, if it is not installed.
-    interior: whether it ends in the middle of the optimal states, not in a vertex.
-    stops_early: whether it stops at whatever tolerance it is asked for. (At 1e-4 HiGHS's interior points end
+    interior: whether it ends inside the set of optimal states, not in a vertex.
+    stops_early: whether it saves time at a rough tolerance. (At 1e-4 HiGHS's interior points end
         "unknown", and its simplex ends in a vertex all the same.)
-    decides: whether its word on what has no answer can be trusted.
-    integer: whether it takes binaries.
+    decides: whether its verdicts "infeasible" and "unbounded" can be trusted.
     conic: whether it takes second-order cones.
     nonlinear: whether it solves nonlinear programs, and nothing else here.
     complementarity: whether it solves complementarity problems, and nothing else here.
@@ -52,7 +51,6 @@ class SolverEntry:
     interior: bool = False
     stops_early: bool = False
     decides: bool = True
-    integer: bool = False
     conic: bool = False
     nonlinear: bool = False
     complementarity: bool = False
@@ -65,7 +63,7 @@ class SolverEntry:
 
 @dataclass(frozen=True)
 class Solver:
-    """A solver and how it is asked.
+    """A solver with its options.
 
     Attributes
     ----------
@@ -85,7 +83,7 @@ class Solver:
 
     @property
     def key(self) -> tuple[str, str, float]:
-        """What tells it from others: language, name and tolerance."""
+        """Language, name and tolerance."""
         return self.language, self.name, self.tolerance
 
     @property
@@ -183,11 +181,11 @@ _ENTRIES = (
     SolverEntry("osqp", "cvxpy", "OSQP", _osqp, decides=False),
     SolverEntry("scs", "cvxpy", "SCS", _scs, decides=False, conic=True),
     SolverEntry("scipy", "cvxpy", "SCIPY", _scipy),
-    SolverEntry("highs", "pyomo", "highs", _highs_simplex, integer=True),
+    SolverEntry("highs", "pyomo", "highs", _highs_simplex),
     SolverEntry("highs-ipm", "pyomo", "highs", _highs_interior, interior=True),
     SolverEntry("highs-hipo", "pyomo", "highs", _highs_hipo, interior=True),
-    SolverEntry("casadi", "pyomo", "casadi", None, _without_casadi, interior=True, nonlinear=True),
-    SolverEntry("ipopt", "pyomo", "ipopt", None, _without_ipopt, interior=True, nonlinear=True),
+    SolverEntry("casadi", "pyomo", "CasadiIpopt", None, _without_casadi, interior=True, nonlinear=True),
+    SolverEntry("ipopt", "pyomo", "ExecutableIpopt", None, _without_ipopt, interior=True, nonlinear=True),
     # This package's own, which reads the matrices that the declared model is made of.
     SolverEntry("newton", "pyomo", "newton", None, interior=True, complementarity=True),
 )
@@ -249,12 +247,12 @@ def find_solver(language: str, name: str | None, tolerance: float = TOLERANCE) -
 
 
 def rougher(solver: Solver, tolerance: float) -> Solver:
-    """The same solver, asked for no more than this tolerance."""
+    """The same solver, its tolerance this at least."""
     return find_solver(solver.language, solver.name, max(tolerance, solver.tolerance))
 
 
 def in_cvxpy(solver: Solver) -> Solver:
-    """The same solver, driven from CVXPY and accurate, for the programs that are declared in CVXPY alone; the
-    default where CVXPY does not drive it, or its word on what has no answer cannot be trusted."""
+    """The same solver at its default tolerance, for programs that are declared in CVXPY alone; CVXPY's
+    default solver where CVXPY does not drive it, or its verdicts cannot be trusted."""
     entry = SOLVERS.get(("cvxpy", solver.name))
     return find_solver("cvxpy", solver.name if entry and entry.decides else None)

@@ -84,7 +84,7 @@ def falling_mechanism(
         return None
     driven = _driven(problem, problem.dead, limits, chosen, effort, DEAD_LOAD)
     if driven is None:
-        raise DeadLoadUndecided(solved.word)
+        raise DeadLoadUndecided(solved.status)
     power, velocities = driven
     # A scene may stand so narrowly that no solver finds a state with room around it.
     return velocities if power > DRIVES else None

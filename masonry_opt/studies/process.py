@@ -20,7 +20,7 @@ _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM
 #: What the server imports: ``solve``, and with its methods the modelling languages, which it imports late.
 _PRELOADED = (
     "masonry_opt.session",
-    "masonry_opt.methods.bracket.method",
+    "masonry_opt.methods.bracket.bracket",
     "masonry_opt.methods.mpec",
     "masonry_opt.studies.compare.runs",
     "masonry_opt.studies.runner",

@@ -6,8 +6,8 @@ import io
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
-import pandas as pd
 from rich import box
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -16,6 +16,9 @@ from rich.text import Text
 
 from masonry_opt.errors import OutputError, ReaderGoneError
 from masonry_opt.words.sentences import numeral
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Columns shown as small numbers.
 _RESIDUALS = (
@@ -88,9 +91,11 @@ def _printing() -> Iterator[None]:
 
 def frame_text(frame: pd.DataFrame, title: str) -> str:
     """A frame as a table with a title."""
+    from pandas.api.types import is_numeric_dtype
+
     table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, pad_edge=False)
     for column in frame.columns:
-        numeric = pd.api.types.is_numeric_dtype(frame[column])
+        numeric = is_numeric_dtype(frame[column])
         table.add_column(str(column), justify="right" if numeric else "left")
     for record in frame.to_dict("records"):
         table.add_row(*(_cell(str(column), value) for column, value in record.items()))

@@ -13,9 +13,9 @@ from scenes import CASES, WALLS, small_wall, two_blocks, values_of
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
-from masonry_opt.methods.bracket import method
-from masonry_opt.methods.bracket.limits import limits, limits_from
-from masonry_opt.methods.bracket.relaxation import RADII, Distances, Relaxation, relaxed
+from masonry_opt.methods.bracket import bracket
+from masonry_opt.methods.bracket.bounds import bounds_of, tightened
+from masonry_opt.methods.bracket.relaxation import RADII, BoundStep, Distances, relaxed
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.solvers.highs_session import HighsSession
 from masonry_opt.solvers.lp import Verdict
@@ -65,9 +65,9 @@ def test_brackets_of_running_bonds_close_below_the_rates_assumed(length, courses
 
 def test_limits_of_forces_that_are_assumed_leave_nothing_proven(monkeypatch):
     def assumed(*arguments):
-        return replace(limits(*arguments), forces_derived=False)
+        return replace(bounds_of(*arguments), forces_derived=False)
 
-    monkeypatch.setattr(method, "limits", assumed)
+    monkeypatch.setattr(bracket, "bounds_of", assumed)
     result = mo.solve(TWO_BLOCKS, "global")
     assert values_of(result, Code.WITHIN_IMPOSED)["forces"]
     assert result.bound == pytest.approx(result.load_factor, rel=CLOSED)
@@ -81,7 +81,7 @@ def test_a_wall_is_bounded_however_long_the_solver_is_given(seconds, least):
     problem = assemble(mo.load(WALLS[0])).problem
     highest, effort = 0.638982 * 1.0001, Effort()
     near, moves = Distances(problem).within(RADII[0])
-    of = limits(problem, highest, 100.0, effort)
+    of = bounds_of(problem, highest, 100.0, effort)
     bound, _ = relaxed(problem, highest, of, near, moves, seconds, effort)
     assert least <= bound < 0.638982
 
@@ -135,17 +135,17 @@ def test_an_answer_that_exceeds_the_assumed_forces_is_not_bounded():
 def test_a_search_that_is_interrupted_ends_the_bracket_too(monkeypatch):
     interrupted = mo.solve(TWO_BLOCKS, "refined").solution
     interrupted.add(Code.SEARCHED, candidates=1, interrupted=True)
-    monkeypatch.setattr(method, "refined", lambda _: interrupted)
+    monkeypatch.setattr(bracket, "refined", lambda _: interrupted)
     with pytest.raises(KeyboardInterrupt):
         mo.solve(TWO_BLOCKS, "global")
 
 
 def test_every_program_is_told_and_begins_where_the_last_ended(monkeypatch):
     """Forces with a joint's own blocks leave a gap: above it forces have less room, and they prove more."""
-    monkeypatch.setattr(method, "RADII", ((0, 0), (0, 1)))
+    monkeypatch.setattr(bracket, "RADII", ((0, 0), (0, 1)))
     steps = []
     result = mo.solve(small_wall(4, 1), "global", progress=steps.append)
-    assert len(result.history) == sum(isinstance(step, Relaxation) for step in steps) > 0
+    assert len(result.history) == sum(isinstance(step, BoundStep) for step in steps) > 0
     assert (result.history["bound"] <= result.load_factor).all()
     assert result.history["bound"].max() == pytest.approx(result.bound)
     assert result.history["products"].is_monotonic_increasing
@@ -195,7 +195,7 @@ def test_a_start_that_is_not_exact_cuts_nothing_off(monkeypatch):
     loop = mo.solve(WEDGES, "nonassociative")
     least = mo.load(WEDGES).reference["coulomb"].value
     assert loop.certificate.flow > 1e-5
-    monkeypatch.setattr(method, "refined", lambda task: loop.solution)
+    monkeypatch.setattr(bracket, "refined", lambda task: loop.solution)
     result = mo.solve(WEDGES, "global")
     assert result.load_factor is None
     assert result.reasons[0].code is Code.NO_EXACT_STATE
@@ -207,12 +207,12 @@ def test_limits_hold_for_every_method_and_fall_with_the_load():
     scene = small_wall(3, 2)
     result = mo.solve(scene, "static")
     problem = result.assembly.problem
-    of = limits(problem, result.load_factor, 100.0, Effort())
+    of = bounds_of(problem, result.load_factor, 100.0, Effort())
     assert of.forces_derived
     for name in ("static", "nonassociative", "mcp"):
         n = problem.normal_forces(mo.solve(scene, name).solution.q)
         assert (n <= of.normal + 1e-4 * of.normal.max()).all()
-    tighter = limits(problem, 0.5 * result.load_factor, 100.0, Effort())
+    tighter = bounds_of(problem, 0.5 * result.load_factor, 100.0, Effort())
     assert (tighter.normal <= of.normal + 1e-9).all()
     assert tighter.normal.sum() < of.normal.sum()
 
@@ -221,9 +221,9 @@ def test_forces_have_less_room_above_a_bound_and_every_known_state_keeps_its_own
     scene = small_wall(3, 2)
     states = [mo.solve(scene, name) for name in ("static", "nonassociative", "mcp")]
     problem, highest = states[0].assembly.problem, states[0].load_factor
-    of = limits(problem, highest, 100.0, Effort())
+    of = bounds_of(problem, highest, 100.0, Effort())
     lowest = 0.99 * min(state.load_factor for state in states)
-    above = limits_from(of, problem, lowest, highest, Effort())
+    above = tightened(of, problem, lowest, highest, Effort())
     assert above.normal.sum() < 0.9 * of.normal.sum()
     assert (above.forces <= of.forces).all()
     for state in states:
@@ -235,27 +235,27 @@ def test_forces_have_less_room_above_a_bound_and_every_known_state_keeps_its_own
 def test_where_lower_states_are_left_out_the_same_products_prove_more(share):
     problem, least = assemble(small_wall(4, 1)).problem, 0.479263
     highest, effort = least * 1.0001, Effort()
-    of = limits(problem, highest, 100.0, effort)
+    of = bounds_of(problem, highest, 100.0, effort)
     near, moves = Distances(problem).within((0, 0))
     first, _ = relaxed(problem, highest, of, near, moves, 10.0, effort)
-    above = limits_from(of, problem, share * least, highest, effort)
+    above = tightened(of, problem, share * least, highest, effort)
     second, _ = relaxed(problem, highest, above, near, moves, 10.0, effort)
     assert first + 0.05 * least < second <= least
 
 
 def test_limits_that_would_be_assumed_do_not_replace_those_proven(monkeypatch):
     problem = assemble(small_wall(3, 2)).problem
-    of = limits(problem, 0.5, 100.0, Effort())
+    of = bounds_of(problem, 0.5, 100.0, Effort())
     monkeypatch.setattr(HighsSession, "solve", lambda *_: Verdict.FAILED)
-    assert limits_from(of, problem, 0.4, 0.5, Effort()) == replace(of, lowest=0.4)
+    assert tightened(of, problem, 0.4, 0.5, Effort()) == replace(of, lowest=0.4)
 
 
 def test_rates_are_derived_where_kinematics_bound_them():
     problem = assemble(two_blocks()).problem
-    assert limits(problem, 0.2, 100.0, Effort()).rates_derived
+    assert bounds_of(problem, 0.2, 100.0, Effort()).rates_derived
     dilatancy = np.full(len(problem.sliding), -0.01)
     contracting = replace(problem, law=replace(problem.law, dilatancy=dilatancy))
-    of = limits(contracting, 0.2, 100.0, Effort())
+    of = bounds_of(contracting, 0.2, 100.0, Effort())
     assert (of.rates_derived, of.rates) == (False, 100.0)
 
 
@@ -263,7 +263,7 @@ def test_a_face_is_at_rest_only_where_a_ray_says_so(monkeypatch):
     """HiGHS finds programs of the two blocks infeasible: its word alone proves nothing."""
     problem = assemble(two_blocks()).problem
     monkeypatch.setattr(HighsSession, "contradiction", lambda session: (1.0, np.array([1e-8])))
-    assert not limits(problem, 0.2, 100.0, Effort()).rates_derived
+    assert not bounds_of(problem, 0.2, 100.0, Effort()).rates_derived
 
 
 @pytest.mark.parametrize(("seconds", "programs"), [(0.5, 1), (600.0, 2)])
@@ -277,10 +277,10 @@ def test_limits_of_forces_are_found_only_for_a_program_that_follows(monkeypatch,
 
     def counted(*of):
         called.append("limits")
-        return limits_from(*of)
+        return tightened(*of)
 
-    monkeypatch.setattr(method, "relaxed", raised)
-    monkeypatch.setattr(method, "limits_from", counted)
-    monkeypatch.setattr(method, "RADII", RADII[:1])
+    monkeypatch.setattr(bracket, "relaxed", raised)
+    monkeypatch.setattr(bracket, "tightened", counted)
+    monkeypatch.setattr(bracket, "RADII", RADII[:1])
     mo.solve(TWO_BLOCKS, "global", time_limit=seconds)
     assert called == ["program", "limits", "program"][: 2 * programs - 1]

@@ -12,7 +12,7 @@ from scenes import WALLS, declared
 import masonry_opt as mo
 from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.loop.run import run
-from masonry_opt.methods.loop.steps import Turn
+from masonry_opt.methods.loop.steps import LimitUpdate
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.solvers.registry import find_solver
 
@@ -23,7 +23,7 @@ PAPER = {"sub_problems": "accurate", "finish": False}
 CLARABEL = find_solver("cvxpy", None)
 
 
-def steps(path, revise=Turn.limits):
+def steps(path, revise=LimitUpdate.limits):
     """The problem, and each sub-problem: its state and limits."""
     problem = assemble(mo.load(path)).problem
     parameters = LoopOptions(**PAPER).parameters(problem.joints, CLARABEL)

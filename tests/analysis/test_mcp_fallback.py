@@ -12,7 +12,7 @@ from scenes import values_of as values
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.reasons import Code
-from masonry_opt.methods.mcp import method
+from masonry_opt.methods.mcp import one_pass as method
 from masonry_opt.methods.mcp.rules import Rules
 
 #: No patience: given up after the first step at which the gap has not halved.

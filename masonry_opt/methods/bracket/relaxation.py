@@ -10,7 +10,7 @@ import numpy as np
 from scipy.sparse.csgraph import shortest_path
 
 from masonry_opt.effort import Effort
-from masonry_opt.methods.bracket.limits import Limits, velocities_by_rates
+from masonry_opt.methods.bracket.bounds import StateBounds, velocities_by_rates
 from masonry_opt.models.pyomo_products import PyomoProducts
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs_lp import LinearProgram
@@ -43,7 +43,7 @@ RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 
 
 @dataclass(frozen=True)
-class Relaxation:
+class BoundStep:
     """One program of products.
 
     Attributes
@@ -84,7 +84,7 @@ class Distances:
 def relaxed(
     problem: Problem,
     highest: float,
-    of: Limits,
+    of: StateBounds,
     near: np.ndarray,
     moves: np.ndarray,
     seconds: float,
@@ -105,7 +105,7 @@ def relaxed(
     return _proven(model, lp, multipliers, highest, of), lp.size
 
 
-def _reach(model: PyomoProducts, lp: LinearProgram, highest: float, of: Limits) -> np.ndarray:
+def _reach(model: PyomoProducts, lp: LinearProgram, highest: float, of: StateBounds) -> np.ndarray:
     """How large each column may be for the solver, shape (columns,): limits of statics times velocities."""
     problem, factors = model.problem, model.factors
     of_motion = np.ones(factors.velocities.stop + 1)
@@ -119,7 +119,7 @@ def _reach(model: PyomoProducts, lp: LinearProgram, highest: float, of: Limits) 
 
 
 def _columns(
-    model: PyomoProducts, lp: LinearProgram, highest: float, of: Limits
+    model: PyomoProducts, lp: LinearProgram, highest: float, of: StateBounds
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Of each product its column, the largest that its factor of statics can be, and the number of its factor
     of kinematics, shape (products,) each."""
@@ -163,7 +163,7 @@ def _run(lp: LinearProgram, name: str, coarse: float, seconds: float, effort: Ef
 
 
 def _proven(
-    model: PyomoProducts, lp: LinearProgram, multipliers: np.ndarray, highest: float, of: Limits
+    model: PyomoProducts, lp: LinearProgram, multipliers: np.ndarray, highest: float, of: StateBounds
 ) -> float:
     """What the multipliers prove of λ ≥ ``of.lowest``: what reduced costs lack is paid with the largest that
     each product can be, by the limits of forces and of the sum of all rates."""

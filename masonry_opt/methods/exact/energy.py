@@ -1,4 +1,4 @@
-"""Forces for a mechanism and mechanism for forces, that leave least energy z·p for what is known roughly."""
+"""Forces that leave least energy z·p for given rates, and a mechanism that leaves least for given forces."""
 
 from __future__ import annotations
 

@@ -20,6 +20,7 @@ import numpy as np
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.thresholds import is_lower
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.energy import WEIGHT
 from masonry_opt.methods.task import Task
@@ -32,11 +33,8 @@ from masonry_opt.solvers.lp import LpSize, Verdict
 #: A rate above this takes part in a mechanism; a slack below this is at yield.
 _AT_WORK, _AT_YIELD = 1e-9, 1e-7
 
-#: λ must fall by this share to count as lower; a dual above this holds it up.
-_LOWER, _HOLDS = 1e-9, 1e-9
-
-#: How often forces are replaced by nearer ones in search of a first exact state.
-_REPAIRS = 10
+#: A face whose dual is above this holds λ up.
+_HOLDS = 1e-9
 
 #: What HiGHS does here, as a result tells it.
 _PURPOSE = "refinement"
@@ -69,11 +67,6 @@ class ExactState:
         """Faces that hold λ up, the strongest first."""
         order = np.argsort(-self.strength, kind="stable")
         return order[self.strength[order] > _HOLDS]
-
-
-def is_lower(one: ExactState, other: ExactState) -> bool:
-    """Whether the first load factor is lower by more than rounding."""
-    return one.load_factor < other.load_factor - _LOWER * max(abs(other.load_factor), 1.0)
 
 
 class OutOfTime(Exception):
@@ -175,7 +168,7 @@ class Refiner:
             strength=strength,
         )
 
-    def settled(self, q: np.ndarray, repairs: int = _REPAIRS) -> ExactState | None:
+    def settled(self, q: np.ndarray, repairs: int) -> ExactState | None:
         """The exact state that any forces (3c,) lead to; None if they lead to none.
 
         First on the mechanism that goes with them, descended, then on the one that goes with the forces
@@ -185,7 +178,7 @@ class Refiner:
         self.left = {}
         settled: ExactState | None = None
         found = self.first(q, repairs)
-        while found is not None and (settled is None or is_lower(found, settled)):
+        while found is not None and (settled is None or is_lower(found.load_factor, settled.load_factor)):
             settled = self.descend(found)
             found = self.first(settled.q, repairs)
         if settled is None:
@@ -194,7 +187,7 @@ class Refiner:
         self.left = answer.failing(Kind.EXACT)
         return None if self.left else replace(settled, answer=answer)
 
-    def first(self, q: np.ndarray, repairs: int = _REPAIRS) -> ExactState | None:
+    def first(self, q: np.ndarray, repairs: int) -> ExactState | None:
         """(a) and (b) from any forces; None if they do not lead to an exact state.
 
         Where no statics bring the whole support to yield, the forces that come nearest (least p·z)
@@ -238,7 +231,8 @@ class Refiner:
         if found is None:
             return None
         candidate = self.least(found[1] > _AT_WORK, found[0])
-        return candidate if candidate is not None and is_lower(candidate, state) else None
+        fell = candidate is not None and is_lower(candidate.load_factor, state.load_factor)
+        return candidate if fell else None
 
     def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         """Forces (3c,) that maximise λ, in units of the live load, less cost·n of the joints that can slide,

@@ -30,7 +30,7 @@ ROUGH_FROM = 1000
 
 
 @dataclass(frozen=True)
-class Parameters:
+class LoopParameters:
     """What one run of the loop works with: the options, decided for a scene and a solver.
 
     Attributes
@@ -86,7 +86,7 @@ class LoopOptions(Options):
         slope, after a sub-problem without a state), or "none". Whatever is asked, an associative answer that
         was found roughly is solved accurately.
     revise: another way to turn the shear limits (section 6.4): called with a
-        :class:`~masonry_opt.methods.loop.steps.Turn`, returns the next ``ShearLimits``.
+        :class:`~masonry_opt.methods.loop.steps.LimitUpdate`, returns the next ``ShearLimits``.
     """
 
     preset: Literal["paper"] | None = None
@@ -110,11 +110,11 @@ class LoopOptions(Options):
         paper = isinstance(given, dict) and given.get("preset") == "paper"
         return PAPER | given if paper else given
 
-    def parameters(self, joints: int, solver: Solver) -> Parameters:
+    def parameters(self, joints: int, solver: Solver) -> LoopParameters:
         """The parameters of a first run on a scene with so many joints, with a solver."""
         by_default = joints >= ROUGH_FROM and solver.entry.stops_early
         rough = self.sub_problems == "rough" or (self.sub_problems is None and by_default)
-        return Parameters(
+        return LoopParameters(
             alpha=(0.1 if rough else 0.3) if self.alpha is None else self.alpha,
             alpha_min=self.alpha_min,
             shrink=0.1 if rough else 0.5,

@@ -1,23 +1,24 @@
-"""One run of the loop, from its first sub-problem to its end."""
+"""One run of the loop, from its first sub-problem to its end: the record of each, and when it stops."""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import islice
+
+import numpy as np
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer, Found, certified
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
+from masonry_opt.answer.thresholds import SAME
 from masonry_opt.methods.loop.exact_end import accurate_end, rough_end
-from masonry_opt.methods.loop.history import Iteration, recorded
-from masonry_opt.methods.loop.options import Parameters
-from masonry_opt.methods.loop.steps import Revise, SubProblem, Turn, corrected, sub_problems
-from masonry_opt.methods.loop.stopping import LONGEST_PERIOD, diverges, obeys_own_flow, period
-from masonry_opt.problem.problem import Problem
+from masonry_opt.methods.loop.options import LoopParameters
+from masonry_opt.methods.loop.steps import LimitUpdate, Revise, SubProblem, corrected, sub_problems
+from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solver
@@ -31,14 +32,88 @@ _PAUSE = 2
 #: Sub-problems for which a run goes on after λ stands still, while there is no exact state yet.
 _PATIENCE = 30
 
+#: As often in a row must λ more than double for the loop to diverge.
+_DOUBLINGS = 5
+
+#: Or rises by so much at a time, as often in a row, to so many times where it began.
+_RISE, _RISES, _GROWN = 1e-2, 30, 1e3
+
+#: Longest cycle looked for, and the drift from one to the next, over its swing, that still is one.
+LONGEST_PERIOD = 6
+_STEADY = 0.05
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """One sub-problem of the loop.
+
+    Attributes
+    ----------
+    iteration: counted from 1.
+    load_factor: λ of the sub-problem, uncorrected.
+    alpha: slope of its shear limit over μ (NaN for the first).
+    change: largest change of a normal force since the last one, in median block weights.
+    violation: largest violation of the true Coulomb law, in median block weights.
+    raising: work against the dead load, in units of λ (paper, Fig. 12).
+    sliding: energy dissipated in the sub-problem's sliding, in units of λ.
+    coulomb_sliding: the same slips against the true law's shear limit (the paper's corrected
+        energy), in units of λ.
+    mismatch: energy by which sliding joints are off the true law (the small cohesion apart), each
+        counted for itself, in units of λ.
+    seconds: the solver's time.
+    attempt, remedy: which run of the loop it belongs to, and the option that was changed for that run.
+    solved: the sub-problem itself, for whoever follows the loop; not kept in a history.
+    """
+
+    iteration: int
+    load_factor: float
+    alpha: float
+    change: float
+    violation: float
+    raising: float
+    sliding: float
+    coulomb_sliding: float
+    mismatch: float
+    seconds: float
+    attempt: int = 1
+    remedy: str = ""
+    solved: SubProblem | None = field(default=None, repr=False)
+
+
+def recorded(problem: Problem, last: SubProblem, before: State | None) -> Iteration:
+    """The record of a sub-problem that was solved, and the state before it."""
+    state, limits = last.state, last.limits
+    assert state is not None  # only a solved sub-problem is recorded
+    n, slip = problem.normal_forces(state.q), problem.slip(state.p)
+    coulomb = ShearLimits.true(problem).at(n[problem.sliding])
+    limit = limits.at(n[problem.sliding]) - last.small_cohesion
+    change = np.nan if before is None else np.abs(n - problem.normal_forces(before.q)).max()
+
+    def in_units_of_load_factor(energy: float) -> float:
+        return float(energy) / problem.live_norm
+
+    return Iteration(
+        iteration=last.number,
+        load_factor=state.load_factor,
+        alpha=last.alpha,
+        change=float(change),
+        violation=max(-float(problem.slacks(state.q).min()), 0.0),
+        raising=in_units_of_load_factor(-problem.dead @ state.d),
+        sliding=in_units_of_load_factor(limits.cohesion @ slip),
+        coulomb_sliding=in_units_of_load_factor(coulomb @ slip),
+        mismatch=in_units_of_load_factor(np.abs(limit - coulomb) @ slip),
+        seconds=last.solved.seconds,
+        solved=last,
+    )
+
 
 def run(
     problem: Problem,
     driver: Driver,
-    parameters: Parameters,
+    parameters: LoopParameters,
     solver: Solver,
     progress: Callable[[Iteration], None] = lambda _: None,
-    revise: Revise = Turn.limits,
+    revise: Revise = LimitUpdate.limits,
 ) -> Solution:
     """Follow the loop to its end.
 
@@ -52,7 +127,7 @@ def run(
 
 
 class _Run:
-    def __init__(self, problem: Problem, driver: Driver, parameters: Parameters, solver: Solver) -> None:
+    def __init__(self, problem: Problem, driver: Driver, parameters: LoopParameters, solver: Solver) -> None:
         self.problem, self.driver, self.parameters, self.solver = problem, driver, parameters, solver
         kind = Kind.LOOP if parameters.finish else Kind.BARE_LOOP
         self.solution = Solution(Status.ITERATION_LIMIT, kind)
@@ -86,7 +161,7 @@ class _Run:
         solution = self.solution
         solution.found = Found()
         if last.number == 1 or last.solved.failed:
-            word = last.solved.word
+            word = last.solved.status
             solution.end(Status.SOLVER_FAILED, Code.SUB_PROBLEM_FAILED, number=last.number, word=word)
         else:
             solution.end(Status.NO_STATE, Code.SUB_PROBLEM_EMPTY, number=last.number)
@@ -176,3 +251,44 @@ class _Run:
             solution.add(Code.ABOVE_ASSOCIATIVE, by=load_factor - self.load_factors[0])
             load_factor = self.load_factors[0]
         solution.found = self._certified(state, load_factor)
+
+
+def obeys_own_flow(problem: Problem, state: State) -> bool:
+    """Whether sliding takes no part in the energy of an associative mechanism: it then obeys the joints' own
+    flow rule, too."""
+    n = problem.normal_forces(state.q)
+    spared = ShearLimits(problem.friction - problem.dilatancy_at(n), problem.cohesion).at(n[problem.sliding])
+    energy = float(spared @ problem.slip(state.p))
+    return energy <= SAME * abs(state.load_factor) * problem.live_norm
+
+
+def diverges(load_factors: Sequence[float]) -> bool:
+    """Whether λ has more than doubled, or risen, time and again, to far beyond where it began."""
+
+    def rose(by: float, times: int) -> bool:
+        last = np.array(load_factors[-times - 1 :])
+        return len(last) > times and last[0] > 0 and bool((last[1:] > (1 + by) * last[:-1]).all())
+
+    return rose(1, _DOUBLINGS) or (rose(_RISE, _RISES) and load_factors[-1] > _GROWN * load_factors[0] > 0)
+
+
+def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
+    """Length of the cycle the loop is in, or 0: load factors and normal forces came back twice, and
+    the swing hardly dies away.
+
+    Parameters
+    ----------
+    load_factors: of all sub-problems.
+    normal: normal forces of the last few, ``LONGEST_PERIOD`` + 1 at least where there are as many.
+    """
+    values = np.array(load_factors)
+    largest = float(np.abs(normal[-1]).max())
+    for length in range(2, LONGEST_PERIOD + 1):
+        if len(values) < 3 * length + 1:
+            break
+        earlier, before, now = values[-3 * length :].reshape(3, length)
+        drift = max(np.abs(now - before).max(), np.abs(before - earlier).max())
+        back = np.abs(normal[-1] - normal[-1 - length]).max() < 1e-2 * largest
+        if drift < _STEADY * np.ptp(now) and back:
+            return length
+    return 0

@@ -9,7 +9,7 @@ import numpy as np
 
 from masonry_opt.answer.certificate import largest_acting, of_lesser_block
 from masonry_opt.errors import OptionError
-from masonry_opt.methods.loop.options import Parameters
+from masonry_opt.methods.loop.options import LoopParameters
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.driver import Driver
@@ -29,7 +29,7 @@ class SubProblem:
     Attributes
     ----------
     number: k, from 1.
-    solved: the solver's word.
+    solved: how the solver ended.
     state: the optimum; None if there is none.
     limits: the shear limits it was solved with.
     alpha: α of those limits; NaN for the first, which has none.
@@ -47,7 +47,7 @@ class SubProblem:
 
 
 @dataclass(frozen=True)
-class Turn:
+class LimitUpdate:
     """What the shear limits of the next sub-problem are made of (step 4).
 
     Attributes
@@ -79,12 +79,12 @@ class Turn:
         )
 
 
-#: How the next shear limits follow from a turn; the paper's way is ``Turn.limits``.
-Revise = Callable[[Turn], ShearLimits]
+#: How the next shear limits follow; the paper's way is ``LimitUpdate.limits``.
+Revise = Callable[[LimitUpdate], ShearLimits]
 
 
 def sub_problems(
-    problem: Problem, driver: Driver, parameters: Parameters, revise: Revise = Turn.limits
+    problem: Problem, driver: Driver, parameters: LoopParameters, revise: Revise = LimitUpdate.limits
 ) -> Iterator[SubProblem]:
     """Steps 1 to 5, without end but for a sub-problem that has no optimum; the driver's model is changed in
     its shear limits alone.
@@ -120,14 +120,14 @@ def sub_problems(
         next_alpha = parameters.shrink * alpha if alpha > parameters.alpha_min else parameters.alpha_min
         n, n_before = (problem.normal_forces(of.q) for of in (state, before or state))
         about = parameters.beta * n + (1 - parameters.beta) * n_before
-        limits = revise(Turn(problem, last, alpha, small_cohesion, about))  # step 4
+        limits = revise(LimitUpdate(problem, last, alpha, small_cohesion, about))  # step 4
         if not isinstance(limits, ShearLimits):
             raise OptionError(f"option 'revise' must return ShearLimits (found {limits!r})")
         before = state
         number += 1
 
 
-def first_limits(problem: Problem, parameters: Parameters) -> ShearLimits:
+def first_limits(problem: Problem, parameters: LoopParameters) -> ShearLimits:
     """Step 1: Coulomb's limits, or a trial cohesion."""
     if parameters.start == "cohesive":
         nothing = np.zeros(len(problem.sliding))

@@ -60,7 +60,7 @@ class Iterate:
 
 
 @dataclass(frozen=True)
-class Residuals:
+class IterateResiduals:
     """What an iterate leaves of the equations.
 
     Attributes
@@ -155,12 +155,12 @@ class EdgeForm:
         moved: np.ndarray = self.problem.by_kind(self.At @ d)
         return moved
 
-    def residuals(self, at: Iterate, slope: np.ndarray) -> Residuals:
+    def residuals(self, at: Iterate, slope: np.ndarray) -> IterateResiduals:
         """What an iterate leaves under a flow rule that opens joints by ``slope`` per slip, shape (k,)."""
         problem = self.problem
         motion = self.moves(at.d) - self.follow(at.slip, slope)
         motion[:2] -= at.opening + self.crushes(at.crushed)
-        return Residuals(
+        return IterateResiduals(
             self.A @ at.x.ravel() + at.load_factor * problem.live + problem.dead,
             at.z - problem.cohesion - self.slacks(at.x, problem.friction),
             at.room - self.room(at.x),

@@ -16,8 +16,7 @@ from math import inf, isfinite, sqrt
 
 import numpy as np
 
-from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate, Products, Residuals, moved
-from masonry_opt.methods.mcp.history import NewtonStep
+from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate, IterateResiduals, Products, moved
 from masonry_opt.methods.mcp.newton import Elimination, NewtonSystem, Parts, SingularError
 from masonry_opt.methods.mcp.rules import (
     GAP,
@@ -58,6 +57,45 @@ _LEAST_LOAD = 1e-3
 
 #: Projections onto kinematics at the end, and what they may leave, over the largest velocity.
 _PROJECTIONS, _ON_KINEMATICS = 3, 1e-12
+
+
+@dataclass(frozen=True)
+class NewtonStep:
+    """One step of a pass, as it began.
+
+    Attributes
+    ----------
+    iteration: counted from 1 in each attempt; a number is missing where the matrix had no factors and the
+        step was tried again.
+    load_factor: λ.
+    gap: energy z·p of all faces, over the live load's work at |λ| (at 1e-3 at least).
+    statics, yielding, motion: largest residuals: of equilibrium over the largest dead load (one at least), of
+        slacks in the same units, and of the flow rule over the largest velocity (one at least).
+    contraction: α.
+    blend: θ.
+    centring: σ, the share of the gap that is aimed at; NaN where the pass ended.
+    forces, velocities: lengths of the step in statics and in kinematics.
+    error: of the solution of the linear equations.
+    full: whether they took a full factorisation.
+    seconds: the step's time.
+    attempt: which set of rules it belongs to.
+    """
+
+    iteration: int
+    load_factor: float
+    gap: float
+    statics: float
+    yielding: float
+    motion: float
+    contraction: float
+    blend: float
+    centring: float = np.nan
+    forces: float = np.nan
+    velocities: float = np.nan
+    error: float = np.nan
+    full: bool = False
+    seconds: float = 0.0
+    attempt: int = 1
 
 
 class Outcome(StrEnum):
@@ -174,7 +212,7 @@ class _Schedule:
         self._largest = max(float(np.abs(problem.dead).max()), 1.0)
         self._most_load = LOST_LOAD * max(float(np.abs(problem.dead).sum()), 1.0) / problem.live_norm
         self.slope = self.friction = problem.dilatancy
-        self.residuals: Residuals
+        self.residuals: IterateResiduals
 
     def look(self, at: Iterate, iteration: int) -> NewtonStep:
         """Set slopes by the gap, and record what the iterate leaves."""

@@ -8,8 +8,7 @@ from dataclasses import replace
 
 from masonry_opt.effort import Effort
 from masonry_opt.methods.mcp.edge_form import EdgeForm
-from masonry_opt.methods.mcp.history import NewtonStep
-from masonry_opt.methods.mcp.interior_point import Outcome, run
+from masonry_opt.methods.mcp.interior_point import NewtonStep, Outcome, run
 from masonry_opt.methods.mcp.newton import Elimination
 from masonry_opt.methods.mcp.rules import ATTEMPTS, Rules
 from masonry_opt.methods.task import Task

@@ -10,9 +10,8 @@ from scenes import WALLS, block_on_floor, declared, small_wall, two_blocks
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.methods.loop.options import PAPER, ROUGH_FROM, LoopOptions
-from masonry_opt.methods.loop.run import run
-from masonry_opt.methods.loop.steps import SubProblem, Turn, corrected
-from masonry_opt.methods.loop.stopping import diverges, obeys_own_flow, period
+from masonry_opt.methods.loop.run import diverges, obeys_own_flow, period, run
+from masonry_opt.methods.loop.steps import LimitUpdate, SubProblem, corrected
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.lp import Solved, Verdict
@@ -98,19 +97,19 @@ def test_loop_changes_nothing_but_the_shear_limits_in_pyomo():
 # Its steps ---------------------------------------------------------------------------------------------
 
 
-def a_turn(problem, about, alpha=0.3, small_cohesion=0.01):
-    """A turn about those normal forces, all else arbitrary."""
+def an_update(problem, about, alpha=0.3, small_cohesion=0.01):
+    """An update about those normal forces, all else arbitrary."""
     k = len(problem.sliding)
     solved = Solved(Verdict.OPTIMAL, "", 0.0)
     last = SubProblem(1, solved, None, None, float("nan"), np.zeros(k), False)
-    return Turn(problem, last, alpha, np.full(k, small_cohesion), about)
+    return LimitUpdate(problem, last, alpha, np.full(k, small_cohesion), about)
 
 
 def test_step_4_turns_each_limit_about_its_normal_force():
     """|s| ≤ c⁰ + (1 + α) n μ − α n' μ: at n' = n the true law and the small cohesion, falling by α μ."""
     problem = assemble(small_wall()).problem
     about = np.linspace(0.5, 4.0, problem.joints)
-    limits = a_turn(problem, about).limits()
+    limits = an_update(problem, about).limits()
     np.testing.assert_allclose(limits.slope, -0.3 * problem.friction)
     at = limits.cohesion + limits.slope * about[problem.sliding]
     np.testing.assert_allclose(at, problem.friction * about[problem.sliding] + 0.01)
@@ -120,13 +119,13 @@ def test_step_4_with_cohesion_and_dilatancy():
     """Limits fall by tan φ₀ − α μ; joints that dilate at their friction angle keep theirs."""
     dilatant = assemble(small_wall(cohesion=0.1, dilatancy=0.2)).problem
     about = np.linspace(0.5, 4.0, dilatant.joints)
-    limits = a_turn(dilatant, about).limits()
+    limits = an_update(dilatant, about).limits()
     np.testing.assert_allclose(limits.slope, 0.2 - 0.3 * dilatant.friction)
     at = limits.cohesion + limits.slope * about[dilatant.sliding]
     true = dilatant.cohesion + dilatant.friction * about[dilatant.sliding]
     np.testing.assert_allclose(at, true + 0.01)
     associative = assemble(small_wall(cohesion=0.1, dilatancy=0.65)).problem
-    limits = a_turn(associative, about).limits()
+    limits = an_update(associative, about).limits()
     np.testing.assert_array_equal(limits.slope, associative.friction)
     np.testing.assert_array_equal(limits.cohesion, associative.cohesion)
 
@@ -167,9 +166,9 @@ def test_sub_problems_have_the_states_that_are_recorded():
         assert (np.abs(problem.by_kind(q)[1, problem.sliding]) <= limit + 1e-7).all()
     before, last = said[-2].solved, said[-1].solved
     about = 0.6 * before.state.q + 0.4 * said[-3].solved.state.q
-    turn = Turn(problem, before, last.alpha, last.small_cohesion, about[: problem.joints])
-    np.testing.assert_allclose(last.limits.slope, turn.limits().slope)
-    np.testing.assert_allclose(last.limits.cohesion, turn.limits().cohesion, rtol=1e-12)
+    update = LimitUpdate(problem, before, last.alpha, last.small_cohesion, about[: problem.joints])
+    np.testing.assert_allclose(last.limits.slope, update.limits().slope)
+    np.testing.assert_allclose(last.limits.cohesion, update.limits().cohesion, rtol=1e-12)
 
 
 def test_limits_may_be_revised_in_another_way():
@@ -266,7 +265,7 @@ def test_solvers_that_cannot_stop_early_solve_accurately(solver):
 def test_rough_sub_problems_are_solved_roughly(monkeypatch):
     asked = []
     monkeypatch.setattr(
-        "masonry_opt.methods.loop.method.rougher",
+        "masonry_opt.methods.loop.nonassociative.rougher",
         lambda solver, tolerance: asked.append(tolerance) or rougher(solver, tolerance),
     )
     mo.solve(two_blocks(), "nonassociative", sub_problems="accurate")

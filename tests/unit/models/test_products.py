@@ -10,7 +10,7 @@ from scenes import CASES, UNCRUSHED, small_wall
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.effort import Effort
-from masonry_opt.methods.bracket.limits import limits, limits_from
+from masonry_opt.methods.bracket.bounds import bounds_of, tightened
 from masonry_opt.methods.bracket.relaxation import Distances
 from masonry_opt.models.pyomo_arrays import values
 from masonry_opt.models.pyomo_products import PyomoProducts
@@ -51,8 +51,8 @@ def point(model, lp):
 def test_a_coulomb_state_meets_every_row(name):
     problem, state = exact_state(SCENES[name])
     lowest, highest = 0.9 * max(state.load_factor, 0.0), state.load_factor * 1.001
-    of = limits(problem, highest, 100.0, Effort())
-    above = limits_from(of, problem, lowest, highest, Effort())
+    of = bounds_of(problem, highest, 100.0, Effort())
+    above = tightened(of, problem, lowest, highest, Effort())
     for radii, within in (((0, 1), of), ((1, 2), of), ((0, 1), above)):
         model, lp = declared(problem, highest, within.normal, radii, within.lowest)
         model.put(state)
@@ -80,7 +80,7 @@ def test_rows_cut_off_a_state_that_is_not_complementary():
 def test_any_multipliers_prove_no_more_than_a_state_allows(name):
     """cost·x ≥ value − short·|x| at a state, for multipliers drawn at random."""
     problem, state = exact_state(SCENES[name])
-    largest = limits(problem, state.load_factor * 1.001, 100.0, Effort()).normal
+    largest = bounds_of(problem, state.load_factor * 1.001, 100.0, Effort()).normal
     model, lp = declared(problem, state.load_factor * 1.001, largest, (0, 1))
     model.put(state)
     x = point(model, lp)
@@ -123,7 +123,7 @@ def test_edge_factors_are_the_problem_s(name):
 
 def test_more_products_never_lower_the_bound():
     problem = assemble(small_wall(2, 2)).problem
-    largest = limits(problem, 1.0, 100.0, Effort()).normal
+    largest = bounds_of(problem, 1.0, 100.0, Effort()).normal
     sizes = [len(declared(problem, 1.0, largest, radii)[0].product) for radii in ((0, 0), (0, 1), (1, 2))]
     assert sizes == sorted(sizes)
     model, _ = declared(problem, 1.0, largest, (1, 2))

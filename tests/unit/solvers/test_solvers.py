@@ -42,7 +42,7 @@ def test_one_block(language, solver, formulation):
     driver = declared(problem, formulation, language, solver)
     answer = driver.solve()
     assert answer.solved.verdict is Verdict.OPTIMAL
-    assert answer.solved.word
+    assert answer.solved.status
     most = LEFT.get(solver, 1e-8)
     assert answer.state.load_factor == pytest.approx(0.5, abs=most)
     assert certificate_of(problem, answer.state).worst < most
@@ -90,7 +90,7 @@ def test_programs_without_an_optimum(language, solver, scene, formulation):
     expected = NO_OPTIMUM[scene, formulation]
     assert answer.solved.verdict is (Verdict.FAILED if solver == "piqp" else expected)
     assert answer.solved.failed == (solver == "piqp")
-    assert answer.solved.word
+    assert answer.solved.status
 
 
 @pytest.mark.parametrize(("language", "solver"), LINEAR)

@@ -25,7 +25,7 @@ _BEYOND = 1e9
 
 
 @dataclass(frozen=True)
-class Limits:
+class StateBounds:
     """What forces and rates are at most in all states with lowest ≤ λ ≤ Λ.
 
     Attributes
@@ -58,8 +58,8 @@ class Limits:
         return within and (self.rates_derived or rates < self.rates)
 
 
-def limits(problem: Problem, highest: float, assumed_rates: float, effort: Effort) -> Limits:
-    """Limits over all states with 0 ≤ λ ≤ ``highest``.
+def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Effort) -> StateBounds:
+    """Bounds over all states with 0 ≤ λ ≤ ``highest``.
 
     Forces: the largest that statics allow. Rates: the largest that kinematics allow each face while the
     raising of the blocks takes no more than the live load gives, of sliding with the other sense at rest.
@@ -70,7 +70,7 @@ def limits(problem: Problem, highest: float, assumed_rates: float, effort: Effor
     rates = _most_rates(problem, highest, effort)
     slips_either_way = (problem.dilatancy > 0) & (problem.friction == 0) & (problem.cohesion == 0)
     rates_derived = bool(np.isfinite(rates) and (problem.dilatancy >= 0).all() and not slips_either_way.any())
-    return Limits(
+    return StateBounds(
         lowest=0.0,
         normal=normal,
         forces=forces,
@@ -80,7 +80,9 @@ def limits(problem: Problem, highest: float, assumed_rates: float, effort: Effor
     )
 
 
-def limits_from(of: Limits, problem: Problem, lowest: float, highest: float, effort: Effort) -> Limits:
+def tightened(
+    of: StateBounds, problem: Problem, lowest: float, highest: float, effort: Effort
+) -> StateBounds:
     """The same with forces of the states with ``lowest`` ≤ λ ≤ ``highest`` alone. They have less room: the
     nearer λ is to what statics can carry, the less self-stress goes with it."""
     normal, forces, derived = _force_limits(problem, (lowest, highest), effort)

@@ -19,11 +19,10 @@ from masonry_opt.methods.exact.energy import motion_for
 from masonry_opt.methods.exact.refiner import ExactState, refiner_of
 from masonry_opt.methods.exact.search import SMALL, Met, Search, lower_of
 from masonry_opt.methods.loop.exact_end import rough_end
-from masonry_opt.methods.loop.history import Iteration
-from masonry_opt.methods.loop.method import nonassociative
+from masonry_opt.methods.loop.nonassociative import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
-from masonry_opt.methods.mcp.history import NewtonStep
-from masonry_opt.methods.mcp.interior_point import Outcome
+from masonry_opt.methods.loop.run import Iteration
+from masonry_opt.methods.mcp.interior_point import NewtonStep, Outcome
 from masonry_opt.methods.mcp.passes import NEAR, Passes, passes_of
 from masonry_opt.methods.mcp.rules import ATTEMPTS, OF_LARGE, Rules
 from masonry_opt.methods.task import Options, Task
@@ -31,7 +30,6 @@ from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.registry import find_solver
-from masonry_opt.standing.existence import existence
 
 #: Joints up to which a pass is tried before the loop: on façades of more (3 × 9 openings) it lingers.
 _PASSES_UP_TO = 8000
@@ -92,6 +90,9 @@ def mcp(task: Task) -> Solution:
                 return _descended(task, passes, solution)
             return solution
         if passes.outcome is Outcome.LOST:
+            # Declared in Pyomo, which takes .3 s to import.
+            from masonry_opt.standing.existence import existence
+
             solution.infeasibility = existence(problem, effort)
             if solution.proven_none:
                 solution.end(Status.SOLVER_FAILED, Code.PASS_LOST)
@@ -99,9 +100,10 @@ def mcp(task: Task) -> Solution:
             break
     word = "its certificate failed" if passes.outcome is Outcome.SOLVED else str(passes.outcome)
     if options.descent and problem.joints <= SMALL:
-        solution.end(Status.CONVERGED, Code.OTHER_STARTS, word=word)
         found = _descended(task, passes, solution)
-        if found.load_factor is not None:
+        if found is not solution:
+            found.status = Status.CONVERGED
+            found.reasons.insert(0, reason(Code.OTHER_STARTS, word=word))
             return found
     if options.fallback:
         return _by_loop(task, solution, Code.LOOP_TOOK_OVER, word=word)

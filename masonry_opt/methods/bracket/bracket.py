@@ -13,15 +13,15 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.associative import associative
-from masonry_opt.methods.bracket.limits import Limits, limits, limits_from
+from masonry_opt.methods.bracket.bounds import StateBounds, bounds_of, tightened
 from masonry_opt.methods.bracket.relaxation import (
     LEAST_TIME,
     RADII,
+    BoundStep,
     Distances,
-    Relaxation,
     relaxed,
 )
-from masonry_opt.methods.refined.method import RefinedOptions, refined
+from masonry_opt.methods.refined import RefinedOptions, refined
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.registry import find_solver
@@ -83,7 +83,7 @@ def global_search(task: Task) -> Solution:
     solution.flow_rule_matters, solution.associative = start.flow_rule_matters, upper.load_factor
     if exact:
         solution.found = start.found
-    of = limits(problem, highest, options.rate_bound or assumed_rates(problem, solution.d), effort)
+    of = bounds_of(problem, highest, options.rate_bound or assumed_rates(problem, solution.d), effort)
     solution.bound = min(best, 0.0)
     if best > 0:
         _raise(task, solution, best, highest, of, began)
@@ -106,7 +106,9 @@ def a_little_above(best: float) -> float:
     return best + _ABOVE * max(abs(best), 1e-3)
 
 
-def _raise(task: Task, solution: Solution, best: float, highest: float, of: Limits, began: float) -> None:
+def _raise(
+    task: Task, solution: Solution, best: float, highest: float, of: StateBounds, began: float
+) -> None:
     """Raise the bound by programs of more and more products, until it is closed or time is up.
 
     Below what one program proves there is no state: the next looks only above, where forces have less room,
@@ -123,10 +125,10 @@ def _raise(task: Task, solution: Solution, best: float, highest: float, of: Limi
             if before and ends - time.perf_counter() < LEAST_TIME:
                 return
             if (solution.bound or 0.0) > of.lowest:
-                of = limits_from(of, task.problem, solution.bound or 0.0, highest, task.effort)
+                of = tightened(of, task.problem, solution.bound or 0.0, highest, task.effort)
             before, left = products, ends - time.perf_counter()
             bound, size = relaxed(task.problem, highest, of, near, moves, left, task.effort)
-            step = Relaxation(bound, of.lowest, best, *radii, products, time.perf_counter() - began)
+            step = BoundStep(bound, of.lowest, best, *radii, products, time.perf_counter() - began)
             solution.history.append(step)
             task.progress(step)
             solution.size = size
@@ -141,7 +143,7 @@ def _closed(bound: float, load_factor: float | None) -> bool:
     return load_factor is not None and load_factor - bound <= CLOSED * max(abs(load_factor), SMALLEST)
 
 
-def _conclude(problem: Problem, solution: Solution, of: Limits, options: GlobalOptions) -> None:
+def _conclude(problem: Problem, solution: Solution, of: StateBounds, options: GlobalOptions) -> None:
     """Status and reason from what was found."""
     answer = solution.answer
     if answer is None:

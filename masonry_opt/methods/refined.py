@@ -15,7 +15,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.exact.refiner import ExactState, OutOfTime, Refiner, refiner_of
 from masonry_opt.methods.exact.search import Candidate, Met, Search, lower_of
-from masonry_opt.methods.mcp.method import McpOptions, mcp
+from masonry_opt.methods.mcp.one_pass import McpOptions, mcp
 from masonry_opt.methods.mcp.passes import passes_of
 from masonry_opt.methods.task import Options, Task, of_same_scene
 from masonry_opt.solvers.registry import find_solver
@@ -26,7 +26,8 @@ class RefinedOptions(Options):
 
     Attributes
     ----------
-    start: a result of the same scene, whose forces alone are refined (default: those of a few passes).
+    start: a result of the same scene, whose forces alone are refined (default: those of a pass and, on small
+        scenes, of further starts).
     search: seconds for which lower states are searched for, from other starts and around the lowest found.
     until: load factor at or below which the search ends before its time.
     seed: of the search's random numbers: one seed visits the same states in the same order, and the time

@@ -1,0 +1,199 @@
+"""What is a tuned constant or rule of the methods worth? Each is switched off by its name, on scenes that it
+was not tuned on, and what that loses is printed; what loses nothing can go.
+
+    python benchmarks/ablation.py --list
+    python benchmarks/ablation.py two-repairs further-starts --random 30
+    python benchmarks/ablation.py rough-sub-problems --random 0 --large
+
+Scenes: small random ones (tests/atlas) from seed 90000 on, walls 1 to 6 of Ferris & Tin-Loi with other
+frictions, façades of up to 3 × 2 openings; with --large façades and walls of more than 1000 joints.
+Printed of each name, against the methods as they are: answers and exact states lost (and gained), how often
+and by how much λ is higher or lower (by more than 1e-6 of it; a Coulomb answer that is lower is better), and
+steps and processor time over those of the methods as they are. Constants of the passes are not listed yet.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from dataclasses import dataclass
+from importlib import import_module
+from math import inf
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
+
+from atlas.random_scenes import KINDS, random_scene  # noqa: E402
+
+import masonry_opt as mo  # noqa: E402
+from masonry_opt.answer.thresholds import SAME  # noqa: E402
+
+#: First seed of the random scenes, above all that anything was tuned on.
+FIRST_SEED = 90_000
+
+#: The options with which a method is measured.
+MEASURED: dict[str, dict[str, Any]] = {
+    "nonassociative": {},
+    "rough": {"method": "nonassociative", "sub_problems": "rough"},
+    "mcp": {},
+    "search": {"method": "refined", "search": 2.0},
+    "global": {"time_limit": 5.0},
+}
+
+
+def _without(*names: Any) -> Callable[[Any], Any]:
+    """The same dictionary or tuple, without those keys or entries."""
+
+    def reduced(old: Any) -> Any:
+        left = [entry for entry in old if str(entry) not in names]
+        return {name: old[name] for name in left} if isinstance(old, dict) else tuple(left)
+
+    return reduced
+
+
+_SEARCH, _RUN, _BOUND = "exact.search:", "loop.run:", "bracket.relaxation:"
+_REMEDIES, _ENERGY = "loop.nonassociative:REMEDIES", "exact.energy:WEIGHT"
+
+#: By name: attributes ("module:NAME" within ``masonry_opt.methods``) of a method, and their new values, or
+#: functions of their old ones.
+ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
+    "small-cohesion-of-a-block": ("nonassociative", {"loop.steps:_DWARFS": inf}),
+    "end-at-the-larger-mechanism": ("nonassociative", {"loop.exact_end:_SHARES": (1e-4,)}),
+    "end-at-the-surer-mechanism": ("nonassociative", {"loop.exact_end:_SHARES": (1e-6,)}),
+    "patience": ("nonassociative", {_RUN + "_PATIENCE": 0}),
+    "divergence": ("nonassociative", {_RUN + "_DOUBLINGS": 999, _RUN + "_RISES": 999}),
+    "slow-divergence": ("nonassociative", {_RUN + "_RISES": 999}),
+    "cycles": ("nonassociative", {_RUN + "_STEADY": 0.0}),
+    **{
+        f"remedy-{failure.replace(' ', '-')}": ("nonassociative", {_REMEDIES: _without(failure)})
+        for failure in ("locked", "no state", "cycling", "iteration limit", "solver failed")
+    },
+    "early-end": ("rough", {_RUN + "_NEARLY_TRUE": 0.0}),
+    "early-end-not-before": ("rough", {_RUN + "_NEARLY_TRUE": inf}),
+    "pause-between-ends": ("rough", {_RUN + "_PAUSE": 1}),
+    "energy-weighs-10": ("rough", {_ENERGY: 10.0}),
+    "energy-weighs-100": ("rough", {_ENERGY: 100.0}),
+    "rough-sub-problems": ("nonassociative", {"loop.options:ROUGH_FROM": inf}),
+    "energy-weighs-100-in-repairs": ("mcp", {"exact.refiner:WEIGHT": 100.0}),
+    "more-friction": ("mcp", {_SEARCH + "_MORE_FRICTION": 1.0}),
+    "further-starts": ("mcp", {_SEARCH + "SMALL": 0, "mcp.one_pass:SMALL": 0}),
+    "fifteen-in-a-row": ("mcp", {_SEARCH + "_NOTHING_NEW": 10}),
+    "at-most-four-times-the-steps": ("mcp", {_SEARCH + "_MOST_STEPS": inf}),
+    "neighbours": ("mcp", {_SEARCH + "_ROUND_OF_SMALL": _without("neighbour")}),
+    "other-frictions": ("mcp", {_SEARCH + "_ROUND_OF_SMALL": _without("friction")}),
+    "fixed-points": ("mcp", {_SEARCH + "_ROUND_OF_SMALL": _without("fixed point")}),
+    "many-faces-let-go": ("mcp", {_SEARCH + "_LET_GO": 0.0}),
+    "fixed-points-for-a-first": ("mcp", {_SEARCH + "_FOR_A_FIRST": ("friction",)}),
+    "far-and-near-frictions": ("mcp", {_SEARCH + "_FRICTIONS": (0.1, 0.1)}),
+    "fixed-points-settle": ("mcp", {_SEARCH + "_FIXED_POINT": 1}),
+    "two-repairs": ("mcp", {_SEARCH + "_REPAIRS": 1}),
+    "descent-of-larger-scenes": ("mcp", {"mcp.one_pass:_DESCENT_UP_TO": 60}),
+    "search-neighbours": ("search", {_SEARCH + "_ROUND": _without("neighbour")}),
+    "search-fixed-points": ("search", {_SEARCH + "_ROUND": _without("fixed point")}),
+    "search-loads": ("search", {_SEARCH + "_ROUND": _without("loads")}),
+    "repeat-what-pays": ("global", {"bracket.bracket:_WORTH_REPEATING": inf}),
+    "older-interior-point": ("global", {_BOUND + "_FEW_ROWS": 0}),
+    "coarse-interior-point": ("global", {_BOUND + "_COARSE": 0.0}),
+    "fastest-velocity": ("global", {_BOUND + "_FASTEST": 1e3}),
+    "near-products-first": ("global", {"bracket.bracket:RADII": lambda old: old[3:]}),
+}
+
+
+@dataclass(frozen=True)
+class Measured:
+    """One run; value is λ (of "global" the proven bound), None without an answer; processor time."""
+
+    value: float | None
+    exact: bool
+    steps: int
+    seconds: float
+
+
+def measured(scene: mo.Scene, name: str) -> Measured:
+    began = time.process_time()
+    result = mo.solve(scene, **{"method": name} | MEASURED[name])
+    value = result.bound if name == "global" else result.load_factor
+    return Measured(value, result.exact, result.iterations, time.process_time() - began)
+
+
+def scenes(asked: argparse.Namespace) -> Iterator[mo.Scene]:
+    seeds = range(FIRST_SEED, FIRST_SEED + asked.random)
+    yield from (random_scene(kind, seed) for kind in KINDS for seed in seeds)
+    for number in asked.walls:
+        wall = mo.load(ROOT / "cases" / "ferris_tinloi" / f"wall_{number}.toml")
+        for share in (0.6, 0.85, 1.2):
+            joints = wall.joints.model_copy(update={"friction": share * wall.joints.friction})
+            yield wall.model_copy(update={"joints": joints, "title": f"{wall.title}, {share} of friction"})
+    sizes = [(1, 1, 3), (2, 1, 3), (2, 2, 3), (3, 2, 3)] if asked.facades else []
+    common: Any = {"weight": 1, "live": (1, 0), "block": (3, 1)}
+    common_facade = common | {"jamb": 1, "sill": 2, "spandrel": 2, "lintel_weight": 1}
+    for across, up, high in sizes + ([(4, 4, 5), (3, 6, 7)] if asked.large else []):
+        facade = mo.Facade(openings=(across, up), opening=(1, high), **common_facade)
+        yield from _of_frictions(f"façade {across} x {up}", facade.blocks())
+    if asked.large:
+        wall = mo.Wall(courses=[[1.0] * 20, [0.5, *[1.0] * 19, 0.5]] * 10, **common)
+        yield from _of_frictions("wall", wall.blocks())
+
+
+def _of_frictions(title: str, blocks: list[mo.Block]) -> Iterator[mo.Scene]:
+    for friction in (0.5, 0.8):
+        joints = mo.JointDefaults(friction=friction)
+        yield mo.Scene(title=f"{title}, friction {friction}", joints=joints, blocks=blocks)
+
+
+def lost(before: list[Measured], after: list[Measured]) -> str:
+    pairs = list(zip(before, after, strict=True))
+    both = [(old.value, new.value) for old, new in pairs if None not in (old.value, new.value)]
+    change = np.array([(new - old) / max(abs(old), 1e-9) for old, new in both])  # type: ignore[operator]
+    answers = sum(new.value is not None for _, new in pairs) - sum(old.value is not None for old, _ in pairs)
+    exact = sum(new.exact for new in after) - sum(old.exact for old in before)
+    told = [f"answers {answers:+d}", f"exact {exact:+d}"]
+    for word, part in (("higher", 100 * change[change > SAME]), ("lower", -100 * change[change < -SAME])):
+        by = f" by {part.mean():.2g} %, at most {part.max():.2g}" if len(part) else ""
+        told.append(f"λ {word} {len(part)}{by}")
+    for word in ("steps", "seconds"):
+        was, now = (sum(getattr(run, word) for run in runs) for runs in (before, after))
+        told.append(f"{word} × {now / max(was, 1e-9):.2f}")
+    return "; ".join(told)
+
+
+def main(asked: argparse.Namespace) -> None:
+    chosen, before = list(scenes(asked)), {}
+    print(f"{len(chosen)} scenes")
+    for name in asked.names or ABLATIONS:
+        method, changes = ABLATIONS[name]
+        if method not in before:
+            before[method] = [measured(scene, method) for scene in chosen]
+        with ExitStack() as stack:
+            for where, value in changes.items():
+                module, attribute = where.split(":")
+                of = import_module(f"masonry_opt.methods.{module}")
+                new = value(getattr(of, attribute)) if callable(value) else value
+                stack.enter_context(patch.object(of, attribute, new))
+            after = [measured(scene, method) for scene in chosen]
+        print(f"{name} ({method}): {lost(before[method], after)}", flush=True)
+        if asked.verbose:
+            for scene, old, new in zip(chosen, before[method], after, strict=True):
+                if old.value != new.value:
+                    print(f"    {scene.title}: {old} -> {new}")
+
+
+if __name__ == "__main__":
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
+    parser.add_argument("names", nargs="*", choices=[[], *ABLATIONS], metavar="NAME", help="default: all")
+    parser.add_argument("--list", action="version", version="\n".join(ABLATIONS), help="the names there are")
+    parser.add_argument("--random", type=int, default=10, help="random scenes of each of the four kinds")
+    parser.add_argument("--walls", type=lambda text: text.split(",") if text else [], default=list("123"))
+    parser.add_argument("--facades", action=argparse.BooleanOptionalAction, default=True)
+    parser.add_argument("--large", action="store_true", help="scenes of more than 1000 joints too")
+    parser.add_argument("--verbose", "-v", action="store_true", help="name each scene that ends elsewhere")
+    main(parser.parse_args())

@@ -1,1 +1,0 @@
-"""Method "refined": the lowest exact state that passes and a search lead to."""
