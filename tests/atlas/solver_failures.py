@@ -287,13 +287,6 @@ ENTRIES: tuple[Entry, ...] = (
                 source="lowest exact state known",
                 slow=True,
             ),
-            Expectation(
-                Status.CONVERGED,
-                "mpec",
-                load_factor=0.638982,
-                source="lowest exact state known",
-                slow=True,
-            ),
             one_pass(0.638982, "lowest exact state known"),
         ),
     ),

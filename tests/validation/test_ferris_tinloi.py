@@ -22,9 +22,9 @@ def test_associative_to_all_published_digits(path, model):
 def test_loop_after_step_6(path):
     """λ to 3e-4 relative, on wall 5 to 2e-3: which optimal state a solver returns moves the last digits.
 
-    Section 5.3 found actual and corrected sliding energy within 0.1 % of the total: ours up to 0.04 % on walls
-    1 to 5, 0.12 % on wall 6, which spends 18.2 % in sliding. Footnote 4: walls 3 and 4 end in rocking alone.
-    Step 4's small cohesion (1e-5) is all that is left.
+    Section 5.3 found actual and corrected sliding energy within 0.1 % of the total: ours up to 0.04 % on
+    walls 1 to 5, 0.12 % on wall 6, which spends 18.2 % in sliding. Footnote 4: walls 3 and 4 end in rocking
+    alone. Step 4's small cohesion (1e-5) is all that is left.
     """
     scene = mo.load(path)
     result = mo.solve(scene, "nonassociative")
