@@ -2,12 +2,12 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: table1 unit test slow lint guide clean
+.PHONY: table1 unit test slow test-all lint guide clean
 
 table1: .venv/installed
 	$(BIN)/masonry-opt reproduce table1 --out results
 
-# Each part by itself, in half a minute; then every claim but what is marked slow; then that.
+# Each part by itself, in half a minute; then every claim but what is marked slow; then that; then both, as CI.
 unit: .venv/installed
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist worksteal tests/unit
 
@@ -16,6 +16,9 @@ test: .venv/installed
 
 slow: .venv/installed
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist worksteal -m slow
+
+test-all: .venv/installed
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist worksteal -m ''
 
 lint: .venv/installed
 	$(BIN)/ruff check .

@@ -85,6 +85,18 @@ def forces_of(assembly: Assembly, which: str = "dead") -> np.ndarray:
     return getattr(problem, which).reshape(-1, 3) * unit
 
 
+_SOLVED: dict[tuple[object, ...], Result] = {}
+
+
+def solved(scene: mo.Scene | Path, method: str = "mcp", **options: Any) -> Result:
+    """``mo.solve``, once for each scene, method and options: results do not change."""
+    given = scene if isinstance(scene, Path) else scene.model_dump_json()
+    key = (given, method, *sorted(options.items()))
+    if key not in _SOLVED:
+        _SOLVED[key] = mo.solve(scene, method, **options)
+    return _SOLVED[key]
+
+
 def values_of(answer: Result | Solution, code: Code) -> dict[str, Any] | None:
     """The values of the reason with that code; None if it is not among those given."""
     return next((reason.values for reason in answer.reasons if reason.code is code), None)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from atlas.random_scenes import random_scene
 from mappings import SAME, mapped
-from scenes import CASES, WALLS, small_wall, two_blocks, values_of
+from scenes import CASES, WALLS, small_wall, solved, two_blocks, values_of
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
@@ -86,6 +86,7 @@ def test_a_wall_is_bounded_however_long_the_solver_is_given(seconds, least):
     assert least <= bound < 0.638982
 
 
+@pytest.mark.slow
 def test_a_wall_is_bracketed_in_the_time_given():
     """Hardly a second a program: what is proven by then is below the state, its assumption is told."""
     result = mo.solve(WALLS[0], "global", time_limit=2)
@@ -167,7 +168,7 @@ WRITTEN = SAME | {
 def test_the_bound_does_not_depend_on_how_a_scene_is_written(changed):
     scene = small_wall(4, 1)
     assert mo.solve(changed(scene), "global").bound == pytest.approx(
-        mo.solve(scene, "global").bound, rel=2 * CLOSED
+        solved(scene, "global").bound, rel=2 * CLOSED
     )
 
 

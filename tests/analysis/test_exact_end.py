@@ -35,7 +35,9 @@ def test_walls_end_in_an_exact_state_near_the_loops_own_load_factor(path):
     np.testing.assert_array_equal(result.history["load_factor"], raw.history["load_factor"])
 
 
-@pytest.mark.parametrize("path", [FACADE, WALLS[5]], ids=["façade", "wall 6"])
+@pytest.mark.parametrize(
+    "path", [pytest.param(FACADE, marks=pytest.mark.slow), WALLS[5]], ids=["façade", "wall 6"]
+)
 def test_rough_sub_problems_take_fewer_iterations_to_an_exact_state(path):
     rough, accurate = (
         mo.solve(path, "nonassociative", sub_problems=asked) for asked in ("rough", "accurate")

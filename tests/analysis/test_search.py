@@ -98,7 +98,7 @@ def test_an_interrupt_without_a_search_is_one():
 )
 def test_every_kind_of_candidate_suits_joints_of_every_kind(joints):
     scene = small_wall(4, 3, **{"friction": 0.5} | joints)
-    result = mo.solve(scene, "refined", search=3.0)
+    result = mo.solve(scene, "refined", search=1.0)
     assert result.certificate.worst < EXACT
     assert values_of(result, Code.SEARCHED)["candidates"] > 20
 

@@ -39,7 +39,7 @@ def test_further_starts_answer_where_no_pass_ends():
 def test_of_random_scenes_one_in_a_hundred_ends_above_the_lowest_state_known():
     """Seeds that played no part in choosing how many starts there are; held against searches of a second."""
     above = []
-    for seed in range(300_000, 300_030):
+    for seed in range(300_000, 300_015):
         for kind in ("wall", "arch", "stack", "tessellation"):
             scene = random_scene(kind, seed)
             if not 3 <= sum(not block.fixed for block in scene.blocks) <= 10:
@@ -48,6 +48,6 @@ def test_of_random_scenes_one_in_a_hundred_ends_above_the_lowest_state_known():
             lowest = mo.solve(scene, "refined", search=1).load_factor
             if lowest is not None:
                 above.append(found.required() / lowest - 1)
-    assert len(above) > 50
+    assert len(above) > 25
     assert max(above) < 1.0
     assert sum(each > 1e-2 for each in above) <= 1

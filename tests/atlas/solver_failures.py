@@ -187,9 +187,6 @@ ENTRIES: tuple[Entry, ...] = (
                 why=AGAIN,
             ),
             one_pass((0.207973, 0.21455), "lowest exact state known, to the paper's"),
-            Expectation(
-                Status.HOMOTOPY, "mpec", options={"start": "cold"}, why=reason(Code.NOTHING_SOLVED), slow=True
-            ),
         ),
     ),
     Entry(
@@ -283,13 +280,6 @@ ENTRIES: tuple[Entry, ...] = (
                 Status.CONVERGED,
                 "mpec",
                 options={"start": "cold"},
-                load_factor=0.638982,
-                source="lowest exact state known",
-                slow=True,
-            ),
-            Expectation(
-                Status.CONVERGED,
-                "mpec",
                 load_factor=0.638982,
                 source="lowest exact state known",
                 slow=True,

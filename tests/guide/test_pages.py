@@ -5,8 +5,6 @@ from __future__ import annotations
 import ast
 import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -114,7 +112,7 @@ def test_the_version_stands_in_one_place():
     assert f"## {version}" in (ROOT / "CHANGELOG.md").read_text("utf-8")
 
 
-def test_example_of_a_user_s_own_tests_holds_each_case_to_it(tmp_path):
+def test_example_of_a_user_s_own_tests_holds_each_case_to_it(monkeypatch, capsys, tmp_path):
     """λ = 2 is enough, λ = 1/2 is not, and none at all says why."""
     (example,) = blocks(section(page("start"), "In your own tests"), "python")
     assert len(example.splitlines()) == 10
@@ -123,15 +121,12 @@ def test_example_of_a_user_s_own_tests_holds_each_case_to_it(tmp_path):
     scenes = {"enough": block_on_floor(live=(0.25, 0.0)), "weak": block_on_floor(), "none": pressed_down()}
     for name, scene in scenes.items():
         mo.save(scene, tmp_path / "cases" / f"{name}.toml")
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "--rootdir", str(tmp_path), "-p", "no:cacheprovider", "-rA"],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=False,
+    monkeypatch.chdir(tmp_path)
+    without = [option for name in ("cacheprovider", "xdist") for option in ("-p", f"no:{name}")]
+    assert (
+        pytest.main(["-q", "-rA", "-c", os.devnull, "--import-mode=importlib", *without, str(tmp_path)]) == 1
     )
-    assert done.returncode == 1, done.stderr
-    outcomes = re.findall(r"^(PASSED|FAILED) .*\[(\w+)\]", done.stdout, re.MULTILINE)
+    printed = capsys.readouterr().out
+    outcomes = re.findall(r"^(PASSED|FAILED) .*\[(\w+)\]", printed, re.MULTILINE)
     assert {name: word for word, name in outcomes} == {"enough": "PASSED", "weak": "FAILED", "none": "FAILED"}
-    assert "unlimited: the live load cannot cause collapse" in done.stdout
+    assert "unlimited: the live load cannot cause collapse" in printed

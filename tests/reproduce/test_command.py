@@ -14,8 +14,11 @@ import masonry_opt as mo
 from masonry_opt.studies.cases import case_folder
 from masonry_opt.studies.reproduce import app
 
-#: Those that take a few seconds. (`table1` has a test of its own; `bracket` takes a quarter of an hour.)
-FAST = {"fig7", "fig8", "fig10", "fig12"}
+#: Those that the guide runs as it is built; one of them is run here too.
+IN_THE_GUIDE = {"fig7", "fig8", "fig10", "fig12"}
+
+#: `table1` has a test of its own; `bracket` takes a quarter of an hour.
+SLOW = [name for name in SCRIPTS if name not in IN_THE_GUIDE | {"table1", "bracket"}]
 
 
 @pytest.fixture
@@ -29,14 +32,7 @@ def run(*arguments):
     return CliRunner().invoke(app, [*map(str, arguments)])
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=[] if name in FAST else [pytest.mark.slow])
-        for name in SCRIPTS
-        if name not in ("table1", "bracket")
-    ],
-)
+@pytest.mark.parametrize("name", ["fig8", *(pytest.param(name, marks=pytest.mark.slow) for name in SLOW)])
 def test_a_script_holds_what_is_published_and_keeps_what_it_shows(name, elsewhere):
     answer = run(name, "--out", "out")
     assert answer.exit_code == 0, answer.output

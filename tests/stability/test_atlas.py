@@ -13,8 +13,17 @@ import masonry_opt as mo
 from masonry_opt.answer.reasons import Code, reason
 
 #: Runs of many attempts each, beside others of their entry that stay: the loop's remedies in vain before a
-#: method that begins with it, and walls of large friction by vertices.
+#: method that begins with it, walls of large friction by vertices, and what `test_remedies.py` holds too.
 SLOW = {
+    "cycling on wall 6": {
+        "nonassociative beta=1.0",
+        "nonassociative beta=1.0 alpha=0.0 alpha_min=0.0",
+        "nonassociative beta=1.0 alpha=0.0 alpha_min=0.0 preset=paper remedies=none",
+    },
+    "a solver that ends 'unknown': wall 6": {
+        "nonassociative pyomo highs",
+        "nonassociative pyomo highs preset=paper remedies=none",
+    },
     "sizes 1 : 10⁴, the small one pushed": {"refined", "mpec", "global", "nonassociative start=cohesive"},
     "μ large: wall 3": {"nonassociative highs", "nonassociative highs-ipm"},
     "a vertex from a cohesive start: wall 1": {"nonassociative highs start=cohesive"},

@@ -330,15 +330,15 @@ def test_seeds_are_valid(tmp_path):
 
 
 def test_mutated_case_files_end_in_a_message(tmp_path):
-    outcomes = fuzz(0, 250, tmp_path)
+    outcomes = fuzz(0, 150, tmp_path)
     # The mutations bite, and not always in the same place.
-    assert 20 < outcomes.count("loads") < 150
+    assert 12 < outcomes.count("loads") < 90
     assert len({message.split(": ", 1)[-1][:40] for message in outcomes}) > 40
 
 
 @pytest.mark.slow
 def test_many_mutated_case_files_end_in_a_message(tmp_path):
-    fuzz(1000, 2000, tmp_path)
+    fuzz(1000, 1000, tmp_path)
 
 
 #: Façades of thousands of blocks have the keys of the smallest, and take seconds a mutation.
@@ -352,7 +352,7 @@ LARGE = {"facade_3x9", "facade_4x12", "facade_6x18", "facade_8x24", "facade_10x3
     ids=lambda path: f"{path.parent.name}/{path.stem}",
 )
 def test_mutated_published_cases_end_in_a_message(path, tmp_path):
-    for seed in range(30):
+    for seed in range(10):
         rng = random.Random(f"{path.name} {seed}")
         tree = tomllib.loads(path.read_text())
         mutate_tree(tree, rng)

@@ -102,6 +102,7 @@ cli.main()
 """
 
 
+@pytest.mark.slow
 def test_ctrl_c_in_ipopt_ends_with_what_is_known():
     wall_6 = CASES / "ferris_tinloi" / "wall_6.toml"
     command = [sys.executable, "-c", IN_IPOPT, str(wall_6)]

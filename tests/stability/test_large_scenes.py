@@ -34,13 +34,13 @@ def is_as_asked_and_stands(family: str, stones: int, seed: int) -> None:
 @pytest.mark.parametrize("family", LARGE)
 @pytest.mark.parametrize("stones", [20, 60, 200])
 def test_large_scenes_stand(family, stones):
-    for seed in range(3):
+    for seed in range(2):
         is_as_asked_and_stands(family, stones, seed)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("family", LARGE)
-@pytest.mark.parametrize(("stones", "seeds"), [(20, 60), (60, 60), (200, 40), (600, 12), (2000, 4)])
+@pytest.mark.parametrize(("stones", "seeds"), [(20, 20), (60, 15), (200, 10), (600, 3), (2000, 1)])
 def test_many_large_scenes_stand(family, stones, seeds):
     for seed in range(100, 100 + seeds):
         is_as_asked_and_stands(family, stones, seed)
@@ -64,16 +64,18 @@ def ends_in_one_pass(family: str, stones: int, seed: int) -> bool:
 
 
 @pytest.mark.parametrize("family", LARGE)
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_one_pass_solves_scenes_of_60_stones(family, seed):
     assert ends_in_one_pass(family, 60, seed)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("family", "most_left"), [("rubble", 3), ("openings", 1), ("piers", 1)])
-def test_one_pass_solves_most_scenes_of_200_stones(family, most_left):
-    """Of ten; of rubble two were left to the loop (seeds 4 and 7), of the others none."""
-    ended = [ends_in_one_pass(family, 200, seed) for seed in range(10)]
+@pytest.mark.parametrize(
+    ("family", "seeds", "most_left"), [("rubble", 8, 2), ("openings", 4, 0), ("piers", 4, 0)]
+)
+def test_one_pass_solves_most_scenes_of_200_stones(family, seeds, most_left):
+    """Of rubble two are left to the loop (seeds 4 and 7), of the others none."""
+    ended = [ends_in_one_pass(family, 200, seed) for seed in range(seeds)]
     assert ended.count(False) <= most_left
 
 
@@ -127,5 +129,5 @@ def test_arches_on_piers_are_symmetric():
 
 
 def test_too_few_stones_are_refused():
-    with pytest.raises(mo.OptionError, match="20 stones or more"):
+    with pytest.raises(mo.OptionError, match="20 stones"):
         large_scene("openings", 19, 0)

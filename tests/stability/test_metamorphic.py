@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from mappings import SAME, mapped, same
-from scenes import CASES, WALLS, small_wall
+from scenes import WALLS, small_wall, solved
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
@@ -26,18 +26,11 @@ BASE = small_wall(6, 4)
 
 
 @pytest.mark.parametrize("name", SAME)
-@pytest.mark.parametrize("method", ["static", "kinematic"])
-def test_associative_load_factor_of_a_wall_is_unmoved(name, method):
-    assert mo.solve(SAME[name](BASE), method).load_factor == pytest.approx(
-        mo.solve(BASE, method).load_factor, rel=EXACT
-    )
-
-
-@pytest.mark.parametrize("name", SAME)
-def test_loop_is_unmoved(name):
-    assert mo.solve(SAME[name](BASE), "nonassociative").load_factor == pytest.approx(
-        mo.solve(BASE, "nonassociative").load_factor, rel=LOOP
-    )
+@pytest.mark.parametrize(
+    ("method", "tolerance"), [("static", EXACT), ("kinematic", EXACT), ("nonassociative", LOOP)]
+)
+def test_load_factor_of_a_wall_is_unmoved(method, tolerance, name):
+    same(solved(BASE, method), solved(SAME[name](BASE), method), tolerance)
 
 
 #: What changes rounding or nothing: a pass goes the same way, to 1e-11 on this wall and 2e-7 on wall 6.
@@ -48,16 +41,16 @@ OTHER_WAY = {"supports split": 1e-3}
 DESCENDED = 1e-10
 
 
-@pytest.mark.parametrize("descent", [False, True])
 @pytest.mark.parametrize("name", SAME)
+@pytest.mark.parametrize("descent", [False, True])
 @pytest.mark.parametrize(
     "wall",
     [BASE, *(pytest.param(path, marks=pytest.mark.slow, id=path.stem) for path in WALLS[:5])],
     ids=lambda wall: "wall",
 )
-def test_one_pass_is_unmoved(wall, name, descent):
+def test_one_pass_is_unmoved(wall, descent, name):
     scene = wall if isinstance(wall, mo.Scene) else mo.load(wall)
-    one, other = (mo.solve(each, "mcp", descent=descent) for each in (scene, SAME[name](scene)))
+    one, other = (solved(each, "mcp", descent=descent) for each in (scene, SAME[name](scene)))
     codes = [Code.ONE_PASS, Code.EXACT, Code.STATES_MET] if descent else [Code.ONE_PASS]
     for result in (one, other):
         assert [reason.code for reason in result.reasons] == codes
@@ -69,6 +62,7 @@ def descended(wall):
     return 2e-3 if wall == WALLS[1] else DESCENDED
 
 
+@pytest.mark.slow
 def test_one_pass_of_a_wall_that_slides_at_many_joints_is_nearly_unmoved():
     """Wall 6: rounding is magnified to 3e-6 of λ in some 20 steps, and the descent may end in either of two
     states as near to each other."""
@@ -79,49 +73,44 @@ def test_one_pass_of_a_wall_that_slides_at_many_joints_is_nearly_unmoved():
             same(one, mo.solve(SAME[name](scene), "mcp", descent=descent), 1e-5)
 
 
-@pytest.mark.parametrize("path", [None, WALLS[0], WALLS[5]], ids=["wall", "wall_1", "wall_6"])
+@pytest.mark.parametrize("path", [None, WALLS[5]], ids=["wall", "wall_6"])
 def test_one_pass_in_units_twice_as_large_is_the_same_to_the_bit(path):
     """Forces and lengths are measured in medians of the scene's own: powers of two change no digit."""
     scene = BASE if path is None else mo.load(path)
     larger = mapped(scene, lambda v: (1024 * v[0], 1024 * v[1]), dead=2.0, live=2.0, length=1024.0)
     for descent in (False, True):
-        one, other = (mo.solve(each, "mcp", descent=descent) for each in (scene, larger))
+        one, other = (solved(each, "mcp", descent=descent) for each in (scene, larger))
         assert other.load_factor == one.load_factor
 
 
 def test_mirrored_wall_has_the_mirrored_mechanism():
-    one, other = mo.solve(BASE, "static").blocks, mo.solve(SAME["mirrored"](BASE), "static").blocks
+    one, other = solved(BASE, "static").blocks, solved(SAME["mirrored"](BASE), "static").blocks
     np.testing.assert_allclose(one["vx"], -other["vx"], atol=1e-6)
     np.testing.assert_allclose(one["vy"], other["vy"], atol=1e-6)
     np.testing.assert_allclose(one["omega"], -other["omega"], atol=1e-6)
 
 
 def test_results_come_in_the_units_of_the_case():
-    metres, millimetres = mo.solve(BASE, "static"), mo.solve(SAME["in millimetres"](BASE), "static")
+    metres, millimetres = solved(BASE, "static"), solved(SAME["in millimetres"](BASE), "static")
     np.testing.assert_allclose(millimetres.joints["length"], 1e3 * metres.joints["length"])
     np.testing.assert_allclose(millimetres.joints["n"], metres.joints["n"], atol=1e-6)
     np.testing.assert_allclose(millimetres.joints["m"], 1e3 * metres.joints["m"], atol=1e-3)
-    newtons = mo.solve(SAME["in newtons"](BASE), "static")
+    newtons = solved(SAME["in newtons"](BASE), "static")
     np.testing.assert_allclose(newtons.joints["n"], 2.3e4 * metres.joints["n"], atol=1e-2)
 
 
-@pytest.mark.parametrize("factor", [1e-7, 0.5, 3.0, 1e6])
-@pytest.mark.parametrize("method", ["static", "kinematic", "nonassociative"])
-def test_scaling_the_live_load_divides_the_load_factor(factor, method):
+@pytest.mark.parametrize("factor", [1e-7, 3.0, 1e6])
+@pytest.mark.parametrize(
+    ("method", "tolerance"),
+    [("static", EXACT), ("kinematic", EXACT), ("nonassociative", LOOP), ("mcp", SAME_WAY)],
+)
+def test_scaling_the_live_load_divides_the_load_factor(factor, method, tolerance):
     wall = small_wall(4, 3)
-    expected = mo.solve(wall, method).load_factor / factor
-    tolerance = LOOP if method == "nonassociative" else EXACT
-    assert mo.solve(mapped(wall, live=factor), method).load_factor == pytest.approx(expected, rel=tolerance)
-
-
-@pytest.mark.parametrize("factor", [1e-7, 1e-4, 0.5, 3.0, 1e2, 1e6])
-@pytest.mark.parametrize("wall", [small_wall(4, 3), BASE], ids=["small", "wall"])
-@pytest.mark.parametrize("descent", [False, True])
-def test_scaling_the_live_load_divides_the_load_factor_of_one_pass(wall, factor, descent):
-    expected = mo.solve(wall, "mcp", descent=descent).load_factor / factor
-    result = mo.solve(mapped(wall, live=factor), "mcp", descent=descent)
-    assert result.reasons[0].code is Code.ONE_PASS
-    assert result.load_factor == pytest.approx(expected, rel=SAME_WAY, abs=0)
+    expected = solved(wall, method).load_factor / factor
+    result = mo.solve(mapped(wall, live=factor), method)
+    assert result.load_factor == pytest.approx(expected, rel=tolerance, abs=0)
+    if method == "mcp":
+        assert result.reasons[0].code is Code.ONE_PASS
 
 
 def test_less_friction_never_helps_when_flow_is_associative():
@@ -157,9 +146,3 @@ def test_arches_have_no_load_factor_above_the_associative_one(voussoirs, frictio
     loop = mo.solve(semicircle(voussoirs, friction), "nonassociative").load_factor
     assert loop == pytest.approx(associative, rel=1e-3)
     assert loop <= associative * (1 + 1e-8)  # what solvers leave, asked for 1e-9
-
-
-@pytest.mark.parametrize("number", range(1, 7))
-def test_loop_ends_at_or_below_the_associative_load_factor(number):
-    path = CASES / "ferris_tinloi" / f"wall_{number}.toml"
-    assert mo.solve(path, "nonassociative").load_factor <= mo.solve(path, "static").load_factor + 1e-9

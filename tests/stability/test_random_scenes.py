@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from atlas.random_scenes import KINDS, random_scene
 from mappings import SAME, mapped, same
+from scenes import solved
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, SMALLEST, Kind
@@ -25,12 +26,12 @@ RANDOM = 1e-6
 #: By how much an exact state may lie above the loop's: the most in 250 random scenes is 1e-2.
 NEARLY = 3e-2
 
-#: Scenes on which the passes end in another valley than the loop: 7 and 8 % above it.
-ANOTHER_VALLEY = {("tessellation", 118), ("tessellation", 128)}
+#: A scene on which the passes end in another valley than the loop: 7 % above it.
+ANOTHER_VALLEY = {("tessellation", 118)}
 
 SCENES = [
     *((kind, seed) for kind in KINDS for seed in range(2)),
-    *(pytest.param(kind, seed, marks=pytest.mark.slow) for kind in KINDS for seed in range(100, 135)),
+    *(pytest.param(kind, seed, marks=pytest.mark.slow) for kind in KINDS for seed in range(100, 120)),
 ]
 
 #: What the loop may end as where there is an associative load factor: it is a heuristic.
@@ -57,7 +58,7 @@ def no_more(one: mo.Result, other: mo.Result) -> None:
 def test_theorems_of_associative_flow(kind, seed):
     """What holds of every scene under associative flow."""
     scene = random_scene(kind, seed)
-    static = mo.solve(scene, "static")
+    static = solved(scene, "static")
     same(static, mo.solve(scene, "kinematic"), RANDOM)
     if static.load_factor is not None:
         certificate = static.certificate
@@ -78,10 +79,10 @@ def test_theorems_of_associative_flow(kind, seed):
 def test_refined_is_exact_and_below_the_loop_and_the_loop_below_associative(kind, seed):
     """Refined, loop and associative, on every scene that has a load factor."""
     scene = random_scene(kind, seed)
-    associative = mo.solve(scene, "static").load_factor
+    associative = solved(scene, "static").load_factor
     if associative is None:
         return
-    loop, refined = mo.solve(scene, "nonassociative"), mo.solve(scene, "refined")
+    loop, refined = solved(scene, "nonassociative"), mo.solve(scene, "refined")
     if loop.load_factor is None:
         assert loop.status in LOOP_GIVES_UP
         assert loop.reasons
@@ -110,7 +111,7 @@ def test_refined_is_exact_and_below_the_loop_and_the_loop_below_associative(kind
 def test_one_pass_is_exact_and_below_associative(kind, seed):
     """Exact and at or below the associative λ, on every scene that has one; a few are the loop's."""
     scene = random_scene(kind, seed)
-    associative, result = mo.solve(scene, "static"), mo.solve(scene, "mcp")
+    associative, result = solved(scene, "static"), mo.solve(scene, "mcp")
     if associative.load_factor is None:
         # Without dilatancy a scene that locks may move.
         assert result.status is associative.status or associative.status is Status.LOCKED
@@ -137,15 +138,14 @@ def test_loop_with_remedies_certifies_nearly_every_random_scene():
     scenes = [random_scene(kind, seed) for seed in range(100, 130) for kind in KINDS]
     missed, known = [], 0
     for scene in scenes:
-        result = mo.solve(scene, "nonassociative")
+        result = solved(scene, "nonassociative")
         left = result.certificate
         if left and max(left.equilibrium, left.yield_) < 1e-6 and left.complementarity < 1e-3:
             assert left.flow < LIMITS[Kind.LOOP].flow, scene.title
             known += 1
-        elif mo.solve(scene, "static").load_factor is not None and result.status is not Status.UNSTABLE:
+        elif solved(scene, "static").load_factor is not None and result.status is not Status.UNSTABLE:
             missed.append(f"{scene.title}: {result.status}")
         assert result.status.usable or result.reasons, scene.title
-    print(f"{known} certified; not: {missed}")
     assert known >= 0.99 * (known + len(missed)), missed
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import importlib
 import json
 import os
 import re
@@ -122,74 +121,51 @@ def copied(tmp_path):
     return tmp_path
 
 
+#: What takes seconds to import.
+DEAR = ("cvxpy", "pyomo", "casadi", "highspy", "matplotlib", "altair")
+
+#: Prints what is imported once names, a linear program and a pass are asked for, λ of the loop, and where the
+#: package and its models were found.
 IN_A_CLONE = """
 import json, sys
 import masonry_opt as mo
-from masonry_opt.models import cvxpy_terms
+def loaded():
+    return sorted(sys.modules)
+mo.solve, mo.load, mo.save, mo.check, mo.Scene, mo.Result
+imported = [loaded()]
+for method in ("static", "mcp"):
+    mo.solve("two_blocks.toml", method)
+    imported.append(loaded())
 load_factor = mo.solve("two_blocks.toml", "nonassociative").load_factor
-of_drawing = ("masonry_opt.drawing", "matplotlib")
-drawing = [name for name in sys.modules if name.startswith(of_drawing)]
+drawing = loaded()
 import masonry_opt.cli
-of_studies = [name for name in sys.modules if name.startswith(("masonry_opt.studies", "altair"))]
-print(json.dumps([load_factor, mo.__file__, cvxpy_terms.__file__, drawing, of_studies]))
+from masonry_opt.models import cvxpy_terms
+print(json.dumps([imported, load_factor, drawing, loaded(), mo.__file__, cvxpy_terms.__file__]))
 """
 
 
-def test_python_started_in_a_clone_finds_the_models_there_and_loads_no_study(copied):
-    """Whatever is installed beside it, and without a path of Python's. Command and solve are all that is
-    asked for: studies, and what only they need, stay where they are; what draws, until the command."""
+def test_python_started_in_a_clone_finds_the_models_there_and_loads_what_it_uses(copied):
+    """Whatever is installed beside it, and without a path of Python's. A modelling language is imported by
+    what is declared in it, pictures and IPOPT by no solve, studies and what only they need by no command."""
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     printed = in_a_process_of_its_own(IN_A_CLONE, cwd=copied, env=environment)
-    load_factor, package, models, drawing, of_studies = json.loads(printed)
+    imported, load_factor, solved, by_command, package, models = json.loads(printed)
     assert load_factor == pytest.approx(0.15, rel=1e-3)
     assert package == str(copied / "masonry_opt" / "__init__.py")
     assert models == str(copied / "models" / "cvxpy_terms.py")
-    assert drawing == of_studies == []
-
-
-IMPORTED = """
-import json, sys
-import masonry_opt as mo
-import masonry_opt.cli
-mo.solve, mo.load, mo.save, mo.check, mo.Scene, mo.Result
-imported = [sorted({name.partition(".")[0] for name in sys.modules})]
-for method in ("static", "mcp"):
-    mo.solve(sys.argv[1], method)
-    imported.append(sorted({name.partition(".")[0] for name in sys.modules}))
-print(json.dumps(imported))
-"""
-
-
-def test_what_takes_seconds_to_import_is_imported_when_it_is_used():
-    """A modelling language by what is declared in it: Pyomo, pictures and IPOPT by none of these."""
-    case = ROOT / "cases" / "gilbert" / "two_blocks.toml"
-    done = subprocess.run(
-        [sys.executable, "-c", IMPORTED, str(case)],
-        capture_output=True,
-        text=True,
-        check=True,
-        timeout=120,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-    )
-    dear = ("cvxpy", "pyomo", "casadi", "highspy", "matplotlib", "altair")
-    names, static, mcp = ([name for name in dear if name in known] for known in json.loads(done.stdout))
+    names, static, mcp = ([name for name in DEAR if name in known] for known in imported)
     assert names == []
     assert static == ["cvxpy", "highspy"]
     assert mcp == ["cvxpy", "highspy"]
+    of_drawing = ("masonry_opt.drawing", "matplotlib")
+    assert not [name for name in solved if name.startswith(of_drawing)]
+    assert not [name for name in by_command if name.startswith(("masonry_opt.studies", "altair"))]
 
 
 def test_every_method_is_where_the_registry_says():
     for name, method in METHODS.items():
         assert callable(method.run), name
         assert method.options is None or issubclass(method.options, Options), name
-
-
-def test_models_inside_the_package_are_found_as_a_wheel_has_them(copied):
-    (copied / "models").rename(copied / "masonry_opt" / "models")
-    environment = os.environ | {"PYTHONPATH": str(copied)}
-    program = "import masonry_opt.models.pyomo_terms as terms; print(terms.__file__)"
-    printed = in_a_process_of_its_own(program, cwd=copied.parent, env=environment)
-    assert printed == str(copied / "masonry_opt" / "models" / "pyomo_terms.py")
 
 
 def test_hints_install_extras_of_the_clone():
@@ -229,6 +205,7 @@ def test_every_file_that_is_no_module_is_in_the_wheel():
     assert there == listed
 
 
-@pytest.mark.parametrize("name", ["masonry_opt.command", "masonry_opt.cli"])
-def test_commands_can_be_imported_without_running(name):
-    assert callable(importlib.import_module(name).main)
+def test_the_command_can_be_imported_without_running_or_waiting():
+    program = "import json, sys, masonry_opt.cli, masonry_opt.command as command; assert command.main"
+    printed = in_a_process_of_its_own(f"{program}; print(json.dumps(list(sys.modules)))", cwd=ROOT)
+    assert not set(DEAR) & set(json.loads(printed))

@@ -38,7 +38,7 @@ def test_a_solid_block_crushes_at_its_toe(method, how, strength):
     assert result.certificate.worst < 1e-8
 
 
-@pytest.mark.parametrize("strength", [2.0, 10.0, 1000.0])
+@pytest.mark.parametrize("strength", [2.0, 10.0])
 @pytest.mark.parametrize(("method", "how"), BY_CHORDS)
 def test_chords_err_on_the_safe_side_and_by_no_more_than_they_say(method, how, strength):
     result = mo.solve(block(strength), method, **how)
@@ -150,12 +150,13 @@ def on_piers(strength: float, voussoir: int, dilatancy: float = 0.0) -> mo.Scene
     return scene.model_copy(update={"blocks": blocks, "joints": joints})
 
 
+#: The arch is symmetric: half of its voussoirs.
 ON_PIERS = [
-    *((12e3, number) for number in (5, 6)),
+    (12e3, 5),
     *(
         pytest.param(strength, number, marks=pytest.mark.slow)
-        for strength in (5e3, 8e3, 12e3, 16e3, 20e3, 1e6)
-        for number in range(1, 13)
+        for strength in (5e3, 16e3, 1e6)
+        for number in range(1, 7)
     ),
 ]
 

@@ -13,14 +13,14 @@ ARCH = RIB.case.arch[0]
 rib = definitions("rib").rib
 
 
-@pytest.mark.parametrize("friction", [0.07, 0.11, 0.115, 0.15, 0.3, 0.6])
+@pytest.mark.parametrize("friction", [0.07, 0.3])
 def test_associative_and_coulomb_coincide(friction):
     """Published: for μ above about 0.11. With the geometry assumed, below it too. The loop to its own
-    tolerance (1e-5), the exact refinement to 1e-7."""
+    tolerance (1e-5), the exact refinement to 1e-7. The example "rib" has more, and searches."""
     scene = rib(friction)
     associative = mo.solve(scene, "static").load_factor
     assert mo.solve(scene, "nonassociative", always=True).load_factor == pytest.approx(associative, rel=2e-5)
-    exact = mo.solve(scene, "refined", search=0.5)
+    exact = mo.solve(scene, "refined")
     assert exact.status is mo.Status.CONVERGED
     assert exact.load_factor == pytest.approx(associative, rel=1e-7)
 
