@@ -94,7 +94,7 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "fixed-points-for-a-first": ("mcp", {_SEARCH + "_FOR_A_FIRST": ("friction",)}),
     "far-and-near-frictions": ("mcp", {_SEARCH + "_FRICTIONS": (0.1, 0.1)}),
     "fixed-points-settle": ("mcp", {_SEARCH + "_FIXED_POINT": 1}),
-    "two-repairs": ("mcp", {_SEARCH + "_REPAIRS": 1}),
+    "two-repairs": ("mcp", {"exact.refiner:_REPAIRS": 1}),
     "descent-of-larger-scenes": ("mcp", {"mcp.one_pass:_DESCENT_UP_TO": 60}),
     "search-neighbours": ("search", {_SEARCH + "_ROUND": _without("neighbour")}),
     "search-fixed-points": ("search", {_SEARCH + "_ROUND": _without("fixed point")}),

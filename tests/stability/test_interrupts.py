@@ -58,7 +58,7 @@ def test_ctrl_c_ends_with_what_is_known(monkeypatch, capsys, steps, words, swall
 
 
 def test_ctrl_c_in_other_commands(monkeypatch, capsys):
-    monkeypatch.setattr("masonry_opt.cli.check_duality", lambda _: press_ctrl_c())
+    monkeypatch.setattr("masonry_opt.duality.check", lambda _: press_ctrl_c())
     ended = run_command(monkeypatch, capsys, "check", WALL_1)
     assert ended == (130, "", "error: interrupted: files already written are whole\n")
 
@@ -117,7 +117,7 @@ def test_ctrl_c_in_ipopt_ends_with_what_is_known():
 
 
 @pytest.mark.parametrize(
-    ("library", "words"), [("pandas", ""), ("cvxpy", ": before the first λ; nothing was written")]
+    ("library", "words"), [("scipy", ""), ("cvxpy", ": before the first λ; nothing was written")]
 )
 def test_ctrl_c_while_the_libraries_load_is_a_message(library, words):
     """They take seconds, of which an interrupt may fall into any: those of the command, or of the solve."""

@@ -36,6 +36,9 @@ _AT_WORK, _AT_YIELD = 1e-9, 1e-7
 #: A face whose dual is above this holds λ up.
 _HOLDS = 1e-9
 
+#: Forces are replaced by nearer ones so often at most: more repairs seldom end low.
+_REPAIRS = 2
+
 #: What HiGHS does here, as a result tells it.
 _PURPOSE = "refinement"
 
@@ -168,7 +171,7 @@ class Refiner:
             strength=strength,
         )
 
-    def settled(self, q: np.ndarray, repairs: int) -> ExactState | None:
+    def settled(self, q: np.ndarray) -> ExactState | None:
         """The exact state that any forces (3c,) lead to; None if they lead to none.
 
         First on the mechanism that goes with them, descended, then on the one that goes with the forces
@@ -177,24 +180,24 @@ class Refiner:
         """
         self.left = {}
         settled: ExactState | None = None
-        found = self.first(q, repairs)
+        found = self.first(q)
         while found is not None and (settled is None or is_lower(found.load_factor, settled.load_factor)):
             settled = self.descend(found)
-            found = self.first(settled.q, repairs)
+            found = self.first(settled.q)
         if settled is None:
             return None
         answer = certified(self.problem, settled.load_factor, settled.q, settled.d)
         self.left = answer.failing(Kind.EXACT)
         return None if self.left else replace(settled, answer=answer)
 
-    def first(self, q: np.ndarray, repairs: int) -> ExactState | None:
+    def first(self, q: np.ndarray) -> ExactState | None:
         """(a) and (b) from any forces; None if they do not lead to an exact state.
 
         Where no statics bring the whole support to yield, the forces that come nearest (least p·z)
         take the place of those given, and (a) and (b) are tried again, so often.
         """
         self.why = Code.NO_STATICS
-        for _ in range(repairs):
+        for _ in range(_REPAIRS):
             found = self.mechanism(np.maximum(self.problem.slacks(q), 0.0))
             if found is None:
                 self.why = Code.NO_KINEMATICS

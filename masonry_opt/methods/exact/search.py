@@ -35,9 +35,6 @@ _LET_GO = 0.02
 #: Programs of a fixed point at most, and the relative change of its costs at which it ends.
 _FIXED_POINT, _SETTLED = 15, 1e-7
 
-#: Forces are replaced by nearer ones so often at most: what takes longer seldom ends low.
-_REPAIRS = 2
-
 
 #: The end of a pass over a problem of other loads or law, None if it has none; told of every step taken.
 OtherPass = Callable[[Problem, Callable[[Any], None]], State | None]
@@ -140,7 +137,7 @@ class Search:
             yield self.met.seen(kind, state)
 
     def _settled(self, q: np.ndarray | None) -> ExactState | None:
-        return None if q is None else self.refiner.settled(q, _REPAIRS)
+        return None if q is None else self.refiner.settled(q)
 
     def _of_pass(self, problem: Problem) -> np.ndarray | None:
         def follow(_: Any) -> None:
