@@ -45,7 +45,8 @@ def solve(
     method:
         "mcp" (the default: an exact state of Coulomb friction by one interior-point pass over the
         complementarity problem; where no pass ends in one or dilatancy falls with stress the loop takes over,
-        and above 8000 joints it begins; the reasons say so), "nonassociative" (Coulomb: the loop of linear
+        and above 8000 joints it begins; the reasons say so), "compliant" (the load to expect of a scene that
+        stands and is then pushed: contacts give a little), "nonassociative" (Coulomb: the loop of linear
         programs), "static" or "kinematic" (associative: one linear program), "mpec" (the least load factor
         near the loop's, by IPOPT), "refined" (an exact state of Coulomb friction, by linear programs from
         passes' states down, and by search if asked), or "global" (what can be proven of the least one, on

@@ -87,6 +87,7 @@ class Mechanism:
     Parameters
     ----------
     slope: opening per unit slip, as parameters or numbers.
+    forces: joint forces q, where contacts give elastically: Bᵀ d + E q takes the place of Bᵀ d.
 
     Attributes
     ----------
@@ -94,11 +95,14 @@ class Mechanism:
     crushing: energy that the chords of crushing dissipate.
     """
 
-    def __init__(self, model: pyo.ConcreteModel, problem: Problem, slope: Any) -> None:
+    def __init__(self, model: pyo.ConcreteModel, problem: Problem, slope: Any, forces: Any = None) -> None:
         self.d = model.d = pyo.Var(range(problem.B.shape[0]))
         self.p = model.p = pyo.Var(range(problem.faces), domain=pyo.NonNegativeReals)
         d, p = list(self.d.values()), list(self.p.values())
         motion = list(rows(problem.B.T.tocsr(), d))
+        if problem.compliance is not None:
+            gives = zip(problem.compliance.tolist(), forces.values(), strict=True)
+            motion = [moved + give * force for moved, (give, force) in zip(motion, gives, strict=True)]
         without_dilatancy = list(rows(problem.D(np.zeros_like(problem.friction)), p))
         self.slip = list(rows(problem.limit_factors.T.tocsr(), p))
         self.crushing = dot(problem.crushing_moment, p) if len(problem.crushing) else 0.0

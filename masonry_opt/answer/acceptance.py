@@ -28,6 +28,8 @@ class Kind(StrEnum):
     ONE_PASS = "one pass"
     #: The MPEC's: exact but for the complementarity of its last relaxation (by default some 1e-8).
     RELAXED = "relaxed"
+    #: The load to expect: exact as a pass's, of contacts that give elastically.
+    COMPLIANT = "compliant"
     #: A state of forces and a mechanism that meet every condition to rounding.
     EXACT = "exact"
 
@@ -70,6 +72,7 @@ LIMITS: dict[Kind, Limits] = {
     Kind.BARE_LOOP: Limits(1e-2, inf, 5e-2, 5e-2, work=5e-2, block=5e-2, joint=1.0),
     Kind.ONE_PASS: Limits(1e-8, 1e-8, 1e-8, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
     Kind.RELAXED: Limits(1e-6, 1e-6, 1e-6, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
+    Kind.COMPLIANT: Limits(1e-8, 1e-8, 1e-8, 1e-4, work=1e-3, block=1e-3, joint=1e-3),
     Kind.EXACT: Limits(1e-8, 1e-8, 1e-8, 1e-8, work=1e-3, block=1e-3, joint=1e-3),
 }
 

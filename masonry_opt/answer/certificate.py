@@ -23,7 +23,8 @@ class Certificate:
     equilibrium: largest entry of B q + λ f_L + f_D, over the total dead load.
     yield_: largest violation of the true friction law, of n ≥ 0 or of rocking, as a force in median
         block weights.
-    flow: largest departure of Bᵀd from the flow rule, over the largest velocity.
+    flow: largest departure of Bᵀd (and what elastic contacts give) from the flow rule, over the largest
+        velocity.
     complementarity: Σ|z p| over the live load's work: energy of what moves without being at yield,
         in units of λ. (For associative flow: by how much λ can be off.)
     """
@@ -66,12 +67,12 @@ def certify(
     by_parabola: whether crushing is limited by the parabola itself, and not by its chords.
     """
     total_dead = problem.force_sizes(problem.dead).sum() or problem.live_norm
-    z, p = problem.slacks(q, by_parabola), problem.rates(d, slope)
+    z, p = problem.slacks(q, by_parabola), problem.rates(d, slope, q)
     live_work = float(problem.live @ d) or problem.live_norm
     return Certificate(
         equilibrium=float(np.abs(problem.unbalanced(load_factor, q)).max() / total_dead),
         yield_=max(0.0, -float((z / problem.face_arm).min()), -float(problem.normal_forces(q).min())),
-        flow=float(np.abs(problem.departure(d, p, slope)).max() / (np.abs(d).max() or 1.0)),
+        flow=float(np.abs(problem.departure(d, p, slope, q)).max() / (np.abs(d).max() or 1.0)),
         complementarity=problem.energy(q, p, by_parabola) / abs(live_work),
     )
 

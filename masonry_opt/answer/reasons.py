@@ -57,6 +57,11 @@ class Code(StrEnum):
     LOOP_FAR = "loop far"  # joints, count: of sub-problems, off: by what share of λ
     PASS_NEAR = "pass near"  # steps, gap
 
+    # Contacts that give.
+    PLATEAU = "plateau"  # give, change: of λ from softer contacts; steps
+    NO_PLATEAU = "no plateau"  # give, change: None where only one pass ended; steps
+    GROWS_WITH_STIFFNESS = "grows with stiffness"  # change, load_factor
+
     # The MPEC.
     LOCAL_MINIMUM = "local minimum"  # epsilon
     RELAXED_FROM = "relaxed from"  # epsilon

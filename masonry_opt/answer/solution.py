@@ -106,7 +106,9 @@ class Solution:
     def is_exact(self, problem: Problem) -> bool:
         """Whether the answer is an exact state under the joints' own flow rule."""
         answer = self.answer
-        return answer is not None and not answer.under(problem, problem.dilatancy).failing(Kind.EXACT)
+        if answer is None or self.kind is Kind.COMPLIANT:
+            return False  # the certificate is of contacts that give
+        return not answer.under(problem, problem.dilatancy).failing(Kind.EXACT)
 
     def end(self, status: Status, code: Code, **values: Any) -> None:
         """Set the status, and the one reason for it."""

@@ -45,6 +45,9 @@ APART = 1e-2
 #: Share of the largest load factor by which the two ends of a narrow interval differ where there is a jump.
 JUMP = 1e-3
 
+#: Share by which contacts a tenth as stiff may change a load to expect that is said not to depend on them.
+PLATEAU = 3e-3
+
 
 def same(one: float, other: float) -> bool:
     """Whether two load factors are one."""

@@ -23,6 +23,14 @@ _ALL = (
         own_tolerances=True,
     ),
     Method(
+        "compliant",
+        "mcp.compliant:compliant",
+        "mcp.compliant:CompliantOptions",
+        {"pyomo": ("newton",)},
+        own_tolerances=True,
+        constant_dilatancy=True,
+    ),
+    Method(
         "mpec",
         "mpec:mpec",
         "mpec:MpecOptions",

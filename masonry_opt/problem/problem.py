@@ -89,6 +89,8 @@ class Problem:
     matrices, law: see there; what is read often has the same name here.
     dead, live: loads f_D and f_L, shape (3b,).
     force_unit: what a dimensionless force is multiplied by.
+    compliance: motion of a joint per unit of each of its forces where contacts give elastically, shape (3c,);
+        None where they are rigid.
     """
 
     matrices: Matrices
@@ -96,6 +98,7 @@ class Problem:
     dead: np.ndarray
     live: np.ndarray
     force_unit: float
+    compliance: np.ndarray | None = None
 
     B = _Of[sp.csr_array]("matrices")
     half_length = _Of[np.ndarray]("matrices")
@@ -140,7 +143,8 @@ class Problem:
         take as parameters."""
         same_loads = self.dead is other.dead and self.live is other.live
         same_strength = np.array_equal(self.crushing_force, other.crushing_force)
-        return self.table is other.table and same_loads and same_strength
+        same_contacts = self.compliance is other.compliance
+        return self.table is other.table and same_loads and same_strength and same_contacts
 
     @property
     def recession_cone(self) -> Problem:
@@ -173,11 +177,17 @@ class Problem:
 
     def slip_speed(self, d: np.ndarray) -> np.ndarray:
         """Speed of slip in each joint, shape (c,), under block velocities, shape (3b,)."""
-        return np.hypot.reduce(np.abs(self._motion(d)[1]), axis=0)
+        return np.hypot.reduce(np.abs(self._motion(d, None)[1]), axis=0)
 
-    def _motion(self, d: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def motion(self, d: np.ndarray, q: np.ndarray | None) -> np.ndarray:
+        """Motion of the joints that the flow rule must explain, shape (3c,): Bᵀd, and what elastic contacts
+        give under forces q, shape (3c,)."""
+        moved: np.ndarray = self.B.T @ d
+        return moved if self.compliance is None or q is None else moved + self.compliance * q
+
+    def _motion(self, d: np.ndarray, q: np.ndarray | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Opening (c,), slip (shears, c), and rotation, 0 where no moment acts, (c,)."""
-        motion, dimension = self.by_kind(self.B.T @ d), self.layout.dimension
+        motion, dimension = self.by_kind(self.motion(d, q)), self.layout.dimension
         return motion[0], motion[1:dimension], motion[dimension:].sum(axis=0)
 
     @cached_property
@@ -240,7 +250,7 @@ class Problem:
         z[self.bent] = 0.0
         return float(np.abs(z * p).sum() + np.abs(given - taken).sum())
 
-    def rates(self, d: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    def rates(self, d: np.ndarray, slope: np.ndarray, q: np.ndarray | None = None) -> np.ndarray:
         """Rates p ≥ 0 with which the joints could follow Bᵀd under a flow rule, shape (faces,).
 
         Slip gives the sliding rates, of one sense only; rotation and the opening that sliding does not
@@ -251,8 +261,9 @@ class Problem:
         ----------
         d: block velocities, shape (3b,).
         slope: opening per unit slip, shape (k,).
+        q: forces under which contacts give, shape (3c,), if they do.
         """
-        layout, (opening, slip, rotation) = self.layout, self._motion(d)
+        layout, (opening, slip, rotation) = self.layout, self._motion(d, q)
         slides = np.maximum(-layout.senses @ slip[:, self.sliding], 0.0)
         opening[self.sliding] -= slope * (layout.factor * slides.sum(axis=0))
         apart, turned = opening / self.lever, np.multiply.outer(layout.edges, rotation)
@@ -276,10 +287,13 @@ class Problem:
         """What joint forces and loads leave of equilibrium, eq. (1), shape (3b,)."""
         return self.B @ q + load_factor * self.live + self.dead
 
-    def departure(self, d: np.ndarray, p: np.ndarray, slope: np.ndarray) -> np.ndarray:
-        """What velocities and rates leave of the flow rule with that slope, Bᵀd − D p, shape (3c,)."""
+    def departure(
+        self, d: np.ndarray, p: np.ndarray, slope: np.ndarray, q: np.ndarray | None = None
+    ) -> np.ndarray:
+        """What velocities and rates leave of the flow rule with that slope, Bᵀd − D p, shape (3c,), and what
+        elastic contacts give under forces q, shape (3c,)."""
         flow = self.true_yield if slope is self.friction else self.C(slope)
-        return self.B.T @ d - flow.T @ p
+        return self.motion(d, q) - flow.T @ p
 
     def slip(self, p: np.ndarray) -> np.ndarray:
         """Sliding in all senses, shape (k,), in rates p, shape (faces,): what the shear limit dissipates."""

@@ -290,6 +290,23 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "in {steps} Newton steps to a gap of {gap:.1e}, then exact forces and a mechanism near it"
     ),
     Code.TOO_LARGE: lambda v: f"with {counted(v['joints'], 'joint')} the loop is quicker than a pass",
+    Code.PLATEAU: lambda v: (
+        f"in {counted(v['steps'], 'Newton step')}, with contacts that give by {v['give']:.0e} of the motion; "
+        f"ten times softer ones change λ by {v['change']:.2%}"
+    ),
+    Code.NO_PLATEAU: lambda v: (
+        f"with contacts that give by {v['give']:.0e} of the motion; that λ does not depend on their "
+        "stiffness is not shown: "
+        + (
+            "no pass ended with softer or stiffer ones"
+            if v["change"] is None
+            else f"ten times softer ones change λ by {v['change']:.2%}"
+        )
+    ),
+    Code.GROWS_WITH_STIFFNESS: (
+        "the load factor grows with the stiffness of contacts (the last was {load_factor:.4g}), as it does "
+        "where nothing collapses"
+    ),
     Code.LOCAL_MINIMUM: "a local minimum, complementary to within ε = {epsilon:.0e}",
     Code.RELAXED_FROM: "relaxed from ε = {epsilon:.0e}, larger ones could not be followed",
     Code.START_FAILED: "the loop to start from failed",

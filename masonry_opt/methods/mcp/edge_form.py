@@ -85,7 +85,7 @@ class EdgeForm:
     rows r + G x ≥ 0, whose rates move edges by Gᵀ):
 
         A x + λ f_L + f_D = 0,    z = c + μ (x₂ + x₃) ∓ s,    f_L·d = Σ|f_L|,
-        Aᵀd = (ψ (p₀ + p₁) + u₂, ψ (p₀ + p₁) + u₃, p₁ − p₀),    x₂ u₂ = x₃ u₃ = z₀ p₀ = z₁ p₁ = 0
+        Aᵀd + ε x = (ψ (p₀ + p₁) + u₂, ψ (p₀ + p₁) + u₃, p₁ − p₀),    x₂ u₂ = x₃ u₃ = z₀ p₀ = z₁ p₁ = 0
 
     Attributes
     ----------
@@ -94,6 +94,8 @@ class EdgeForm:
     A, At: equilibrium of blocks under x, shape (3b, 3c), and its transpose.
     G: chords of crushing in the forces at the two edges, shape (chords, 2c).
     sliding: which joints can slide, as an index.
+    compliance: motion of edges and shear per unit of x where contacts give, shape (3, c); zero, shape (3, 1),
+        where they are rigid.
     least_forces: least x that carries the dead load, whatever the joints' law, shape (3, c).
     """
 
@@ -109,6 +111,7 @@ class EdgeForm:
         self.G = (problem.R[rocking:] @ self.from_edges)[:, :rocking].tocsr()
         self._whole_moment = problem.crushing_moment[problem.table.chords]
         self._lengths = problem.face_length[problem.table.rocks]
+        self.compliance = np.zeros((3, 1))
         # Nothing of the joints' law, so that forms under other laws share them.
         least = lsqr(self.A, -problem.dead, atol=1e-8, btol=1e-8, iter_lim=300)[0]
         self.least_forces = problem.by_kind(least)
@@ -117,6 +120,15 @@ class EdgeForm:
         """The same, of joints under another law."""
         other = copy(self)
         other.problem = replace(self.problem, law=law)
+        return other
+
+    def giving(self, compliance: np.ndarray) -> EdgeForm:
+        """The same, of contacts that give by so much per unit of each joint force, shape (3c,)."""
+        other = copy(self)
+        other.problem = replace(self.problem, compliance=compliance)
+        of_normal, of_shear, _ = self.problem.by_kind(compliance)
+        # The two edges of a joint share its normal force.
+        other.compliance = np.stack([2 * of_normal, 2 * of_normal, of_shear])
         return other
 
     def slacks(self, x: np.ndarray, slope: np.ndarray) -> np.ndarray:
@@ -160,6 +172,7 @@ class EdgeForm:
         problem = self.problem
         motion = self.moves(at.d) - self.follow(at.slip, slope)
         motion[:2] -= at.opening + self.crushes(at.crushed)
+        motion += self.compliance * at.x
         return IterateResiduals(
             self.A @ at.x.ravel() + at.load_factor * problem.live + problem.dead,
             at.z - problem.cohesion - self.slacks(at.x, problem.friction),

@@ -388,7 +388,9 @@ def _onto_kinematics(elimination: Elimination, at: Iterate, schedule: _Schedule)
     nothing where they stand still. The same equations as a step's, with the flow rule's slope in both."""
     form, slope = elimination.form, schedule.slope
     nothing = np.zeros_like(schedule.residuals.statics)
-    system = NewtonSystem(elimination, at, slope, slope, schedule.diagonal, _ON_KINEMATICS, full=True)
+    system = NewtonSystem(
+        elimination, at, slope, slope, schedule.diagonal, _ON_KINEMATICS, full=True, rigid=True
+    )
     moves = at
     for _ in range(_PROJECTIONS):
         left = form.residuals(moves, slope)

@@ -18,7 +18,6 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate
-from masonry_opt.problem.problem import Law
 
 #: Stiffnesses are cut off so far above what the gap lets a mechanism have: beyond, the rounding of what
 #: stands still (1e-16 of it) would drown the stiffness of what moves, which falls with the gap. The cut acts
@@ -92,10 +91,10 @@ class Elimination:
         self._starts = np.searchsorted(places // size, np.arange(size + 1)).astype(np.int32)
         self._border = np.concatenate([-problem.live[loaded], problem.live[loaded]])
 
-    def under(self, law: Law) -> Elimination:
-        """The same, of joints under another law."""
+    def of(self, form: EdgeForm) -> Elimination:
+        """The same, of a form that differs in law or compliance alone."""
         other = copy(self)
-        other.form = self.form.under(law)
+        other.form = form
         return other
 
     def factors(self, stiffness: np.ndarray, regularisation: float) -> Factors:
@@ -158,6 +157,7 @@ class NewtonSystem:
     exact: error of a solution at which its refinement ends.
     full: whether the equations are factorised as they stand, with pivoting, where that is affordable; else
         only once elimination leaves too large an error.
+    rigid: whether contacts are rigid in the matrix, whether or not they give.
     """
 
     elimination: Elimination
@@ -167,9 +167,11 @@ class NewtonSystem:
     regularisation: float
     exact: float
     full: bool = False
+    rigid: bool = False
 
     def __post_init__(self) -> None:
         self._form = self.elimination.form
+        self._compliance = np.zeros((3, 1)) if self.rigid else self._form.compliance
         problem = self._form.problem
         self._affordable = problem.joints <= _FULL_UP_TO
         self.full = self.full and problem.joints <= _FULL_ONCE_UP_TO
@@ -208,6 +210,7 @@ class NewtonSystem:
         problem, at = self._form.problem, self.at
         joints = self._form.moves(of.blocks) - self._form.follow(of.sliding, self.slope)
         joints[:2] += self._rocking * of.joints[:2]
+        joints += self._compliance * of.joints
         if self._crushing is not None:
             joints[:2] += (self._crushing @ of.joints[:2].ravel()).reshape(2, -1)
         return Parts(
@@ -236,7 +239,8 @@ class NewtonSystem:
     def _of_edges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Stiffness of each edge, shape (2, c), what the two of a joint that can crush share, shape (c,), and
         the determinant of both, shape (c,)."""
-        edges, across = np.minimum(1 / self._rocking, self._most), np.zeros(self._rocking.shape[1])
+        edges = np.minimum(1 / (self._rocking + self._compliance[:2]), self._most)
+        across = np.zeros(edges.shape[1])
         determinant = edges[0] * edges[1]
         if self._crushing is not None:
             joints = self._form.problem.crushing
@@ -259,17 +263,21 @@ class NewtonSystem:
         of the joints' compliance.
 
         With v = z/p of each sliding face and x/u of each edge, and T what these forces take off the sliding
-        of both senses: x₂ = v₂ (u₂ − ψ T), x₃ = v₃ (u₃ − ψ T), and μ n ∓ s = v (T ∓ u_s)/2. Entries
+        of both senses: x₂ = v₂ (u₂ − ψ T), x₃ = v₃ (u₃ − ψ T), and μ n ∓ s = v (T ∓ (u_s − ε s))/2. Entries
         are written so that large numbers of one sign are added (but for two of joints that crush). While
         sliding contracts (ψ < 0) the pivot may be small: refinement, or the full factors, catch that.
         """
         edges, across, determinant = self._of_edges()
         stiffness = np.zeros((3, 3, len(across)))
         stiffness[0, 0], stiffness[1, 1], stiffness[0, 1] = *edges, across
-        stiffness[2, 2] = self._most  # of joints whose friction is unlimited
+        gives = np.broadcast_to(self._compliance[2], len(across))
+        stiffness[2, 2] = self._most / (1 + gives * self._most)  # of joints whose friction is unlimited
         of, faces = self._form.sliding, np.minimum(self.at.z / self.at.slip, self._most)
         mean, half, both = faces.sum(axis=0) / 2, (faces[0] - faces[1]) / 2, (edges + across)[:, of]
-        follows = 2 * self.friction * self.slope
+        wedges = 2 * self.friction * self.slope * (both[0] + both[1])
+        along = faces[0] * faces[1] + mean * wedges
+        follows = 2 * self.friction * self.slope * (1 + gives[of] * mean / 2)
+        mean += gives[of] * faces[0] * faces[1] / 2
         wedges = follows * (both[0] + both[1])
         share, wedged = 1 / (mean + wedges), follows * determinant[of]
         stiffness[0, 0, of] = (edges[0, of] * mean + wedged) * share
@@ -278,7 +286,7 @@ class NewtonSystem:
         stiffness[1, 0] = stiffness[0, 1]
         stiffness[:2, 2][:, of] = -self.slope * half * share * both
         stiffness[2, :2][:, of] = -self.friction * half * share * both
-        stiffness[2, 2, of] = (faces[0] * faces[1] + mean * wedges) * share / 2
+        stiffness[2, 2, of] = along * share / 2
         return stiffness
 
     def _stiff(self, motion: np.ndarray) -> np.ndarray:
@@ -316,10 +324,11 @@ class NewtonSystem:
         edges = np.stack([problem.sliding, c + problem.sliding])
         shear, slip = 2 * c + problem.sliding, forces + np.arange(slips).reshape(2, k)
         block, load = forces + slips + np.arange(problem.dead.size), size - 1
-        A, rocking = form.A.tocoo(), self._rocking.ravel()
+        A, gives = form.A.tocoo(), np.broadcast_to(self._compliance, (3, c))
+        diagonal = np.concatenate([(self._rocking + gives[:2]).ravel(), gives[2]])
         sliding, loaded = np.broadcast_to(slip[:, None], (2, 2, k)), np.broadcast_to(edges, (2, 2, k))
         entries = [
-            (np.arange(2 * c), np.arange(2 * c), rocking),
+            (np.arange(3 * c), np.arange(3 * c), diagonal),
             (loaded, sliding, -self.slope),
             (shear, slip, np.array([[1.0], [-1.0]])),
             (A.col, block[A.row], A.data),
@@ -330,11 +339,10 @@ class NewtonSystem:
             (block, load, problem.live),
             (load, block, problem.live),
         ]
-        diagonal = np.append(rocking, np.zeros(c))
         if self._crushing is not None:
             crushing = self._crushing.tocoo()
             entries.append((crushing.row, crushing.col, crushing.data))
-            diagonal[: 2 * c] += self._crushing.diagonal()
+            diagonal = diagonal + np.append(self._crushing.diagonal(), np.zeros(c))
         row, column, value = (
             np.concatenate([part.ravel() for part in parts])
             for parts in zip(*(np.broadcast_arrays(*entry) for entry in entries), strict=True)

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
 
+import numpy as np
+
 from masonry_opt.effort import Effort
 from masonry_opt.methods.mcp.edge_form import EdgeForm
 from masonry_opt.methods.mcp.interior_point import NewtonStep, Outcome, run
@@ -37,7 +39,20 @@ class Passes:
     def under(self, problem: Problem, effort: Effort | None = None) -> Passes:
         """Passes over a problem that differs in friction, cohesion and dilatancy alone."""
         other = copy(self)
-        other._problem, other._elimination = problem, self._elimination.under(problem.law)
+        other._problem = problem
+        other._elimination = self._elimination.of(self._elimination.form.under(problem.law))
+        return other
+
+    @property
+    def least_forces(self) -> np.ndarray:
+        """Least forces at edges and in shear that carry the dead load, shape (3, c)."""
+        return self._elimination.form.least_forces
+
+    def giving(self, compliance: np.ndarray) -> Passes:
+        """Passes over the same problem with contacts that give, shape (3c,)."""
+        other = copy(self)
+        other._problem = replace(self._problem, compliance=compliance)
+        other._elimination = self._elimination.of(self._elimination.form.giving(compliance))
         return other
 
     def run(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import inf
 
 
 @dataclass(frozen=True)
@@ -62,6 +63,19 @@ ATTEMPTS = (
         patience=40,
         most_short_steps=13,
     ),
+)
+
+#: The rules where contacts give: no contraction, and Newton's matrix, from which only the ladder departs.
+#: Chosen on rubble walls of 200 stones with seeds 100 to 115.
+GIVING = Rules(
+    contraction=0.0,
+    least_contraction=0.0,
+    dilates_truly=inf,
+    ladder=True,
+    blend_above=inf,
+    brake=1.0,
+    patience=40,
+    most_short_steps=13,
 )
 
 #: The rules for scenes of more than 8000 joints: the second, which pass folds, with the patience that walls

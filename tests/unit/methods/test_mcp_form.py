@@ -10,6 +10,7 @@ from residuals import residuals
 from scenes import KINDS_OF_JOINTS
 
 import masonry_opt as mo
+from masonry_opt.methods.mcp.compliant import unit_compliance
 from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate, moved
 from masonry_opt.methods.mcp.newton import Elimination, NewtonSystem, Parts
 from masonry_opt.models.pyomo_mcp import PyomoMcp
@@ -25,8 +26,15 @@ SOLVED = 1e-9
 
 
 @pytest.fixture(params=PROBLEMS)
-def form(request) -> EdgeForm:
+def rigid(request) -> EdgeForm:
     return EdgeForm(PROBLEMS[request.param])
+
+
+@pytest.fixture(params=[0.0, 0.3], ids=["rigid", "giving"])
+def form(request, rigid) -> EdgeForm:
+    if not request.param:
+        return rigid
+    return rigid.giving(request.param * unit_compliance(rigid.problem, rigid.least_forces))
 
 
 @pytest.fixture
@@ -116,7 +124,7 @@ def test_another_slope_is_another_flow_rule(form, rng):
     state = form.state(at)
     np.testing.assert_allclose(
         form.residuals(at, slope).motion.ravel(),
-        form.from_edges.T @ problem.departure(state.d, state.p, slope),
+        form.from_edges.T @ problem.departure(state.d, state.p, slope, state.q),
         atol=ROUNDING,
     )
 
