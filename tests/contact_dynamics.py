@@ -15,8 +15,8 @@ from masonry_opt.problem.problem import Problem
 
 #: Stiffness of a contact, in median block weights over the unit of length.
 STIFFNESS = 1e4
-#: Share of the velocity left after a step; forces out of balance, over the largest load, at which a wall is at
-#: rest; steps after which a wall that is not at rest falls.
+#: Share of the velocity left after a step; forces out of balance, over the largest load, of a wall at rest;
+#: steps after which a wall that is not at rest falls.
 DAMPING, REST, FALLS = 0.98, 1e-4, 20_000
 
 

@@ -25,7 +25,7 @@ from masonry_opt.methods.mcp.rules import GIVING
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.problem import Problem
 
-#: Compliances of the passes that look for the plateau, from soft to stiff; softer ones, where none of these ends.
+#: Compliances of the passes that look for the plateau, from soft to stiff; softer ones, where none ends.
 STIFF, SOFT = (1e-3, 1e-4, 1e-5, 1e-6), (1e-2, 1e-1)
 
 #: Share of λ from which on a change between two compliances means that there is no load factor: where nothing
