@@ -185,8 +185,6 @@ class PyomoProducts:
         """Give every variable its product in a state."""
         statics = np.append(self.factors.of_forces(state.q), [state.load_factor, 1.0])
         motion = np.append(self.factors.of_motion(state.d, state.p), 1.0)
-        for name in ("force", "load_factor", "rate", "velocity", "load_rate", "load_velocity",
-                     "force_rate", "force_velocity"):  # fmt: skip
-            variable = getattr(self.program, name)
+        for variable in self.program.component_objects(pyo.Var):
             i, k = np.array(list(variable), dtype=int).reshape(-1, 2).T
             put(variable, statics[i] * motion[k])

@@ -39,8 +39,7 @@ class LoadedPiece:
 
     Attributes
     ----------
-    load: index into the scene's edge loads.
-    block: index into the scene's blocks.
+    load, block: indices into the scene's edge loads and blocks.
     ends: of the piece, relative to the geometry's origin, shape (2, 2).
     intensity: force per unit length at these ends, over the scene's thickness, shape (2, 2).
     """

@@ -165,27 +165,22 @@ def refuse_floating(
 
 
 def _nearest(scene: Scene, geometry: Geometry, block: int, gaps: Mapping[tuple[int, int], float]) -> str:
-    """How far from a block that touches nothing the nearest is, and what to do."""
-    facing = {pair: gap for pair, gap in gaps.items() if block in pair}
+    """How far from a block that touches nothing the nearest is, and what to do: one that it faces across a
+    small gap, if there is any."""
+    facing = {sum(pair) - block: gap for pair, gap in gaps.items() if block in pair}
     if facing:
-        pair = min(facing, key=lambda pair: facing[pair])
-        other = repr(scene.blocks[pair[pair[0] == block]].name)
-        to = rounded_up(facing[pair], 2)
-        return (
-            f": it faces {other} across a gap {facing[pair]:.3g} wide: close the gap, or raise 'tolerance' "
-            f"to {to} if coordinates were rounded or measured"
-        )
-    distance = shapely.distance(geometry.polygons[block], geometry.polygons)
-    distance[block] = np.inf
-    nearest = int(distance.argmin())
-    if not np.isfinite(distance[nearest]):
-        return ": support it"
-    name, gap = repr(scene.blocks[nearest].name), distance[nearest]
+        nearest = min(facing, key=lambda other: facing[other])
+        gap, small = facing[nearest], True
+    else:
+        distance = shapely.distance(geometry.polygons[block], geometry.polygons)
+        distance[block] = np.inf
+        nearest = int(distance.argmin())
+        gap = float(distance[nearest])
+        small = gap <= NEAR_MISS * np.sqrt(geometry.area[[block, nearest]].min())
+    name = repr(scene.blocks[nearest].name)
     if gap <= geometry.tolerance:
         return f": it meets {name} corner on corner alone, where a joint needs an edge of either"
-    small = gap <= NEAR_MISS * np.sqrt(geometry.area[[block, nearest]].min())
-    to = rounded_up(gap, 2)
-    rounded = f", or raise 'tolerance' to {to} if coordinates were rounded" if small else ""
+    rounded = f", or raise 'tolerance' to {rounded_up(gap, 2)} if coordinates were rounded" if small else ""
     return f": {name}, the nearest, is {gap:.3g} away: close the gap{rounded}, or take the block away"
 
 

@@ -101,7 +101,6 @@ def layer_of(entity: Any) -> str:
 
 
 def _attribute(entity: Any, name: str, default: object) -> Any:
-    """An attribute that entities of some kinds do not have."""
     return entity.dxf.get(name, default) if entity.dxf.is_supported(name) else default
 
 
