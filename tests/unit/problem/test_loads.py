@@ -164,15 +164,6 @@ def test_a_tilted_scene_takes_weights_alone():
         mo.Scene(**keys | {"blocks": [*scene.blocks, pushed]})
 
 
-@pytest.mark.parametrize("ending", ["toml", "json"])
-def test_loads_survive_being_written(ending, tmp_path):
-    scene = loaded(
-        WALL + 'live_per_weight = [1, 0]\n[[load]]\nblock = "2-2"\ndead = [0, -1]\nat = [4, 1]\n', tmp_path
-    )
-    mo.save(scene, tmp_path / f"copy.{ending}")
-    assert mo.load(tmp_path / f"copy.{ending}") == scene
-
-
 def test_a_load_outside_of_its_block_is_warned_of():
     for at, distance in (((1.0, 2.0), None), ((4.0, 6.0), 5.0)):
         load = mo.Load(block="A", dead=(0, -0.1), at=at)
