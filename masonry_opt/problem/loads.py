@@ -12,7 +12,7 @@ from masonry_opt.scene.blocks import Point
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.scene import Scene
 
-#: The row of its block, a force, and where it acts (None: at the centroid).
+#: Row of the block, force, and point where it acts (None: the centroid).
 _Force = tuple[int, Point, Point | None]
 
 

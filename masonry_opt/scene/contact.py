@@ -17,8 +17,8 @@ from masonry_opt.scene.geometry import Geometry, raise_for
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.touching import NEAR_MISS, Edges, corners_on_edges, shared_edges
 
-#: Pairs of blocks near each other: this many, and so many more for each block. Side by side a block has
-#: some six neighbours; blocks that lie on one another are all each other's.
+#: Most pairs of blocks near each other: this many, and so many more for each block. Side by side a block has
+#: some six neighbours; of blocks that lie on one another each is a neighbour of all.
 _MOST_PAIRS, _MOST_PAIRS_PER_BLOCK = 1_000_000, 40
 
 
@@ -87,7 +87,7 @@ def find_joints(scene: Scene, geometry: Geometry, *, floating: bool = False) -> 
     pairs = _near_pairs(scene, geometry)
     both_fixed = fixed[pairs].all(axis=1)
     _refuse_overlaps(scene, geometry, pairs[~both_fixed])
-    edges = Edges.of(scene, geometry, pairs)
+    edges = Edges(*geometry.edges(), scene, geometry)
     along, gap = shared_edges(edges, pairs)
     joined, near = ~both_fixed[along.pair], np.flatnonzero(np.isfinite(gap) & ~both_fixed)
     fixed_pairs = len(np.unique(along.pair[~joined]))

@@ -1,4 +1,4 @@
-"""Generators of blocks: what they share, which is a name, a place, live loads, and how their blocks weigh."""
+"""Generators of blocks: the name, place, live loads and weights that all of them have."""
 
 from __future__ import annotations
 

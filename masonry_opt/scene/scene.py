@@ -182,7 +182,7 @@ class Scene(SceneKeys):
         return self._case
 
     def read_from(self, origin: str | Path, case: SceneKeys | None = None) -> Scene:
-        """The same scene, remembering the file it came from, and what that held."""
+        """The same scene with the file it was read from, and the content of that."""
         scene = self.model_copy()
         scene._origin, scene._case = str(origin), case
         return scene

@@ -18,7 +18,7 @@ from masonry_opt.scene.tables import read_bytes
 #: Bytes; a DXF file has some 500 for each block.
 _LARGEST_DXF = 50_000_000
 
-#: Entities that are no blocks. All others that are not read are refused, so that none is lost unsaid.
+#: Entities that are no blocks. Others that cannot be read are refused: none is left out in silence.
 _IGNORED = {
     "ATTDEF", "ARC_DIMENSION", "DIMENSION", "HATCH", "IMAGE", "LARGE_RADIAL_DIMENSION", "LEADER", "LIGHT",
     "MTEXT", "MULTILEADER", "OLE2FRAME", "PDFUNDERLAY", "POINT", "RAY", "SUN", "TEXT", "TOLERANCE",
