@@ -17,15 +17,14 @@ class CvxpyKinematic:
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
         self.limits = ShearParameters(limits)
-        self.mechanism = Mechanism(problem, self.limits.slope)
-        work = -problem.dead @ self.mechanism.d + self.limits.cohesion @ self.mechanism.slip
-        work += self.mechanism.crushing
-        rows = [self.mechanism.compatibility, self.mechanism.live_work]
-        self.program = cp.Problem(cp.Minimize(work), rows)
+        mechanism = self.mechanism = Mechanism(problem, self.limits.slope)
+        self.compatibility = mechanism.compatibility
+        work = -problem.dead @ mechanism.d + self.limits.cohesion @ mechanism.slip + mechanism.crushing
+        self.program = cp.Problem(cp.Minimize(work), [self.compatibility, mechanism.live_work])
 
     def read(self) -> State:
         """The state at the optimum: forces and load factor are the duals of compatibility and of
         the live work (CVXPY's sign of an equality's dual turned)."""
         mechanism = self.mechanism
-        load_factor, q = -mechanism.live_work.dual_value, -mechanism.compatibility.dual_value
+        load_factor, q = -mechanism.live_work.dual_value, -self.compatibility.dual_value
         return State(float(load_factor), q, mechanism.d.value, mechanism.p.value)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import cvxpy as cp
 import numpy as np
 
+from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
 from masonry_opt.models.cvxpy_terms import Mechanism, ShearParameters, Statics
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
@@ -18,7 +19,9 @@ class CvxpyParabolaStatic:
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
-        self._problem, joints, straight = problem, problem.crushing, _straight(problem)
+        self._problem, joints = problem, problem.crushing
+        straight = self._straight = np.ones(problem.faces, dtype=bool)
+        straight[problem.bent] = False  # rocking and crushing of joints of limited strength
         self.limits = ShearParameters(limits)
         statics = self.statics = Statics(problem, self.limits)
         columns = problem.by_kind(np.arange(problem.B.shape[1]))[:, joints]
@@ -34,13 +37,13 @@ class CvxpyParabolaStatic:
         """The state at the optimum: velocities and rates are the duals of equilibrium and yield, those of
         crushing in the place of the rocking faces."""
         p = np.zeros(self._problem.faces)
-        p[_straight(self._problem)] = self.within_yield.dual_value
+        p[self._straight] = self.within_yield.dual_value
         for row, faces in zip(self.uncrushed, self._problem.bent[..., 0], strict=True):
             p[faces] = row.dual_value
         return State(*self.statics.forces(), self.statics.equilibrium.dual_value, p)
 
 
-class CvxpyParabolaKinematic:
+class CvxpyParabolaKinematic(CvxpyKinematic):
     """Eq. (10), where edges that turn by P and come w nearer than rigid ones dissipate f_c w² / (2 P):
 
     min  −f_D·d + c·p + Σ t    s.t.    Bᵀ d = D(slope) p − w,    f_L·d = Σ|f_L|,    p ≥ 0,
@@ -71,17 +74,3 @@ class CvxpyParabolaKinematic:
         chords = mechanism.p[problem.table.chords] == 0
         rows = [self.compatibility, mechanism.live_work, chords, cone]
         self.program = cp.Problem(cp.Minimize(work), rows)
-
-    def read(self) -> State:
-        """The state at the optimum: forces and load factor are the duals of compatibility and of
-        the live work (CVXPY's sign of an equality's dual turned)."""
-        mechanism = self.mechanism
-        load_factor, q = -mechanism.live_work.dual_value, -self.compatibility.dual_value
-        return State(float(load_factor), q, mechanism.d.value, mechanism.p.value)
-
-
-def _straight(problem: Problem) -> np.ndarray:
-    """Faces but those of rocking and crushing of joints of limited strength, shape (faces,)."""
-    straight = np.ones(problem.faces, dtype=bool)
-    straight[problem.bent] = False
-    return straight

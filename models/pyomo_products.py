@@ -108,7 +108,8 @@ class PyomoProducts:
         slack = list(factors.other_slacks.values())
         equilibrium = list(factors.equilibrium())
         motions = [*factors.compatibility(), factors.live_work()]
-        nothing = self._products_at_rest()
+        # z₁ and p₁ of each joint that slides; the other complementary products have no variable.
+        nothing = [(form, {rate: 1.0}) for rate, form in factors.other_slacks.items()]
         # Statics times compatibility is a sum of other rows: of the rates of a joint one slip is enough.
         self._family("statics", equilibrium, [motion, *all_velocities])
         model.statics_rate = self._constraint(
@@ -143,10 +144,6 @@ class PyomoProducts:
         moves = self.factors.motion_of(rate // 4)
         forces = [i for i in statics if i < self.factors.load_factor]
         return all(pair in self.product for pair in every(forces, moves))
-
-    def _products_at_rest(self) -> list[tuple[Form, Form]]:
-        """z₁ and p₁ of each joint that slides; the other complementary products have no variable."""
-        return [(form, {rate: 1.0}) for rate, form in self.factors.other_slacks.items()]
 
     def _family(
         self, name: str, statics: Iterable[Form], motions: Iterable[Form], least: float | None = None
@@ -185,8 +182,6 @@ class PyomoProducts:
         """Give every variable its product in a state."""
         statics = np.append(self.factors.of_forces(state.q), [state.load_factor, 1.0])
         motion = np.append(self.factors.of_motion(state.d, state.p), 1.0)
-        for name in ("force", "load_factor", "rate", "velocity", "load_rate", "load_velocity",
-                     "force_rate", "force_velocity"):  # fmt: skip
-            variable = getattr(self.program, name)
+        for variable in self.program.component_objects(pyo.Var):
             i, k = np.array(list(variable), dtype=int).reshape(-1, 2).T
             put(variable, statics[i] * motion[k])

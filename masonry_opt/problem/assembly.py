@@ -70,10 +70,10 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     joints = find_joints(scene, shapes, floating=floating)
     fixed = np.array([block.fixed for block in scene.blocks])
     movable = np.flatnonzero(~fixed)
-    on_edges = edge_forces(scene, shapes, joints)
+    on_edges, bare, pieces = edge_forces(scene, shapes, joints)
     given, centroid = loads(scene, shapes, movable), shapes.centroid[movable]
-    dead = given.dead.about(centroid) + given.weight.about(centroid) + on_edges.dead[movable].ravel()
-    live = given.live.about(centroid) + on_edges.live[movable].ravel()
+    dead = given.dead.about(centroid) + given.weight.about(centroid) + on_edges["dead"][movable].ravel()
+    live = given.live.about(centroid) + on_edges["live"][movable].ravel()
 
     # With this unit rocking reads |m| ≤ n at a usual joint: moments weigh as much as forces in the
     # centre that an interior-point solver finds. It matters: see docs/limits.md. Medians, so
@@ -99,7 +99,7 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
         length_unit=length_unit,
     )
     problem = Problem(matrices, _law(joints, scene.thickness, force_unit), dead, live, force_unit)
-    return Assembly(problem, scene, shapes, joints, movable, on_edges.bare, on_edges.pieces)
+    return Assembly(problem, scene, shapes, joints, movable, bare, pieces)
 
 
 def with_joints_of(assembly: Assembly, scene: Scene) -> Assembly | None:

@@ -16,31 +16,12 @@ from masonry_opt.scene.touching import LEAN
 
 
 @dataclass(frozen=True)
-class EdgeForces:
-    """Forces of the edge loads of a scene on its blocks.
-
-    Attributes
-    ----------
-    dead, live: force and moment about the centroid of each of the scene's blocks, shape (blocks, 3), in the
-        scene's units.
-    bare: length of each edge load's line that meets no free edge of a movable block: there it does nothing.
-    pieces: loaded pieces of edges.
-    """
-
-    dead: np.ndarray
-    live: np.ndarray
-    bare: tuple[float, ...]
-    pieces: tuple[LoadedPiece, ...]
-
-
-@dataclass(frozen=True)
 class LoadedPiece:
     """A free piece of a block's edge with its load, which is linear between the ends.
 
     Attributes
     ----------
-    load: index into the scene's edge loads.
-    block: index into the scene's blocks.
+    load, block: indices into the scene's edge loads and blocks.
     ends: of the piece, relative to the geometry's origin, shape (2, 2).
     intensity: force per unit length at these ends, over the scene's thickness, shape (2, 2).
     """
@@ -76,11 +57,19 @@ class _Segments:
         return found[near], ends[near]
 
 
-def edge_forces(scene: Scene, shapes: Geometry, joints: Joints) -> EdgeForces:
+def edge_forces(
+    scene: Scene, shapes: Geometry, joints: Joints
+) -> tuple[dict[str, np.ndarray], tuple[float, ...], tuple[LoadedPiece, ...]]:
     """Resolve the scene's edge loads.
 
     A line's load acts on the edges of movable blocks that lie on it within the tolerance, less what joints
     cover of them, with its exact resultant and moment on each.
+
+    Returns
+    -------
+    Force and moment about the centroid of each of the scene's blocks, by kind "dead" and "live", shape
+    (blocks, 3), in the scene's units; the length of each load's line that meets no free edge of a movable
+    block, where it does nothing; the loaded pieces of edges.
 
     Raises
     ------
@@ -90,7 +79,7 @@ def edge_forces(scene: Scene, shapes: Geometry, joints: Joints) -> EdgeForces:
     """
     forces = {kind: np.zeros((len(scene.blocks), 3)) for kind in ("dead", "live")}
     if not scene.edge_loads:
-        return EdgeForces(forces["dead"], forces["live"], (), ())
+        return forces, (), ()
     edges, both = _Segments(*shapes.edges()), np.concatenate([joints.first, joints.second])
     # What joints cover, for either of their blocks.
     covers = _Segments(np.tile(joints.start, (2, 1)), np.tile(joints.end, (2, 1)), both)
@@ -124,7 +113,7 @@ def edge_forces(scene: Scene, shapes: Geometry, joints: Joints) -> EdgeForces:
         if not met:
             raise _nothing_there(scene, number, length, bool(movable.any()), bool(len(found)))
         bare.append(math.fsum(high - low for low, high in _without((0.0, length), met, shapes.tolerance)))
-    return EdgeForces(forces["dead"], forces["live"], tuple(bare), tuple(pieces))
+    return forces, tuple(bare), tuple(pieces)
 
 
 def _without(

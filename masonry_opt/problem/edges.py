@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cached_property
 from itertools import product as every
 
 import numpy as np
@@ -75,7 +76,7 @@ class EdgeFactors:
             e for block in np.flatnonzero(self._touches[:, joint]) for e in self.velocities_of(int(block))
         ]
 
-    @property
+    @cached_property
     def other_slacks(self) -> dict[int, Form]:
         """z₁ = 2 (c + μ n) − z₀ ≥ 0 by the rate p₁ that it is complementary to."""
         one = self.load_factor + 1

@@ -1,4 +1,4 @@
-"""The numbers in which the plane and space differ, and the table of faces that follows from them."""
+"""The table of faces, and the numbers in which the plane and space differ."""
 
 from __future__ import annotations
 
@@ -139,14 +139,14 @@ class Faces:
 
     @cached_property
     def face_arm(self) -> np.ndarray:
-        """What a slack is divided by to be a force: 1, or L/2 where it is a moment, shape (faces,)."""
+        """Divisor that makes a slack a force: 1, or L/2 where it is a moment, shape (faces,)."""
         arm = self.half_length[self.face_joint]
         arm[self.slides] = 1.0
         return arm
 
     @cached_property
     def face_length(self) -> np.ndarray:
-        """What a rate is multiplied by to be a slip or the opening of an edge, shape (faces,)."""
+        """Factor that makes a rate a slip or the opening of an edge, shape (faces,)."""
         length = len(self.layout.edges) * self.lever[self.face_joint]
         length[self.slides] = 1.0
         return length

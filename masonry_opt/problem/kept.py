@@ -23,8 +23,8 @@ _T = TypeVar("_T", bound=Keepable)
 class Kept:
     """Programs and factors by what they are for, one each.
 
-    What is kept may change the time of an analysis, never its load factor: every solve begins cold. (That a
-    scene stands may be seen from forces kept of another, where a solver would be undecided.)
+    What is kept may change the time of an analysis, never its load factor: every solve begins cold. (Forces
+    kept of another scene may show that a scene stands, where a solver alone would not decide.)
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ from masonry_opt.scene.blocks import Point
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.scene import Scene
 
-#: The row of its block, a force, and where it acts (None: at the centroid).
+#: Row of the block, force, and point where it acts (None: the centroid).
 _Force = tuple[int, Point, Point | None]
 
 
@@ -42,14 +42,8 @@ class Forces:
 
 @dataclass(frozen=True)
 class Loads:
-    """Forces on the movable blocks of a scene, without those of edge loads.
-
-    Attributes
-    ----------
-    weight: along gravity.
-    dead: further dead forces.
-    live: what λ scales; of a scene that is tilted the weights, turned a quarter from gravity.
-    """
+    """Forces on the movable blocks of a scene, without those of edge loads: weights, further dead forces, and
+    live ones, which in a scene that is tilted are the weights, turned a quarter from gravity."""
 
     weight: Forces
     dead: Forces

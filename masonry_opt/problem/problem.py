@@ -218,12 +218,7 @@ class Problem:
 
     def slacks(self, q: np.ndarray, by_parabola: bool = False) -> np.ndarray:
         """Slack z of each face under forces q and the true friction law, eq. (4), shape (faces,): negative
-        is a violation.
-
-        Parameters
-        ----------
-        by_parabola: whether joints that can crush are held to the parabola, in place of each of its chords.
-        """
+        is a violation. With ``by_parabola`` joints that crush are held to the parabola, not to its chords."""
         z = self.true_yield @ q + self.face_cohesion
         if by_parabola:
             n, _, m = self.by_kind(q)[:, self.crushing]
@@ -232,12 +227,8 @@ class Problem:
         return z
 
     def energy(self, q: np.ndarray, p: np.ndarray, by_parabola: bool = False) -> float:
-        """Σ |z p|: energy of faces that move without being at yield, in rates p, shape (faces,).
-
-        Parameters
-        ----------
-        by_parabola: as of ``slacks``.
-        """
+        """Σ |z p|: energy of faces that move without being at yield, in rates p, shape (faces,);
+        ``by_parabola`` as in ``slacks``."""
         z = self.slacks(q)
         if not by_parabola:
             return float(np.abs(z * p).sum())

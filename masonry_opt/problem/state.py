@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class State:
-    """What a program of statics or kinematics ends with, in the problem's dimensionless units.
+    """Load factor, forces and motion, in the problem's dimensionless units.
 
     Attributes
     ----------

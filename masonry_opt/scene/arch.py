@@ -11,7 +11,6 @@ from typing import Annotated
 from pydantic import Field, Strict
 
 from masonry_opt.scene.blocks import (
-    MOST_BLOCKS,
     Block,
     NonNegative,
     Number,
@@ -95,7 +94,7 @@ class Arch(Generator):
     span: Positive | None = None
     rise: Positive | None = None
     thickness: Positive
-    voussoirs: Annotated[int, Strict(), Field(ge=1, le=MOST_BLOCKS)]
+    voussoirs: Annotated[int, Strict(), Field(ge=1)]
     unit_weight: NonNegative
     weights: Weights = "sector"
     point_loads: list[PointLoad] = []

@@ -71,7 +71,7 @@ Friction = Annotated[
     AfterValidator(_friction),
     PlainSerializer(lambda value: "inf" if math.isinf(value) else value, when_used="json"),
 ]
-#: Which of two types a value is meant as, each marked with its ``Tag``: errors then tell of that one alone.
+#: Chooses between two types, each marked with its ``Tag``, so that errors name only the one that was meant.
 ONE_OR_SEVERAL = Discriminator(lambda value: "<several>" if isinstance(value, (list, tuple)) else "<one>")
 #: Control characters, line ends, and marks that turn the direction of writing round.
 _UNSEEN = r"\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
@@ -83,10 +83,10 @@ Ring = Annotated[list[Point], Field(min_length=3)]
 
 
 class _RecordType(_ModelType):
-    """The class of records: tells what is wrong with the values that one is called with in Python.
+    """Metaclass of records: a call with wrong values in Python raises CaseError.
 
-    Records inside another, or in a case file, are validated without a call: their mistakes are told once,
-    with those of the whole.
+    Records inside another one, or in a case file, are validated without a call: the error of the whole names
+    their mistakes.
     """
 
     # mypy does not know that every class of this type is a Record.

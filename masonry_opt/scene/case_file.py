@@ -21,10 +21,6 @@ from masonry_opt.scene.walls import Column, Facade, Wall
 
 _G = TypeVar("_G", bound=Generator)
 
-#: How a TOML file begins.
-_UNTIL = f"{MARK}, and replaced by it without asking until this line is deleted"
-
-
 #: One table of a generator, [arch], or several of them, [[arch]].
 OneOrMore = Annotated[list[_G], BeforeValidator(lambda value: value if isinstance(value, list) else [value])]
 
@@ -120,7 +116,8 @@ def save(scene: Scene, path: str | Path, force: bool = False) -> None:
     path = as_path(path, "a case file")
     match path.suffix.lower():
         case ".toml":
-            text = f"# {_UNTIL}\n{tomli_w.dumps(_keys(scene, 'python'))}"
+            mark = f"# {MARK}, and replaced by it without asking until this line is deleted\n"
+            text = mark + tomli_w.dumps(_keys(scene, "python"))
         case ".json":
             keys = {JSON_KEY: WRITER} | _keys(scene, "json")
             text = json.dumps(keys, indent=2, ensure_ascii=False) + "\n"

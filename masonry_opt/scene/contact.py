@@ -17,8 +17,8 @@ from masonry_opt.scene.geometry import Geometry, raise_for
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.touching import NEAR_MISS, Edges, corners_on_edges, shared_edges
 
-#: Pairs of blocks near each other: this many, and so many more for each block. Side by side a block has
-#: some six neighbours; blocks that lie on one another are all each other's.
+#: Most pairs of blocks near each other: this many, and so many more for each block. Side by side a block has
+#: some six neighbours; of blocks that lie on one another each is a neighbour of all.
 _MOST_PAIRS, _MOST_PAIRS_PER_BLOCK = 1_000_000, 40
 
 
@@ -87,7 +87,7 @@ def find_joints(scene: Scene, geometry: Geometry, *, floating: bool = False) -> 
     pairs = _near_pairs(scene, geometry)
     both_fixed = fixed[pairs].all(axis=1)
     _refuse_overlaps(scene, geometry, pairs[~both_fixed])
-    edges = Edges.of(scene, geometry, pairs)
+    edges = Edges(*geometry.edges(), scene, geometry)
     along, gap = shared_edges(edges, pairs)
     joined, near = ~both_fixed[along.pair], np.flatnonzero(np.isfinite(gap) & ~both_fixed)
     fixed_pairs = len(np.unique(along.pair[~joined]))
@@ -165,27 +165,22 @@ def refuse_floating(
 
 
 def _nearest(scene: Scene, geometry: Geometry, block: int, gaps: Mapping[tuple[int, int], float]) -> str:
-    """How far from a block that touches nothing the nearest is, and what to do."""
-    facing = {pair: gap for pair, gap in gaps.items() if block in pair}
+    """How far from a block that touches nothing the nearest is, and what to do: one that it faces across a
+    small gap, if there is any."""
+    facing = {sum(pair) - block: gap for pair, gap in gaps.items() if block in pair}
     if facing:
-        pair = min(facing, key=lambda pair: facing[pair])
-        other = repr(scene.blocks[pair[pair[0] == block]].name)
-        to = rounded_up(facing[pair], 2)
-        return (
-            f": it faces {other} across a gap {facing[pair]:.3g} wide: close the gap, or raise 'tolerance' "
-            f"to {to} if coordinates were rounded or measured"
-        )
-    distance = shapely.distance(geometry.polygons[block], geometry.polygons)
-    distance[block] = np.inf
-    nearest = int(distance.argmin())
-    if not np.isfinite(distance[nearest]):
-        return ": support it"
-    name, gap = repr(scene.blocks[nearest].name), distance[nearest]
+        nearest = min(facing, key=lambda other: facing[other])
+        gap, small = facing[nearest], True
+    else:
+        distance = shapely.distance(geometry.polygons[block], geometry.polygons)
+        distance[block] = np.inf
+        nearest = int(distance.argmin())
+        gap = float(distance[nearest])
+        small = gap <= NEAR_MISS * np.sqrt(geometry.area[[block, nearest]].min())
+    name = repr(scene.blocks[nearest].name)
     if gap <= geometry.tolerance:
         return f": it meets {name} corner on corner alone, where a joint needs an edge of either"
-    small = gap <= NEAR_MISS * np.sqrt(geometry.area[[block, nearest]].min())
-    to = rounded_up(gap, 2)
-    rounded = f", or raise 'tolerance' to {to} if coordinates were rounded" if small else ""
+    rounded = f", or raise 'tolerance' to {rounded_up(gap, 2)} if coordinates were rounded" if small else ""
     return f": {name}, the nearest, is {gap:.3g} away: close the gap{rounded}, or take the block away"
 
 

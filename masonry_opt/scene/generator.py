@@ -1,4 +1,4 @@
-"""Generators of blocks: what they share, which is a name, a place, live loads, and how their blocks weigh."""
+"""Generators of blocks: the name, place, live loads and weights that all of them have."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from pydantic import model_validator
 
-from masonry_opt.scene.blocks import Block, Name, NonNegative, Point, Record
+from masonry_opt.scene.blocks import MOST_BLOCKS, Block, Name, NonNegative, Point, Record
 
 #: Mistakes of one generator that are told together.
 _MOST_MISTAKES = 5
@@ -31,7 +31,8 @@ class Generator(Record):
     Raises
     ------
     CaseError
-        If the values make nothing that can be built; all that is wrong is told at once.
+        If the values make nothing that can be built, or more than 100,000 blocks; all that is wrong is told
+        at once.
     """
 
     name: Name | None = None
@@ -47,6 +48,8 @@ class Generator(Record):
 
     def _mistakes(self) -> Iterator[str]:
         """What is wrong with the values taken together, one sentence a rule."""
+        if self.size > MOST_BLOCKS:
+            yield f"is {self.size} blocks large; the most is {MOST_BLOCKS}"
         if any(self.live) and any(self.live_per_weight):
             yield "'live' is the old name of 'live_per_weight': give one of them"
 

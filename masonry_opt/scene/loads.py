@@ -1,4 +1,4 @@
-"""Loads on blocks by name, of blocks that a generator builds too; and loads along edges."""
+"""Loads on single blocks by name, and loads along edges."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Pressure = Annotated[Annotated[Number, Tag("<one>")] | Annotated[Point, Tag("<se
 
 
 class Load(Record):
-    """Forces on one block, beside its own, wherever its edges are; several on one block add up.
+    """Forces on one block, added to its own; several on one block add up.
 
     Parameters
     ----------

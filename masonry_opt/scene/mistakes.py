@@ -43,9 +43,8 @@ _PYTHON_MESSAGES = _MESSAGES | {
     "missing": "needs two entries",
 }
 
-#: Mistakes named in one message: more than these usually repeat the same one.
-_MOST_IN_FILE = 20
-_MOST_IN_CALL = 19  # with a last line that counts the others, twenty lines
+#: Lines of one message: more mistakes than these usually repeat the same one.
+_MOST_LINES = 20
 
 #: Characters of a message that quotes names.
 _LONGEST = 500
@@ -81,7 +80,7 @@ def wrong_file(
             return f"[{table}]: write [[{table}]], with double brackets, once for each {table}"
         return ": ".join([*where, _sentence(item, loc, record or schema, _MESSAGES)])
 
-    return _told(error, str(path), line, _MOST_IN_FILE)
+    return _told(error, str(path), line)
 
 
 def wrong_call(error: ValidationError, record: type[BaseModel], values: Mapping[str, Any]) -> CaseError:
@@ -99,16 +98,17 @@ def wrong_call(error: ValidationError, record: type[BaseModel], values: Mapping[
             loc = [name, *loc[1:]] if loc else []
         return ": ".join([*where, _sentence(item, loc, held or record, _PYTHON_MESSAGES)])
 
-    return _told(error, f"{record.__name__} {_name(values)}".rstrip(), line, _MOST_IN_CALL)
+    return _told(error, f"{record.__name__} {_name(values)}".rstrip(), line)
 
 
 def _keys(item: dict[str, Any]) -> list[Any]:
     return [part for number, part in enumerate(item["loc"]) if not number or part not in _TAGS]
 
 
-def _told(error: ValidationError, head: str, line: Callable[[dict[str, Any]], str], most: int) -> CaseError:
+def _told(error: ValidationError, head: str, line: Callable[[dict[str, Any]], str]) -> CaseError:
     mistakes = error.errors(include_url=False)
-    lines = [line(dict(item)) for item in mistakes[:most]]
+    named = _MOST_LINES - 1  # and a last line that counts the others
+    lines = [line(dict(item)) for item in mistakes[:named]]
     if more := len(mistakes) - len(lines):
         lines.append(f"and {more} more mistakes")
     return CaseError("\n".join(f"{head}: {text}" for text in lines))

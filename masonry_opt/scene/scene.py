@@ -133,20 +133,17 @@ class Scene(SceneKeys):
                 return f"load no. {number}: {_no_block(load.block, known)}"
             if known[load.block].fixed:
                 return f"load no. {number}: block '{load.block}' is fixed: load one that can move"
-            if load.weight is not None and load.block in weighed:
-                return f"load no. {number}: gives block '{load.block}' a second 'weight'"
             if load.weight is not None:
+                if load.block in weighed:
+                    return f"load no. {number}: gives block '{load.block}' a second 'weight'"
                 weighed.add(load.block)
         return None
 
     def _wrong_tilt(self) -> str | None:
-        """What tilting does not show, if the scene has it.
-
-        Tilted by θ, weights are cos θ (W + tan θ W'), W' the weights turned a quarter: λ = tan θ if all else
-        grows with cos θ too. Other forces do not, nor what joints resist without being pressed.
-        """
         if not self.tilt:
             return None
+        # Tilted by θ, weights are cos θ (W + tan θ W'), W' the weights turned a quarter: λ = tan θ if all
+        # else grows with cos θ too. Other forces do not, nor does what joints resist without being pressed.
         why = [
             f"block '{block.name}' has a force '{force}', which does not tilt"
             for block in self.blocks
@@ -185,7 +182,7 @@ class Scene(SceneKeys):
         return self._case
 
     def read_from(self, origin: str | Path, case: SceneKeys | None = None) -> Scene:
-        """The same scene, remembering the file it came from, and what that held."""
+        """The same scene with the file it was read from, and the content of that."""
         scene = self.model_copy()
         scene._origin, scene._case = str(origin), case
         return scene

@@ -58,11 +58,18 @@ def read_tables(path: Path) -> dict[str, Any]:
 
 def parse_file(path: Path) -> Any:
     """Content of a ``.toml`` or ``.json`` file, of any kind. Raises CaseError as :func:`read_tables` does."""
-    text = _read_text(path)
+    data = read_bytes(path, LARGEST_FILE)
+    if len(data) > LARGEST_FILE:
+        raise CaseError(
+            f"{path}: is larger than {LARGEST_FILE // 1_000_000} MB, more than a scene that can be solved "
+            "needs: split the scene, or generate its blocks with [wall]"
+        )
     if path.suffix.lower() not in _PARSERS:
         raise CaseError(f"{path}: a case file's name ends in .toml or .json")
     try:
-        return _PARSERS[path.suffix.lower()](text)
+        return _PARSERS[path.suffix.lower()](data.decode("utf-8-sig"))
+    except UnicodeDecodeError:
+        raise CaseError(f"{path}: is not UTF-8 text; save it as UTF-8") from None
     except RecursionError:
         raise CaseError(f"{path}: is nested too deeply to be a case file") from None
     except ValueError as error:
@@ -92,19 +99,6 @@ def read_bytes(path: Path, largest: int) -> bytes:
     if not stat.S_ISREG(mode):
         raise CaseError(f"{path}: is a pipe or device: write the case to a file")
     return data
-
-
-def _read_text(path: Path) -> str:
-    data = read_bytes(path, LARGEST_FILE)
-    if len(data) > LARGEST_FILE:
-        raise CaseError(
-            f"{path}: is larger than {LARGEST_FILE // 1_000_000} MB, more than a scene that can be solved "
-            "needs: split the scene, or generate its blocks with [wall]"
-        )
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise CaseError(f"{path}: is not UTF-8 text; save it as UTF-8") from None
 
 
 def _toml(text: str) -> Any:

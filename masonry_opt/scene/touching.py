@@ -24,7 +24,7 @@ LEAN = 0.1
 #: Share of the tolerance that is rounding.
 _ROUNDING = 1e-3
 
-#: Pairs of edges compared (of blocks that are near each other, in each other's box).
+#: Most pairs of edges that are compared.
 _MOST_EDGES = 20_000_000
 
 
@@ -234,13 +234,6 @@ class Edges:
     scene: Scene
     shapes: Geometry
 
-    @classmethod
-    def of(cls, scene: Scene, shapes: Geometry, pairs: np.ndarray) -> Edges:
-        """Edges of all blocks. Raises CaseError if those of the pairs are too many to compare."""
-        edges = cls(*shapes.edges(), scene, shapes)
-        edges._refuse_more(int(edges.of_each[pairs].sum()))
-        return edges
-
     @property
     def of_each(self) -> np.ndarray:
         """Number of edges of each block, shape (blocks,)."""
@@ -258,6 +251,7 @@ class Edges:
     def combinations(self, pairs: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Pair, edge of its first and edge of its second block, of all edges that could touch: one that stays
         out of the other block's box cannot. Raises CaseError if they are too many."""
+        self._refuse_more(int(self.of_each[pairs].sum()))
         (pair1, i), (pair2, j) = (self._beside(pairs, side, reach) for side in (0, 1))
         count2 = np.bincount(pair2, minlength=len(pairs))
         repeat = count2[pair1]

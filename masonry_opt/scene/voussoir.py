@@ -16,15 +16,8 @@ Weights = Literal["sector", "centreline", "straight"]
 
 @dataclass(frozen=True)
 class Voussoir:
-    """One voussoir.
-
-    Attributes
-    ----------
-    corners: inner and outer at its first joint, outer and inner at its second.
-    area: what weighs.
-    weight_at: where that acts.
-    back: the middle of its outer edge.
-    """
+    """Corners of a voussoir (inner and outer at its first joint, outer and inner at its second), the area
+    that weighs, where the weight acts, and the middle of its outer edge."""
 
     corners: tuple[Point, ...]
     area: float
@@ -86,22 +79,19 @@ def half_key(inner: float, thickness: float, begin: float, plumb: float, weights
     weights: what weighs.
     """
     radius, outer = inner + thickness / 2, inner + thickness
-
-    def crown(distance: float) -> float:
-        return math.acos(plumb / distance)
-
-    ends = ((inner, begin), (outer, begin), (outer, crown(outer)), (inner, crown(inner)))
+    crown = {distance: math.acos(plumb / distance) for distance in (inner, radius, outer)}
+    ends = ((inner, begin), (outer, begin), (outer, crown[outer]), (inner, crown[inner]))
     corners = tuple(_polar(*end) for end in ends)
     back = ((corners[1][0] + corners[2][0]) / 2, (corners[1][1] + corners[2][1]) / 2)
     if weights == "centreline":
-        angle = begin - crown(radius)
+        angle = begin - crown[radius]
         distance = radius * 2 * math.sin(angle / 2) / angle
         return Voussoir(corners, angle * radius * thickness, _polar(distance, begin - angle / 2), back)
     area, moment_x, moment_y = _polygon(corners)
     if weights == "sector":
         # The arcs bulge: beyond the outer edge there is more, beyond the inner one less.
         for distance, sign in ((outer, 1.0), (inner, -1.0)):
-            angle = begin - crown(distance)
+            angle = begin - crown[distance]
             # Area of a circular segment, and 2/3 r³ sin³, its moment about the centre.
             moment = sign * 2 / 3 * (distance * math.sin(angle / 2)) ** 3
             area += sign * distance**2 * (angle - math.sin(angle)) / 2

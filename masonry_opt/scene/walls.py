@@ -9,7 +9,6 @@ from typing import Annotated, Literal
 from pydantic import Discriminator, Field, Strict, Tag
 
 from masonry_opt.scene.blocks import (
-    MOST_BLOCKS,
     ONE_OR_SEVERAL,
     Block,
     Name,
@@ -84,8 +83,6 @@ class Wall(WeighedGenerator):
             if name not in used:
                 yield f"course '{name}' is never used in 'courses'"
             yield from _wrong_lengths(f"course '{name}'", lengths)
-        if self.size > MOST_BLOCKS:
-            yield f"has {self.size} blocks and gaps; the most is {MOST_BLOCKS}"
 
     @property
     def size(self) -> int:
@@ -149,8 +146,7 @@ class Facade(WeighedGenerator):
     Raises
     ------
     CaseError
-        If the courses do not add up, a door is none, a weight is missing or doubled, or the façade is larger
-        than 100,000 blocks.
+        If the courses do not add up, a door is none, or a weight is missing or doubled.
     """
 
     openings: tuple[Count, Count]
@@ -183,8 +179,6 @@ class Facade(WeighedGenerator):
             yield "'doors' has an opening twice"
         if self.doors and not self.sill:
             yield "'doors' need a 'sill': without one every opening of the lowest storey reaches the ground"
-        if self.size > MOST_BLOCKS:
-            yield f"is {self.size} blocks large; the most is {MOST_BLOCKS}"
 
     @property
     def size(self) -> int:
@@ -272,7 +266,7 @@ class Column(WeighedGenerator):
 
     width: Widths
     height: Positive
-    drums: Annotated[int, Strict(), Field(ge=1, le=MOST_BLOCKS)]
+    drums: Annotated[int, Strict(), Field(ge=1)]
     batter: Literal["both", "left", "right"] = "both"
     base: YesNo = True
 

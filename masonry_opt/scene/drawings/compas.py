@@ -93,10 +93,23 @@ def read_compas(
 
 def _seen(solids: Sequence[Solid], drawing: CompasDrawing) -> View:
     """The solids seen along the direction that is asked for, or along the only one there is."""
+    flat = all(solid.flat for solid in solids)
     if drawing.along is not None:
         if not any(drawing.along):
             raise ValueError("'along' needs a direction, such as y")
-        return _asked(solids, np.array(drawing.along), drawing.tolerance)
+        direction = np.array(drawing.along)
+        name = _said(direction)
+        try:
+            view = seen_along(solids, direction, drawing.tolerance)
+        except ValueError as error:
+            raise ValueError(f"'along' {name}: {error}") from None
+        begins, ends = int(view.reach[:, 0].argmax()), int(view.reach[:, 1].argmin())
+        if not flat and view.reach[begins, 0] >= view.reach[ends, 1]:
+            behind, before = solids[begins].name, solids[ends].name
+            raise ValueError(
+                f"block '{behind}' lies behind block '{before}', seen along {name}: no plane cuts both"
+            )
+        return view
     views, whys = {}, []
     for direction in directions(solids):
         name = _said(direction)
@@ -107,7 +120,7 @@ def _seen(solids: Sequence[Solid], drawing: CompasDrawing) -> View:
             continue
         middle, thickness = view.reach.mean(axis=1), np.ptp(view.reach, axis=1)
         off = np.abs(middle - np.median(middle)) > _ONE_PLANE * max(thickness.max(), 1e-300)
-        if off.any() and not all(solid.flat for solid in solids):
+        if off.any() and not flat:
             block = solids[int(off.argmax())].name
             whys.append(f"along {name} block '{block}' has its middle in another plane than most")
         else:
@@ -120,21 +133,6 @@ def _seen(solids: Sequence[Solid], drawing: CompasDrawing) -> View:
     if len(views) > 1:
         raise ValueError(f"all blocks are prisms along {' and along '.join(views)}: say by 'along' which")
     return next(iter(views.values()))
-
-
-def _asked(solids: Sequence[Solid], direction: np.ndarray, tolerance: float | None) -> View:
-    name = _said(direction)
-    try:
-        view = seen_along(solids, direction, tolerance)
-    except ValueError as error:
-        raise ValueError(f"'along' {name}: {error}") from None
-    begins, ends = int(view.reach[:, 0].argmax()), int(view.reach[:, 1].argmin())
-    if not all(solid.flat for solid in solids) and view.reach[begins, 0] >= view.reach[ends, 1]:
-        behind, before = solids[begins].name, solids[ends].name
-        raise ValueError(
-            f"block '{behind}' lies behind block '{before}', seen along {name}: no plane cuts both"
-        )
-    return view
 
 
 def _said(direction: np.ndarray) -> str:

@@ -18,7 +18,7 @@ from masonry_opt.scene.tables import read_bytes
 #: Bytes; a DXF file has some 500 for each block.
 _LARGEST_DXF = 50_000_000
 
-#: Entities that are no blocks. All others that are not read are refused, so that none is lost unsaid.
+#: Entities that are no blocks. Others that cannot be read are refused: none is left out in silence.
 _IGNORED = {
     "ATTDEF", "ARC_DIMENSION", "DIMENSION", "HATCH", "IMAGE", "LARGE_RADIAL_DIMENSION", "LEADER", "LIGHT",
     "MTEXT", "MULTILEADER", "OLE2FRAME", "PDFUNDERLAY", "POINT", "RAY", "SUN", "TEXT", "TOLERANCE",
@@ -101,7 +101,6 @@ def layer_of(entity: Any) -> str:
 
 
 def _attribute(entity: Any, name: str, default: object) -> Any:
-    """An attribute that entities of some kinds do not have."""
     return entity.dxf.get(name, default) if entity.dxf.is_supported(name) else default
 
 

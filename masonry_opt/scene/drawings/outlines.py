@@ -22,8 +22,8 @@ _SAME = 1e-9
 
 @dataclass(frozen=True)
 class Curve:
-    """A chain of straight lines through points, shape (points, 2), arcs already flattened; and where in the
-    drawing it is."""
+    """A chain of straight lines through points, shape (points, 2), with the layer and handle of its entity;
+    arcs are flattened."""
 
     points: np.ndarray
     closed: bool

@@ -27,8 +27,8 @@ class Drawing(Record):
     tolerance: Positive | None = None
 
     def block(self, name: str, outline: shapely.Polygon, fixed: bool, **keys: Any) -> Block:
-        """The block of an outline with holes: a support, or with this unit weight and live load unless keys
-        say otherwise."""
+        """The block of an outline with holes: a support, or one with this unit weight and live load, which
+        ``keys`` override."""
         outer, *holes = [
             [(float(x), float(y)) for x, y in ring.coords[:-1]]
             for ring in (outline.exterior, *outline.interiors)

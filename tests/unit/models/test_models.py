@@ -9,13 +9,12 @@ import pytest
 from pyomo.repn.plugins.standard_form import LinearStandardFormCompiler
 from scenes import declared
 
-from masonry_opt.models import cvxpy_terms, pyomo_terms
 from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
 from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
 from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyFalling, CvxpyStanding
 from masonry_opt.models.cvxpy_static import CvxpyStatic
-from masonry_opt.models.pyomo_arrays import put, values
+from masonry_opt.models.pyomo_arrays import put
 from masonry_opt.models.pyomo_global import PyomoGlobal
 from masonry_opt.models.pyomo_kinematic import PyomoKinematic
 from masonry_opt.models.pyomo_mpec import PyomoMpec
@@ -115,19 +114,3 @@ def test_linear_models_compile(name, problem):
         matrix = model.program.get_problem_data("CLARABEL")[0]["A"]
     assert min(matrix.shape) > 0
     assert np.isfinite(matrix.data).all()
-
-
-@pytest.mark.parametrize("terms", [cvxpy_terms, pyomo_terms], ids=["cvxpy", "pyomo"])
-def test_shear_limits_can_be_changed(terms, problem):
-    k = len(problem.sliding)
-    new = ShearLimits(np.linspace(-0.1, 0.4, k), np.linspace(0.2, 0.1, k))
-    if terms is cvxpy_terms:
-        limits = terms.ShearParameters(ShearLimits.true(problem))
-        limits.set(new)
-        slope, cohesion = limits.slope.value, limits.cohesion.value
-    else:
-        limits = terms.ShearParameters(pyo.ConcreteModel(), ShearLimits.true(problem))
-        limits.set(new)
-        slope, cohesion = values(limits.slope), values(limits.cohesion)
-    np.testing.assert_array_equal(slope, new.slope)
-    np.testing.assert_array_equal(cohesion, new.cohesion)

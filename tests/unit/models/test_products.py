@@ -12,7 +12,6 @@ from masonry_opt.answer.acceptance import Kind
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bracket.bounds import bounds_of, tightened
 from masonry_opt.methods.bracket.relaxation import Distances
-from masonry_opt.models.pyomo_arrays import values
 from masonry_opt.models.pyomo_products import PyomoProducts
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.edges import EdgeFactors
@@ -123,12 +122,3 @@ def test_edge_factors_are_the_problem_s(name):
         for rate, form in factors.other_slacks.items()
     )
     assert of_products + slides_back == pytest.approx(z @ p)
-
-
-def test_more_products_never_lower_the_bound():
-    problem = assemble(small_wall(2, 2)).problem
-    largest = bounds_of(problem, 1.0, 100.0, Effort()).normal
-    sizes = [len(declared(problem, 1.0, largest, radii)[0].product) for radii in ((0, 0), (0, 1), (1, 2))]
-    assert sizes == sorted(sizes)
-    model, _ = declared(problem, 1.0, largest, (1, 2))
-    assert len(values(model.program.force)) == 3 * problem.joints

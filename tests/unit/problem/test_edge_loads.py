@@ -211,15 +211,6 @@ def test_what_is_no_load_is_refused(words):
         mo.EdgeLoad(**{"start": (0, 0), "end": (1, 0)} | WRONG[words])
 
 
-@pytest.mark.parametrize("ending", ["toml", "json"])
-def test_edge_loads_survive_being_written(tmp_path, ending):
-    loads = [water(2.0), {"start": (0, 3), "end": (1, 3), "force": (0, -1), "kind": "live"}]
-    path = tmp_path / f"case.{ending}"
-    mo.save(scene([WALL], loads), path)
-    assert mo.load(path) == scene([WALL], loads)
-    assert '"from"' in path.read_text() or "from =" in path.read_text()
-
-
 def test_what_a_line_reaches_beyond_its_edges_is_warned_of():
     """A line of length 2 above a block of width 1."""
     floor = mo.Block(name="floor", vertices=[(-5, -1), (6, -1), (6, 0), (-5, 0)], fixed=True)

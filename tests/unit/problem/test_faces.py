@@ -88,18 +88,6 @@ def test_normality(problem):
     assert np.count_nonzero(steeper != C.T) == 2 * len(problem.sliding)
 
 
-def test_virtual_work(problem):
-    """q · D p = (z − c) · p at any forces and rates: what joints dissipate is what their limits resist."""
-    rng = np.random.default_rng(2)
-    for _ in range(5):
-        q, p = rng.normal(size=3 * problem.joints), rng.uniform(size=problem.faces)
-        work = (problem.slacks(q) - problem.face_cohesion) @ p
-        assert q @ (problem.D(problem.friction) @ p) == pytest.approx(work, rel=1e-12)
-        # Of eq. (1) and eq. (2): B q and d do the same work as q and Bᵀd.
-        d = rng.normal(size=3 * problem.blocks)
-        assert (problem.B @ q) @ d == pytest.approx(q @ (problem.B.T @ d), rel=1e-12)
-
-
 def test_what_is_said_of_each_face(problem):
     k, c = len(problem.sliding), problem.joints
     every = list(range(c))

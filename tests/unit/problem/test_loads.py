@@ -103,15 +103,6 @@ def test_a_block_is_pushed_by_a_multiple_of_its_weight_beside_a_force():
     assert acting(scene, "A", "live") == pytest.approx([1.5 + 1, 0, 1.5 * 0.5 - 1])
 
 
-def test_thickness_leaves_a_load_as_it_is():
-    for thickness in (1.0, 0.25):
-        scene = block_on_floor(live=(0, 0)).model_copy(
-            update={"thickness": thickness, "loads": [mo.Load(block="A", live=(2, 0), dead=(0, 3), weight=7)]}
-        )
-        assert acting(scene, "A", "live") == pytest.approx([2, 0, 0])
-        assert acting(scene, "A", "dead") == pytest.approx([0, -4, 0])
-
-
 @pytest.mark.parametrize("name", ["live", "live_per_weight"])
 def test_generators_take_live_by_either_name(name, tmp_path):
     """The old one is told."""
@@ -173,15 +164,6 @@ def test_a_tilted_scene_takes_weights_alone():
         mo.Scene(**keys | {"blocks": [*scene.blocks, pushed]})
 
 
-@pytest.mark.parametrize("ending", ["toml", "json"])
-def test_loads_survive_being_written(ending, tmp_path):
-    scene = loaded(
-        WALL + 'live_per_weight = [1, 0]\n[[load]]\nblock = "2-2"\ndead = [0, -1]\nat = [4, 1]\n', tmp_path
-    )
-    mo.save(scene, tmp_path / f"copy.{ending}")
-    assert mo.load(tmp_path / f"copy.{ending}") == scene
-
-
 def test_a_load_outside_of_its_block_is_warned_of():
     for at, distance in (((1.0, 2.0), None), ((4.0, 6.0), 5.0)):
         load = mo.Load(block="A", dead=(0, -0.1), at=at)
@@ -192,12 +174,6 @@ def test_a_load_outside_of_its_block_is_warned_of():
         )
         if distance:
             assert found[0].values["distance"] == pytest.approx(distance)
-
-
-def test_an_edge_that_blocks_cover_is_told_of_loads_by_name():
-    line = mo.EdgeLoad(start=(0, 0), end=(1, 0), force=(0, 1))
-    with pytest.raises(mo.CaseError, match=r"\[\[load\]\]"):
-        assemble(block_on_floor().model_copy(update={"edge_loads": [line]}))
 
 
 def test_other_loads_make_another_assembly():

@@ -20,22 +20,6 @@ def test_angles_are_kept_as_tangents():
     assert exception.over(joints).dilatancy == joints.dilatancy
 
 
-@pytest.mark.parametrize("ending", ["toml", "json"])
-def test_a_scene_in_degrees_survives_being_written(tmp_path, ending):
-    blocks = [
-        mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 1), (0, 1)], weight=1, live=(1, 0)),
-        mo.Block(name="f", vertices=[(-1, -1), (2, -1), (2, 0), (-1, 0)], fixed=True),
-    ]
-    scene = mo.Scene(
-        joints={"friction_angle": 20},
-        blocks=blocks,
-        exceptions=[{"between": ("A", "f"), "friction_angle": 25, "dilatancy_angle": 0}],
-    )
-    mo.save(scene, tmp_path / f"case.{ending}")
-    assert mo.load(tmp_path / f"case.{ending}") == scene
-    assert mo.solve(scene, "static").load_factor == pytest.approx(math.tan(math.radians(25)), rel=1e-7)
-
-
 @pytest.mark.parametrize(
     ("given", "words"),
     [

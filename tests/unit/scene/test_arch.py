@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from scenes import CASES
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
@@ -87,18 +86,6 @@ def test_mirrored_arch_has_the_same_load_factor(voussoir):
         for angles in ((180.0, 0.0), (0.0, 180.0))
     ]
     assert factors[0] == pytest.approx(factors[1], rel=1e-7)
-
-
-def test_load_factor_does_not_know_units():
-    """Lengths times 1000 and weights times 7: point loads count in weights."""
-    small = mo.load(CASES / "pippard_ashby" / "rib.toml")
-    load = mo.PointLoad(voussoir=5, force=(0, -7e6))
-    rib = {"angles": (143.130102354156, 36.869897645844), "voussoirs": 15, "weights": "sector"}
-    large = mo.Arch(
-        **rib, radius=20e3 / 3, thickness=2.5e3 / 3, unit_weight=7 * 1.455847041797, point_loads=[load]
-    )
-    factor = mo.solve(mo.Scene(joints=small.joints, blocks=large.blocks()), "static").load_factor
-    assert factor == pytest.approx(mo.solve(small, "static").load_factor, rel=1e-7)
 
 
 @pytest.mark.parametrize("thickness", [1e-9, 1e-300])

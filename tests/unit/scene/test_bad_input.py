@@ -117,10 +117,6 @@ def test_unreadable_file(name, content, words, tmp_path, monkeypatch, capsys):
     assert "Traceback" not in err
 
 
-#: The loop, whose solvers can be named.
-LOOP = ["--method", "nonassociative"]
-
-
 @pytest.mark.parametrize(
     ("option", "words"),
     [
@@ -170,46 +166,53 @@ NO_LOAD_FACTOR = {
 }
 
 
+@pytest.fixture
+def solved(tmp_path, monkeypatch, capsys):
+    """Solves the text of a case file, with options; gives the exit code and what is printed as JSON."""
+
+    def run(text, *options):
+        path = tmp_path / "case.toml"
+        path.write_text(text)
+        code, out, _ = run_command(monkeypatch, capsys, "solve", path, *options, "--json")
+        return code, json.loads(out)
+
+    return run
+
+
 @pytest.mark.parametrize("method", ["static", "kinematic", "nonassociative", "mcp"])
 @pytest.mark.parametrize("name", NO_LOAD_FACTOR)
-def test_scene_without_load_factor(name, method, tmp_path, monkeypatch, capsys):
+def test_scene_without_load_factor(name, method, solved):
     text, status, expected = NO_LOAD_FACTOR[name]
-    path = tmp_path / "case.toml"
-    path.write_text(text)
-    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--method", method, "--json")
-    answer = json.loads(out)
+    code, answer = solved(text, "--method", method)
     assert code == 1
-    assert answer["status"] == status
-    assert answer["load_factor"] is None
-    assert answer["certificate"] is None
+    assert (answer["status"], answer["load_factor"], answer["certificate"]) == (status, None, None)
     for words in expected:
         assert words in answer["message"]
 
 
-FLAT_ARCH = """
+LEFT = """
 [joints]
 friction = 0.5
 [[block]]
 name = "left"
 vertices = [[0, 0], [1, 0], [0.8, 1], [0, 1]]
 fixed = true
-[[block]]
-name = "key"
-vertices = [[1, 0], [2, 0], [2.2, 1], [0.8, 1]]
-weight = 1
-live = [0, -1]
+"""
+RIGHT = """
 [[block]]
 name = "right"
 vertices = [[2, 0], [3, 0], [3, 1], [2.2, 1]]
 fixed = true
 """
-
-
-@pytest.mark.parametrize("method", ["nonassociative", "mcp"])
-def test_blocks_that_friction_jams_are_told_from_a_loop_that_fails(method, tmp_path, monkeypatch, capsys):
-    """Two voussoirs between skewbacks that lean by 11.3°: at φ = 26.6° neither can slide up."""
-    path = tmp_path / "case.toml"
-    halves = """[[block]]
+KEY = """
+[[block]]
+name = "key"
+vertices = [[1, 0], [2, 0], [2.2, 1], [0.8, 1]]
+weight = 1
+live = [0, -1]
+"""
+HALVES = """
+[[block]]
 name = "key1"
 vertices = [[1, 0], [1.5, 0], [1.4, 1], [0.8, 1]]
 weight = 1
@@ -219,43 +222,32 @@ name = "key2"
 vertices = [[1.5, 0], [2, 0], [2.2, 1], [1.4, 1]]
 weight = 1
 """
-    start, key = FLAT_ARCH.index('[[block]]\nname = "key"'), FLAT_ARCH.index('[[block]]\nname = "right"')
-    path.write_text(FLAT_ARCH[:start] + halves + FLAT_ARCH[key:])
-    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--method", method, "--json")
-    answer = json.loads(out)
-    assert code == 1
-    assert answer["status"].startswith("unlimited")
-    assert answer["load_factor"] is None
 
 
 @pytest.mark.parametrize("method", ["nonassociative", "mcp"])
-def test_dead_load_that_wedging_alone_carries_is_unstable(method, tmp_path, monkeypatch, capsys):
-    """A plug that widens downwards: associative friction holds it by jamming, Coulomb's need not."""
-    path = tmp_path / "case.toml"
-    widening = FLAT_ARCH.replace("0.8", "1.1").replace("2.2", "1.9")
-    path.write_text(widening)
-    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--method", method, "--json")
-    answer = json.loads(out)
-    assert code == 1
-    assert answer["status"] == "unstable under dead load"
+def test_jamming_is_told_from_a_loop_that_fails_and_from_what_stands(method, solved):
+    """Two voussoirs between skewbacks that lean by 11.3°: at φ = 26.6° neither can slide up. A plug that
+    widens downwards: associative friction holds it by jamming, Coulomb's need not."""
+    code, answer = solved(LEFT + HALVES + RIGHT, "--method", method)
+    assert (code, answer["load_factor"]) == (1, None)
+    assert answer["status"].startswith("unlimited")
+    widening = (LEFT + KEY + RIGHT).replace("0.8", "1.1").replace("2.2", "1.9")
+    code, answer = solved(widening, "--method", method)
+    assert (code, answer["status"]) == (1, "unstable under dead load")
     assert "wedging alone" in answer["message"]
 
 
-def test_dilatancy_that_locks_is_told_from_a_load_that_cannot_act(tmp_path, monkeypatch, capsys):
-    path = tmp_path / "case.toml"
-    path.write_text(GOOD + ROOF)
-    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--method", "static", "--json")
-    assert code == 1
-    assert json.loads(out)["status"] == "unlimited: dilatancy locks the blocks"
-    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--json")
-    assert code == 0
-    assert json.loads(out)["load_factor"] >= 0.6 * (1 - 1e-7)
-    code, out, _ = run_command(monkeypatch, capsys, "solve", path, *LOOP, "--json")
-    assert code == 0
-    assert json.loads(out)["load_factor"] == pytest.approx(0.6, rel=1e-7)
-    again = json.loads(out)["reasons"][0]
-    assert (again["code"], again["remedies"]) == ("began again", ["start=cohesive"])
-    code, out, _ = run_command(monkeypatch, capsys, "solve", path, "--method", "mcp", "--json")
-    assert code == 0
+def test_dilatancy_that_locks_is_told_from_a_load_that_cannot_act(solved):
+    code, answer = solved(GOOD + ROOF, "--method", "static")
+    assert (code, answer["status"]) == (1, "unlimited: dilatancy locks the blocks")
+    code, answer = solved(GOOD + ROOF, "--method", "nonassociative")
+    assert (code, answer["load_factor"]) == (0, pytest.approx(0.6, rel=1e-7))
+    assert (answer["reasons"][0]["code"], answer["reasons"][0]["remedies"]) == (
+        "began again",
+        ["start=cohesive"],
+    )
     # The roof may press on the block as it likes, λ = μ (1 + 2 n): a pass ends near the least, at 0.6007.
-    assert 0.6 * (1 - 1e-7) <= json.loads(out)["load_factor"] <= 0.6 * (1 + 5e-3)
+    code, answer = solved(GOOD + ROOF, "--method", "mcp")
+    assert code == 0
+    assert 0.6 * (1 - 1e-7) <= answer["load_factor"] <= 0.6 * (1 + 5e-3)
+    assert solved(GOOD + ROOF)[0] == 0

@@ -54,8 +54,48 @@ def test_json_holds_the_same_keys(tmp_path):
     assert mo.load(js) == mo.load(toml)
 
 
+SQUARE = mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 1), (0, 1)], weight=1, live=(1, 0))
+
+
+def on_floor(*blocks, **keys):
+    floor = mo.Block(name="floor", vertices=[(-9, -1), (9, -1), (9, 0), (-9, 0)], fixed=True)
+    return mo.Scene(**{"joints": {"friction": 0.5, "strength": 4.0}, "blocks": [*blocks, floor]} | keys)
+
+
+WRITTEN = {
+    "unlimited friction": two_blocks(),
+    "wall": mo.load(ALL_CASES[0]),
+    "angles": on_floor(
+        SQUARE,
+        joints={"friction_angle": 20},
+        exceptions=[{"between": ("A", "floor"), "friction_angle": 25, "dilatancy_angle": 0}],
+    ),
+    "parts": on_floor(
+        mo.Block(
+            name="A", parts=[SQUARE.vertices, [(4, 0), (5, 0), (5, 1)]], weight=1, live_per_weight=(1, 0)
+        )
+    ),
+    "a hole": on_floor(
+        mo.Block(
+            name="B",
+            vertices=[(-4, 0), (-1, 0), (-1, 3)],
+            holes=[[(-2, 1), (-1.5, 1), (-1.5, 1.2)]],
+            weight=1,
+        )
+    ),
+    "edge loads": on_floor(
+        SQUARE,
+        edge_loads=[
+            mo.EdgeLoad(start=(0, 0), end=(0, 1), pressure=(2, 0)),
+            mo.EdgeLoad(start=(0, 1), end=(1, 1), force=(0, -1), kind="live"),
+        ],
+    ),
+    "loads": on_floor(SQUARE, loads=[mo.Load(block="A", dead=(0, -1), at=(0.5, 1))]),
+}
+
+
 @pytest.mark.parametrize("ending", [".toml", ".json"])
-@pytest.mark.parametrize("scene", [two_blocks(), mo.load(ALL_CASES[0])], ids=["unlimited friction", "wall"])
+@pytest.mark.parametrize("scene", WRITTEN.values(), ids=WRITTEN)
 def test_scene_survives_being_written(tmp_path, scene, ending):
     path = tmp_path / f"case{ending}"
     mo.save(scene, path)

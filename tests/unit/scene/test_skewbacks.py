@@ -38,18 +38,6 @@ def grounds():
     ]
 
 
-def on_joint(result, one, other):
-    """Force on the first block at its joint with the other, and where it acts."""
-    joints = result.joints
-    pair = {one, other}
-    (row,) = [r for r in joints.itertuples() if {r.first, r.second} == pair]
-    normal = result.assembly.joints.normal[row.Index]
-    along = np.array([normal[1], -normal[0]])
-    force = row.n * normal + row.s * along
-    point = np.array([row.x, row.y]) + row.m / row.n * along
-    return (force if row.first == one else -force), point
-
-
 def test_a_skewback_fills_the_corner_between_foot_bed_and_back():
     blocks = named(segment(skewbacks=1.0, live_per_weight=(0.5, 0)).blocks(thickness=0.3))
     left, right = blocks["skewback 1"], blocks["skewback 2"]
@@ -126,43 +114,6 @@ def test_narrow_skewbacks_turn_with_the_arch_and_wide_ones_do_not():
     assert all(np.diff(factors) > 0)
     assert factors[0] < 0.3 * between
     assert factors[-1] == pytest.approx(between, rel=1e-6)
-
-
-def test_forces_on_skewbacks_are_those_of_statics():
-    """Thrust of the foot, weight and the bed's reaction balance on each; the whole stands on its two beds."""
-    weight_up = SEGMENT["unit_weight"]
-    blocks = [*segment(skewbacks=1.0, abutments=False).blocks(), *grounds()]
-    loads = [mo.Load(block="v4", live=(0.2, -1.0), at=(-0.6, 1.2))]
-    result = solved(blocks, loads=loads)
-    of = named(blocks)
-    reactions = []
-    for number, voussoir, side in ((1, "v1", -1), (2, "v9", 1)):
-        skewback = f"skewback {number}"
-        thrust, at_foot = on_joint(result, skewback, voussoir)
-        reaction, at_bed = on_joint(result, skewback, f"ground {number}")
-        weight = np.array([0, -of[skewback].weight])
-        # A rectangle 1 by 0.3 less the triangle 0.4 by 0.3 under the foot's line.
-        rectangle, triangle = 1.0 * UP, ACROSS * UP / 2
-        arm = (rectangle * 0.5 - triangle * ACROSS / 3) / (rectangle - triangle)
-        height = (rectangle * UP / 2 - triangle * 2 / 3 * UP) / (rectangle - triangle)
-        centroid = np.array([side * (2 + arm), height])
-        assert of[skewback].weight == pytest.approx(weight_up * (rectangle - triangle))
-        assert thrust + reaction + weight == pytest.approx([0, 0], abs=1e-6)
-        turning = [
-            np.cross([*(at - at_bed), 0], [*force, 0])[2]
-            for at, force in ((at_foot, thrust), (centroid, weight))
-        ]
-        assert sum(turning) == pytest.approx(0, abs=1e-6)
-        reactions.append((reaction, at_bed))
-    # The whole: its weights, the live load at its point, both reactions.
-    live = result.load_factor * np.array([0.2, -1.0])
-    total = sum(block.weight for block in blocks if not block.fixed)
-    assert sum(force for force, _ in reactions) + live == pytest.approx([0, total], abs=1e-6)
-    # Its weights balance about x = 0.
-    moments = [
-        np.cross([*at, 0], [*force, 0])[2] for force, at in (*reactions, (live, np.array([-0.6, 1.2])))
-    ]
-    assert sum(moments) == pytest.approx(0, abs=1e-6)
 
 
 def test_the_example_stands_on_its_columns():

@@ -121,14 +121,3 @@ def test_properties_of_an_exception_hold_for_every_joint_of_the_pair():
     joints = find_joints(whole, geometry(whole))
     assert joints.friction.tolist() == [0.3, 0.3]
     assert joints.strength.tolist() == [9.0, 9.0]
-
-
-def test_shapes_survive_saving(tmp_path):
-    whole = scene(
-        mo.Block(name="A", parts=[L_SHAPE, [(4, 0), (5, 0), (5, 1)]], weight=1, live=(1, 0)),
-        stone([(-4, 0), (-1, 0), (-1, 3), (-4, 3)], "B", holes=[[(-3, 1), (-2, 1), (-2, 2)]]),
-        FLOOR,
-        strength=4.0,
-    )
-    mo.save(whole, tmp_path / "stones.toml")
-    assert mo.load(tmp_path / "stones.toml") == whole

@@ -18,13 +18,11 @@ Corners = list[tuple[float, float]]
 
 
 def scene_of(blocks: dict[str, Corners], tolerance: float, **joints: float) -> mo.Scene:
-    """Blocks by name, those whose name begins with "base" fixed."""
+    """Blocks by name, "base" fixed."""
     return mo.Scene(
         joints=mo.JointDefaults(**{"friction": 0.6, **joints}),
         blocks=[
-            mo.Block(name=name, vertices=corners, fixed=name.startswith("base"), weight=1.0, live=(1, 0))
-            if not name.startswith("base")
-            else mo.Block(name=name, vertices=corners, fixed=True)
+            mo.Block(name=name, vertices=corners, **({"fixed": True} if name == "base" else {"weight": 1.0}))
             for name, corners in blocks.items()
         ],
         tolerance=tolerance,

@@ -181,12 +181,6 @@ def test_holes_and_what_stands_in_them(sheet):
     assert len(joints_of(scene).length) == 2 + 1 + 4
 
 
-def test_notches_stay(sheet):
-    scene = read(sheet(polylines([(0, 0), (1, 0), (1, 2), (3, 2), (3, 0), (4, 0), (4, 3), (0, 3)])))
-    assert area_of(scene) == pytest.approx(8.0)
-    assert len(joints_of(scene).length) == 2
-
-
 def test_texts_name_blocks(sheet):
     """A text that stands in one block, alone; else layer and handle are its name."""
 
@@ -267,18 +261,6 @@ def test_wall_1_comes_back(tmp_path):
     ]
     assert mo.solve(back, "static").required() == pytest.approx(0.64286, abs=5e-6)
     assert mo.solve(back).required() == pytest.approx(0.638982, abs=1e-6)
-
-
-def test_an_arch_comes_back(tmp_path):
-    """Voussoirs with straight edges, which the arch of Casapulla & Lauro has as drawn."""
-    keys = {"radius": 10, "angles": (180, 0), "thickness": 1.1, "voussoirs": 27, "unit_weight": 1}
-    arch = mo.Arch(**keys, weights="straight", live=(1, 0))
-    scene = mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=arch.blocks())
-    back = round_trip(scene, tmp_path / "arch.dxf", unit_weight=1)
-    again = round_trip(back, tmp_path / "arch.dxf", unit_weight=1)
-    assert again == back
-    assert len(joints_of(back).length) == 28
-    assert mo.solve(back).required() == pytest.approx(mo.solve(scene).required(), rel=1e-9)
 
 
 def test_stones_of_any_shape_come_back(tmp_path):
