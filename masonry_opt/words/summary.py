@@ -146,6 +146,11 @@ def _certainty(result: Result) -> str:
         return ""
     if any(reason.code is Code.PROVEN for reason in result.reasons):
         return "exact, and proven: no state is lower"
+    if result.kind is Kind.COMPLIANT:
+        return (
+            "to expect of a scene that stands under its weight and is then pushed; with other self-stress or "
+            "fit it may carry less (method 'refined' looks for the least)"
+        )
     unique = _is_associative(result)
     if unique and (result.kind is Kind.ASSOCIATIVE or result.exact):
         return "exact: the flow rule of all joints is the associative one, so no state is lower"

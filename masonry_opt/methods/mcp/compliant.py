@@ -30,7 +30,7 @@ STIFF, SOFT = (1e-3, 1e-4, 1e-5, 1e-6), (1e-2, 1e-1)
 
 #: Share of λ from which on a change between two compliances means that there is no load factor: where nothing
 #: collapses λ grows with the stiffness.
-_GROWS = 0.5
+_GROWS = 0.8
 
 
 class CompliantOptions(Options):
@@ -49,8 +49,8 @@ class CompliantOptions(Options):
 def compliant(task: Task) -> Solution:
     """Load factor with contacts so stiff that ten times softer ones change it by ``PLATEAU`` at most.
 
-    Where they change it more, or only one pass ends, the reason says so; where they change it by half there
-    is no load factor.
+    Where they change it more, or only one pass ends, the reason says so; where they change it five-fold
+    there is no load factor.
     """
     options = task.options or CompliantOptions()
     solution = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT)
