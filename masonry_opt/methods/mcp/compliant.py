@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import Field, Strict
 
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Answer, certified
+from masonry_opt.answer.answer import Answer, Found, certified
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
@@ -75,7 +75,9 @@ def compliant(task: Task) -> Solution:
     if solution.answer is None:
         solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, word=contacts.word, attempts=contacts.tried)
     elif change is not None and change > _GROWS:
-        solution.withdraw(Status.SOLVER_FAILED, Code.GROWS_WITH_STIFFNESS, change=change)
+        grown = {"load_factor": solution.load_factor, "change": change}
+        solution.found = Found()  # elastic motion, of no mechanism
+        solution.end(Status.SOLVER_FAILED, Code.GROWS_WITH_STIFFNESS, **grown)
     return solution
 
 
