@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 from lines import line
 
+from masonry_opt.drawing.colours import SERIES
+from masonry_opt.studies.charts import Drawing, pictures
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
 from masonry_opt.studies.compare.charts import charts
-from masonry_opt.studies.drawing import Drawing, pictures
-from masonry_opt.studies.palette import COLOURS
 
 #: One scene: Clarabel at two tolerances in 1 s and 2 s; Pyomo with HiGHS certified, and killed after 60 s.
 #: Then Coulomb states, above and below the best exact one of 0.8.
@@ -64,8 +64,8 @@ def test_time_against_error(drawn):
     assert low < 1.0
     assert high > 60.0
     clarabel, highs = marks["pair"].unique()
-    assert looks(drawing, "stroke") == {clarabel: COLOURS[0], highs: COLOURS[1]}
-    assert looks(drawing, "fill") == {clarabel: COLOURS[0], highs: "white"}
+    assert looks(drawing, "stroke") == {clarabel: SERIES[0], highs: SERIES[1]}
+    assert looks(drawing, "fill") == {clarabel: SERIES[0], highs: "white"}
     assert looks(drawing, "shape") == {clarabel: "circle", highs: "circle"}
 
 

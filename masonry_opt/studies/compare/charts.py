@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from masonry_opt.drawing.colours import SERIES
 from masonry_opt.errors import counted
 from masonry_opt.methods.registry import METHODS
+from masonry_opt.studies.charts import Drawing, alt
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.judge import (
     ASSOCIATIVE,
@@ -28,8 +30,6 @@ from masonry_opt.studies.compare.judge import (
     reason_text,
 )
 from masonry_opt.studies.compare.report import in_words
-from masonry_opt.studies.drawing import Drawing, alt
-from masonry_opt.studies.palette import COLOURS
 
 GREY = "#777777"
 
@@ -71,7 +71,7 @@ _ERRORS = {
     ),
 }
 
-_VERDICT_COLOURS = {CERTIFIED: COLOURS[2], NAMED: COLOURS[5], FAILED: "#BBBBBB", WRONG: COLOURS[1]}
+_VERDICT_COLOURS = {CERTIFIED: SERIES[2], NAMED: SERIES[5], FAILED: "#BBBBBB", WRONG: SERIES[1]}
 
 #: Share of a bar that has room for its count.
 _LABELLED = 0.03
@@ -278,7 +278,7 @@ def _looks(summary: pd.DataFrame, pairs: pd.Series) -> pd.DataFrame:
     solvers, methods = list(dict.fromkeys(summary["solver"])), list(METHODS)
     found = summary.drop_duplicates("pair")
     found = found[found["pair"].isin(pairs)]
-    colour = [COLOURS[solvers.index(solver) % len(COLOURS)] for solver in found["solver"]]
+    colour = [SERIES[solvers.index(solver) % len(SERIES)] for solver in found["solver"]]
     cvxpy = [*(found["model"] == "cvxpy")]
     return pd.DataFrame(
         {

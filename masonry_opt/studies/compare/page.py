@@ -17,6 +17,7 @@ from masonry_opt.errors import CaseError
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.geometry import geometry
 from masonry_opt.scene.scene import Scene
+from masonry_opt.studies.charts import Drawing, script
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
@@ -36,7 +37,6 @@ from masonry_opt.studies.compare.judge import (
 )
 from masonry_opt.studies.compare.report import FORMATS, SUCCESS, in_words
 from masonry_opt.studies.compare.runs import RESIDUALS
-from masonry_opt.studies.drawing import Drawing, script
 from masonry_opt.studies.machine import machine, versions
 from masonry_opt.studies.page import render
 from masonry_opt.words.sentences import numeral

@@ -69,9 +69,9 @@ def write_report(comparison: Comparison, folder: Path) -> list[Path]:
         "summary.csv": csv_text(comparison.summary),
     }
     with contextlib.suppress(OptionError):  # the tables need no extra
+        from masonry_opt.studies.charts import pictures
         from masonry_opt.studies.compare.charts import charts
         from masonry_opt.studies.compare.page import page
-        from masonry_opt.studies.drawing import pictures
 
         drawn = charts(comparison.summary)
         files |= pictures(drawn) | {"report.html": page(comparison, drawn)}

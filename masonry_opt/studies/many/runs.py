@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from masonry_opt.analysis import prepare
+from masonry_opt.answer.motion import joint_motion
 from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError
@@ -15,7 +16,6 @@ from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.journal import digest
 from masonry_opt.studies.machine import versions
-from masonry_opt.studies.many.mechanism import mechanism
 from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.runner import FINISHED, End
 from masonry_opt.words.sentences import message
@@ -50,6 +50,13 @@ KINDS = {
     **dict.fromkeys(("states", "slides", "hinges", "separates", "crushes", "blocks", "joints"), "Int64"),
     **dict.fromkeys(("any_load", "exact"), "boolean"),
 }
+
+#: Names of mechanisms. Joints that come apart give it its name where no other moves, and "none" is one whose
+#: blocks move without a joint that slides, opens or crushes.
+SLIDING, HINGING, CRUSHING, MIXED = "sliding", "hinging", "crushing", "mixed"
+SEPARATING, NONE = "separating", "none"
+
+_NAMES = {"slides": SLIDING, "hinges": HINGING, "crushes": CRUSHING}
 
 
 @dataclass(frozen=True)
@@ -142,6 +149,18 @@ def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
     if solution.answer:
         row |= solution.answer.certificate.as_dict()
     return row | mechanism(assembly, solution)
+
+
+def mechanism(assembly: Assembly, solution: Solution) -> dict[str, Any]:
+    """Name of the mechanism, and how many joints slide, hinge, come apart and crush; empty without one."""
+    if solution.d is None:
+        return {}
+    motion = joint_motion(assembly, solution)
+    counts = {kind: int(getattr(motion, kind).sum()) for kind in (*_NAMES, "separates")}
+    names = [name for kind, name in _NAMES.items() if counts[kind]]
+    if not names:
+        names = [SEPARATING if counts["separates"] else NONE]
+    return {"mechanism": names[0] if len(names) == 1 else MIXED, **counts}
 
 
 def _of_scene(scene: Scene) -> str:

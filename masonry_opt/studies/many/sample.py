@@ -119,7 +119,7 @@ def sample(
     if folder is not None:
         write_files(folder, {f"{name}.csv": csv_text(frame) for name, frame in found.tables().items()})
         with contextlib.suppress(OptionError):  # the tables need no extra
-            from masonry_opt.studies.drawing import write_charts
+            from masonry_opt.studies.charts import write_charts
             from masonry_opt.studies.many.sample_charts import KINDS
 
             write_charts("Sample", [draw(found) for draw in KINDS.values()], folder)

@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from masonry_opt.studies.drawing import Drawing, alt, axis
+from masonry_opt.drawing.colours import SERIES
+from masonry_opt.studies.charts import Drawing, alt, axis
 from masonry_opt.studies.load_factor_axis import LABEL, ends, ticks
 from masonry_opt.studies.many.estimates import LIMITS
 from masonry_opt.studies.many.sample_answer import CONFIDENCE, Sample
-from masonry_opt.studies.palette import COLOURS
 
 #: So many of the numbers drawn are shown, those that matter most.
 _SHOWN = 15
@@ -19,7 +19,7 @@ _SHOWN = 15
 #: Ends of bars, of a load factor that does not change.
 _BARS = 12
 
-_RUNS, _MARKS = COLOURS[0], COLOURS[1]
+_RUNS, _MARKS = SERIES[0], SERIES[1]
 
 
 def distribution(sample: Sample) -> Drawing:

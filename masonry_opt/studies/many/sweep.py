@@ -112,7 +112,7 @@ def sweep(
     )
     if folder is not None:
         with contextlib.suppress(OptionError):  # the table needs no extra
-            from masonry_opt.studies.drawing import write_charts
+            from masonry_opt.studies.charts import write_charts
             from masonry_opt.studies.many.sweep_charts import drawings
 
             write_charts("Sweep", drawings(frame, list(vary)), folder)

@@ -11,12 +11,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from masonry_opt.drawing.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SLIDES
-from masonry_opt.studies.drawing import Drawing, alt, axis
+from masonry_opt.drawing.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SERIES, SLIDES
+from masonry_opt.studies.charts import Drawing, alt, axis
 from masonry_opt.studies.load_factor_axis import LABEL, ends, off_axis, ticks
-from masonry_opt.studies.many.mechanism import CRUSHING, HINGING, MIXED, NONE, SEPARATING, SLIDING
+from masonry_opt.studies.many.runs import CRUSHING, HINGING, MIXED, NONE, SEPARATING, SLIDING
 from masonry_opt.studies.many.sweep import at_least
-from masonry_opt.studies.palette import COLOURS
 
 #: Colour and mark of each mechanism. Joints have the same in pictures.
 _LOOKS = {
@@ -75,7 +74,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
     }
     if lines:
         series = names[1] + " = " + frame[names[1]].map("{:g}".format)
-        looks = {line: (colour, "circle") for line, colour in zip(series.unique(), COLOURS, strict=False)}
+        looks = {line: (colour, "circle") for line, colour in zip(series.unique(), SERIES, strict=False)}
     status = "no load factor: " + frame["status"].astype(str)
     looks |= dict.fromkeys(status[failed].unique(), (_DARK, _CROSS)) | (
         {_OFF: (_DARK, _UP)} if off.any() else {}
