@@ -200,7 +200,7 @@ def test_report_files(tmp_path, monkeypatch):
 @pytest.mark.parametrize("library", ["altair", "vl_convert"])
 def test_tables_need_no_extra(tmp_path, monkeypatch, library):
     monkeypatch.setitem(sys.modules, library, None)
-    for module in ("drawing", "compare.charts", "compare.page"):
+    for module in ("charts", "compare.charts", "compare.page"):
         monkeypatch.delitem(sys.modules, f"masonry_opt.studies.{module}", raising=False)
     _, result = run(tmp_path, monkeypatch)
     names = {path.name for path in write_report(result, tmp_path)}

@@ -13,10 +13,10 @@ from masonry_opt.studies.load_factor_axis import LABEL, ends, ticks
 from masonry_opt.studies.many.estimates import LIMITS
 from masonry_opt.studies.many.sample_answer import CONFIDENCE, Sample
 
-#: So many of the numbers drawn are shown, those that matter most.
+#: Most numbers drawn that are shown, those that matter most.
 _SHOWN = 15
 
-#: Ends of bars, of a load factor that does not change.
+#: Edges of bars of a load factor that does not change.
 _BARS = 12
 
 _RUNS, _MARKS = SERIES[0], SERIES[1]
@@ -26,7 +26,7 @@ def distribution(sample: Sample) -> Drawing:
     """Histogram of the load factors, with quantiles and their intervals."""
     finite = sample.load_factors[np.isfinite(sample.load_factors)]
     least, greatest = ends(finite)
-    # Of a load factor that hardly changes bars as wide as if it did.
+    # A load factor that hardly changes has the axis' least length, and bars over it.
     changes = len(finite) and (least, greatest) == (finite.min(), finite.max())
     edges = np.histogram_bin_edges(finite, "auto") if changes else np.linspace(least, greatest, _BARS)
     runs, _ = np.histogram(finite, edges)
@@ -123,8 +123,7 @@ KINDS = {"distribution": distribution, "fragility": fragility, "sensitivity": se
 
 
 def _title(sample: Sample) -> str:
-    """The case, the runs, and those without a load factor, which no bar shows."""
     case = Path(sample.case)
-    # A scene made in Python has a title in its place, which may have dots.
+    # A scene made in Python has a title instead, which may have dots.
     name = case.stem if case.suffix in (".toml", ".json") else sample.case
     return f"{name}: {sample.counted}"

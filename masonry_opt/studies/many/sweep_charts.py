@@ -1,6 +1,6 @@
 """Charts of a sweep: λ against one number, with the names of the mechanisms; a heat map of two numbers.
 
-The least is ringed. A value that would press all others into the foot of the axis stands at its head.
+The least is ringed. A value far above the others stands at the head of the axis, as a number.
 """
 
 from __future__ import annotations
@@ -54,10 +54,9 @@ _OFF, _RING = "off the axis: λ as written", "ringed: least"
 
 
 def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[Drawing]:
-    """Charts of a sweep over these numbers: λ against the first of one or two, against each of more; of two
-    also a map."""
+    """λ against the first of one or two numbers, or against each of more; of two numbers also a map."""
     found = [against(frame, names, name) for name in (names if len(names) > 2 else names[:1])]
-    # A map has no place for an infinite value, such as of friction.
+    # A map has no place for an infinite value of friction.
     finite = np.isfinite(frame[list(names)].to_numpy(float)).all()
     if len(names) == 2 and finite and frame["load_factor"].notna().any():
         found.append(heat_map(frame, names[0], names[1]))
@@ -134,7 +133,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
         ),
         alt.Chart(marks[marks["least"]]).mark_point(size=220, color=_DARK).encode(x=x, y=y),
     ]
-    # Values side by side run into each other where they are many: the greatest alone then.
+    # Many values side by side would overlap: only the greatest is written then.
     written = marks[off] if off.sum() <= _MOST_NAMED else marks[off].nlargest(1, "λ")
     layers.append(_written(written, x, y, dy=-10))
     file = "load_factor" if len(names) <= 2 else f"load_factor_{[*names].index(name) + 1}"
@@ -143,7 +142,6 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
 
 
 def _written(cells: pd.DataFrame, x: Any, y: Any, **place: Any) -> Any:
-    """Load factors as numbers."""
     text = alt.Text("λ:Q", format=".4~g")
     return alt.Chart(cells).mark_text(color=_DARK, **place).encode(x=x, y=y, text=text)
 
@@ -156,7 +154,7 @@ def _changes(marks: pd.DataFrame) -> list[Any]:
         return []
     starts = ((x + x.shift()) / 2)[begins].fillna(x.iloc[0]).to_numpy()
     finishes = np.r_[starts[1:], x.iloc[-1]]
-    # Side by side, names of short stretches would run into each other.
+    # Names of short stretches side by side would overlap.
     slanted = finishes - starts < 0.2 * (x.iloc[-1] - x.iloc[0])
     stretches = pd.DataFrame(
         {
