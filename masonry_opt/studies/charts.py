@@ -11,8 +11,7 @@ from typing import Any
 import matplotlib
 
 from masonry_opt.errors import OptionError
-from masonry_opt.studies.page import NEEDED, render
-from masonry_opt.studies.writing import write_files
+from masonry_opt.studies.writing import NEEDED, render, write_files
 
 try:
     import altair as alt

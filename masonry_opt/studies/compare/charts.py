@@ -262,7 +262,7 @@ def _looks(summary: pd.DataFrame, pairs: pd.Series) -> pd.DataFrame:
     rows = []
     for run in summary[summary["pair"].isin(pairs)].drop_duplicates("pair").itertuples():
         colour, full = SERIES[solvers.index(run.solver) % len(SERIES)], run.model == "cvxpy"
-        shape = SHAPES[methods.index(run.method) % len(SHAPES)]
+        shape = SHAPES[methods.index(str(run.method)) % len(SHAPES)]
         rows.append((run.pair, colour, colour if full else "white", shape, [1, 0] if full else [4, 3]))
     return pd.DataFrame(rows, columns=["pair", "colour", "fill", "shape", "dash"])
 

@@ -13,8 +13,8 @@ from masonry_opt.errors import InterruptedByUserError, OptionError
 from masonry_opt.studies.cases import CASES_HELP
 from masonry_opt.studies.compare.comparison import METHODS, MODELS, OUT, SOLVERS, TOLERANCES, RunLimits
 from masonry_opt.studies.compare.comparison import compare as compare_scenes
-from masonry_opt.studies.page import NEEDED
 from masonry_opt.studies.process import ended_by_kill
+from masonry_opt.studies.writing import NEEDED
 from masonry_opt.words.terminal import print_text
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +38,7 @@ from masonry_opt.studies.compare.judge import (
 from masonry_opt.studies.compare.report import FORMATS, SUCCESS, in_words
 from masonry_opt.studies.compare.runs import RESIDUALS
 from masonry_opt.studies.machine import machine, versions
-from masonry_opt.studies.page import render
+from masonry_opt.studies.writing import render
 from masonry_opt.words.sentences import numeral
 
 _PAIR = {"pair": "method · model · solver"}
@@ -166,6 +167,9 @@ def opening(comparison: Comparison) -> tuple[list[str], list[SceneRow]]:
                 return Cell(f"{row['blocks']:.0f} × {row['joints']:.0f}", look="plain")
         return _UNKNOWN
 
+    def answer(method: str, scene: str) -> Cell:
+        return _answer(found.get((scene, method)))
+
     def certified(scene: str) -> Cell:
         bounds = comparison.bounds.get(scene)
         return Cell(_lambda(bounds.middle)) if bounds and bounds.finite else _UNKNOWN
@@ -183,7 +187,7 @@ def opening(comparison: Comparison) -> tuple[list[str], list[SceneRow]]:
     def of_methods(question: str) -> dict[str, Callable[[str], Cell]]:
         methods = dict.fromkeys(pair.method for pair in comparison.plan.pairs)
         return {
-            f"{question} λ, {method}": lambda scene, method=method: _answer(found.get((scene, method)))
+            f"{question} λ, {method}": partial(answer, method)
             for method in methods
             if question_of(method) == question
         }

@@ -52,26 +52,18 @@ def distribution(sample: Sample) -> Drawing:
         .encode(x=alt.X("beside:Q", **x), y=alt.Y("height:Q", **y), text="text:N")
         for side, align in ((left, "left"), (~left, "right"))
     ]
+    bars = bars.mark_bar(color=_RUNS, opacity=0.55, stroke="white")
+    bars = bars.encode(x=alt.X("from:Q", **x), x2="to:Q", y=alt.Y("runs:Q", **y), y2=alt.datum(0))
+    interval = quantiles.mark_rule(color=_MARKS, strokeWidth=5, opacity=0.45)
+    line = quantiles.mark_rule(color=_MARKS, strokeWidth=1.5)
     chart = alt.layer(
-        bars.mark_bar(color=_RUNS, opacity=0.55, stroke="white").encode(
-            x=alt.X("from:Q", **x),
-            x2="to:Q",
-            y=alt.Y("runs:Q", **y),
-            y2=alt.datum(0),
-            tooltip=["from:Q", "to:Q", "runs:Q"],
-        ),
-        quantiles.mark_rule(color=_MARKS, strokeWidth=5, opacity=0.45).encode(
-            x=alt.X("lower:Q", **x), x2="upper:Q"
-        ),
-        quantiles.mark_rule(color=_MARKS, strokeWidth=1.5).encode(x=alt.X("value:Q", **x), y2=alt.datum(0)),
+        bars.encode(tooltip=["from:Q", "to:Q", "runs:Q"]),
+        interval.encode(x=alt.X("lower:Q", **x), x2="upper:Q"),
+        line.encode(x=alt.X("value:Q", **x), y2=alt.datum(0)),
         *texts,
     )
-    return Drawing(
-        "distribution",
-        f"Load factors, {_title(sample)}",
-        chart,
-        f"quantiles, with {CONFIDENCE:.0%} confidence",
-    )
+    notes = f"quantiles, with {CONFIDENCE:.0%} confidence"
+    return Drawing("distribution", f"Load factors, {_title(sample)}", chart, notes)
 
 
 def fragility(sample: Sample) -> Drawing:
@@ -110,12 +102,9 @@ def sensitivity(sample: Sample) -> Drawing:
     left_out = f", the first {len(shown)} of {len(found)}" if len(found) > len(shown) else ""
     if found.empty:
         left_out = ": nothing drawn matters"
-    return Drawing(
-        "sensitivity",
-        f"What matters, {_title(sample)}{left_out}",
-        chart.properties(height=28 * max(len(shown), 2)),
-        f"{CONFIDENCE:.0%} confidence that all intervals hold; grey: may be none",
-    )
+    chart = chart.properties(height=28 * max(len(shown), 2))
+    notes = f"{CONFIDENCE:.0%} confidence that all intervals hold; grey: may be none"
+    return Drawing("sensitivity", f"What matters, {_title(sample)}{left_out}", chart, notes)
 
 
 #: What can be drawn.

@@ -75,12 +75,11 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
         series = names[1] + " = " + frame[names[1]].map("{:g}".format)
         looks = {line: (colour, "circle") for line, colour in zip(series.unique(), SERIES, strict=False)}
     status = "no load factor: " + frame["status"].astype(str)
-    looks |= dict.fromkeys(status[failed].unique(), (_DARK, _CROSS)) | (
-        {_OFF: (_DARK, _UP)} if off.any() else {}
-    )
+    looks |= dict.fromkeys(status[failed].unique(), (_DARK, _CROSS))
+    looks |= {_OFF: (_DARK, _UP)} if off.any() else {}
 
-    # Values lie between two strips without numbers: rows of crosses at the foot, which have no load factor,
-    # and values off the axis at the head.
+    # Values lie between two strips: at the foot rows of crosses for runs without a load factor, at the head
+    # values off the axis.
     rows = frame.loc[failed, "status"].nunique()
     foot = _ROW * (rows + 0.5) if rows else 0.0
     least, greatest = ends(frame["load_factor"][~off])
@@ -91,17 +90,15 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
     strips = [(low, low + foot * height)] * bool(rows) + [(high - _HEAD * height, high)] * bool(off.any())
 
     in_row = low + height * _ROW * (pd.factorize(frame["status"].where(failed))[0] + 0.75)
-    marks = pd.DataFrame(
-        {
-            "at": frame[name].astype(float),
-            "height": frame["load_factor"].mask(failed, in_row).mask(off, high - 0.75 * _HEAD * height),
-            "line": series,
-            "series": series.mask(failed, status).mask(off, _OFF),
-            "λ": frame["load_factor"],
-            "mechanism": frame["mechanism"].fillna(NONE),
-            "status": frame["status"],
-            "least": at_least(frame) & (at_least(frame).sum() < frame["load_factor"].count()),
-        }
+    least_ones = at_least(frame)
+    marks = frame[["status", "mechanism"]].fillna({"mechanism": NONE})
+    marks = marks.assign(
+        at=frame[name].astype(float),
+        height=frame["load_factor"].mask(failed, in_row).mask(off, high - 0.75 * _HEAD * height),
+        line=series,
+        series=series.mask(failed, status).mask(off, _OFF),
+        λ=frame["load_factor"],
+        least=least_ones & (least_ones.sum() < frame["load_factor"].count()),
     )
     x = alt.X("at:Q", scale=alt.Scale(zero=False, nice=False, padding=12), axis=alt.Axis(title=_label(name)))
     # Without a format Vega writes as many digits as its own ticks would need: .32 and .28 as 0.3.
@@ -117,10 +114,8 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
     if lines:
         layers.append(known.mark_line(strokeWidth=1.2).encode(stroke=alt.Stroke("line:N", scale=colours)))
     elif len(names) == 1:
-        layers += [
-            known.mark_line(color="#999999", strokeWidth=1),
-            *_changes(marks[~failed].sort_values("at")),
-        ]
+        layers.append(known.mark_line(color="#999999", strokeWidth=1))
+        layers += _changes(marks[~failed].sort_values("at"))
     points = alt.Chart(marks).mark_point(size=45, opacity=1)
     layers += [
         points.encode(
@@ -166,17 +161,9 @@ def _changes(marks: pd.DataFrame) -> list[Any]:
         }
     )
     rules = alt.Chart(stretches[1:]).mark_rule(strokeDash=[2, 2], color="#777777").encode(x="starts:Q")
-    names = (
-        alt.Chart(stretches)
-        .mark_text(baseline="bottom")
-        .encode(
-            x="at:Q",
-            y=alt.value(-5),
-            text="mechanism:N",
-            color=alt.Color("colour:N", scale=None),
-            angle=alt.Angle("angle:Q", scale=None),
-        )
-    )
+    colour, angle = alt.Color("colour:N", scale=None), alt.Angle("angle:Q", scale=None)
+    names = alt.Chart(stretches).mark_text(baseline="bottom")
+    names = names.encode(x="at:Q", y=alt.value(-5), text="mechanism:N", color=colour, angle=angle)
     return [rules, names]
 
 
@@ -184,10 +171,8 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> Drawing:
     """λ over two numbers as colours; grey where there is no load factor."""
     off = off_axis(frame["load_factor"])
     least, greatest = ends(frame["load_factor"][~off])
-    cells = pd.DataFrame(
-        {"x": frame[across].astype(float), "y": frame[up].astype(float), "λ": frame["load_factor"]}
-    )
-    cells["status"] = frame["status"]
+    cells = frame[[across, up]].astype(float).set_axis(["x", "y"], axis=1)
+    cells = cells.assign(λ=frame["load_factor"], status=frame["status"])
     axes = {}
     for side, name in (("x", across), ("y", up)):
         middles = np.unique(cells[side])
@@ -200,21 +185,16 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> Drawing:
     scale = alt.Scale(scheme="viridis", domain=(least, greatest))
     cells["colour"] = np.where(cells["λ"].isna(), _GREY, "white")
     told = [alt.Tooltip("x:Q", title=across), alt.Tooltip("y:Q", title=up), "λ:N", "status:N"]
-    squares = {
-        "x": alt.X("x0:Q", **axes["x"]),
-        "x2": "x1:Q",
-        "y": alt.Y("y0:Q", **axes["y"]),
-        "y2": "y1:Q",
-        "tooltip": told,
-    }
+    squares = {"x": alt.X("x0:Q", **axes["x"]), "x2": "x1:Q", "y": alt.Y("y0:Q", **axes["y"]), "y2": "y1:Q"}
     shown = cells["λ"].notna() & ~off
     low = cells[at_least(frame) & (frame["load_factor"].nunique() > 1)]
     ring = alt.Chart(low).mark_point(size=90, filled=True, fill="white", stroke=_DARK, opacity=1)
+    empty, full = (
+        alt.Chart(cells[which]).mark_rect().encode(**squares, tooltip=told) for which in (~shown, shown)
+    )
     chart = alt.layer(
-        alt.Chart(cells[~shown]).mark_rect().encode(**squares, color=alt.Color("colour:N", scale=None)),
-        alt.Chart(cells[shown])
-        .mark_rect()
-        .encode(**squares, fill=alt.Fill("λ:Q", scale=scale, legend=legend)),
+        empty.encode(color=alt.Color("colour:N", scale=None)),
+        full.encode(fill=alt.Fill("λ:Q", scale=scale, legend=legend)),
         ring.encode(x=x, y=y),
         _written(cells[off], x, y),
     )

@@ -19,8 +19,8 @@ from masonry_opt.studies.many.sample import RUNS
 from masonry_opt.studies.many.sample import sample as sample_scene
 from masonry_opt.studies.many.sweep import said
 from masonry_opt.studies.many.sweep import sweep as sweep_scene
-from masonry_opt.studies.page import NEEDED
 from masonry_opt.studies.process import ended_by_kill
+from masonry_opt.studies.writing import NEEDED
 from masonry_opt.words.terminal import print_text
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
