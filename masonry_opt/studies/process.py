@@ -17,7 +17,7 @@ from typing import Any
 #: Set before the server starts: libraries read them when they are imported.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
-#: What the server imports: ``solve``, and with its methods the modelling languages, which it imports late.
+#: Modules that the server imports: ``solve``, and methods, whose modelling languages are imported late.
 _PRELOADED = (
     "masonry_opt.session",
     "masonry_opt.methods.bracket.bracket",

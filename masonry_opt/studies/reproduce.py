@@ -91,7 +91,7 @@ def _run(name: str, path: Path, out: Path) -> bool:
     said, missed = io.StringIO(), ""
     with contextlib.redirect_stdout(said):
         try:
-            # Assertions count even where Python is told to leave them out (-O).
+            # Assertions run even with Python's option -O.
             exec(compile(path.read_text("utf-8"), str(path), "exec", optimize=0), names)
         except (AssertionError, NoLoadFactorError) as error:
             line = traceback.extract_tb(error.__traceback__)[1].lineno  # of the script

@@ -179,12 +179,6 @@ def test_of_more_than_two_numbers_each_has_a_chart():
     assert len({drawing.name for drawing in drawings(swept, [NAME, "a", "b"])}) == 3
 
 
-def test_files_are_the_same_from_run_to_run():
-    swept = frame(["sliding", "hinging"], [0.1, 0.2])
-    one, other = (pictures([against(swept)]) for _ in range(2))
-    assert one == other
-
-
 def test_ticks_are_labelled_with_the_load_factors_they_stand_at():
     """Of .32 and .28 rounded to one digit both read 0.3."""
     drawing = against(frame(["sliding"] * 6, [0.28, 0.4, 0.5, 0.6, 0.66, 0.71]))

@@ -122,12 +122,11 @@ def compare(
     CaseError
         If a case file or a registry is missing or wrong.
     OptionError
-        If a name is unknown, a number is out of range, nothing is left to compare, or ``out`` holds runs of
-        something else.
+        If an argument is wrong, nothing is left to compare, or ``out`` holds other runs.
     OutputError
         If ``out`` cannot be written.
     NoRunEndedError
-        If every run crashed or died; the report is written all the same.
+        If every run crashed or died; the report is written nevertheless.
     """
     # Charts and pages are slow to import: only when they are needed.
     from masonry_opt.studies.compare.report import summary_text, write_report

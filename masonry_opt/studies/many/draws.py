@@ -69,12 +69,7 @@ class Draws:
     texts: distributions in words, by names of numbers.
     varied: whether a property differs from joint to joint.
 
-    Raises
-    ------
-    OptionError
-        If an argument of :func:`~.sample.sample` is wrong.
-    CaseError
-        If the scene is wrong.
+    Raises OptionError if an argument of :func:`~.sample.sample` is wrong, CaseError if the scene is wrong.
     """
 
     def __init__(

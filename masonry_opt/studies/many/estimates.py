@@ -1,6 +1,6 @@
 """Estimates from a sample of load factors: quantiles, probability of collapse, rank correlations.
 
-All intervals are those of independent draws, whatever the distribution.
+All intervals hold for independent draws from any distribution.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ def least(
     1.0678
 
     Under dead load alone, which is what counts unless ``load`` is given, a scene stands if any state of
-    equilibrium within friction exists; below the threshold there is none, whatever the flow rule.
+    equilibrium within friction exists; below the threshold none exists under any flow rule.
 
     Parameters
     ----------

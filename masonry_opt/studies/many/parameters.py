@@ -171,7 +171,7 @@ def _takes_number(field: FieldInfo) -> bool:
 
 
 def _changed(holder: Any, way: _Way, value: float) -> Any:
-    """A record, list or pair with another number, checked as if it had been made so."""
+    """A record, list or pair with another number, validated."""
     if not way:
         # A whole number where there was one.
         return int(value) if isinstance(holder, int) and float(value).is_integer() else float(value)

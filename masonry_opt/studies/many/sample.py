@@ -62,7 +62,7 @@ def sample(
     n:
         Runs. With Sobol's sequence a power of two is best. A larger number adds to the runs of a smaller one.
     seed:
-        The same seed gives the same table, whatever the number of workers.
+        The same seed gives the same table, with any number of workers.
     by:
         "scene": one value for all joints. "joint": properties of joints (``joints.friction``, ...) are drawn
         for each joint; "course": for each course (the joints at one height).

@@ -87,7 +87,7 @@ def sensitivity(sample: Sample) -> Drawing:
     """Rank correlations, strongest on top."""
     found = sample.sensitivity().dropna()
     shown = found.head(_SHOWN).copy()
-    # What may as well be chance is pale.
+    # Correlations whose interval holds zero are pale.
     certain = (shown["lower"] > 0) | (shown["upper"] < 0)
     shown["colour"] = np.where(certain, _RUNS, "#BBBBBB")
     x = axis("rank correlation with λ", -1.05, 1.05)
@@ -107,7 +107,7 @@ def sensitivity(sample: Sample) -> Drawing:
     return Drawing("sensitivity", f"What matters, {_title(sample)}{left_out}", chart, notes)
 
 
-#: What can be drawn.
+#: Charts by kind.
 KINDS = {"distribution": distribution, "fragility": fragility, "sensitivity": sensitivity}
 
 

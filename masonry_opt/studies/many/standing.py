@@ -106,8 +106,8 @@ def _of_normal(problem: Problem) -> np.ndarray:
 
 
 def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None:
-    """Eq. (9) with that live load; None without an answer, and with joints of limited strength, which more
-    pressure crushes."""
+    """Eq. (9) with that live load; None without an answer, and for joints of limited strength: more pressure
+    crushes them."""
     if len(pressed.crushing) or not pressed.live_norm:
         return None
     solution = associative(Task(pressed, solver, effort=effort))

@@ -58,7 +58,7 @@ def sweep(
     parquet:
         Also ``runs.parquet`` (needs the extra ``parquet``).
     force:
-        Replace such a table all the same. (Its runs stay in ``journal.jsonl``.)
+        Replace such a table too. (Its runs stay in ``journal.jsonl``.)
     workers:
         Processes; by default one a core.
     dask:
@@ -170,7 +170,7 @@ def _where(rows: pd.DataFrame, names: Sequence[str]) -> str:
 
 
 def said(frame: pd.DataFrame, names: Sequence[str]) -> str:
-    """What a sweep over these names found, in a few lines."""
+    """Results of a sweep over these names, in a few lines."""
     found = frame["load_factor"].dropna()
     lines = [f"{counted(len(frame), 'run')}, {len(found)} with a load factor"]
     if len(found):
