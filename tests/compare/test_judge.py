@@ -54,38 +54,33 @@ def test_without_a_reference_there_is_no_error():
     assert judge(line(method="refined"), BOUNDS, None, {})["error"] is None
 
 
+R = VerdictReason
+
+
 @pytest.mark.parametrize(
     ("known", "verdict", "reason"),
     [
-        ({"complementarity": 2e-4}, WRONG, VerdictReason.RESIDUAL),
-        ({"flow": float("nan")}, WRONG, VerdictReason.RESIDUAL),
-        ({"yield": None}, WRONG, VerdictReason.NO_CERTIFICATE),
-        ({"method": "nonassociative", "yield": 0.05}, CERTIFIED, VerdictReason.NONE),
-        ({"method": "nonassociative", "yield": 0.5}, WRONG, VerdictReason.RESIDUAL),
-        ({"method": "mpec", "yield": 1e-5}, WRONG, VerdictReason.RESIDUAL),
-        ({"load_factor": None, "status": "not converged: cycling"}, FAILED, VerdictReason.NO_ANSWER),
-        (
-            {"load_factor": None, "status": "solver failed", "message": "at 3"},
-            FAILED,
-            VerdictReason.NO_ANSWER,
-        ),
-        ({"load_factor": 0.5002}, WRONG, VerdictReason.ABOVE_BOUND),
-        ({"load_factor": 0.4998}, WRONG, VerdictReason.BELOW_BOUND),
-        ({"method": "refined", "load_factor": 0.5002}, WRONG, VerdictReason.ABOVE_BOUND),
-        ({"method": "refined", "load_factor": 0.4}, CERTIFIED, VerdictReason.NONE),
-        ({"load_factor": None, "status": Status.UNSTABLE}, WRONG, VerdictReason.FALSE_CLAIM),
-        ({"load_factor": None, "status": Status.LOCKED}, WRONG, VerdictReason.FALSE_CLAIM),
-        ({"method": "mpec", "load_factor": None, "status": Status.JAMMED}, WRONG, VerdictReason.FALSE_CLAIM),
-        (
-            {"method": "mpec", "load_factor": None, "status": Status.UNSTABLE},
-            FAILED,
-            VerdictReason.UNCONFIRMED,
-        ),
-        ({"load_factor": None, "ended": "refused"}, FAILED, VerdictReason.UNCONFIRMED),
-        ({"load_factor": None, "ended": "time limit"}, FAILED, VerdictReason.TIME_LIMIT),
-        ({"load_factor": None, "ended": "memory limit"}, FAILED, VerdictReason.MEMORY_LIMIT),
-        ({"load_factor": None, "ended": "crashed", "message": "why"}, FAILED, VerdictReason.CRASHED),
-        ({"load_factor": None, "ended": "died"}, FAILED, VerdictReason.DIED),
+        ({"complementarity": 2e-4}, WRONG, R.RESIDUAL),
+        ({"flow": float("nan")}, WRONG, R.RESIDUAL),
+        ({"yield": None}, WRONG, R.NO_CERTIFICATE),
+        ({"method": "nonassociative", "yield": 0.05}, CERTIFIED, R.NONE),
+        ({"method": "nonassociative", "yield": 0.5}, WRONG, R.RESIDUAL),
+        ({"method": "mpec", "yield": 1e-5}, WRONG, R.RESIDUAL),
+        ({"load_factor": None, "status": "not converged: cycling"}, FAILED, R.NO_ANSWER),
+        ({"load_factor": None, "status": "solver failed", "message": "at 3"}, FAILED, R.NO_ANSWER),
+        ({"load_factor": 0.5002}, WRONG, R.ABOVE_BOUND),
+        ({"load_factor": 0.4998}, WRONG, R.BELOW_BOUND),
+        ({"method": "refined", "load_factor": 0.5002}, WRONG, R.ABOVE_BOUND),
+        ({"method": "refined", "load_factor": 0.4}, CERTIFIED, R.NONE),
+        ({"load_factor": None, "status": Status.UNSTABLE}, WRONG, R.FALSE_CLAIM),
+        ({"load_factor": None, "status": Status.LOCKED}, WRONG, R.FALSE_CLAIM),
+        ({"method": "mpec", "load_factor": None, "status": Status.JAMMED}, WRONG, R.FALSE_CLAIM),
+        ({"method": "mpec", "load_factor": None, "status": Status.UNSTABLE}, FAILED, R.UNCONFIRMED),
+        ({"load_factor": None, "ended": "refused"}, FAILED, R.UNCONFIRMED),
+        ({"load_factor": None, "ended": "time limit"}, FAILED, R.TIME_LIMIT),
+        ({"load_factor": None, "ended": "memory limit"}, FAILED, R.MEMORY_LIMIT),
+        ({"load_factor": None, "ended": "crashed", "message": "why"}, FAILED, R.CRASHED),
+        ({"load_factor": None, "ended": "died"}, FAILED, R.DIED),
     ],
 )
 def test_verdicts(known, verdict, reason):
