@@ -14,9 +14,9 @@ from masonry_opt.errors import OptionError
 _KINDS = ("normal", "lognormal", "uniform")
 
 _HOW = (
-    "write it as ('lognormal', 0.6, 0.1): the mean and the standard deviation of the number itself, or "
-    "'15%' of the mean; ('normal', mean, standard deviation); ('uniform', least, greatest); or any frozen "
-    "distribution of scipy.stats"
+    "write it as ('lognormal', 0.6, 0.1): the mean and the standard deviation of the number itself, or '15%' "
+    "of the mean, both positive; ('normal', mean, positive deviation); ('uniform', least, greatest); or any "
+    "frozen distribution of scipy.stats"
 )
 
 
@@ -50,16 +50,13 @@ def distribution(name: str, given: Any) -> Distribution:
     try:
         first = _number(given[1])
         second = _number(given[2]) if kind == "uniform" else _deviation(given[2], first)
+        possible = {"uniform": first < second, "normal": second > 0, "lognormal": min(first, second) > 0}
+        if not possible[kind]:
+            raise TypeError
     except TypeError:
         raise OptionError(f"{of}: {_HOW} (found {given!r})") from None
     except OptionError as error:
         raise OptionError(f"{of}: {error}") from None
-    if kind == "uniform" and not first < second:
-        raise OptionError(f"{of}: the least value must be below the greatest")
-    if kind != "uniform" and not second > 0:
-        raise OptionError(f"{of}: the standard deviation must be positive")
-    if kind == "lognormal" and not first > 0:
-        raise OptionError(f"{of}: the mean of a lognormal must be positive")
     frozen = {
         "normal": stats.norm,
         "lognormal": lognormal,

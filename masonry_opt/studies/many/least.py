@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -148,7 +148,7 @@ class _Search:
         # From the end at which the scene should hold.
         row = sorted(self.trials.values(), key=lambda trial: trial.value, reverse=self.least)
         if not row[0].holds or row[-1].holds:
-            raise OptionError(_no_threshold(row[::-1] if self.least else row, self.least, self.load))
+            raise OptionError(self._no_threshold())
         holds, fails = next((near, far) for near, far in pairwise(row) if not far.holds)
         holds, fails = self._narrow(holds, fails, tolerance, _OF_RANGE * (upper - lower))
         jump = self._jump(holds, fails)
@@ -246,26 +246,20 @@ class _Search:
         far = holds.number - before > JUMP * max(known)
         return (fails.number, holds.number) if far else None
 
-
-def _no_threshold(row: Sequence[Trial], least: bool, load: float | None) -> str:
-    """Advice where the scene does the same at both ends, or holds at the wrong one."""
-    words = ("falls", "stands") if load is None else ("does not carry the load", "carries the load")
-    low, high = row[0], row[-1]
-    does, not_so = words[low.holds], words[not low.holds]
-    if low.holds != high.holds:
-        other = "most" if least else "least"
-        return f"the scene {does} at {low.value:g} and {not_so} at {high.value:g}: ask for '{other}'"
-    odd = ", ".join(f"{trial.value:.6g}" for trial in row if trial.holds != low.holds)
-    if odd:
-        return (
-            f"the scene {does} at {low.value:g} and at {high.value:g}, but {not_so} at {odd}: let one end be "
-            "there"
-        )
-    outwards = "lower 'lower'" if low.holds == least else "raise 'upper'"
-    return (
-        f"the scene {does} at {low.value:g}, at {high.value:g} and at all {len(row) - 2} values tried "
-        f"between: {outwards}, or try more values ('samples')"
-    )
+    def _no_threshold(self) -> str:
+        """Advice where the scene does the same at both ends, or holds at the wrong one."""
+        words = ("falls", "stands") if self.load is None else ("does not carry the load", "carries the load")
+        row = sorted(self.trials.values(), key=lambda trial: trial.value)
+        low, high = row[0], row[-1]
+        does, not_so = words[low.holds], words[not low.holds]
+        at = f"the scene {does} at {low.value:g}"
+        if low.holds != high.holds:
+            return f"{at} and {not_so} at {high.value:g}: ask for '{'most' if self.least else 'least'}'"
+        if odd := ", ".join(f"{trial.value:.6g}" for trial in row if trial.holds != low.holds):
+            return f"{at} and at {high.value:g}, but {not_so} at {odd}: let one end be there"
+        outwards = "lower 'lower'" if low.holds == self.least else "raise 'upper'"
+        tried = f"at {high.value:g} and at all {len(row) - 2} values tried between"
+        return f"{at}, {tried}: {outwards}, or try more values ('samples')"
 
 
 def _number(name: str, value: object) -> float:
