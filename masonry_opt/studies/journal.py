@@ -12,19 +12,18 @@ from typing import Any
 from masonry_opt.errors import OptionError, OutputError
 from masonry_opt.files import write_whole
 
-#: Its name in a study's folder.
 NAME = "journal.jsonl"
 
 
 class Journal:
     """The finished runs of one study in a folder.
 
-    A last line torn by an interruption is dropped when the file is opened, and its run made again. Where the
-    disk has no room for a row, those before stay.
+    An incomplete last line is dropped when the file is opened, and its run made again. If the disk is full,
+    earlier rows stay.
 
     Parameters
     ----------
-    head: what decides the rows, by what it is called; it stands in the first line.
+    head: hashes of all that decides the rows, by name: the first line.
 
     Raises
     ------
@@ -57,12 +56,11 @@ class Journal:
             )
 
     def find(self, key: str) -> dict[str, Any] | None:
-        """The row of a run, if it was made."""
         row = self._rows.get(key)
         return None if row is None else dict(row)
 
     def add(self, key: str, row: Mapping[str, Any]) -> None:
-        """Keep a row: on disk when this returns."""
+        """Keep a row; it is on disk when this returns."""
         try:
             with self.path.open("ab") as stream:
                 stream.write(_line({"key": key, "row": row}))

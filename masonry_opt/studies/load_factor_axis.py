@@ -1,4 +1,4 @@
-"""The axis of load factors in charts of many scenes."""
+"""The axis of load factors in charts of sweeps and samples."""
 
 from __future__ import annotations
 
@@ -8,14 +8,13 @@ from numpy.typing import ArrayLike
 
 from masonry_opt.answer.thresholds import ZERO
 
-#: Its name.
 LABEL = "load factor λ"
 
-#: Least length of an axis, as a share of the largest load factor: on a shorter one rounding looks large.
+#: Least length of an axis, as a share of the largest load factor: a shorter one would magnify rounding.
 _LEAST = 0.02
 
-#: A load factor so many times the greatest of the others is left off the axis, which it would make too long;
-#: at most this share of all, but one of three at least.
+#: A load factor so many times the greatest of the others is left off the axis: at most this share of all, or
+#: one of three or more.
 _FAR, _FEW = 10.0, 0.25
 
 
@@ -32,7 +31,7 @@ def ends(load_factors: ArrayLike) -> tuple[float, float]:
 
 
 def off_axis(load_factors: ArrayLike) -> np.ndarray:
-    """Whether each load factor is left off the axis, being far above the others; shape (n,)."""
+    """Whether each load factor is far above the others and so left off the axis; shape (n,)."""
     values = np.asarray(load_factors, dtype=float)
     rising = np.sort(values[np.isfinite(values)])
     greatest = np.maximum.accumulate(np.abs(rising))

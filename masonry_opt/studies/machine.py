@@ -12,16 +12,7 @@ from pathlib import Path
 
 #: Packages whose versions decide times and answers.
 _PACKAGES = (
-    "masonry_opt",
-    "cvxpy",
-    "pyomo",
-    "clarabel",
-    "highspy",
-    "osqp",
-    "scs",
-    "casadi",
-    "scipy",
-    "numpy",
+    *("masonry_opt", "cvxpy", "pyomo", "clarabel", "highspy", "osqp", "scs", "casadi", "scipy", "numpy"),
 )
 
 
@@ -37,7 +28,7 @@ def versions() -> dict[str, str]:
 
 
 def versions_hash() -> str:
-    """Short hash of versions and processor, so that measurements of several are not mixed."""
+    """Short hash of versions and processor: only measurements with the same may be compared."""
     return hashlib.sha256(repr((versions(), _processor())).encode()).hexdigest()[:8]
 
 

@@ -1,5 +1,5 @@
-"""How worker processes start: forked from a server that has imported the package and done nothing else (the
-standard library's "forkserver"), which takes milliseconds; a new interpreter takes seconds.
+"""Start of worker processes: forked from a server that has imported the package (the standard library's
+"forkserver"), which takes milliseconds; a new interpreter takes seconds.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from typing import Any
 #: Set before the server starts: libraries read them when they are imported.
 _ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
-#: What the server imports: ``solve``, and with its methods the modelling languages, which it imports late.
+#: Modules that the server imports: ``solve``, and methods, whose modelling languages are imported late.
 _PRELOADED = (
     "masonry_opt.session",
     "masonry_opt.methods.bracket.bracket",
@@ -42,12 +42,12 @@ class _Process(_STANDARD.Process):  # type: ignore[misc]  # which class it is de
 
 
 class Context(type(_STANDARD)):  # type: ignore[misc]
-    """A context of multiprocessing whose processes have libraries on one thread each, and import nothing of
-    the main program: a script without a main guard would start its study again there.
+    """A context of multiprocessing whose processes run libraries on one thread, and do not import the main
+    program: a script without a main guard would start its study again there.
 
     Attributes
     ----------
-    processes: those started so far.
+    processes: all made so far.
     """
 
     def __init__(self) -> None:
@@ -62,7 +62,7 @@ class Context(type(_STANDARD)):  # type: ignore[misc]
 
 @contextlib.contextmanager
 def _one_thread() -> Iterator[None]:
-    """Environment of the processes that start within it; the user's own is restored."""
+    """Set the environment of processes that start within; the user's own is restored."""
     before = {name: os.environ.get(name) for name in _ONE_THREAD}
     os.environ.update(_ONE_THREAD)
     try:
@@ -77,7 +77,7 @@ def _one_thread() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _main_hidden() -> Iterator[None]:
-    """Main program without the file that a new process would import; other threads still find its names."""
+    """Hide the file of the main program, which a new process would import; its names stay visible."""
     main, hidden = sys.modules["__main__"], ModuleType("__main__")
     vars(hidden).update(vars(main) | {"__spec__": None, "__file__": None})
     sys.modules["__main__"] = hidden
@@ -88,7 +88,7 @@ def _main_hidden() -> Iterator[None]:
 
 
 def _start_server() -> None:
-    """Start the server if it does not run, out of the reach of Ctrl-C, which would end it in a traceback."""
+    """Start the server if it does not run; Ctrl-C must not reach it."""
     if _HOW != "forkserver":
         return
     from multiprocessing import forkserver
@@ -105,7 +105,7 @@ def _start_server() -> None:
 
 
 def settle_in() -> None:
-    """To be called first in a process: it writes nothing, and ends at once when its parent says so."""
+    """Prepare a new process: it ignores Ctrl-C, ends at SIGTERM, and writes nothing."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     silence = os.open(os.devnull, os.O_WRONLY)
@@ -120,7 +120,7 @@ def cores() -> int:
 
 @contextlib.contextmanager
 def ended_by_kill() -> Iterator[None]:
-    """Within it `kill` and `timeout` do what Ctrl-C does: otherwise runs under way would go on alone."""
+    """Within it `kill` and `timeout` act as Ctrl-C does: else runs under way would go on alone."""
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         yield

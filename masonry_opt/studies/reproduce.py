@@ -64,7 +64,12 @@ def reproduce(
         )
     if "table1" in names:
         find_entry("pyomo", "casadi")  # a missing extra is said now, not after minutes
-    _open(out)
+    # The folder is made before the minutes that filling it takes.
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f"{out}: cannot be written: {error.strerror}") from None
+    refuse_unwritable(out / ".masonry_opt")
     missed = False
     for name in names:
         print(f"{name}: {_title(known[name])} ...", file=sys.stderr, flush=True)
@@ -73,15 +78,6 @@ def reproduce(
         print(f"{name}: {time.perf_counter() - start:.1f} s, written to {out}", file=sys.stderr, flush=True)
     if missed:
         raise typer.Exit(1)
-
-
-def _open(folder: Path) -> None:
-    """Make the folder before the minutes that filling it takes."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OutputError(f"{folder}: cannot be written: {error.strerror}") from None
-    refuse_unwritable(folder / ".masonry_opt")
 
 
 def _title(path: Path) -> str:
@@ -95,19 +91,19 @@ def _run(name: str, path: Path, out: Path) -> bool:
     said, missed = io.StringIO(), ""
     with contextlib.redirect_stdout(said):
         try:
-            # Assertions count even where Python is told to leave them out (-O).
+            # Assertions run even with Python's option -O.
             exec(compile(path.read_text("utf-8"), str(path), "exec", optimize=0), names)
         except (AssertionError, NoLoadFactorError) as error:
             line = traceback.extract_tb(error.__traceback__)[1].lineno  # of the script
             missed = f"{name}: not as published ({path.name}, line {line}): {error}"
-    # Each example is printed and written before the next begins: an interrupt loses one at most.
+    # Before the next example begins: an interrupt loses one at most.
     print_text(said.getvalue() + missed)
     write_files(out, _written(name, names))
     return bool(missed)
 
 
 def _written(name: str, names: dict[str, Any]) -> dict[str, str | bytes]:
-    """The files of what a script calls ``table...`` and ``figure...``: fig6's ``table_x`` is fig6_x.csv."""
+    """Files of a script's variables ``table...`` and ``figure...``: fig6's ``table_x`` becomes fig6_x.csv."""
     files: dict[str, str | bytes] = {}
     for variable, value in names.items():
         if variable.startswith("table") and isinstance(value, pd.DataFrame):

@@ -1,5 +1,5 @@
-"""The runner of studies: tasks in processes of this machine or on a Dask cluster, where one that takes too
-long, takes too much memory or dies ends alone.
+"""Tasks in processes of this machine or on a Dask cluster. A task that dies, or exceeds its limits of time or
+memory, ends alone.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Protocol, Self
+from typing import Any, Self
 
 import psutil
 from pebble import ProcessPool
@@ -21,11 +21,11 @@ from pebble import ProcessPool
 from masonry_opt.errors import MasonryError, OptionError
 from masonry_opt.studies.process import Context, cores, settle_in
 
-#: How a task ends: with a value; by an error of the user's, or by any other; without a word; at a limit.
+#: Ends of a task: a value; a MasonryError; any other error; the death of its process; a limit.
 FINISHED, REFUSED, CRASHED, DIED = "finished", "refused", "crashed", "died"
 TIME_LIMIT, MEMORY_LIMIT = "time limit", "memory limit"
 
-#: A task that kills its worker so often is given up.
+#: Workers that a task may kill before it is given up.
 MOST_DEATHS = 3
 
 #: Seconds between two looks at a process's memory.
@@ -47,12 +47,11 @@ class End:
 
     Attributes
     ----------
-    how: FINISHED, REFUSED (by a MasonryError), CRASHED (by another error), DIED, TIME_LIMIT, MEMORY_LIMIT.
+    how: FINISHED, REFUSED, CRASHED, DIED, TIME_LIMIT or MEMORY_LIMIT.
     reason: in words; "" if it finished.
-    value: what it returned; None unless it finished.
-    error: what it raised, if that can be sent between processes.
-    seconds: the time that it took.
-    peak: largest memory of its process so far, in MB (10⁶ bytes), that of libraries included.
+    value: its return value; None unless it finished.
+    error: the error it raised, if that can be sent between processes.
+    peak: largest memory of its process so far, in MB (10⁶ bytes), libraries included.
     """
 
     how: str
@@ -64,12 +63,12 @@ class End:
 
 
 class Workers:
-    """Workers that make tasks; as a context, ends its own processes at last, whatever they do.
+    """Workers that make tasks; as a context manager, it ends its processes on leaving.
 
     Parameters
     ----------
-    prepare: called once in each worker for the function of its tasks; without it tasks are called themselves.
-    count: processes; by default as many as this process may use cores.
+    prepare: called once in each worker; returns the function of its tasks. Without it tasks are called.
+    count: processes; by default as many as the cores that this process may use.
     dask: address of a scheduler whose workers make the tasks instead.
 
     Raises
@@ -81,7 +80,7 @@ class Workers:
     def __init__(
         self, prepare: Prepare | None = None, count: int | None = None, dask: str | None = None
     ) -> None:
-        self._engine: _Engine
+        self._engine: Processes | _Cluster
         if dask is not None:
             if count is not None:
                 raise OptionError("give 'workers' or 'dask', not both: the cluster has workers of its own")
@@ -100,9 +99,8 @@ class Workers:
     def map(self, tasks: Iterable[Any], tries: int = MOST_DEATHS) -> Iterator[tuple[int, End]]:
         """Numbers of the tasks, from 0, and their ends, as they come.
 
-        Tasks are taken as workers become free: they may be made as they are asked for. An error in making one
-        is raised when those before it have ended. A task whose worker died is made again, ``tries`` times in
-        all.
+        Tasks are taken from the iterable as workers become free. An error that it raises is raised here when
+        the tasks before have ended. A task whose worker died is made again, up to ``tries`` times in all.
         """
         coming, failed = enumerate(tasks), None
         under_way: dict[Future[End], tuple[int, Any, int]] = {}
@@ -132,12 +130,9 @@ class Workers:
 
 def in_processes(tasks: Sequence[Callable[[], Any]]) -> list[Any]:
     """Call importable functions without arguments (``functools.partial``), as many at once as there are
-    cores; what they return, in their order.
+    cores; returns their values in their order.
 
-    Raises
-    ------
-    MasonryError
-        If a process died; else what a function raised. The other processes are ended.
+    Raises the error of a function, or MasonryError if its process died. The other processes are ended.
     """
     found: dict[int, Any] = {}
     with Workers(count=min(cores(), max(1, len(tasks)))) as workers:
@@ -171,15 +166,6 @@ def run_alone(task: Callable[[], Any], time_limit: float, memory_limit: float) -
         workers.close()
 
 
-class _Engine(Protocol):
-    def submit(self, task: Any) -> Future[End]: ...
-
-    def room(self) -> int:
-        """How many tasks may be under way."""
-
-    def close(self) -> None: ...
-
-
 class Processes:
     """Processes of this machine, in one pool of Pebble's."""
 
@@ -207,7 +193,7 @@ class Processes:
 
 
 class _Cluster:
-    """The workers of a Dask scheduler, which stay as they are; what prepares them is scattered to them."""
+    """The workers of a Dask scheduler, to which ``prepare`` is scattered."""
 
     def __init__(self, prepare: Prepare | None, address: str) -> None:
         try:
@@ -244,7 +230,7 @@ class _Cluster:
 
 
 def _end_of(future: Future[End]) -> End:
-    """The end that a worker told; of a worker that could not, why."""
+    """The end that a worker sent, or why it sent none."""
     if future.cancelled():
         return End(DIED, "its workers are gone")
     error = future.exception()
@@ -257,13 +243,12 @@ def _end_of(future: Future[End]) -> End:
     return End(DIED, f"{how}; is there enough memory?")
 
 
-#: In a worker: what it was given to prepare, and, one a thread, the function that it made of that last.
+#: In a worker: its ``prepare``, and for each thread the function that was made last.
 _given: Prepare | None = None
 _kept = threading.local()
 
 
 def _begin(prepare: Prepare | None) -> None:
-    """First in a process."""
     global _given
     settle_in()
     _given = prepare
@@ -274,7 +259,7 @@ def _in_process(task: Any) -> End:
 
 
 def _made(prepare: Prepare | None, task: Any) -> End:
-    """In a worker: make a task; every end but death is told."""
+    """In a worker: make a task, and return its end."""
     began = time.perf_counter()
     how, reason, value = FINISHED, "", None
     raised: Exception | None = None
@@ -290,14 +275,14 @@ def _made(prepare: Prepare | None, task: Any) -> End:
         how, reason, raised = REFUSED, str(error), error
     except MemoryError:
         how, reason = MEMORY_LIMIT, "no memory left"
-    except Exception as error:  # whatever it is, it is this task's end, and the others go on
+    except Exception as error:  # it ends this task alone
         error.add_note(traceback.format_exc())
         how, reason, raised = CRASHED, f"{type(error).__name__}: {error}", _sendable(error)
     return End(how, reason, value, raised, time.perf_counter() - began, _peak())
 
 
 def _sendable(error: Exception) -> Exception | None:
-    """An error, if the parent can read it: one that it cannot would break the pool."""
+    """The error, if the parent can unpickle it: else it would break the pool."""
     try:
         pickle.loads(pickle.dumps(error))
     except Exception:

@@ -35,12 +35,9 @@ def known_after(case, *rows):
     return best_known([case])[case.name]
 
 
-def test_a_lower_exact_state_is_kept_with_its_method(case):
-    assert known_after(case, exact(case, load_factor=0.15)) == BestKnown(0.15, "refined")
-
-
-def test_so_is_one_of_a_pass(case):
-    assert known_after(case, exact(case, method="mcp", load_factor=0.15)) == BestKnown(0.15, "mcp")
+@pytest.mark.parametrize("method", ["refined", "mcp"])
+def test_a_lower_exact_state_is_kept_with_its_method(case, method):
+    assert known_after(case, exact(case, method=method, load_factor=0.15)) == BestKnown(0.15, method)
 
 
 def test_a_pass_alone_is_no_measure_of_others(case):
@@ -68,27 +65,20 @@ def test_nothing_else_is(case, known):
     assert known_after(case, exact(case, **known)) == BestKnown(0.16, "by hand")
 
 
-def test_a_changed_scene_has_no_best_known_state(case):
-    mo.save(two_blocks(0.2), case.path)
-    (changed,) = find_scenes([case.path])
-    assert best_known([changed]) == {}
-
-
-def test_words_do_not_change_a_scene(case):
-    scene = mo.load(case.path).model_copy(update={"title": "other"})
-    mo.save(scene, case.path)
+def test_a_changed_scene_has_no_best_known_state_but_words_do_not_change_it(case):
+    mo.save(mo.load(case.path).model_copy(update={"title": "other"}), case.path)
     (renamed,) = find_scenes([case.path])
     assert renamed.content == case.content
+    mo.save(two_blocks(0.2), case.path)
+    assert best_known(find_scenes([case.path])) == {}
 
 
 def test_other_entries_stay(case, tmp_path):
-    registry = tmp_path / FILE
-    registry.write_text(
-        registry.read_text() + '["other.toml"]\nload_factor = 1.0\nmethod = "m"\ncontent = "c"\n'
-    )
+    registry, other = tmp_path / FILE, {"load_factor": 1.0, "method": "m", "content": "c"}
+    entry = '["other.toml"]\nload_factor = 1.0\nmethod = "m"\ncontent = "c"\n'
+    registry.write_text(registry.read_text() + entry)
     known_after(case, exact(case, load_factor=0.15))
-    entries = tomllib.loads(registry.read_text())
-    assert entries["other.toml"] == {"load_factor": 1.0, "method": "m", "content": "c"}
+    assert tomllib.loads(registry.read_text())["other.toml"] == other
 
 
 def test_an_unwritable_registry_is_named_and_no_error(case, monkeypatch):

@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 from lines import line
 
+from masonry_opt.drawing.colours import SERIES
+from masonry_opt.studies.charts import Drawing, pictures
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
 from masonry_opt.studies.compare.charts import charts
-from masonry_opt.studies.drawing import Drawing, pictures
-from masonry_opt.studies.palette import COLOURS
 
 #: One scene: Clarabel at two tolerances in 1 s and 2 s; Pyomo with HiGHS certified, and killed after 60 s.
 #: Then Coulomb states, above and below the best exact one of 0.8.
@@ -64,8 +64,8 @@ def test_time_against_error(drawn):
     assert low < 1.0
     assert high > 60.0
     clarabel, highs = marks["pair"].unique()
-    assert looks(drawing, "stroke") == {clarabel: COLOURS[0], highs: COLOURS[1]}
-    assert looks(drawing, "fill") == {clarabel: COLOURS[0], highs: "white"}
+    assert looks(drawing, "stroke") == {clarabel: SERIES[0], highs: SERIES[1]}
+    assert looks(drawing, "fill") == {clarabel: SERIES[0], highs: "white"}
     assert looks(drawing, "shape") == {clarabel: "circle", highs: "circle"}
 
 
@@ -106,9 +106,10 @@ def test_counts_and_times_of_the_bars(drawn):
 
 
 def test_pictures_hold_every_point_and_are_the_same_from_run_to_run(drawn):
-    files = pictures(drawn.values())
-    assert set(files) == {f"{name}.{kind}" for name in drawn for kind in ("png", "svg")}
-    for name in ("time_error_associative", "time_error_coulomb", "time_violation_coulomb"):
+    names = ("success", "time_error_associative", "time_error_coulomb", "time_violation_coulomb")
+    files = pictures(drawn[name] for name in names)
+    assert set(files) == {f"{name}.{kind}" for name in names for kind in ("png", "svg")}
+    for name in names[1:]:
         marks = drawn[name].chart.data
         points = int((marks["letter"] == "").sum() + marks["below"].sum())
         assert files[f"{name}.svg"].count('aria-roledescription="point"') == points

@@ -45,13 +45,8 @@ def test_runs_without_a_tolerance_are_kept():
 
 def test_pareto_front():
     """Times 1 to 5: the second is slower and worse, the fourth fails, the fifth is slower and no better."""
-    frame = pd.DataFrame(
-        {
-            "time": [1.0, 2.0, 3.0, 4.0, 5.0],
-            "error": [1e-3, 1e-2, 1e-6, 1e-9, 1e-6],
-            "verdict": ["certified", "certified", "certified", "wrong", "certified"],
-        }
-    )
+    frame = pd.DataFrame({"time": [1.0, 2.0, 3.0, 4.0, 5.0], "error": [1e-3, 1e-2, 1e-6, 1e-9, 1e-6]})
+    frame["verdict"] = ["certified"] * 3 + ["wrong", "certified"]
     assert list(frames.pareto(frame)["time"]) == [1.0, 3.0]
 
 
@@ -70,13 +65,8 @@ def test_a_target_is_reached_at_the_cheapest_tolerance_that_is_good_enough():
 
 def test_performance_profile():
     """p is fastest on two of three scenes; q takes twice and thrice as long there, alone solves c."""
-    times = pd.DataFrame(
-        {
-            "scene": ["a", "a", "b", "b", "c", "c"],
-            "pair": ["p", "q"] * 3,
-            "time": [1.0, 2.0, 1.0, 3.0, math.inf, 5.0],
-        }
-    )
+    times = pd.DataFrame({"scene": [*"aabbcc"], "pair": ["p", "q"] * 3})
+    times["time"] = [1.0, 2.0, 1.0, 3.0, math.inf, 5.0]
     profile = frames.profiles(times)
     curves = {pair: list(zip(g["ratio"], g["share"], strict=True)) for pair, g in profile.groupby("pair")}
     third = pytest.approx(1 / 3)
@@ -104,13 +94,8 @@ def test_success_counts_every_end():
     ]
     unstable = {"e": {"associative": "unstable under dead load"}}
     (counted,) = frames.success(frames.summary(rows, BOUNDS, {}, unstable)).to_dict("records")
-    assert counted["scenes"] == 5
-    assert [counted[v] for v in ("certified", "named correctly", "failed but said so", "wrong")] == [
-        2,
-        1,
-        1,
-        1,
-    ]
+    verdicts = ("scenes", "certified", "named correctly", "failed but said so", "wrong")
+    assert [counted[verdict] for verdict in verdicts] == [5, 2, 1, 1, 1]
     assert (counted["success"], counted["on target"]) == (0.6, 0.2)
     assert (counted["time"], counted["time 25 %"], counted["time 75 %"]) == (2.0, 1.5, 2.5)
 
@@ -118,8 +103,7 @@ def test_success_counts_every_end():
 def test_success_of_a_pair_that_never_answers_has_no_time():
     rows = [line(scene="a", ended="crashed", load_factor=None)]
     (counted,) = frames.success(frames.summary(rows, BOUNDS, {}, {})).to_dict("records")
-    assert counted["success"] == 0
-    assert math.isnan(counted["time"])
+    assert (counted["success"], math.isnan(counted["time"])) == (0, True)
 
 
 def coulomb(scene, method, load_factor, **known):

@@ -25,14 +25,15 @@ def test_everything_admissible_is_planned_at_every_tolerance():
     assert all("driven from cvxpy only" in item.reason for item in found.left_out)
 
 
-def test_a_method_with_tolerances_of_its_own_has_one_rung_and_its_own_solver():
-    found = plan(["refined"], ["cvxpy"], ["clarabel"], [1e-4, 1e-8])
-    assert found.pairs == (Pair("refined", "pyomo", "highs", None),)
-
-
-def test_the_one_pass_runs_with_its_own_solver():
-    found = plan(["mcp"], ["cvxpy", "pyomo"], ["clarabel", "highs"], [1e-4, 1e-8])
-    assert found.pairs == (Pair("mcp", "pyomo", "newton", None),)
+@pytest.mark.parametrize(
+    ("method", "models", "pair"),
+    [
+        ("refined", ["cvxpy"], Pair("refined", "pyomo", "highs", None)),
+        ("mcp", ["cvxpy", "pyomo"], Pair("mcp", "pyomo", "newton", None)),
+    ],
+)
+def test_a_method_with_tolerances_of_its_own_runs_once_with_its_own_solver(method, models, pair):
+    assert plan([method], models, ["clarabel"], [1e-4, 1e-8]).pairs == (pair,)
 
 
 def test_a_solver_the_method_does_not_take_is_left_out_with_a_reason():

@@ -42,21 +42,14 @@ def test_quantiles_count_what_has_no_load_factor():
 
 
 def test_probability_of_collapse_has_clopper_and_pearsons_interval():
-    values = np.concatenate([[-math.inf], np.linspace(0.1, 0.9, 28), [math.inf]])
-    loads = [0.0, 0.1, 0.5, 0.9, 2.0]
+    values = np.concatenate([[0.0], np.linspace(0.1, 0.9, 28), [5.0]])
+    loads = [-1.0, 0.0, 0.1, 0.5, 0.9, 2.0, 5.0]
     found = fragility(values, loads, 0.9)
     for load, row in zip(loads, found.to_dict("records"), strict=True):
         collapsed = int((values <= load).sum())
         interval = stats.binomtest(collapsed, 30).proportion_ci(0.9, method="exact")
         assert row["probability"] == collapsed / 30
         assert (row["lower"], row["upper"]) == pytest.approx((interval.low, interval.high))
-
-
-def test_probabilities_at_the_ends():
-    found = fragility(np.arange(1.0, 11.0), [0.0, 20.0], 0.95)
-    assert found["probability"].tolist() == [0, 1]
-    assert found["upper"].iloc[0] == pytest.approx(1 - 0.025**0.1)
-    assert found["lower"].iloc[1] == pytest.approx(0.025**0.1)
 
 
 def test_rank_correlation():

@@ -16,6 +16,8 @@ from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.many.runs import COLUMNS
 from masonry_opt.studies.many.standing import standing
 
+LOAD = {"load": 0.3, "method": "static", "samples": 1}
+
 
 def tilted(scene: mo.Scene, degrees: float) -> mo.Scene:
     angle = math.radians(degrees)
@@ -38,14 +40,10 @@ def test_friction_of_a_block_on_a_slope_is_the_tangent():
 
 
 def test_greatest_tilt_of_a_block_is_its_slenderness():
+    """The ends are a state and a mechanism under the dead load alone, from the matrices."""
     found = mo.most(lambda degrees: tilted(block_on_floor(1.0, 2.5, friction=0.9), degrees), 0, 45)
     assert found.value == pytest.approx(math.degrees(math.atan(1 / 2.5)), rel=1e-8)
     assert found.holds.value <= found.value <= found.fails.value
-
-
-def test_ends_are_a_state_and_a_mechanism():
-    """Of the dead load alone, from the matrices."""
-    found = mo.most(lambda degrees: tilted(block_on_floor(1.0, 2.5, friction=0.9), degrees), 0, 45)
     problem, q = found.holds.result.assembly.problem, found.holds.result.solution.q
     np.testing.assert_allclose(problem.B @ q + problem.dead, 0, atol=1e-8)
     assert problem.slacks(q).min() > -1e-8
@@ -152,21 +150,21 @@ def test_a_hole_is_told():
 )
 def test_what_to_do_is_said(search, lower, upper, found):
     with pytest.raises(mo.OptionError, match=found):
-        search(wide, lower, upper, load=0.3, method="static", samples=1)
+        search(wide, lower, upper, **LOAD)
 
 
-def test_both_ends_alike_and_another_between():
-    with pytest.raises(mo.OptionError, match=r"carries the load at 0\.5:"):
-        mo.least(lambda t: wide(2 if 0.3 < t < 0.7 else 1), 0, 1, load=0.3, method="static", samples=1)
-
-
-def test_wrong_arguments():
-    with pytest.raises(mo.OptionError, match="function"):
-        mo.least(wide(1.0), 0, 1)
-    with pytest.raises(mo.OptionError, match="'load'"):
-        mo.least(wide, 1, 2, method="static")
-    with pytest.raises(mo.CaseError, match="at -1: "):
-        mo.least(lambda mu: block_on_floor(friction=mu), -1, 1)
+@pytest.mark.parametrize(
+    ("make", "ends", "asked", "error", "found"),
+    [
+        (lambda t: wide(2 if 0.3 < t < 0.7 else 1), (0, 1), LOAD, mo.OptionError, r"load at 0\.5:"),
+        (wide(1.0), (0, 1), {}, mo.OptionError, "function"),
+        (wide, (1, 2), {"method": "static"}, mo.OptionError, "'load'"),
+        (lambda mu: block_on_floor(friction=mu), (-1, 1), {}, mo.CaseError, "at -1: "),
+    ],
+)
+def test_wrong_arguments(make, ends, asked, error, found):
+    with pytest.raises(error, match=found):
+        mo.least(make, *ends, **asked)
 
 
 def test_joints_that_crush_are_decided_without_a_margin():

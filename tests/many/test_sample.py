@@ -93,12 +93,7 @@ def test_the_answer_as_json(block):
 
 
 def test_failed_runs_count_as_collapsed():
-    statuses = ["optimal"] * 6 + [
-        str(mo.Status.UNSTABLE),
-        str(mo.Status.JAMMED),
-        str(mo.Status.JAMMED),
-        "refused",
-    ]
+    statuses = ["optimal"] * 6 + [str(mo.Status.UNSTABLE)] + [str(mo.Status.JAMMED)] * 2 + ["refused"]
     proven = [False] * 7 + [True, False, False]
     found = with_load_factors([1, 2, 3, 4, 5, 6, *[np.nan] * 4], statuses, proven)
     assert (found.falling, found.unlimited, found.undecided) == (1, 1, 2)

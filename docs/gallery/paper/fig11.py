@@ -10,8 +10,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 import masonry_opt as mo
+from masonry_opt.drawing.colours import SERIES
 from masonry_opt.studies.cases import case_folder
-from masonry_opt.studies.palette import COLOURS
 
 scene = mo.load(case_folder() / "ferris_tinloi" / "wall_6.toml")
 PUBLISHED = scene.reference["nonassociative"].value
@@ -59,7 +59,7 @@ figure = Figure(figsize=(8, 10.5), layout="constrained")
 ends = {"(d) the same, λ magnified": {"β = 0.2": {}, "β = 1": {}}}
 panels = figure.subplots(len(PANELS) + 1, 1)
 for axes, (title, names) in zip(panels, (PANELS | ends).items(), strict=True):
-    for run, colour in zip(names, COLOURS, strict=False):
+    for run, colour in zip(names, SERIES, strict=False):
         k, load_factor = histories[run]["iteration"], histories[run]["load_factor"]
         usable = runs[run].status.usable
         label = f"{run}: {len(k)} sub-problems" if usable else f"{run}: {runs[run].status}"

@@ -15,8 +15,8 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 import masonry_opt as mo
+from masonry_opt.drawing.colours import SERIES
 from masonry_opt.studies.cases import case_folder
-from masonry_opt.studies.palette import COLOURS
 
 SCENES = {f"wall {n}": mo.load(case_folder() / "ferris_tinloi" / f"wall_{n}.toml") for n in range(1, 7)}
 SCENES["façade 1 × 3"] = mo.load(case_folder() / "gilbert" / "facade_1x3.toml")
@@ -82,7 +82,7 @@ assert rises["only at yield"] > 1
 # %%
 figure = Figure(figsize=(8, 7), layout="constrained")
 count, rise = figure.subplots(2, 1, sharex=True)
-for number, ((variant, runs), colour) in enumerate(zip(by_variant, COLOURS, strict=False)):
+for number, ((variant, runs), colour) in enumerate(zip(by_variant, SERIES, strict=False)):
     at = np.arange(len(SCENES)) + (number - 2) * 0.16
     count.bar(at, runs["sub-problems"], width=0.14, color=colour, label=variant)
     rise.plot(at, runs["rise (%)"], "o", color=colour)

@@ -1,10 +1,8 @@
-"""Certified bounds of the associative load factor, checked with the matrices alone. (That a scene does not
-stand, or has no largest load factor, is left to HiGHS.)
+"""Certified bounds of the associative load factor, checked with the matrices alone.
 
-By the two theorems of limit analysis (weak duality of eqs (9) and (10)) every state of equilibrium within
-yield bounds λ from below, every mechanism with normal flow from above. A solver's answer satisfies their
-conditions nearly. To satisfy them exactly it is projected on the equations, then mixed with a point well
-inside the inequalities.
+By weak duality of eqs (9) and (10) every state of equilibrium within yield bounds λ from below, and every
+mechanism with normal flow from above. A solver's answer satisfies these conditions nearly. To satisfy them
+exactly it is projected on the equations, then mixed with a point well inside the inequalities.
 """
 
 from __future__ import annotations
@@ -29,20 +27,19 @@ from masonry_opt.standing.diagnosis import falling_mechanism
 #: (upper − lower) / |λ| that is close enough: until then the next solver is asked.
 CLOSE = 1e-9
 
-#: The solvers whose answers are made exact, in turn until the bounds are close: an interior point, and for
-#: small scenes a vertex.
+#: Solvers whose answers are made exact, in turn until the bounds are close. HiGHS: small scenes only.
 _SOURCES = (("cvxpy", "clarabel", 1e-11), ("cvxpy", "clarabel", 1e-10), ("pyomo", "highs", 1e-10))
 
-#: From so many joints on HiGHS takes minutes.
+#: Scenes with fewer joints are small. For larger ones HiGHS takes minutes.
 _SMALL = 1000
 
-#: Shares by which a point is moved further inside against rounding; the first that is enough counts.
+#: Shares by which a point is moved further inside against rounding: the first that suffices is taken.
 _FURTHER = (0.0, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11)
 
 #: Statuses of scipy's linprog: no feasible point, optimum unlimited.
 _INFEASIBLE, _UNBOUNDED = 2, 3
 
-#: A smaller margin counts as none.
+#: Least slack of an interior point.
 _MARGIN = 1e-9
 
 
@@ -58,17 +55,15 @@ class CertifiedBounds:
 
     @property
     def middle(self) -> float:
-        """The middle of the bracket."""
         return (self.lower + self.upper) / 2
 
     @property
     def width(self) -> float:
-        """Width of the bracket, relative (to ``SMALLEST`` at least)."""
+        """Width of the bracket relative to its middle (to ``SMALLEST`` at least); infinite unless finite."""
         return (self.upper - self.lower) / max(abs(self.middle), SMALLEST) if self.finite else np.inf
 
     @property
     def finite(self) -> bool:
-        """Whether there are both bounds."""
         return bool(np.isfinite(self.lower) and np.isfinite(self.upper))
 
     @property
@@ -125,20 +120,12 @@ class _Polyhedron:
         return self._projected(np.asarray(x.value))
 
     def extreme(self, fixed: bool) -> int:
-        """Status of scipy's linprog, which maximises the last unknown or, with that ``fixed`` at 0, looks for
+        """Status of scipy's linprog, which maximises λ or, with the last unknown ``fixed`` at 0, looks for
         any point."""
         columns = self.A.shape[1]
-        return int(
-            linprog(
-                c=np.zeros(columns) if fixed else -self.cost,
-                A_ub=-self.G,
-                b_ub=self.g,
-                A_eq=self.A,
-                b_eq=self.b,
-                bounds=[(None, None)] * (columns - 1) + [(0, 0) if fixed else (None, None)],
-                method="highs",
-            ).status
-        )
+        bounds = [(None, None)] * (columns - 1) + [(0, 0) if fixed else (None, None)]
+        c = np.zeros(columns) if fixed else -self.cost
+        return int(linprog(c, -self.G, self.g, self.A, self.b, bounds, method="highs").status)
 
     def _projected(self, x: np.ndarray) -> np.ndarray:
         """The nearest point with A x = b, by least squares, refined."""
@@ -154,18 +141,21 @@ class _Polyhedron:
 
 
 def certified_bounds(problem: Problem) -> CertifiedBounds:
-    """Bounds of λ from feasible points of eq. (9) and of eq. (10).
+    """Bounds of λ from feasible points of eqs (9) and (10).
 
     Feasible: equations to 1e-11 in units of the load and of the mean velocity, inequalities exactly. Where no
-    point lies inside the inequalities there may be no bound. That a scene does not stand, or that λ is
-    unlimited, is what HiGHS finds of eq. (9) as posed here; for scenes so large that HiGHS takes minutes,
-    the analysis' own check.
+    point lies inside the inequalities there may be no bound. HiGHS decides on eq. (9) whether a small scene
+    stands and whether its λ is limited; of a large scene the analysis' own check decides whether it stands.
     """
     scaled = in_units_of_load(problem)
     problem = scaled.problem
     statics, kinematics = _statics(problem), _kinematics(problem)
     small = problem.joints < _SMALL
-    if statics.extreme(fixed=True) == _INFEASIBLE if small else _falls(problem):
+    if small:
+        falls = statics.extreme(fixed=True) == _INFEASIBLE
+    else:
+        falls = falling_mechanism(problem, find_solver("cvxpy", None), Effort()) is not None
+    if falls:
         return CertifiedBounds(-np.inf, -np.inf)
     within, opening = statics.interior(), kinematics.interior()
     bounds = CertifiedBounds(-np.inf, np.inf)
@@ -184,10 +174,6 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
     if small and not bounds.finite and statics.extreme(fixed=False) == _UNBOUNDED:
         return CertifiedBounds(np.inf, np.inf)
     return bounds
-
-
-def _falls(problem: Problem) -> bool:
-    return falling_mechanism(problem, find_solver("cvxpy", None), Effort()) is not None
 
 
 def _statics(problem: Problem) -> _Polyhedron:

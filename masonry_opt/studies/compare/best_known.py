@@ -1,4 +1,4 @@
-"""The registry of best known Coulomb states: the lowest exact load factor of each scene, and its finder."""
+"""The registry of best known Coulomb states: the lowest exact load factor of each scene and its method."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ _HEADER = """\
 
 @dataclass(frozen=True)
 class BestKnown:
-    """The lowest exact load factor of a scene, and what found it."""
+    """The lowest exact load factor of a scene, and the method that found it."""
 
     load_factor: float
     method: str
@@ -76,7 +76,7 @@ def is_exact(row: dict[str, Any]) -> bool:
 
 
 def merged(known: dict[str, BestKnown], found: dict[str, BestKnown]) -> dict[str, BestKnown]:
-    """The lower of both, scene by scene."""
+    """The lower of two states of each scene."""
     lower = {
         name: best
         for name, best in found.items()
@@ -86,11 +86,8 @@ def merged(known: dict[str, BestKnown], found: dict[str, BestKnown]) -> dict[str
 
 
 def improve(scenes: Iterable[CaseScene], best: Mapping[str, BestKnown], write: bool) -> list[str]:
-    """Lines that tell which states are lower than the registries say, and how many scenes are new there;
-    ``write``: also write them to the registries.
-
-    Scenes without a registry are left out. A registry that cannot be written is named.
-    """
+    """Lines on the states lower than the registries say, and on how many scenes have no entry yet; with
+    ``write`` they are written to the registries. A registry that cannot be written is named in its line."""
     lines: list[str] = []
     for registry, keys in _by_registry(scenes).items():
         entries, lower, new = _read(registry), [], 0

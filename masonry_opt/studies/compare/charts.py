@@ -10,8 +10,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from masonry_opt.drawing.colours import SERIES
 from masonry_opt.errors import counted
 from masonry_opt.methods.registry import METHODS
+from masonry_opt.studies.charts import Drawing, alt
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.judge import (
     ASSOCIATIVE,
@@ -28,12 +30,10 @@ from masonry_opt.studies.compare.judge import (
     reason_text,
 )
 from masonry_opt.studies.compare.report import in_words
-from masonry_opt.studies.drawing import Drawing, alt
-from masonry_opt.studies.palette import COLOURS
 
 GREY = "#777777"
 
-#: Shapes of marks of methods in the order of the registry; the last is no method's.
+#: Shapes of marks of methods in the order of the registry; the last is for states below the best.
 SHAPES = (
     "circle",
     "square",
@@ -54,7 +54,7 @@ _LETTERS = {
     "F": "failed but said so",
 }
 
-#: By question and error: its name in a title and at its axis; what is no smaller in a chart, and why.
+#: By question and error: its name in a title and at its axis; the least that is drawn, and why.
 _ERRORS = {
     (ASSOCIATIVE, "error"): ("error", "relative error of λ (against certified bounds)", 0.0, ""),
     (COULOMB, "error"): (
@@ -71,7 +71,7 @@ _ERRORS = {
     ),
 }
 
-_VERDICT_COLOURS = {CERTIFIED: COLOURS[2], NAMED: COLOURS[5], FAILED: "#BBBBBB", WRONG: COLOURS[1]}
+_VERDICT_COLOURS = {CERTIFIED: SERIES[2], NAMED: SERIES[5], FAILED: "#BBBBBB", WRONG: SERIES[1]}
 
 #: Share of a bar that has room for its count.
 _LABELLED = 0.03
@@ -81,11 +81,11 @@ _STEPS = 7
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
-#: Columns that a mark tells when pointed at, and what they are called there.
+#: Columns in the tooltip of a mark, and their names there.
 _TOLD = {name: name for name in ("scene", "pair", "tolerance", "verdict", "error", "violation", "iterations")}
 _TOLD |= {"load_factor": "λ", "time": "seconds", "peak_memory": "MB"}
 
-#: Those chosen in the legend stand out.
+#: Pairs chosen in the legend stand out.
 _CHOSEN = alt.selection_point(name="chosen", fields=["pair"], bind="legend")
 _FADED = alt.when(_CHOSEN).then(alt.value(1)).otherwise(alt.value(0.1))
 
@@ -108,14 +108,14 @@ def charts(summary: pd.DataFrame) -> list[Drawing]:
 
 
 def _time_error(summary: pd.DataFrame, question: str, error: str) -> Drawing:
-    """Time against error, a panel a scene; what is not certified stands in a band at the top, as letters."""
+    """Time against error, a panel a scene; runs that are not certified are letters in a band at the top."""
     rows = summary[summary["question"] == question]
     certified = rows["verdict"] == CERTIFIED
     low, high = _decades(rows[certified][error])
     band = high * 10**0.3
     top = band * (band / low) ** 0.22
-    # An exact zero has no place on a logarithmic axis: it stands on the least error shown. Letters at near
-    # times are kept apart by three heights in turn.
+    # A logarithmic axis has no zero: it stands at the least error shown. Letters at near times must not
+    # overlap: they stand at three heights in turn.
     turn = (rows[~certified].groupby("scene").cumcount() % 3).reindex(rows.index)
     in_band = band * (top / band) ** (0.15 + 0.25 * turn)
     front = [frames.pareto(frame, error=error).index for _, frame in rows.groupby("scene")]
@@ -182,7 +182,7 @@ def _profile(summary: pd.DataFrame, question: str, times: pd.DataFrame) -> Drawi
         "y": alt.Y("share:Q", scale=alt.Scale(domain=(-0.02, 1.04), nice=False), axis=share),
     }
     looks = _looks(summary, curves["pair"])
-    # A few marks a curve: its steps are many.
+    # Few marks a curve: it has many steps.
     few = curves[curves.groupby("pair").cumcount() % max(1, times["scene"].nunique() // 4) == 0]
     lines = _line(alt.Chart(curves), looks, interpolate="step-after").encode(**places)
     chart = (lines + _points(alt.Chart(few), looks, ("pair",)).encode(**places)).add_params(_CHOSEN)
@@ -213,23 +213,18 @@ def _size(summary: pd.DataFrame, question: str, times: pd.DataFrame) -> Drawing:
 
 
 def _success(summary: pd.DataFrame) -> list[Drawing]:
-    """How the scenes ended, a bar a pair and tolerance; and the time of its certified answers."""
+    """How the scenes ended, a bar a pair and tolerance, and the time of its certified answers."""
     table = frames.success(summary)
     least, most = int(table["scenes"].min()), int(table["scenes"].max())
-    # An interruption leaves some out.
+    # An interrupted comparison lacks some.
     scenes = counted(most, "scene") if least == most else f"{least} to {most} scenes"
     rungs = zip(table["pair"], table["tolerance"], strict=True)
     # In two lines, to leave room beside them on a narrow screen.
     table["row"] = [
         f"{pair}{'' if pd.isna(rung) else f' · {rung:.0e}'}".replace(" · ", "\n", 1) for pair, rung in rungs
     ]
-    row = alt.Y(
-        "row:N",
-        sort=None,
-        title=None,
-        scale=alt.Scale(domain=[*table["row"]]),
-        axis=alt.Axis(labelExpr="split(datum.label, '\\n')", labelLimit=0),
-    )
+    two_lines = alt.Axis(labelExpr="split(datum.label, '\\n')", labelLimit=0)
+    row = alt.Y("row:N", sort=None, title=None, scale=alt.Scale(domain=[*table["row"]]), axis=two_lines)
     bars = table.melt(["row", "scenes"], [*_VERDICT_COLOURS], "verdict", "count")
     bars["order"] = bars["verdict"].map([*_VERDICT_COLOURS].index)
     wide = bars["count"] >= _LABELLED * bars["scenes"]
@@ -240,12 +235,8 @@ def _success(summary: pd.DataFrame) -> list[Drawing]:
     counts = all_bars.mark_text().encode(
         x=alt.X("count:Q", stack="normalize", bandPosition=0.5), text="text:N", detail="verdict:N"
     )
-    ended = (
-        all_bars.mark_bar().encode(
-            x=share, color=alt.Color("verdict:N", scale=verdict, legend=alt.Legend(columns=1))
-        )
-        + counts
-    )
+    colour = alt.Color("verdict:N", scale=verdict, legend=alt.Legend(columns=1))
+    ended = all_bars.mark_bar().encode(x=share, color=colour) + counts
     times = table.rename(columns={"time 25 %": "low", "time 75 %": "high"})[["row", "low", "time", "high"]]
     times["seconds"] = [f"{number(time, 3)} s" if math.isfinite(time) else "" for time in times["time"]]
     every = pd.Series(times[["low", "time", "high"]].to_numpy().ravel())
@@ -256,39 +247,24 @@ def _success(summary: pd.DataFrame) -> list[Drawing]:
     middle = rows.encode(x=_log(alt.X, "time", "time (s)", every))
     told = middle.mark_text(dy=-9, fontSize=10).encode(text="seconds:N")
     height = 34 * len(table)
+    ended = ended.properties(height=height)
+    timed = (half + middle.mark_circle(color="black", size=45) + told).properties(height=height)
     return [
-        Drawing(
-            "success",
-            "How the scenes ended",
-            ended.properties(height=height),
-            f"{scenes}, counts in the bars",
-        ),
-        Drawing(
-            "success_time",
-            "Time of the certified answers",
-            (half + middle.mark_circle(color="black", size=45) + told).properties(height=height),
-            "median, and their middle half",
-        ),
+        Drawing("success", "How the scenes ended", ended, f"{scenes}, counts in the bars"),
+        Drawing("success_time", "Time of the certified answers", timed, "median, and their middle half"),
     ]
 
 
 def _looks(summary: pd.DataFrame, pairs: pd.Series) -> pd.DataFrame:
-    """By pair that is drawn: the colour of its solver, the shape of its method, full and whole for CVXPY,
-    else open and broken."""
+    """Looks of each pair drawn: the colour of its solver, the shape of its method; marks are full and lines
+    whole for CVXPY, else open and broken."""
     solvers, methods = list(dict.fromkeys(summary["solver"])), list(METHODS)
-    found = summary.drop_duplicates("pair")
-    found = found[found["pair"].isin(pairs)]
-    colour = [COLOURS[solvers.index(solver) % len(COLOURS)] for solver in found["solver"]]
-    cvxpy = [*(found["model"] == "cvxpy")]
-    return pd.DataFrame(
-        {
-            "pair": found["pair"],
-            "colour": colour,
-            "fill": [own if full else "white" for own, full in zip(colour, cvxpy, strict=True)],
-            "shape": [SHAPES[methods.index(method) % len(SHAPES)] for method in found["method"]],
-            "dash": [[1, 0] if full else [4, 3] for full in cvxpy],
-        }
-    )
+    rows = []
+    for run in summary[summary["pair"].isin(pairs)].drop_duplicates("pair").itertuples():
+        colour, full = SERIES[solvers.index(run.solver) % len(SERIES)], run.model == "cvxpy"
+        shape = SHAPES[methods.index(str(run.method)) % len(SHAPES)]
+        rows.append((run.pair, colour, colour if full else "white", shape, [1, 0] if full else [4, 3]))
+    return pd.DataFrame(rows, columns=["pair", "colour", "fill", "shape", "dash"])
 
 
 def _by(channel: Any, looks: pd.DataFrame, column: str) -> Any:
@@ -316,14 +292,14 @@ def _tooltip(columns: Iterable[str]) -> list[Any]:
 
 
 def _letter(row: Mapping[Any, Any]) -> str:
-    """The letter of a row that is not certified; "" of one that is."""
+    """The letter of a row; "" if it is certified."""
     if row["verdict"] != FAILED:
         return {CERTIFIED: "", WRONG: "W"}.get(row["verdict"], "N")
     return {VerdictReason.TIME_LIMIT: "T", VerdictReason.MEMORY_LIMIT: "M"}.get(row["reason"], "F")
 
 
 def _decades(values: pd.Series) -> tuple[float, float]:
-    """Whole decades, one at least, that hold the positive ones among the values."""
+    """Whole decades, one at least, that hold the positive values."""
     known = values[values > 0]
     if known.empty:
         return 1e-9, 1.0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
@@ -14,15 +13,11 @@ from masonry_opt.errors import InterruptedByUserError, OptionError
 from masonry_opt.studies.cases import CASES_HELP
 from masonry_opt.studies.compare.comparison import METHODS, MODELS, OUT, SOLVERS, TOLERANCES, RunLimits
 from masonry_opt.studies.compare.comparison import compare as compare_scenes
-from masonry_opt.studies.page import NEEDED
 from masonry_opt.studies.process import ended_by_kill
+from masonry_opt.studies.writing import NEEDED
 from masonry_opt.words.terminal import print_text
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
-
-
-def _joined(names: Iterable[object]) -> str:
-    return ",".join(map(str, names))
 
 
 @app.command()
@@ -30,16 +25,16 @@ def compare(
     scenes: Annotated[
         list[str] | None, typer.Argument(metavar="CASE...", help="Case files, or names of those in --cases.")
     ] = None,
-    methods: Annotated[str, typer.Option(help="Separated by commas; also: global.")] = _joined(METHODS),
+    methods: Annotated[str, typer.Option(help="Separated by commas; also: global.")] = ",".join(METHODS),
     solvers: Annotated[
         str,
         typer.Option(
             help="Also: highs-hipo, piqp (in the extra 'solvers'), and what CVXPY finds: osqp, scs, ..."
         ),
-    ] = _joined(SOLVERS),
-    models: Annotated[str, typer.Option(help="Modelling languages.")] = _joined(MODELS),
-    tolerances: Annotated[str, typer.Option(help="Asked of the solvers, such as 1e-4,1e-7.")] = _joined(
-        TOLERANCES
+    ] = ",".join(SOLVERS),
+    models: Annotated[str, typer.Option(help="Modelling languages.")] = ",".join(MODELS),
+    tolerances: Annotated[str, typer.Option(help="Asked of the solvers, such as 1e-4,1e-7.")] = ",".join(
+        map(str, TOLERANCES)
     ),
     repeats: Annotated[int, typer.Option(min=1, help="Runs of each; times are medians.")] = RunLimits.repeats,
     time_limit: Annotated[float, typer.Option(min=0.1, help="Seconds a run.")] = RunLimits.time,

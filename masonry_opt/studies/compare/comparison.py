@@ -1,4 +1,4 @@
-"""A comparison from its plan to judged rows: runs what is missing, keeps every run, can be interrupted."""
+"""A comparison of methods and solvers: makes the runs that are missing, keeps each, judges all."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ from masonry_opt.studies.journal import Journal, digest
 from masonry_opt.studies.machine import versions_hash
 from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone
 
-#: What is compared when nothing is named: every method that a wall of Table 1 takes seconds for, with the
-#: solvers of the package, at a loose and at the package's own tolerance.
+#: Defaults: the methods that take seconds on a wall of Table 1, the solvers of the package, a loose tolerance
+#: and the package's own.
 METHODS = ("static", "kinematic", "nonassociative", "mcp", "mpec", "refined")
 MODELS = ("cvxpy", "pyomo")
 SOLVERS = ("clarabel", "highs", "highs-ipm")
@@ -34,7 +34,7 @@ TOLERANCES = (1e-6, 1e-9)
 #: Folder of results and report.
 OUT = Path("results/compare")
 
-#: A run that took longer (seconds), or was killed, is not repeated: its scatter is small beside it.
+#: Runs that take longer (seconds) are not repeated: their scatter is relatively small.
 REPEATED_BELOW = 5.0
 
 #: Seconds that the certified bounds of a scene may take at least.
@@ -42,7 +42,7 @@ _BOUNDS_TIME = 120.0
 
 
 class NoRunEndedError(MasonryError):
-    """Every run of a comparison crashed or died; the message says how most of them did."""
+    """Every run of a comparison crashed or died."""
 
     exit_code = 1
 
@@ -58,18 +58,17 @@ class RunLimits:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What was measured, and what it is measured by.
+    """Results of a comparison.
 
     Attributes
     ----------
-    scenes, plan, limits: what was compared.
     bounds: certified bounds of the associative load factor, by scene name.
     best: lowest exact Coulomb state known, by scene name.
     results: one row a run (see :data:`~.runs.COLUMNS`).
     summary: one row a scene and pair (see :func:`~.frames.summary`).
-    notes: what else a reader must know, a line each.
+    notes: further remarks, a line each.
     interrupted: whether runs are missing.
-    text: what ``print`` and the command show.
+    text: the report that ``print`` shows.
     """
 
     scenes: tuple[CaseScene, ...]
@@ -123,12 +122,11 @@ def compare(
     CaseError
         If a case file or a registry is missing or wrong.
     OptionError
-        If a name is unknown, a number is out of range, nothing is left to compare, or ``out`` holds runs of
-        something else.
+        If an argument is wrong, nothing is left to compare, or ``out`` holds other runs.
     OutputError
         If ``out`` cannot be written.
     NoRunEndedError
-        If every run crashed or died; the report is written all the same.
+        If every run crashed or died; the report is written nevertheless.
     """
     # Charts and pages are slow to import: only when they are needed.
     from masonry_opt.studies.compare.report import summary_text, write_report
@@ -172,10 +170,7 @@ def run_plan(
     progress: Callable[[str], None],
     update_best_known: bool = False,
 ) -> Comparison:
-    """Make the runs that ``folder`` does not hold yet, and judge all of the plan's.
-
-    Parameters and errors: see :func:`compare`.
-    """
+    """Make the runs that ``folder`` does not hold yet, and judge all (see :func:`compare`)."""
     known = best_known(scenes)
     journal = Journal(folder, {"columns": digest(COLUMNS)})
     bounds: dict[str, CertifiedBounds] = {}
@@ -184,7 +179,7 @@ def run_plan(
     interrupted = False
     try:
         for scene in scenes:
-            if scene.expected.get(ASSOCIATIVE, ANSWER) == ANSWER:  # else there is nothing to bound
+            if scene.expected.get(ASSOCIATIVE, ANSWER) == ANSWER:  # else there is no λ to bound
                 bounds |= _bounds(scene, journal, limits, progress, notes)
         for row in _runs(scenes, plan, limits, journal, progress):
             rows.append(row)  # those before an interrupt stay
@@ -193,8 +188,8 @@ def run_plan(
         notes.append("interrupted: the same command continues where it stopped")
     if bent := sorted({row["scene"] for row in rows if row["crushing"] == "parabola"}):
         notes.append(
-            "static and kinematic with a conic solver crush joints by the parabola itself, all else by "
-            f"chords inside it, as the certified bounds do: of theirs no error is told, on {', '.join(bent)}"
+            "static and kinematic with a conic solver crush joints by the parabola, all other runs and the "
+            f"certified bounds by chords inside it: no error is given for the former on {', '.join(bent)}"
         )
     found = lowest_exact(rows, known)
     notes += improve(scenes, found, update_best_known)
@@ -211,7 +206,6 @@ def _runs(
     journal: Journal,
     progress: Callable[[str], None],
 ) -> Iterator[dict[str, Any]]:
-    """Rows of all runs of the plan, as they are read or made."""
     versions = versions_hash()
     long: set[tuple[str, Pair]] = set()
     # Repeats come last: an interrupted comparison has made everything once.
@@ -227,7 +221,7 @@ def _runs(
             progress(f"{number}/{len(runs)} {scene.name} · {pair.label}{tolerance}")
             end = run_alone(partial(run_pair, scene.path, pair, limits.time), limits.time, limits.memory)
             row = row_of(columns, end, limits.time, limits.memory)
-            if end.how != DIED:  # something else than the run may have killed it
+            if end.how != DIED:  # the system may have killed it
                 journal.add(key, row)
         if row["wall"] > REPEATED_BELOW or row["ended"] != FINISHED:
             long.add((scene.name, pair))
@@ -236,16 +230,14 @@ def _runs(
 
 def _ended_by_less(row: dict[str, Any], limits: RunLimits) -> bool:
     """Whether a run was killed at a limit that is higher now."""
-    time, memory = row["ended"] == TIME_LIMIT, row["ended"] == MEMORY_LIMIT
-    return bool(
-        (time and limits.time > row["time_limit"]) or (memory and limits.memory > row["memory_limit"])
-    )
+    now = {TIME_LIMIT: limits.time > row["time_limit"], MEMORY_LIMIT: limits.memory > row["memory_limit"]}
+    return now.get(row["ended"], False)
 
 
 def _bounds(
     scene: CaseScene, journal: Journal, limits: RunLimits, progress: Callable[[str], None], notes: list[str]
 ) -> dict[str, CertifiedBounds]:
-    """Certified bounds by the scene's name, kept or computed; none, and a note, where that failed."""
+    """Certified bounds by the scene's name, read or computed; nothing, and a note, where that failed."""
     key = f"bounds · {scene.content}"
     found = journal.find(key)
     if found is None:

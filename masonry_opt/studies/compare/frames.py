@@ -15,7 +15,7 @@ from masonry_opt.studies.compare.best_known import BestKnown
 from masonry_opt.studies.compare.judge import CERTIFIED, COULOMB, GAP_FLOOR, NAMED, TARGET, VERDICTS, judge
 from masonry_opt.studies.compare.runs import RESIDUALS, pair_of
 
-#: Scenes with fewer joints do not count in the fit of time against size: fixed costs rule there.
+#: Scenes with fewer joints are left out of the fit of time against size: fixed costs dominate them.
 FITTED_FROM = 50
 
 _PAIR = ["method", "model", "solver", "tolerance"]
@@ -31,12 +31,10 @@ def summary(
     best: Mapping[str, BestKnown],
     expected: Mapping[str, Mapping[str, str]],
 ) -> pd.DataFrame:
-    """One row a scene and pair: medians of the repeats' times, judged. What it is judged by is by scene.
+    """One row a scene and pair: medians of the repeats' times, and the worst verdict of the repeats.
 
-    Columns: scene, pair (label), method, model, solver, tolerance, joints, blocks, repeats, ``time`` (seconds
-    of the solve without reading the scene and the check of its dead load, which all pairs share), its
-    parts, peak_memory (MB), lp_solves, iterations, load_factor, the certificate, and what ``judge`` adds.
-    Where repeats differ in their verdict the worst counts.
+    ``bounds``, ``best`` and ``expected`` are by scene name (see :func:`~.judge.judge`). ``time``: seconds of
+    the solve without the parts that all pairs share: reading the scene, checking its dead load.
     """
     judged = []
     for row in rows:
@@ -63,11 +61,10 @@ def summary(
 def answers(frame: pd.DataFrame) -> pd.DataFrame:
     """The answer of each method to each scene: one row of the summary for a scene and method.
 
-    Of the runs of a method, by solver and tolerance, the one with the best verdict; of certified ones the one
-    nearest to the certified bounds (associative λ) or with the lowest λ (Coulomb), to SAME; of these the
-    quickest. Further columns: ``runs`` of the method on the scene, ``alike``: those among them with the
-    same verdict, and ``gap``: the error, negative where λ is below the best exact state known; 0 up to
-    GAP_FLOOR.
+    Among the runs of a method, the one with the best verdict; among certified ones the one nearest to the
+    certified bounds (associative λ) or with the lowest λ (Coulomb), within SAME; among these the quickest.
+    Further columns: ``runs`` of the method on the scene; ``alike``: runs with the same verdict; ``gap``: the
+    error, negative where λ is below the best exact state known, 0 up to GAP_FLOOR.
     """
     runs = frame.groupby(["scene", "method"], sort=False)
     frame = frame.assign(of=runs.ngroup(), runs=runs["scene"].transform("size"))
@@ -91,10 +88,10 @@ def pareto(frame: pd.DataFrame, cost: str = "time", error: str = "error") -> pd.
 
 
 def reached(frame: pd.DataFrame, question: str) -> pd.DataFrame:
-    """By scene and pair, the least time at any tolerance of a certified answer with an error within TARGET.
+    """Least time, by scene and pair, of a certified answer with an error within TARGET, at any tolerance.
 
-    Columns: scene, pair, joints, time (infinite where none reached it). Scenes of whose answer nothing is
-    known, so that there is no error, are left out.
+    Columns: scene, pair, joints, time (infinite where none reached it). Scenes without any error are left
+    out: nothing is known of their answers.
     """
     rows = frame[frame["question"] == question]
     known = rows.groupby("scene")["error"].transform(lambda errors: errors.notna().any())
@@ -143,10 +140,9 @@ def growth(times: pd.DataFrame) -> pd.DataFrame:
 def success(frame: pd.DataFrame) -> pd.DataFrame:
     """How the scenes ended, one row a pair and tolerance.
 
-    Columns: pair, method, model, solver, tolerance, scenes, a count for each verdict, ``success`` (share that
-    is certified or named correctly), ``on target`` (share that is certified with an error within TARGET);
-    of the certified answers: ``time`` (median, and ``time 25 %``, ``time 75 %``), largest error and
-    violation; of all: peak_memory (MB).
+    ``success``: share that is certified or named correctly. ``on target``: share that is certified with an
+    error within TARGET. Median and quartiles of the time, largest error and violation are those of the
+    certified answers; peak_memory (MB) is that of all.
     """
     if frame.empty:
         return frame
@@ -173,11 +169,10 @@ def success(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def spread(frame: pd.DataFrame) -> pd.DataFrame:
-    """The scenes whose certified Coulomb load factors end more than APART apart, the widest first.
+    """Scenes whose certified Coulomb load factors differ by more than APART, the widest spread first.
 
-    Columns: scene; ``lowest`` and ``highest`` λ of the certified runs of all Coulomb methods and solvers;
-    ``spread``, their distance over the lowest; ``lowest by`` and ``highest by``: who ended there, within
-    GAP_FLOOR, each method, model and solver once.
+    Columns: scene; ``lowest`` and ``highest`` λ of the certified Coulomb runs; ``spread``, their distance
+    over the lowest; ``lowest by`` and ``highest by``: the pairs that ended there, within GAP_FLOOR.
     """
     columns = ["scene", "lowest", "highest", "spread", "lowest by", "highest by"]
     if frame.empty:

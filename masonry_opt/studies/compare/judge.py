@@ -1,4 +1,4 @@
-"""The verdict on a run: by its certificate, and by what is known of its scene whatever the method says."""
+"""The verdict on a run, by its certificate and by what is known of its scene."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from masonry_opt.words.sentences import numeral
 #: The two questions: the load factor with normal flow, and with Coulomb's.
 ASSOCIATIVE, COULOMB = "associative", "Coulomb"
 
-#: What an analysis can say of a scene: that it has a load factor, or why it has none. Every other end
-#: (not converged, solver failed, a limit) says something of the method alone.
+#: Claims of an analysis on a scene: that it has a load factor, or why it has none. Every other end (not
+#: converged, solver failed, a limit) concerns the method alone.
 ANSWER = "answer"
 CLAIMS = (ANSWER, REFUSED, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Status.JAMMED)
 
@@ -33,7 +33,7 @@ CLAIMS = (ANSWER, REFUSED, Status.UNSTABLE, Status.UNLIMITED, Status.LOCKED, Sta
 CERTIFIED, NAMED, FAILED, WRONG = "certified", "named correctly", "failed but said so", "wrong"
 VERDICTS = (CERTIFIED, NAMED, FAILED, WRONG)
 
-#: Gaps to the best exact Coulomb state below this are none, and drawn there.
+#: Gaps to the best exact Coulomb state below this count as none, and are drawn there.
 GAP_FLOOR = SAME
 
 #: Violations below this are rounding.
@@ -49,17 +49,16 @@ class VerdictReason(StrEnum):
 
     #: Certified.
     NONE = ""
-    #: A load factor, and wrong: more is left in its certificate than its limit, or there is no certificate;
-    #: or λ is outside the certified bounds.
+    #: Wrong load factor: a residual over its limit, no certificate, or λ outside the certified bounds.
     RESIDUAL = "residual"
     NO_CERTIFICATE = "no_certificate"
     ABOVE_BOUND = "above_bound"
     BELOW_BOUND = "below_bound"
-    #: What the run says of the scene is known to be false, known to be right, or neither.
+    #: A claim on the scene, known to be false, known to be right, or neither.
     FALSE_CLAIM = "false_claim"
     RIGHT_CLAIM = "right_claim"
     UNCONFIRMED = "unconfirmed"
-    #: It says nothing of the scene: not converged, solver failed; or it was ended.
+    #: No claim: not converged, solver failed, or the run was ended.
     NO_ANSWER = "no_answer"
     TIME_LIMIT = "time_limit"
     MEMORY_LIMIT = "memory_limit"
@@ -69,11 +68,18 @@ class VerdictReason(StrEnum):
 
 _ENDS = {end: VerdictReason(end.replace(" ", "_")) for end in (TIME_LIMIT, MEMORY_LIMIT, CRASHED, DIED)}
 
+_TEXTS = {
+    VerdictReason.NONE: "",
+    VerdictReason.NO_CERTIFICATE: "no certificate",
+    VerdictReason.ABOVE_BOUND: "λ above its certified bound",
+    VerdictReason.BELOW_BOUND: "λ below its certified bound",
+}
+
 
 def known_claims(
     question: str, bounds: CertifiedBounds | None, expected: Mapping[str, str]
 ) -> dict[str, bool]:
-    """By claim, whether it is right; what nobody knows is left out.
+    """Whether each claim is right; unknown ones are left out.
 
     Parameters
     ----------
@@ -83,10 +89,9 @@ def known_claims(
 
     Notes
     -----
-    The bounds decide the associative question. Coulomb's law has the same states of equilibrium within
-    yield, without the mechanisms: where there is none for the dead load it has none either, and where they
-    end at a load factor it cannot be unlimited. It may still have no mechanism that goes with them, or one
-    where dilatancy would lock.
+    The bounds decide the associative question. Coulomb's law has the same states of equilibrium within yield:
+    if the dead load has none, the scene does not stand; if their load factors are bounded, λ is limited. It
+    has other mechanisms, so nothing else follows.
     """
     if question in expected:
         return {claim: claim == expected[question] for claim in CLAIMS}
@@ -106,7 +111,7 @@ def known_claims(
 
 
 def question_of(method: str) -> str:
-    """Which λ a method looks for."""
+    """The λ that a method computes."""
     return ASSOCIATIVE if method in ("static", "kinematic") else COULOMB
 
 
@@ -120,16 +125,16 @@ def judge(
 
     Parameters
     ----------
-    bounds: of joints that crush by chords: nothing is held against them that crushes by the parabola.
-    expected: what is known of the scene by hand, by question (see :func:`known_claims`).
+    bounds: of the associative load factor, with crushing by chords; not applied to a run with the parabola.
+    expected: claims known by hand, by question (see :func:`known_claims`).
 
     Returns
     -------
-    ``question``; ``verdict`` (one of VERDICTS), ``reason`` (VerdictReason); ``right``: the claims known to be
-    right of the scene; ``error``: distance of λ from the certified one, half the bracket's width at least,
-    or from the best exact Coulomb state, GAP_FLOOR at least, both relative; ``below``: whether λ is below
-    that state, which no exact one is known to be; ``violation``: largest violation of yield, in median block
-    weights, 1e-10 at least. None where there is no such number.
+    ``question``; ``verdict`` (one of VERDICTS); ``reason`` (VerdictReason); ``right``: the claims known to be
+    right; ``error``: relative distance of λ from the middle of the bounds (half their width at least) or from
+    the best exact Coulomb state (GAP_FLOOR at least); ``below``: whether λ is below that state;
+    ``violation``: largest violation of yield, in median block weights (1e-10 at least). A missing number is
+    None.
     """
     question = question_of(row["method"])
     if row["crushing"] == "parabola":
@@ -158,68 +163,46 @@ def judge(
 def _verdict(
     row: dict[str, Any], bounds: CertifiedBounds | None, known: Mapping[str, bool]
 ) -> tuple[str, VerdictReason]:
-    claim = _claim(row)
+    load_factor, ended = row["load_factor"], row["ended"]
+    claim = ended if ended != FINISHED else row["status"] if load_factor is None else ANSWER
     if known.get(claim) is False:
         return WRONG, VerdictReason.FALSE_CLAIM
     if claim != ANSWER:
         if known.get(claim) or (row["existence"] and Existence(row["existence"]).proven):
             return NAMED, VerdictReason.RIGHT_CLAIM
-        return FAILED, VerdictReason.UNCONFIRMED if claim in CLAIMS else _ENDS.get(
-            row["ended"], VerdictReason.NO_ANSWER
-        )
-    over = residuals_over_limit(row)
-    if over:
+        if claim in CLAIMS:
+            return FAILED, VerdictReason.UNCONFIRMED
+        return FAILED, _ENDS.get(ended, VerdictReason.NO_ANSWER)
+    if over := residuals_over_limit(row):
         missing = all(value is None for value in over.values())
         return WRONG, VerdictReason.NO_CERTIFICATE if missing else VerdictReason.RESIDUAL
-    return _within(row, bounds)
-
-
-def _claim(row: dict[str, Any]) -> str:
-    """What a run says of its scene; of a run without an answer its status or end."""
-    if row["ended"] != FINISHED:
-        return str(row["ended"])
-    return ANSWER if row["load_factor"] is not None else str(row["status"])
-
-
-def _within(row: dict[str, Any], bounds: CertifiedBounds | None) -> tuple[str, VerdictReason]:
-    """Whether λ agrees with the bounds. Coulomb's has the upper one: its states are states of eq. (9)."""
-    if bounds is None or not bounds.finite:
-        return CERTIFIED, VerdictReason.NONE
-    margin = OUTSIDE * max(abs(bounds.middle), SMALLEST)
-    load_factor = row["load_factor"]
-    if load_factor > bounds.upper + margin:
-        return WRONG, VerdictReason.ABOVE_BOUND
-    if load_factor < bounds.lower - margin and question_of(row["method"]) == ASSOCIATIVE:
-        return WRONG, VerdictReason.BELOW_BOUND
+    if bounds is not None and bounds.finite:
+        margin = OUTSIDE * max(abs(bounds.middle), SMALLEST)
+        if load_factor > bounds.upper + margin:
+            return WRONG, VerdictReason.ABOVE_BOUND
+        # Coulomb's λ has the upper bound alone: its states are states of eq. (9).
+        if load_factor < bounds.lower - margin and question_of(row["method"]) == ASSOCIATIVE:
+            return WRONG, VerdictReason.BELOW_BOUND
     return CERTIFIED, VerdictReason.NONE
 
 
 def reason_text(row: Mapping[Any, Any], brief: bool = False) -> str:
-    """Why a row of the summary (see :func:`~.frames.summary`) has its verdict; "" if it is certified.
-
-    ``brief``: of an analysis that ended by itself the status alone, without the message that explains it.
-    """
-    finished = row["ended"] == FINISHED
+    """Why a row of the summary has its verdict; "" if it is certified. ``brief``: without the message of an
+    analysis that ended by itself."""
+    reason, finished = row["reason"], row["ended"] == FINISHED
+    if reason in _TEXTS:
+        return _TEXTS[reason]
+    if reason == VerdictReason.RESIDUAL:
+        limits = LIMITS[Kind(row["kind"])].as_dict()
+        over = residuals_over_limit(row).items()
+        return ", ".join(f"{name} {residual:.1e} > {limits[name]:.0e}" for name, residual in over)
     said = str(row["status"] if finished else row["ended"])
-    said += f": {row['message']}" if row["message"] and not (brief and finished) else ""
-    match row["reason"]:
-        case VerdictReason.NONE:
-            return ""
-        case VerdictReason.RESIDUAL:
-            limits = LIMITS[Kind(row["kind"])].as_dict()
-            over = residuals_over_limit(row).items()
-            return ", ".join(f"{name} {residual:.1e} > {limits[name]:.0e}" for name, residual in over)
-        case VerdictReason.NO_CERTIFICATE:
-            return "no certificate"
-        case VerdictReason.ABOVE_BOUND:
-            return "λ above its certified bound"
-        case VerdictReason.BELOW_BOUND:
-            return "λ below its certified bound"
-        case VerdictReason.FALSE_CLAIM:
-            return f"{said} (right: {row['right'] or 'not this'})"
-    return said
+    if row["message"] and not (brief and finished):
+        said += f": {row['message']}"
+    right = f" (right: {row['right'] or 'not this'})" if reason == VerdictReason.FALSE_CLAIM else ""
+    return said + right
 
 
 def number(value: float | None, digits: int = 5) -> str:
-    """A number in so many digits; a dash for what is not known."""
+    """A number in so many digits; a dash if it is missing."""
     return "–" if value is None or math.isnan(value) else numeral(value, f".{digits}g")

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +18,9 @@ from masonry_opt.errors import CaseError
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.geometry import geometry
 from masonry_opt.scene.scene import Scene
+from masonry_opt.studies.charts import Drawing, script
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.best_known import BestKnown
 from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
 from masonry_opt.studies.compare.judge import (
     ASSOCIATIVE,
@@ -36,9 +37,8 @@ from masonry_opt.studies.compare.judge import (
 )
 from masonry_opt.studies.compare.report import FORMATS, SUCCESS, in_words
 from masonry_opt.studies.compare.runs import RESIDUALS
-from masonry_opt.studies.drawing import Drawing, script
 from masonry_opt.studies.machine import machine, versions
-from masonry_opt.studies.page import render
+from masonry_opt.studies.writing import render
 from masonry_opt.words.sentences import numeral
 
 _PAIR = {"pair": "method · model · solver"}
@@ -65,26 +65,19 @@ _RUNS = {
 #: Pixels within which a picture fits, and units of its paths in a pixel.
 _WIDTH, _HEIGHT, _UNITS = 110, 72, 10
 
-#: Shown of the supports, beyond what can move: a share of the larger side.
+#: Margin around the movable blocks within which supports are drawn, as a share of the larger side.
 _MARGIN = 0.06
 
 #: Of more blocks only the outline is drawn: they are smaller than the lines between them.
 _MOST = 800
 
-
-#: What stands in place of a load factor, and its look, by verdict.
+#: Text in place of a load factor, and its look, by verdict.
 _NO_VALUE = {NAMED: ("no load factor", "named"), FAILED: ("failed", "failed"), WRONG: ("wrong", "wrong")}
 
 
 @dataclass(frozen=True)
 class Thumbnail:
-    """Paths in units of a tenth of a pixel, y downwards: of the supports, and of what can move.
-
-    Attributes
-    ----------
-    width, height: of the picture, in these units.
-    fixed, movable: the paths' ``d``.
-    """
+    """SVG paths of the supports and of the movable blocks, in tenths of a pixel, y downwards."""
 
     width: int
     height: int
@@ -94,8 +87,7 @@ class Thumbnail:
 
 @dataclass(frozen=True)
 class Cell:
-    """A value, what is written small below it, and how it is to look: "" (a load factor), "plain", "named",
-    "failed" or "wrong"."""
+    """A value, notes below it, and its look: "" (a load factor), "plain", "named", "failed" or "wrong"."""
 
     value: str
     notes: tuple[str, ...] = ()
@@ -124,7 +116,6 @@ def page(comparison: Comparison, charts: Sequence[Drawing]) -> str:
         success = _shown(frames.success(summary), _PAIR | SUCCESS)
         why = [*map(reason_text, summary.to_dict("records"))]
         runs = _shown(summary.assign(why=why), _RUNS)
-    left_out = [(i.method, i.model, i.solver, i.reason) for i in comparison.plan.left_out]
     residuals = [
         (kind, *(f"{limit.as_dict()[name]:g}" for name in RESIDUALS)) for kind, limit in LIMITS.items()
     ]
@@ -139,7 +130,7 @@ def page(comparison: Comparison, charts: Sequence[Drawing]) -> str:
         charts=charts,
         script=script(),
         references=_references(comparison),
-        left_out=_table(("method", "model", "solver", "why"), left_out),
+        left_out=_table(("method", "model", "solver", "why"), comparison.plan.left_out),
         residuals=_table(("", *RESIDUALS), residuals, RESIDUALS),
         outside=f"{OUTSIDE:g}",
         target={question: f"{error:g}" for question, error in TARGET.items()},
@@ -152,7 +143,7 @@ def page(comparison: Comparison, charts: Sequence[Drawing]) -> str:
 def _table(
     columns: Sequence[str], rows: Sequence[Sequence[str]], numbers: Sequence[str] = ()
 ) -> dict[str, Any]:
-    """What the template shows as a table; ``numbers``: the columns that stand to the right."""
+    """A table of the template; ``numbers``: columns that are aligned to the right."""
     return {"columns": columns, "rows": rows, "numbers": numbers}
 
 
@@ -165,37 +156,56 @@ def _shown(frame: pd.DataFrame, columns: Mapping[str, str]) -> dict[str, Any]:
 
 def opening(comparison: Comparison) -> tuple[list[str], list[SceneRow]]:
     """Headings and rows of the load factors: scenes in their order, methods in the plan's."""
-    methods = [*dict.fromkeys(pair.method for pair in comparison.plan.pairs)]
-    associative = [method for method in methods if question_of(method) == ASSOCIATIVE]
-    coulomb = [method for method in methods if question_of(method) == COULOMB]
-    columns = ["b × c", *(f"associative λ, {method}" for method in associative or ["certified"])]
-    if coulomb:
-        columns += ["lowest Coulomb λ known", *(f"Coulomb λ, {method}" for method in coulomb)]
-        columns.append(f"spread of Coulomb λ, if over {100 * APART:g} %")
     summary = comparison.summary
     answers = frames.answers(summary).to_dict("records") if len(summary) else []
-    apart = _apart(summary)
     found = {(str(row["scene"]), str(row["method"])): row for row in answers}
-    rows = []
-    for scene in comparison.scenes:
-        cells = [_size([row for (name, _), row in found.items() if name == scene.name])]
-        cells += [_answer(found.get((scene.name, method))) for method in associative]
-        if not associative:
-            cells.append(_certified(comparison.bounds.get(scene.name)))
-        if coulomb:
-            cells.append(_best(comparison.best.get(scene.name)))
-            cells += [_answer(found.get((scene.name, method))) for method in coulomb]
-            cells.append(_spread(apart.get(scene.name)))
-        rows.append(SceneRow(scene.name, scene.title, _picture(scene.path), tuple(cells)))
-    return columns, rows
+    apart = _apart(summary)
 
+    def size(scene: str) -> Cell:
+        for (name, _), row in found.items():
+            if name == scene and not (pd.isna(row["blocks"]) or pd.isna(row["joints"])):
+                return Cell(f"{row['blocks']:.0f} × {row['joints']:.0f}", look="plain")
+        return _UNKNOWN
 
-def _size(rows: list[dict[Any, Any]]) -> Cell:
-    """Blocks and joints, as any run found them."""
-    for row in rows:
-        if not (pd.isna(row["blocks"]) or pd.isna(row["joints"])):
-            return Cell(f"{row['blocks']:.0f} × {row['joints']:.0f}", look="plain")
-    return _UNKNOWN
+    def answer(method: str, scene: str) -> Cell:
+        return _answer(found.get((scene, method)))
+
+    def certified(scene: str) -> Cell:
+        bounds = comparison.bounds.get(scene)
+        return Cell(_lambda(bounds.middle)) if bounds and bounds.finite else _UNKNOWN
+
+    def best(scene: str) -> Cell:
+        known = comparison.best.get(scene)
+        return Cell(_lambda(known.load_factor), (known.method,)) if known else _UNKNOWN
+
+    def spread(scene: str) -> Cell:
+        if (row := apart.get(scene)) is None:
+            return _UNKNOWN
+        ends = f"{_lambda(row['lowest'])} to {_lambda(row['highest'])}"
+        return Cell(f"{100 * row['spread']:.1f} %", (ends,))
+
+    def of_methods(question: str) -> dict[str, Callable[[str], Cell]]:
+        methods = dict.fromkeys(pair.method for pair in comparison.plan.pairs)
+        return {
+            f"{question} λ, {method}": partial(answer, method)
+            for method in methods
+            if question_of(method) == question
+        }
+
+    columns = {"b × c": size} | (of_methods(ASSOCIATIVE) or {"associative λ, certified": certified})
+    if coulomb := of_methods(COULOMB):
+        columns |= {"lowest Coulomb λ known": best} | coulomb
+        columns |= {f"spread of Coulomb λ, if over {100 * APART:g} %": spread}
+    rows = [
+        SceneRow(
+            scene.name,
+            scene.title,
+            _picture(scene.path),
+            tuple(cell(scene.name) for cell in columns.values()),
+        )
+        for scene in comparison.scenes
+    ]
+    return [*columns], rows
 
 
 def _answer(row: Mapping[Any, Any] | None) -> Cell:
@@ -220,22 +230,6 @@ def _gap(row: Mapping[Any, Any]) -> list[str]:
     return [f"gap {100 * row['gap']:+.2g} %" if row["gap"] else "gap 0 %"]
 
 
-def _best(best: BestKnown | None) -> Cell:
-    return Cell(_lambda(best.load_factor), (best.method,)) if best else _UNKNOWN
-
-
-def _certified(bounds: CertifiedBounds | None) -> Cell:
-    """The associative λ that the bounds enclose, where no method looked for it."""
-    return Cell(_lambda(bounds.middle)) if bounds and bounds.finite else _UNKNOWN
-
-
-def _spread(row: Mapping[Any, Any] | None) -> Cell:
-    if row is None:
-        return _UNKNOWN
-    ends = f"{_lambda(row['lowest'])} to {_lambda(row['highest'])}"
-    return Cell(f"{100 * row['spread']:.1f} %", (ends,))
-
-
 def _lambda(value: float) -> str:
     """A load factor in five digits, zeros too: those of a row are read against each other."""
     return numeral(value, "#.5g").removesuffix(".")
@@ -243,9 +237,14 @@ def _lambda(value: float) -> str:
 
 def _references(comparison: Comparison) -> dict[str, Any]:
     apart = _apart(comparison.summary)
+
+    def end(row: Mapping[Any, Any], which: str) -> str:
+        return f"{number(row[which])} ({row[f'{which} by']})"
+
     rows = []
     for scene in comparison.scenes:
         bounds, best = comparison.bounds.get(scene.name), comparison.best.get(scene.name)
+        ends = apart.get(scene.name)
         rows.append(
             [
                 scene.name,
@@ -255,7 +254,7 @@ def _references(comparison: Comparison) -> dict[str, Any]:
                 _certified_to(bounds),
                 number(best.load_factor if best else None, 9),
                 best.method if best else "",
-                _ends(apart[scene.name]) if scene.name in apart else "",
+                f"{ends['spread']:.1%}: {end(ends, 'lowest')} to {end(ends, 'highest')}" if ends else "",
                 "; ".join(f"{question}: {claim}" for question, claim in scene.expected.items()),
             ]
         )
@@ -270,12 +269,6 @@ def _apart(summary: pd.DataFrame) -> dict[str, dict[Any, Any]]:
     return {str(row["scene"]): row for row in frames.spread(summary).to_dict("records")}
 
 
-def _ends(apart: Mapping[Any, Any]) -> str:
-    """A row of ``frames.spread`` in words."""
-    ends = [f"{number(apart[end])} ({apart[f'{end} by']})" for end in ("lowest", "highest")]
-    return f"{apart['spread']:.1%}: {' to '.join(ends)}"
-
-
 def _certified_to(bounds: CertifiedBounds | None) -> str:
     if bounds is None:
         return "no bounds"
@@ -287,15 +280,12 @@ def _certified_to(bounds: CertifiedBounds | None) -> str:
 def _picture(case: Path) -> Thumbnail | None:
     try:
         return thumbnail(load(case))
-    except CaseError:
+    except CaseError:  # its file is gone, or a block has no shape
         return None
 
 
 def thumbnail(scene: Scene) -> Thumbnail:
-    """The picture of a scene.
-
-    Raises CaseError if a block's polygon is none (see :func:`~masonry_opt.scene.geometry.geometry`).
-    """
+    """The picture of a scene. Raises CaseError if a block has no polygon."""
     shapes = geometry(scene).polygons
     fixed = np.array([block.fixed for block in scene.blocks])
     movable = shapes[~fixed]

@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.methods.registry import METHODS
@@ -25,11 +26,10 @@ class CaseScene:
     ----------
     name: folder and stem of its case file, such as "ferris_tinloi/wall_1".
     path: the case file.
-    registered: its key in the registry of best known states: the case file; of a scene that the comparison
-        makes, its place in the folder of case files ("cases/random/wall_0.toml").
-    content: hash of blocks, joints, loads and gravity; words and references do not change it.
-    title: its title, as in the case file.
-    expected: by question, what is known of its answer by hand (see :func:`~.judge.known_claims`).
+    registered: path under which the registry of best known states has it: the case file; of a scene that the
+        comparison makes, its place in the folder of case files ("cases/random/wall_0.toml").
+    content: hash of its numbers (see :func:`content_of`).
+    expected: claims known by hand, by question (see :func:`~.judge.known_claims`).
     """
 
     name: str
@@ -51,7 +51,7 @@ def find_scenes(
     Parameters
     ----------
     cases: paths of case files, or names of those in ``folder`` ("ferris_tinloi/wall_1" or "wall_1").
-    expected: what is known of some of them, by path.
+    expected: claims known of some of them by hand, by path.
     made: folder of the scenes that the comparison makes; they are registered with those of ``folder``.
 
     Raises
@@ -93,16 +93,13 @@ def _path(case: str | Path, folder: Path) -> Path:
     path = Path(case)
     if path.exists() or path.suffix:
         return path
-    named = [file for file in sorted(folder.glob("*/*.toml")) if str(case) in (file.stem, _name_of(file))]
+    files = {f"{file.parent.name}/{file.stem}": file for file in sorted(folder.glob("*/*.toml"))}
+    named = [name for name, file in files.items() if str(case) in (file.stem, name)]
     if not named:
         raise CaseError(f"{case}: no such file, and no case in {folder}/ has that name")
     if len(named) > 1:
-        raise OptionError(f"'{case}' may be {', '.join(map(_name_of, named))}: name one in full")
-    return named[0]
-
-
-def _name_of(path: Path) -> str:
-    return f"{path.parent.name}/{path.stem}"
+        raise OptionError(f"'{case}' may be {', '.join(named)}: name one in full")
+    return files[named[0]]
 
 
 @dataclass(frozen=True, order=True)
@@ -120,8 +117,7 @@ class Pair:
         return f"{self.method} · {self.model} · {self.solver}"
 
 
-@dataclass(frozen=True)
-class NotApplicable:
+class NotApplicable(NamedTuple):
     """A combination that was named and cannot be, and why."""
 
     method: str
@@ -143,8 +139,7 @@ def plan(
 ) -> Plan:
     """The admissible combinations, by the registries METHODS and SOLVERS.
 
-    A method with tolerances of its own runs once; if none of its solvers is named, with its default, so that
-    it can stand beside the others.
+    A method with tolerances of its own runs once, with its default solver if none of its solvers is named.
 
     Raises
     ------
@@ -166,13 +161,13 @@ def plan(
                 takes_one = find_entry(model, solver).options and not METHODS[method].own_tolerances
                 pairs += [Pair(method, model, solver, t) for t in (tolerances if takes_one else [None])]
     if not pairs:
-        why = "; ".join(f"{item.method}, {item.model}, {item.solver}: {item.reason}" for item in left_out)
+        why = "; ".join(f"{', '.join(names)}: {reason}" for *names, reason in left_out)
         raise OptionError(f"nothing to compare: {why}")
     return Plan(tuple(dict.fromkeys(pairs)), tuple(left_out))
 
 
 def _combinations(method: str, models: Sequence[str], solvers: Sequence[str]) -> list[tuple[str, str]]:
-    """Models and solvers as named; of a method with machinery of its own, those it has."""
+    """Models and solvers as named; of a method with tolerances of its own, those it has."""
     own = METHODS[method]
     if not own.own_tolerances:
         return [(model, solver) for model in models for solver in solvers]

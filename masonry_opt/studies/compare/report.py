@@ -45,7 +45,7 @@ FORMATS = {
 
 
 def in_words(frame: pd.DataFrame, columns: Mapping[str, str]) -> pd.DataFrame:
-    """Some of a frame's columns by their headings, every value as text; a dash for what is not known."""
+    """Some of a frame's columns under their headings, as text; a dash for a missing value."""
 
     def text(name: str, value: Any) -> str:
         if pd.isna(value):
@@ -69,9 +69,9 @@ def write_report(comparison: Comparison, folder: Path) -> list[Path]:
         "summary.csv": csv_text(comparison.summary),
     }
     with contextlib.suppress(OptionError):  # the tables need no extra
+        from masonry_opt.studies.charts import pictures
         from masonry_opt.studies.compare.charts import charts
         from masonry_opt.studies.compare.page import page
-        from masonry_opt.studies.drawing import pictures
 
         drawn = charts(comparison.summary)
         files |= pictures(drawn) | {"report.html": page(comparison, drawn)}
@@ -79,8 +79,8 @@ def write_report(comparison: Comparison, folder: Path) -> list[Path]:
 
 
 def summary_text(comparison: Comparison) -> str:
-    """The success table, where Coulomb load factors end apart, what is not applicable, and the notes, for a
-    terminal."""
+    """Text for a terminal: the success table, scenes whose Coulomb load factors differ, combinations left
+    out, notes."""
     lines = []
     summary = comparison.summary
     if len(summary):
@@ -99,7 +99,7 @@ def summary_text(comparison: Comparison) -> str:
         lines.append(in_words(apart, {str(name): str(name) for name in apart}).to_string(index=False))
     if comparison.plan.left_out:
         lines.append("\nnot applicable:")
-        lines += [f"  {i.method} · {i.model} · {i.solver}: {i.reason}" for i in comparison.plan.left_out]
+        lines += [f"  {' · '.join(names)}: {reason}" for *names, reason in comparison.plan.left_out]
     if comparison.notes:
         lines += ["\nnotes:", *(f"  {note}" for note in comparison.notes)]
     return printable("\n".join(lines))

@@ -1,4 +1,4 @@
-"""One run of a comparison: what its process does, and the row that is kept of it."""
+"""One run of a comparison, and its row of results."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from masonry_opt.studies.compare.accuracy import certified_bounds
 from masonry_opt.studies.compare.plan import CaseScene, Pair
 from masonry_opt.studies.runner import End
 
-#: What a run is: a row with the same is not measured again.
+#: Columns that identify a run: a run with an equal key is not made again.
 KEY = ("scene", "content", "versions", "method", "model", "solver", "tolerance", "repeat")
 
-#: The residuals of a certificate, which the table of acceptance limits.
+#: Residuals of a certificate.
 RESIDUALS = ("equilibrium", "yield", "flow", "complementarity")
 
 _WORDS = ("ended", "status", "kind", "existence", "crushing", "message")
@@ -52,9 +52,9 @@ _WARM_UP = Scene(
 
 
 def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
-    """Solve a case file on one core; the columns of its row that the result gives.
+    """Solve a case file on one core; returns the columns that the result gives.
 
-    A first solve of one block, not timed, loads what libraries load late.
+    A first solve of one block is not timed: libraries load parts of themselves at the first use.
     """
     _take_one_core()
     chosen: dict[str, Any] = {"model": pair.model, "solver": pair.solver, "tolerance": pair.tolerance}
@@ -96,13 +96,13 @@ def _take_one_core() -> None:
 
 
 def key_of(scene: CaseScene, pair: Pair, repeat: int, versions: str) -> dict[str, Any]:
-    """What a run is, by the columns of KEY."""
+    """The columns of KEY of a run."""
     which = (pair.method, pair.model, pair.solver, pair.tolerance, repeat)
     return dict(zip(KEY, (scene.name, scene.content, versions, *which), strict=True))
 
 
 def row_of(key: Mapping[str, Any], end: End, time_limit: float, memory_limit: float) -> dict[str, Any]:
-    """The row of a run, by COLUMNS: what it is, and what it returned, or why it did not."""
+    """The row of a run, by COLUMNS."""
     row: dict[str, Any] = dict.fromkeys(COLUMNS) | dict.fromkeys(_WORDS, "")
     row |= {"message": end.reason, "wall": end.seconds}
     row |= {name: value for name, value in (end.value or {}).items() if name in COLUMNS}
@@ -111,13 +111,12 @@ def row_of(key: Mapping[str, Any], end: End, time_limit: float, memory_limit: fl
 
 
 def pair_of(row: Mapping[str, Any]) -> Pair:
-    """The pair that a row is of."""
     return Pair(row["method"], row["model"], row["solver"], row["tolerance"])
 
 
 def residuals_over_limit(row: Mapping[Any, Any], kind: Kind | None = None) -> dict[str, float | None]:
-    """The residuals of a row with a load factor that are over the limits of its kind of answer, or of
-    another kind; one that is missing or no number is as well."""
+    """Residuals of a row with a load factor that exceed the limits of its kind of answer, or of another
+    ``kind``; a residual that is missing or NaN exceeds them too."""
     left = {name: row[name] for name in RESIDUALS}
     if (energy := left["complementarity"]) is not None:
         left["complementarity"] = over_load_factor(energy, row["load_factor"])

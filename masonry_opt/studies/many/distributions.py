@@ -11,23 +11,18 @@ from scipy import stats
 
 from masonry_opt.errors import OptionError
 
-#: Arguments of each distribution that has a name.
-_ARGUMENTS = {
-    "normal": "mean and standard deviation",
-    "lognormal": "mean and standard deviation of the number itself",
-    "uniform": "least and greatest value",
-}
+_KINDS = ("normal", "lognormal", "uniform")
 
 _HOW = (
-    "write it as ('lognormal', 0.6, 0.1): the mean and the standard deviation of the number itself, or "
-    "'15%' of the mean; ('normal', mean, standard deviation); ('uniform', least, greatest); or any frozen "
-    "distribution of scipy.stats"
+    "write it as ('lognormal', 0.6, 0.1): the mean and the standard deviation of the number itself, or '15%' "
+    "of the mean, both positive; ('normal', mean, positive deviation); ('uniform', least, greatest); or any "
+    "frozen distribution of scipy.stats"
 )
 
 
 @dataclass(frozen=True)
 class Distribution:
-    """A frozen distribution of scipy.stats, and its text as a user would write it."""
+    """A frozen distribution of scipy.stats, and its text for readers."""
 
     text: str
     frozen: Any
@@ -41,33 +36,27 @@ def distribution(name: str, given: Any) -> Distribution:
     name: of the number, for errors.
     given: ("normal", mean, standard deviation), ("lognormal", mean, standard deviation), both of the number
         itself and not of its logarithm; ("uniform", least, greatest); or a frozen distribution of
-        scipy.stats. The standard deviation may be a text such as "15%", of the mean. Above the mean it must
-        be such a text, because per cent are likely to be meant (unless the mean is zero).
+        scipy.stats. The standard deviation may be a text such as "15%", of the mean; above a mean other than
+        zero it must be one.
 
-    Raises
-    ------
-    OptionError
-        If it is none of these, or a value is out of range; the message names the number.
+    Raises OptionError if it is none of these, or a value is out of range; the message names the number.
     """
     of = f"distribution of '{name}'"
     if callable(getattr(given, "ppf", None)) and callable(getattr(given, "cdf", None)):
         return Distribution(_text(given), given)
-    if not isinstance(given, tuple | list) or len(given) != 3 or given[0] not in _ARGUMENTS:
+    if not isinstance(given, tuple | list) or len(given) != 3 or given[0] not in _KINDS:
         raise OptionError(f"{of}: {_HOW} (found {given!r})")
     kind = given[0]
     try:
         first = _number(given[1])
         second = _number(given[2]) if kind == "uniform" else _deviation(given[2], first)
+        possible = {"uniform": first < second, "normal": second > 0, "lognormal": min(first, second) > 0}
+        if not possible[kind]:
+            raise TypeError
     except TypeError:
-        raise OptionError(f"{of}: {kind} takes {_ARGUMENTS[kind]} (found {given[1:]!r})") from None
+        raise OptionError(f"{of}: {_HOW} (found {given!r})") from None
     except OptionError as error:
         raise OptionError(f"{of}: {error}") from None
-    if kind == "uniform" and not first < second:
-        raise OptionError(f"{of}: the least value must be below the greatest")
-    if kind != "uniform" and not second > 0:
-        raise OptionError(f"{of}: the standard deviation must be positive")
-    if kind == "lognormal" and not first > 0:
-        raise OptionError(f"{of}: the mean of a lognormal must be positive")
     frozen = {
         "normal": stats.norm,
         "lognormal": lognormal,
@@ -77,9 +66,9 @@ def distribution(name: str, given: Any) -> Distribution:
 
 
 def lognormal(mean: float, deviation: float) -> Any:
-    """The lognormal distribution whose own mean and standard deviation are given.
+    """The lognormal distribution with this mean and standard deviation.
 
-    Its logarithm has variance ln(1 + (deviation / mean)²) and mean ln(mean) less half of that.
+    Its logarithm has the variance v = ln(1 + (deviation / mean)²) and the mean ln(mean) − v / 2.
     """
     variance = math.log1p((deviation / mean) ** 2)
     return stats.lognorm(math.sqrt(variance), scale=mean * math.exp(-variance / 2))

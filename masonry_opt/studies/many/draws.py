@@ -1,4 +1,4 @@
-"""Values drawn for the numbers of a scene, for all joints alike or for each course or joint."""
+"""Values drawn for the numbers of a scene: one for all joints, or one for each course or joint."""
 
 from __future__ import annotations
 
@@ -20,21 +20,20 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.distributions import Distribution, distribution
 from masonry_opt.studies.many.parameters import Parameters, is_of_joints
 
-#: For what a joint property is drawn: once for all joints, for each course, for each joint.
+#: A joint property is drawn once for all joints, for each course, or for each joint.
 BY = ("scene", "course", "joint")
 
-#: How points are spread over the unit cube: a scrambled sequence, and independent points.
+#: Points in the unit cube: Sobol's scrambled sequence, and independent points.
 SEQUENCES = ("sobol", "random")
 
-#: Dimensions up to which Sobol's points are taken unless others are named. Of 83 dimensions 128 of them have
-#: pairs correlated by 0.8, where independent points have 0.3 at most.
+#: Dimensions up to which Sobol's points are the default. In 83 dimensions, 128 of them have pairs correlated
+#: by 0.8, where independent points have 0.3 at most.
 _FEW = 10
 
-#: Probabilities are kept this far from 0 and 1, where distributions have no value: below what the sequence
-#: resolves.
+#: Least distance of probabilities from 0 and 1, where distributions are infinite; below the sequence's step.
 _EDGE = 2.0**-32
 
-#: Middles of joints nearer in height than this share of the median length of a joint are of one course.
+#: Difference in height of joints of one course, as a share of the median length of a joint.
 _LEVEL = 1e-3
 
 #: Properties that an exception can have.
@@ -47,7 +46,6 @@ class Column:
 
     Attributes
     ----------
-    name: of the column.
     of: name of the number.
     pairs: blocks of the joints that get the value; none where the number is drawn once for the scene.
     course: of these joints, 1 the lowest.
@@ -62,8 +60,8 @@ class Column:
 class Draws:
     """The numbers drawn for a scene, and the scenes that they make.
 
-    A course are the joints whose middles lie at one height (against gravity). Joints whose exception gives
-    the property keep it.
+    A course consists of the joints whose middles lie at one height (against gravity). A joint whose exception
+    gives the property keeps it.
 
     Attributes
     ----------
@@ -71,12 +69,7 @@ class Draws:
     texts: distributions in words, by names of numbers.
     varied: whether a property differs from joint to joint.
 
-    Raises
-    ------
-    OptionError
-        If an argument of :func:`~.sample.sample` is wrong.
-    CaseError
-        If the scene is wrong.
+    Raises OptionError if an argument of :func:`~.sample.sample` is wrong, CaseError if the scene is wrong.
     """
 
     def __init__(
@@ -129,12 +122,11 @@ class Draws:
     def table(self, count: int, seed: int, sequence: str | None) -> pd.DataFrame:
         """The values of each run, shape (count, columns).
 
-        Raises OptionError if a sequence has not so many dimensions, or a value is one that the scene does not
-        take.
+        Raises OptionError if the sequence has fewer dimensions, or the scene refuses a value.
         """
         if sequence is not None and sequence not in SEQUENCES:
             raise OptionError(f"sequence '{sequence}' is unknown; choose from: {', '.join(SEQUENCES)}")
-        # Correlated is one property, of the joints of a course or of all joints.
+        # One property is correlated, among the joints of a course or among all joints.
         names = list(self._laws)
         of = [(names.index(c.of), c.course if self._by == "course" else 0) for c in self.columns]
         groups = np.unique(of, axis=0, return_inverse=True)[1].ravel()
@@ -148,7 +140,6 @@ class Draws:
         return values
 
     def _refuse_impossible(self, name: str, law: Distribution, drawn: np.ndarray) -> None:
-        """Raise OptionError if the least or greatest value of a number makes no scene."""
         if not np.isfinite(drawn).all():
             raise OptionError(f"'{name}': {law.text} gives values that are no number")
         for value in (float(drawn.min()), float(drawn.max())):
@@ -191,17 +182,14 @@ def scores(count: int, groups: ArrayLike, correlation: float, sequence: str | No
     ----------
     groups: number of each column's group, from 0.
     correlation: ρ within groups, from 0 to 1.
-    sequence: one of SEQUENCES; None for "sobol" or, of many dimensions, "random".
+    sequence: one of SEQUENCES; None for "sobol", or "random" in more than 10 dimensions.
 
-    Raises
-    ------
-    OptionError
-        If there are more dimensions than the sequence has.
+    Raises OptionError if the sequence has fewer dimensions.
     """
     group = np.asarray(groups)
     correlated = (np.bincount(group) > 1) & (correlation > 0)
     share = correlation * correlated[group]
-    # Columns of a group one after another; those that are nothing but g have no dimension of their own.
+    # Columns group by group; with ρ = 1 a column is g alone and needs no dimension of its own.
     order = np.argsort(group, kind="stable")
     own, common = order[share[order] < 1], np.flatnonzero(correlated)
     points = _points(count, len(common) + len(own), sequence, seed)
@@ -220,7 +208,7 @@ def _points(count: int, dimensions: int, sequence: str | None, seed: int) -> np.
     except ValueError as error:
         raise OptionError(f"{dimensions} numbers are drawn: {error}; take sequence='random'") from None
     with warnings.catch_warnings():
-        # That a power of two is spread most evenly is for the user to choose.
+        # Sobol's points are most even for powers of two; the user may choose another number.
         warnings.simplefilter("ignore", UserWarning)
         return np.clip(made.random(count), _EDGE, 1 - _EDGE)
 

@@ -1,6 +1,6 @@
 """Estimates from a sample of load factors: quantiles, probability of collapse, rank correlations.
 
-All intervals are those of independent draws, whatever the distribution.
+All intervals hold for independent draws from any distribution.
 """
 
 from __future__ import annotations
@@ -57,9 +57,9 @@ def fragility(values: np.ndarray, loads: Sequence[float], confidence: float) -> 
 def sensitivity(drawn: pd.DataFrame, values: np.ndarray, confidence: float) -> pd.DataFrame:
     """Spearman's rank correlation of the load factor with each number drawn, strongest first.
 
-    The interval is Fisher's, with Bonett & Wright's (2000) variance (1 + r²/2) / (n − 3). All of them hold
-    at once with the confidence (Bonferroni): of many numbers that do not matter some would else seem to.
-    Load factors that differ by rounding have one rank: it would else seem to follow what it does not.
+    The interval is Fisher's, with Bonett & Wright's (2000) variance (1 + r²/2) / (n − 3). All intervals hold
+    at once with the confidence (Bonferroni).
+    Load factors that differ by rounding have one rank.
 
     Returns
     -------
@@ -78,6 +78,6 @@ def sensitivity(drawn: pd.DataFrame, values: np.ndarray, confidence: float) -> p
     middle = np.arctanh(r.clip(-1 + 1e-15, 1 - 1e-15))
     columns = {"rank_correlation": r, "lower": np.tanh(middle - half), "upper": np.tanh(middle + half)}
     found = pd.DataFrame(columns).rename_axis("parameter").reset_index()
-    # Stable, and without the last digits: equal ones stay in the order in which they were named.
+    # Rounded, and sorted stably: equal ones stay in the order in which they were named.
     order = found["rank_correlation"].abs().round(12).sort_values(ascending=False, kind="stable").index
     return found.loc[order].reset_index(drop=True)

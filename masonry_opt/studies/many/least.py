@@ -1,9 +1,9 @@
-"""``least`` and ``most``: the number from which, or up to which, a scene stands or carries a load."""
+"""``least`` and ``most``: the least or greatest number with which a scene stands or carries a load."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -23,16 +23,16 @@ from masonry_opt.studies.many.threshold import FALLS, UNLIMITED, Threshold, Tria
 #: A scene of a number.
 Make = Callable[[float], "Scene | str | Path"]
 
-#: The ends of the answer are this near to each other, relative to their value.
+#: Distance of the two ends of the answer, relative to their value.
 TOLERANCE = 1e-6
 
-#: Values between the ends that are tried before the search, to see whether it is one threshold.
+#: Values between the ends that are tried before the search: they may show several thresholds.
 SAMPLES = 5
 
-#: The ends need be no nearer than this share of the range times the tolerance, where the threshold is zero.
+#: Share of the range to which the tolerance applies at least: the threshold may be zero.
 _OF_RANGE = 1e-3
 
-#: After so many steps that have not halved the interval it is halved.
+#: Steps of false position that do not halve the interval before bisection takes over.
 _SLOW = 2
 
 
@@ -59,30 +59,25 @@ def least(
     1.0678
 
     Under dead load alone, which is what counts unless ``load`` is given, a scene stands if any state of
-    equilibrium within friction exists; below the threshold there is none, whatever the flow rule.
+    equilibrium within friction exists; below the threshold none exists under any flow rule.
 
     Parameters
     ----------
     make:
-        The scene (or the path of a case file) of a value: friction, a thickness, a factor on something, ...
+        Function of the value (a friction, a thickness, ...) that returns a scene or the path of a case file.
     lower, upper:
-        Between which the value is sought. The scene must fail at ``lower`` and hold at ``upper``.
+        Ends of the search. The scene must fail at ``lower`` and hold at ``upper``.
     load:
-        Load factor to be carried, as ``method`` finds it. Without it live loads are left aside.
+        Load factor to be carried, as ``method`` finds it. Without it live loads are ignored.
     method, **options:
-        Of :func:`~masonry_opt.analysis.solve`, ``model`` and ``solver`` too; with ``load`` alone.
+        As of :func:`~masonry_opt.analysis.solve`, ``model`` and ``solver`` too; only with ``load``.
     tolerance:
-        Of the ends of the answer, relative to their value.
+        Distance of the two ends of the answer, relative to their value.
     samples:
-        Values between the ends, evenly spread, that are tried first. Of several thresholds that they show,
-        the uppermost is taken, and the others are told (``contradictions``). Between them nothing is known.
+        Number of evenly spread values tried first. If they show several thresholds, the uppermost is taken
+        and the others are in ``contradictions``. Nothing is known between these values.
     progress:
         Called with every :class:`~.threshold.Trial`.
-
-    Returns
-    -------
-    Threshold
-        The value, and the two nearest to it that were solved: one at which the scene holds, one at which not.
 
     Raises
     ------
@@ -91,11 +86,9 @@ def least(
     CaseError
         If a scene is wrong; the message begins with the value.
     NoLoadFactorError
-        If whether a scene holds could not be decided.
+        If the methods cannot decide whether a scene holds.
     """
-    return _Search(make, load, method, options, progress).threshold(
-        lower, upper, tolerance, samples, least=True
-    )
+    return _Search(make, load, method, options, progress, True).threshold(lower, upper, tolerance, samples)
 
 
 def most(
@@ -115,13 +108,11 @@ def most(
     As :func:`least`, from the other side: the scene must hold at ``lower`` and fail at ``upper``, and of
     several thresholds the lowest is taken.
     """
-    return _Search(make, load, method, options, progress).threshold(
-        lower, upper, tolerance, samples, least=False
-    )
+    return _Search(make, load, method, options, progress, False).threshold(lower, upper, tolerance, samples)
 
 
 class _Search:
-    """The search for one threshold: the scene of each value, and the trials so far."""
+    """The search for one threshold, and the trials so far."""
 
     def __init__(
         self,
@@ -130,6 +121,7 @@ class _Search:
         method: str,
         options: dict[str, Any],
         progress: Callable[[Trial], None],
+        least: bool,
     ) -> None:
         if not callable(make):
             raise OptionError(
@@ -138,12 +130,12 @@ class _Search:
         if load is None and (options or method != DEFAULT):
             named = ", ".join(options) or f"method '{method}'"
             raise OptionError(f"{named}: goes with 'load', such as load=1; dead load alone needs no method")
-        self.make, self.progress = make, progress
+        self.make, self.progress, self.least = make, progress, least
         self.load = None if load is None else _number("load", load)
         self.session = prepare(method, keeps=True, **options)
         self.trials: dict[float, Trial] = {}
 
-    def threshold(self, lower: float, upper: float, tolerance: float, samples: int, least: bool) -> Threshold:
+    def threshold(self, lower: float, upper: float, tolerance: float, samples: int) -> Threshold:
         lower, upper = _number("lower", lower), _number("upper", upper)
         if not lower < upper:
             raise OptionError(f"lower must be less than upper (found {lower:g} and {upper:g})")
@@ -154,23 +146,20 @@ class _Search:
         for value in (lower, upper, *np.linspace(lower, upper, samples + 2)[1:-1].tolist()):
             self.at(value)
         # From the end at which the scene should hold.
-        row = self._row(least)
+        row = sorted(self.trials.values(), key=lambda trial: trial.value, reverse=self.least)
         if not row[0].holds or row[-1].holds:
-            raise OptionError(_no_threshold(self._row(), least, self.load))
+            raise OptionError(self._no_threshold())
         holds, fails = next((near, far) for near, far in pairwise(row) if not far.holds)
         holds, fails = self._narrow(holds, fails, tolerance, _OF_RANGE * (upper - lower))
         jump = self._jump(holds, fails)
-        beyond = [t.value for t in self._row() if t.holds and (t.value < fails.value) == least]
-        return Threshold(
-            least=least,
-            load=self.load,
-            value=holds.value if jump else self._root(holds, fails),
-            holds=holds,
-            fails=fails,
-            jump=jump,
-            contradictions=tuple(value for value in beyond if value != holds.value),
-            trials=tuple(self.trials.values()),
+        value = holds.value if jump else self._root(holds, fails)
+        beyond = sorted(
+            trial.value
+            for trial in self.trials.values()
+            if trial.holds and trial is not holds and (trial.value < fails.value) == self.least
         )
+        trials = tuple(self.trials.values())
+        return Threshold(self.least, self.load, value, holds, fails, jump, tuple(beyond), trials)
 
     def at(self, value: float) -> Trial:
         """The scene of a value, solved once."""
@@ -183,9 +172,6 @@ class _Search:
             self.trials[value] = trial
             self.progress(trial)
         return self.trials[value]
-
-    def _row(self, falling: bool = False) -> list[Trial]:
-        return sorted(self.trials.values(), key=lambda trial: trial.value, reverse=falling)
 
     def _standing(self, value: float, scene: Scene) -> Trial:
         found = standing(scene)
@@ -211,12 +197,12 @@ class _Search:
 
     @property
     def _needed(self) -> float:
-        """The least number of a scene that holds: the load but for rounding, or no margin."""
+        """The least number of a scene that holds: the load, or a margin of zero, less rounding."""
         return -LOWER if self.load is None else self.load - LOWER * max(1.0, abs(self.load))
 
     def _narrow(self, holds: Trial, fails: Trial, tolerance: float, least_size: float) -> tuple[Trial, Trial]:
-        """Bring the ends together, by false position (Illinois: the end that stays counts half) while that is
-        quick, else by halves."""
+        """Bring the ends together, by false position (Illinois: an end that stays counts half) while it
+        converges fast, else by bisection."""
         weight = {True: 1.0, False: 1.0}
         slow = 0
         while True:
@@ -227,7 +213,7 @@ class _Search:
             above, below = weight[True] * self._excess(holds), weight[False] * self._excess(fails)
             share = 0.5
             if slow < _SLOW and math.isfinite(above) and math.isfinite(below) and above > below:
-                # At least half the tolerance from either end, so that a root next to one is soon shut in.
+                # At least half the tolerance from either end, so that a root next to one is soon enclosed.
                 aside = 0.5 * near / abs(gap)
                 share = min(max(above / (above - below), aside), 1 - aside)
             value = holds.value + share * gap
@@ -244,7 +230,7 @@ class _Search:
         return trial.number - (self.load or 0.0)
 
     def _root(self, holds: Trial, fails: Trial) -> float:
-        """Where the straight line through the ends is what is asked, within them."""
+        """The value at which the line through the ends has the load, or no margin."""
         above, below = self._excess(holds), self._excess(fails)
         if not (math.isfinite(above) and math.isfinite(below) and above > 0):
             return holds.value
@@ -254,32 +240,26 @@ class _Search:
         known = [abs(trial.number) for trial in self.trials.values() if math.isfinite(trial.number)]
         if not known or (self.load is None and fails.number == FALLS):
             return None  # only whether it stands is known
-        # Where the scene falls by itself there is no load factor: what is asked is the least that it had.
+        # A scene that falls by itself has no load factor: the load asked for stands in its place.
         before = self.load if fails.number == FALLS else fails.number
         assert before is not None
         far = holds.number - before > JUMP * max(known)
         return (fails.number, holds.number) if far else None
 
-
-def _no_threshold(row: Sequence[Trial], least: bool, load: float | None) -> str:
-    """What to do if the scene does the same at both ends, or does what it should the other way round."""
-    words = ("falls", "stands") if load is None else ("does not carry the load", "carries the load")
-    low, high = row[0], row[-1]
-    does, not_so = words[low.holds], words[not low.holds]
-    if low.holds != high.holds:
-        other = "most" if least else "least"
-        return f"the scene {does} at {low.value:g} and {not_so} at {high.value:g}: ask for '{other}'"
-    odd = ", ".join(f"{trial.value:.6g}" for trial in row if trial.holds != low.holds)
-    if odd:
-        return (
-            f"the scene {does} at {low.value:g} and at {high.value:g}, but {not_so} at {odd}: let one end be "
-            "there"
-        )
-    outwards = "lower 'lower'" if low.holds == least else "raise 'upper'"
-    return (
-        f"the scene {does} at {low.value:g}, at {high.value:g} and at all {len(row) - 2} values tried "
-        f"between: {outwards}, or try more values ('samples')"
-    )
+    def _no_threshold(self) -> str:
+        """Advice where the scene does the same at both ends, or holds at the wrong one."""
+        words = ("falls", "stands") if self.load is None else ("does not carry the load", "carries the load")
+        row = sorted(self.trials.values(), key=lambda trial: trial.value)
+        low, high = row[0], row[-1]
+        does, not_so = words[low.holds], words[not low.holds]
+        at = f"the scene {does} at {low.value:g}"
+        if low.holds != high.holds:
+            return f"{at} and {not_so} at {high.value:g}: ask for '{'most' if self.least else 'least'}'"
+        if odd := ", ".join(f"{trial.value:.6g}" for trial in row if trial.holds != low.holds):
+            return f"{at} and at {high.value:g}, but {not_so} at {odd}: let one end be there"
+        outwards = "lower 'lower'" if low.holds == self.least else "raise 'upper'"
+        tried = f"at {high.value:g} and at all {len(row) - 2} values tried between"
+        return f"{at}, {tried}: {outwards}, or try more values ('samples')"
 
 
 def _number(name: str, value: object) -> float:

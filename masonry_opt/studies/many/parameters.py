@@ -1,10 +1,10 @@
 """Numbers of a scene by name, and the scene with other values of them.
 
-A name is the way to a number through the tables of a case file, with dots: ``joints.cohesion``,
+A name is the path to a number through the tables of a case file, with dots: ``joints.cohesion``,
 ``block.A.weight``, ``block.A.live.x``, ``joint.A/B.friction`` (an exception), ``column.left pier.height``,
-``edge_load.2.force.y``. A table that stands once in the file needs no name: ``arch.thickness``. The numbers
-of a pair that is no point are ``.1`` and ``.2``: ``column.width.2``. Blocks that a generator builds are
-varied by the numbers of the generator.
+``edge_load.2.force.y``. A table that occurs once needs no name: ``arch.thickness``. The numbers of a pair
+that is not a point are ``.1`` and ``.2``: ``column.width.2``. Blocks of a generator are varied by the numbers
+of the generator.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from masonry_opt.scene.case_file import CaseFile
 from masonry_opt.scene.mistakes import wrong_call
 from masonry_opt.scene.scene import Scene, SceneKeys
 
-#: A way through records: names of fields, and numbers of entries.
+#: A path through records: names of fields, and indices of entries.
 _Way = tuple[str | int, ...]
 
-#: Tables whose entries are always named; the others only where there are several.
+#: Tables whose entries are always named; entries of other tables are named where there are several.
 _NAMED = ("block", "joint")
 
 _GENERATORS = ("wall", "facade", "arch", "column")
@@ -52,16 +52,11 @@ _LISTED = 12
 
 
 class Parameters:
-    """The numbers of a scene, by name.
-
-    Parameters
-    ----------
-    scene: from a case file, whose generators can then be varied, or made in Python.
-    """
+    """The numbers of a scene, by name; of a scene read from a case file those of its generators too."""
 
     def __init__(self, scene: Scene) -> None:
         case = scene.case
-        # A copy of a scene that was changed since is no longer what its file says.
+        # A changed copy of a scene differs from its file.
         unchanged = isinstance(case, CaseFile) and case.scene() == scene
         self.scene = scene
         self._source: SceneKeys = case if unchanged and case is not None else scene
@@ -71,12 +66,10 @@ class Parameters:
 
     @property
     def names(self) -> list[str]:
-        """Names of all numbers that can be changed."""
         return list(self._ways)
 
     def check_names(self, names: Mapping[str, object]) -> None:
-        """Raise OptionError for a name that the scene does not have, with names like it, and for two that
-        exclude each other."""
+        """Raise OptionError for an unknown name, with names like it, and for two that exclude each other."""
         for name in names:
             if name not in self._ways:
                 raise OptionError(f"{self.scene.origin}: no number is called '{name}'{self._near(name)}")
@@ -90,12 +83,7 @@ class Parameters:
 
         Blocks are the same objects as long as joint properties alone change.
 
-        Raises
-        ------
-        OptionError
-            If a name is unknown.
-        CaseError
-            If the values make no scene; the message names them.
+        Raises OptionError if a name is unknown, CaseError if the values make no scene.
         """
         self.check_names(values)
         of_joints = {name: value for name, value in values.items() if is_of_joints(name)}
@@ -107,7 +95,8 @@ class Parameters:
             for name, value in of_joints.items():
                 scene = _changed(scene, self._joint_ways[name], value)
         except CaseError as error:
-            raise CaseError(f"{_told(values)}: {error}") from None
+            told = ", ".join(f"{name} = {value + 0.0:g}" for name, value in values.items())
+            raise CaseError(f"{told}: {error}") from None
         return scene.read_from(self.scene.origin)
 
     def _built(self, values: Mapping[str, float]) -> Scene:
@@ -119,7 +108,7 @@ class Parameters:
         return source.scene() if isinstance(source, CaseFile) else source  # type: ignore[return-value]
 
     def _near(self, name: str) -> str:
-        """What to write in place of an unknown name."""
+        """Advice on an unknown name."""
         for block in self.scene.blocks:
             own = f"block.{block.name}."
             if name.startswith(own) and not any(known.startswith(own) for known in self.names):
@@ -130,7 +119,7 @@ class Parameters:
         return "; " + self._listed((f"{name.split('.')[0]}.",))
 
     def _listed(self, heads: tuple[str, ...]) -> str:
-        """The first of the names that begin so, or of all if none do."""
+        """The first names that begin so, or the first of all if none do."""
         found = [name for name in self.names if name.startswith(heads)] or self.names
         more = f", ... ({len(found)} in all)" if len(found) > _LISTED else ""
         return f"there are: {', '.join(found[:_LISTED])}{more}"
@@ -141,12 +130,8 @@ def is_of_joints(name: str) -> bool:
     return name.startswith(("joints.", "joint."))
 
 
-def _told(values: Mapping[str, float]) -> str:
-    return ", ".join(f"{name} = {value + 0.0:g}" for name, value in values.items())
-
-
 def _numbers(record: Record, prefix: str = "", way: _Way = ()) -> Iterator[tuple[str, _Way]]:
-    """Names of the numbers of a record and of those it holds, and the ways to them."""
+    """Names of the numbers of a record and of the records in it, with the paths to them."""
     for field, about in type(record).model_fields.items():
         if field in _LEFT_OUT:
             continue
@@ -177,7 +162,7 @@ def _is_number(value: object) -> bool:
 
 def _takes_number(field: FieldInfo) -> bool:
     def holds(annotation: Any) -> bool:
-        # Of a pair that is not given it is not said what its other number would be.
+        # One number of a pair that is not given would leave the other unknown.
         if getattr(annotation, "__origin__", None) in (tuple, list):
             return False
         return annotation in (int, float) or any(map(holds, get_args(annotation)))
@@ -186,7 +171,7 @@ def _takes_number(field: FieldInfo) -> bool:
 
 
 def _changed(holder: Any, way: _Way, value: float) -> Any:
-    """A record, list or pair with another number, checked as if it had been made so."""
+    """A record, list or pair with another number, validated."""
     if not way:
         # A whole number where there was one.
         return int(value) if isinstance(holder, int) and float(value).is_integer() else float(value)

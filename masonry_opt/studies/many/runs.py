@@ -7,60 +7,43 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from masonry_opt.analysis import prepare
+from masonry_opt.answer.motion import joint_motion
 from masonry_opt.answer.solution import Solution
 from masonry_opt.effort import Effort
-from masonry_opt.errors import CaseError
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.journal import digest
 from masonry_opt.studies.machine import versions
-from masonry_opt.studies.many.mechanism import mechanism
 from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.studies.runner import FINISHED, End
 from masonry_opt.words.sentences import message
 
-#: Columns of a row beside the values, in order. ``seconds`` alone depends on machine and time.
-COLUMNS = (
-    "load_factor",
-    "status",
-    "reason",
-    "any_load",
-    "exact",
-    "states",
-    "associative",
-    "equilibrium",
-    "yield",
-    "flow",
-    "complementarity",
-    "mechanism",
-    "slides",
-    "hinges",
-    "separates",
-    "crushes",
-    "blocks",
-    "joints",
-    "message",
-    "seconds",
-)
-
-#: Kinds of the columns of a table that are no real numbers.
-KINDS = {
-    **dict.fromkeys(("status", "reason", "mechanism", "message"), "object"),
-    **dict.fromkeys(("states", "slides", "hinges", "separates", "crushes", "blocks", "joints"), "Int64"),
+#: Columns of a row beside the values, in order, and their types in a table. ``seconds`` alone depends on
+#: machine and time.
+COLUMNS = {
+    "load_factor": "float64",
+    **dict.fromkeys(("status", "reason"), "object"),
     **dict.fromkeys(("any_load", "exact"), "boolean"),
+    "states": "Int64",
+    **dict.fromkeys(("associative", "equilibrium", "yield", "flow", "complementarity"), "float64"),
+    "mechanism": "object",
+    **dict.fromkeys(("slides", "hinges", "separates", "crushes", "blocks", "joints"), "Int64"),
+    "message": "object",
+    "seconds": "float64",
 }
+
+#: Names of mechanisms. "separating": no joint does anything but come apart. "none": no joint does anything.
+SLIDING, HINGING, CRUSHING, MIXED = "sliding", "hinging", "crushing", "mixed"
+SEPARATING, NONE = "separating", "none"
+
+_NAMES = {"slides": SLIDING, "hinges": HINGING, "crushes": CRUSHING}
 
 
 @dataclass(frozen=True)
 class Study:
-    """What all runs share: sent to every worker once.
-
-    Attributes
-    ----------
-    scene: whose numbers change; None where every run brings a scene of its own.
-    method, model, solver, tolerance, options: as of :func:`~masonry_opt.analysis.solve`.
-    """
+    """What all runs share: the scene whose numbers change (None where every run brings its own), and the
+    arguments of :func:`~masonry_opt.analysis.solve`."""
 
     scene: Scene | None
     method: str = DEFAULT
@@ -70,7 +53,7 @@ class Study:
     options: Mapping[str, Any] = field(default_factory=dict)
 
     def identity(self) -> dict[str, str]:
-        """Hashes of what decides the rows, by what they are of."""
+        """Hashes of all that decides the rows, by name."""
         options = {name: repr(value) for name, value in sorted(self.options.items())}
         return {
             "scene": "" if self.scene is None else _of_scene(self.scene),
@@ -82,20 +65,20 @@ class Study:
 
 @dataclass(frozen=True)
 class Run:
-    """One run: values by name, and the scene that they make where the study has none."""
+    """Values by name, and the scene that they make where the study has none."""
 
     values: Mapping[str, float]
     scene: Scene | None = None
 
     @property
     def key(self) -> str:
-        """Hash of its values and scene: its row in a journal."""
+        """Hash of values and scene: the key of its row in a journal."""
         values = {name: float(value) for name, value in self.values.items()}
         return digest((values, None if self.scene is None else _of_scene(self.scene)))
 
 
 class Solves:
-    """The solves of one study, one run after the other, in one process: what does not change is kept."""
+    """Solves the runs of one study in one process, and keeps what does not change between them."""
 
     def __init__(self, study: Study) -> None:
         self._parameters = None if study.scene is None else Parameters(study.scene)
@@ -109,17 +92,16 @@ class Solves:
         )
 
     def __call__(self, run: Run) -> dict[str, Any]:
-        """What the row of a run keeps of its solution."""
+        """The columns of a run's solution."""
         scene = run.scene
         if scene is None:
-            if self._parameters is None:
-                raise CaseError("the run has no scene")
+            assert self._parameters is not None  # the study has a scene where its runs have none
             scene = self._parameters.at(run.values)
         return columns(*self._session.answer(scene, lambda _: None, Effort()))
 
 
 def row(run: Run, end: End) -> dict[str, Any]:
-    """The row of a run: its values, then COLUMNS. One that did not finish says why."""
+    """The row of a run: its values, then COLUMNS; of a run that did not finish, the reason."""
     without = {"status": end.how, "reason": end.how, "message": end.reason}
     found = end.value if end.how == FINISHED else without
     return dict(run.values) | dict.fromkeys(COLUMNS) | found | {"seconds": end.seconds}
@@ -142,6 +124,18 @@ def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
     if solution.answer:
         row |= solution.answer.certificate.as_dict()
     return row | mechanism(assembly, solution)
+
+
+def mechanism(assembly: Assembly, solution: Solution) -> dict[str, Any]:
+    """Name of the mechanism, and how many joints slide, hinge, come apart and crush; empty without one."""
+    if solution.d is None:
+        return {}
+    motion = joint_motion(assembly, solution)
+    counts = {kind: int(getattr(motion, kind).sum()) for kind in (*_NAMES, "separates")}
+    names = [name for kind, name in _NAMES.items() if counts[kind]]
+    if not names:
+        names = [SEPARATING if counts["separates"] else NONE]
+    return {"mechanism": names[0] if len(names) == 1 else MIXED, **counts}
 
 
 def _of_scene(scene: Scene) -> str:

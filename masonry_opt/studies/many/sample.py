@@ -17,7 +17,7 @@ from masonry_opt.studies.many.sample_answer import Sample
 from masonry_opt.studies.many.table import Progress, table
 from masonry_opt.studies.writing import csv_text, write_files
 
-#: Runs, unless another number is asked for: a power of two, of which Sobol's points are spread most evenly.
+#: Default number of runs: Sobol's points are most even for powers of two.
 RUNS = 128
 
 
@@ -48,7 +48,7 @@ def sample(
     >>> found = mo.sample("wall.toml", {"joints.friction": ("lognormal", 0.65, "15%")}, n=256)
     >>> print(found)
 
-    Numbers are independent of each other, but for those of joints in the way that ``by`` says.
+    Numbers are independent of each other; those of joints may be correlated (``by``, ``correlation``).
 
     Parameters
     ----------
@@ -58,22 +58,20 @@ def sample(
         By names of numbers (as in ``mo.sweep``): ``("lognormal", mean, deviation)`` and ``("normal", mean,
         deviation)``, with mean and standard deviation of the number itself, the latter also as a share of
         the mean, ``"15%"``; ``("uniform", least, greatest)``; or a frozen distribution of ``scipy.stats``.
-        Nothing is cut off: where values are drawn that the scene does not take, such as a friction below
-        zero, nothing is run, and the error says how likely they are.
+        If the scene refuses a value drawn, such as a friction below zero, nothing is run.
     n:
         Runs. With Sobol's sequence a power of two is best. A larger number adds to the runs of a smaller one.
     seed:
-        Of the draws: the same seed gives the same table, whatever the number of workers.
+        The same seed gives the same table, with any number of workers.
     by:
         "scene": one value for all joints. "joint": properties of joints (``joints.friction``, ...) are drawn
-        for each joint; "course": for each course, which are the joints at one height.
+        for each joint; "course": for each course (the joints at one height).
     correlation:
-        Between the joints of a course (``by="course"``; 1 unless given: one value a course; courses are
-        independent), or between all joints (``by="joint"``; 0 unless given). Of the normal scores from which
-        values are made, so exactly that of normal distributions.
+        Of the normal scores behind the values: between the joints of a course (``by="course"``; default 1,
+        one value a course; courses are independent), or between all joints (``by="joint"``; default 0).
     sequence:
-        "sobol", scrambled (the default up to 10 numbers), or "random" (the default above): independent
-        points. Of many numbers Sobol's points move some as one, unless there are thousands of runs.
+        "sobol", scrambled (the default up to 10 numbers), or "random", independent points (the default
+        above: of many numbers Sobol's points correlate some unless there are thousands of runs).
     method, model, solver, tolerance, **options:
         Of :func:`~masonry_opt.analysis.solve`.
     out:
@@ -85,13 +83,13 @@ def sample(
     Returns
     -------
     Sample
-        The table of all runs, with quantiles of the load factor, probabilities of collapse and what matters.
+        All runs, quantiles of the load factor, probabilities of collapse and sensitivities.
 
     Raises
     ------
     OptionError
-        If a name, distribution or argument is wrong, values are drawn that the scene does not take, or
-        ``out`` holds runs of something else, or a table with other runs.
+        If a name, distribution or argument is wrong, the scene refuses a value drawn, or ``out`` holds runs
+        of something else, or a table with other runs.
     CaseError
         If the scene is wrong.
     OutputError
@@ -119,7 +117,7 @@ def sample(
     if folder is not None:
         write_files(folder, {f"{name}.csv": csv_text(frame) for name, frame in found.tables().items()})
         with contextlib.suppress(OptionError):  # the tables need no extra
-            from masonry_opt.studies.drawing import write_charts
+            from masonry_opt.studies.charts import write_charts
             from masonry_opt.studies.many.sample_charts import KINDS
 
             write_charts("Sample", [draw(found) for draw in KINDS.values()], folder)

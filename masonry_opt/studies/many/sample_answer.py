@@ -1,4 +1,4 @@
-"""The answer of a sample: quantiles, probability of collapse and sensitivity, as tables, text and charts."""
+"""The answer of ``sample``: quantiles, probability of collapse and sensitivity."""
 
 from __future__ import annotations
 
@@ -31,19 +31,17 @@ _PRINTED = 5
 class Sample:
     """The load factors of a scene whose numbers were drawn.
 
-    A scene that falls by itself counts as collapsed at any load, one that is proven to carry any load as
-    collapsed at none. Any other run without a load factor (``undecided``: not converged, refused, unlimited
-    without a proof, ...) counts as collapsed at any load, so that no probability of collapse is too low.
+    A scene that is proven to carry any load counts as collapsed at none. Any other run without a load factor
+    (the scene falls by itself, or the run is ``undecided``: not converged, refused, unlimited without a
+    proof, ...) counts as collapsed at any load, so that no probability of collapse is too low.
 
-    Intervals are those of independent runs (``sequence="random"``), whatever the distribution. Scrambled
-    points of few numbers come nearer to the truth than the intervals say: of a block that slides or
-    overturns, 128 of Sobol's are out by a ninth of what independent ones are.
+    Intervals are those of independent runs (``sequence="random"``), for any distribution. Sobol's points of
+    few numbers are closer to the truth than the intervals show.
 
     Attributes
     ----------
     case: case file or title of the scene.
-    table: frame, one row a run, in the order of the draws: the numbers drawn, then the columns of
-        ``mo.sweep``.
+    table: one row a run: the numbers drawn, then the columns of ``mo.sweep``.
     drawn: names of the columns that were drawn.
     distributions: of each number, in words.
     """
@@ -55,12 +53,12 @@ class Sample:
 
     @property
     def runs(self) -> int:
-        """How many scenes were solved."""
+        """Number of scenes solved."""
         return len(self.table)
 
     @property
     def load_factors(self) -> np.ndarray:
-        """Load factor of each run, shape (n,): -inf where it counts as collapsed at any load, inf at none."""
+        """Load factor of each run, shape (n,); -inf: collapsed at any load, inf: at none."""
         found = self.table["load_factor"].to_numpy(dtype=float)
         any_load = self.table["any_load"].fillna(False).to_numpy(dtype=bool)
         return np.where(np.isfinite(found), found, np.where(any_load, math.inf, -math.inf))
@@ -103,7 +101,7 @@ class Sample:
 
     def fragility(self, loads: Sequence[float] | None = None, confidence: float = CONFIDENCE) -> pd.DataFrame:
         """Probability of collapse at load factors (see :func:`~.estimates.fragility`); by default at those
-        that were found, where it rises, and a little to either side.
+        found, and 5 % of their range to either side.
 
         Raises OptionError if the confidence is not between 0 and 1.
         """
@@ -115,7 +113,7 @@ class Sample:
         return fragility(self.load_factors, loads, _share("confidence", confidence))
 
     def sensitivity(self, confidence: float = CONFIDENCE) -> pd.DataFrame:
-        """Which of the numbers drawn matter: rank correlations (see :func:`~.estimates.sensitivity`).
+        """Rank correlations with the numbers drawn (see :func:`~.estimates.sensitivity`).
 
         Raises OptionError if the confidence is not between 0 and 1.
         """
@@ -123,11 +121,7 @@ class Sample:
 
     def tables(self) -> dict[str, pd.DataFrame]:
         """Quantiles, fragility and sensitivity, by these names."""
-        return {
-            "quantiles": self.quantiles(),
-            "fragility": self.fragility(),
-            "sensitivity": self.sensitivity(),
-        }
+        return {name: getattr(self, name)() for name in ("quantiles", "fragility", "sensitivity")}
 
     def plot(self, kind: str = "distribution") -> altair.TopLevelMixin:
         """Draw the "distribution" of the load factor, its "fragility" curve or the "sensitivity" to what was
@@ -143,34 +137,26 @@ class Sample:
         return KINDS[kind](self).on_paper()
 
     def __str__(self) -> str:
-        lines = {
-            "case": self.case,
-            "drawn": "; ".join(f"{name} = {text}" for name, text in self.distributions.items()),
-            "solved": self.counted,
-        }
+        drawn = "; ".join(f"{name} = {text}" for name, text in self.distributions.items())
+        lines = {"case": self.case, "drawn": drawn, "solved": self.counted}
         text = [f"{name:<16} {value}" for name, value in lines.items()]
         for row in self.quantiles().to_dict("records"):
             limits = f"({_worded(row['lower'])} to {_worded(row['upper'])} with {CONFIDENCE:.0%} confidence)"
             text.append(f"{row['probability']:<6.0%} of λ below {_worded(row['value'])} {limits}")
-        matters = self.sensitivity().dropna()
-        for row in matters.head(_PRINTED).to_dict("records"):
-            text.append(
-                f"rank correlation {numeral(row['rank_correlation'], '+.3f')} with {row['parameter']} "
-                f"({numeral(row['lower'], '+.3f')} to {numeral(row['upper'], '+.3f')})"
-            )
+        for row in self.sensitivity().dropna().head(_PRINTED).to_dict("records"):
+            r, low, high = (numeral(row[name], "+.3f") for name in ("rank_correlation", "lower", "upper"))
+            text.append(f"rank correlation {r} with {row['parameter']} ({low} to {high})")
         return printable("\n".join(text))
 
     def as_dict(self) -> dict[str, Any]:
         """All but the single runs, as plain numbers, strings, lists and dictionaries (not finite: None)."""
-        return {
-            "case": self.case,
-            "distributions": dict(self.distributions),
-            "runs": self.runs,
-            "falling": self.falling,
-            "unlimited": self.unlimited,
-            "undecided": self.undecided,
-            "confidence": CONFIDENCE,
-        } | {name: _records(frame) for name, frame in self.tables().items()}
+        counts = {name: getattr(self, name) for name in ("runs", "falling", "unlimited", "undecided")}
+        return (
+            {"case": self.case, "distributions": dict(self.distributions)}
+            | counts
+            | {"confidence": CONFIDENCE}
+            | {name: _records(frame) for name, frame in self.tables().items()}
+        )
 
     def to_json(self) -> str:
         """``as_dict`` as one JSON object."""

@@ -7,26 +7,26 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from masonry_opt.studies.drawing import Drawing, alt, axis
+from masonry_opt.drawing.colours import SERIES
+from masonry_opt.studies.charts import Drawing, alt, axis
 from masonry_opt.studies.load_factor_axis import LABEL, ends, ticks
 from masonry_opt.studies.many.estimates import LIMITS
 from masonry_opt.studies.many.sample_answer import CONFIDENCE, Sample
-from masonry_opt.studies.palette import COLOURS
 
-#: So many of the numbers drawn are shown, those that matter most.
+#: Most numbers drawn that are shown, those that matter most.
 _SHOWN = 15
 
-#: Ends of bars, of a load factor that does not change.
+#: Edges of bars of a load factor that does not change.
 _BARS = 12
 
-_RUNS, _MARKS = COLOURS[0], COLOURS[1]
+_RUNS, _MARKS = SERIES[0], SERIES[1]
 
 
 def distribution(sample: Sample) -> Drawing:
     """Histogram of the load factors, with quantiles and their intervals."""
     finite = sample.load_factors[np.isfinite(sample.load_factors)]
     least, greatest = ends(finite)
-    # Of a load factor that hardly changes bars as wide as if it did.
+    # A load factor that hardly changes has the axis' least length, and bars over it.
     changes = len(finite) and (least, greatest) == (finite.min(), finite.max())
     edges = np.histogram_bin_edges(finite, "auto") if changes else np.linspace(least, greatest, _BARS)
     runs, _ = np.histogram(finite, edges)
@@ -52,26 +52,18 @@ def distribution(sample: Sample) -> Drawing:
         .encode(x=alt.X("beside:Q", **x), y=alt.Y("height:Q", **y), text="text:N")
         for side, align in ((left, "left"), (~left, "right"))
     ]
+    bars = bars.mark_bar(color=_RUNS, opacity=0.55, stroke="white")
+    bars = bars.encode(x=alt.X("from:Q", **x), x2="to:Q", y=alt.Y("runs:Q", **y), y2=alt.datum(0))
+    interval = quantiles.mark_rule(color=_MARKS, strokeWidth=5, opacity=0.45)
+    line = quantiles.mark_rule(color=_MARKS, strokeWidth=1.5)
     chart = alt.layer(
-        bars.mark_bar(color=_RUNS, opacity=0.55, stroke="white").encode(
-            x=alt.X("from:Q", **x),
-            x2="to:Q",
-            y=alt.Y("runs:Q", **y),
-            y2=alt.datum(0),
-            tooltip=["from:Q", "to:Q", "runs:Q"],
-        ),
-        quantiles.mark_rule(color=_MARKS, strokeWidth=5, opacity=0.45).encode(
-            x=alt.X("lower:Q", **x), x2="upper:Q"
-        ),
-        quantiles.mark_rule(color=_MARKS, strokeWidth=1.5).encode(x=alt.X("value:Q", **x), y2=alt.datum(0)),
+        bars.encode(tooltip=["from:Q", "to:Q", "runs:Q"]),
+        interval.encode(x=alt.X("lower:Q", **x), x2="upper:Q"),
+        line.encode(x=alt.X("value:Q", **x), y2=alt.datum(0)),
         *texts,
     )
-    return Drawing(
-        "distribution",
-        f"Load factors, {_title(sample)}",
-        chart,
-        f"quantiles, with {CONFIDENCE:.0%} confidence",
-    )
+    notes = f"quantiles, with {CONFIDENCE:.0%} confidence"
+    return Drawing("distribution", f"Load factors, {_title(sample)}", chart, notes)
 
 
 def fragility(sample: Sample) -> Drawing:
@@ -95,7 +87,7 @@ def sensitivity(sample: Sample) -> Drawing:
     """Rank correlations, strongest on top."""
     found = sample.sensitivity().dropna()
     shown = found.head(_SHOWN).copy()
-    # What may as well be chance is pale.
+    # Correlations whose interval holds zero are pale.
     certain = (shown["lower"] > 0) | (shown["upper"] < 0)
     shown["colour"] = np.where(certain, _RUNS, "#BBBBBB")
     x = axis("rank correlation with λ", -1.05, 1.05)
@@ -110,21 +102,17 @@ def sensitivity(sample: Sample) -> Drawing:
     left_out = f", the first {len(shown)} of {len(found)}" if len(found) > len(shown) else ""
     if found.empty:
         left_out = ": nothing drawn matters"
-    return Drawing(
-        "sensitivity",
-        f"What matters, {_title(sample)}{left_out}",
-        chart.properties(height=28 * max(len(shown), 2)),
-        f"{CONFIDENCE:.0%} confidence that all intervals hold; grey: may be none",
-    )
+    chart = chart.properties(height=28 * max(len(shown), 2))
+    notes = f"{CONFIDENCE:.0%} confidence that all intervals hold; grey: may be none"
+    return Drawing("sensitivity", f"What matters, {_title(sample)}{left_out}", chart, notes)
 
 
-#: What can be drawn.
+#: Charts by kind.
 KINDS = {"distribution": distribution, "fragility": fragility, "sensitivity": sensitivity}
 
 
 def _title(sample: Sample) -> str:
-    """The case, the runs, and those without a load factor, which no bar shows."""
     case = Path(sample.case)
-    # A scene made in Python has a title in its place, which may have dots.
+    # A scene made in Python has a title instead, which may have dots.
     name = case.stem if case.suffix in (".toml", ".json") else sample.case
     return f"{name}: {sample.counted}"

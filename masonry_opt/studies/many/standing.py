@@ -1,4 +1,4 @@
-"""Whether a scene stands under its dead load, and with what margin, of either sign."""
+"""Whether a scene stands under its dead load, and its margin of either sign."""
 
 from __future__ import annotations
 
@@ -35,11 +35,10 @@ class Standing:
 
     Attributes
     ----------
-    margin: in median block weights; below zero no state of equilibrium exists, whatever the flow rule. Where
-        there is no such number (joints that crush; blocks that wedge; smooth joints) inf if the scene stands,
-        -inf if it falls.
+    margin: in median block weights; below zero no state of equilibrium exists. Where there is no such number
+        (joints that crush; blocks that wedge; smooth joints) inf if the scene stands, -inf if it falls.
     certificate: residuals of the margin; None where it is not finite.
-    result: the forces that carry the dead load, or the mechanism that it drives. It has no load factor.
+    result: the forces that carry the dead load, or the mechanism that it drives; without a load factor.
     """
 
     margin: float
@@ -63,19 +62,13 @@ class _UnderDeadLoad(Result):
 
 
 def standing(scene: Scene) -> Standing:
-    """How a scene stands under its dead load alone; its live loads are left aside.
+    """How a scene stands under its dead load alone, without its live loads.
 
-    The margin is the load factor of a live load that takes a median block weight off the normal force of
-    every joint, as if all were pressed apart: with n = n' + λ and n' at yield, statics under the dead load
-    are eq. (9) with the live load B e, where e is that normal force in every joint. So λ is the most by which
-    all normal forces exceed what their shear and moment need.
+    The margin is the load factor λ of a live load that takes a median block weight off the normal force of
+    every joint: eq. (9) with the live load B e, where e has one in place of each normal force. It is the
+    greatest amount by which all normal forces exceed what shear and moment need.
 
-    Raises
-    ------
-    CaseError
-        If the scene is wrong.
-    NoLoadFactorError
-        If whether it stands could not be decided.
+    Raises CaseError if the scene is wrong, NoLoadFactorError if it cannot be decided whether it stands.
     """
     assembly, effort, solver = assemble(scene), Effort(), find_solver("cvxpy", None)
     problem, certificate = assembly.problem, None
@@ -93,20 +86,13 @@ def standing(scene: Scene) -> Standing:
         else:
             solution = replace(found, found=Found(d=answer.d, slope=answer.slope))
             solution.end(Status.UNSTABLE, Code.FALLS, blocks=movers(assembly, answer.d))
-    # No live load, no tilt and no reference: the result has no load factor to go with them.
+    # Without a load factor the result has no live load, tilt or reference.
     dead = replace(
         assembly,
         problem=replace(problem, live=np.zeros_like(problem.live)),
         scene=scene.model_copy(update={"tilt": None, "reference": {}}),
     )
-    result = make_result(
-        dead,
-        solution,
-        effort,
-        method="static",
-        model=solver.language,
-        solver=solver.name,
-    )
+    result = make_result(dead, solution, effort, method="static", model=solver.language, solver=solver.name)
     told = numeral(margin, ".6g") + " median block weights" if certificate else "none"
     given = {own.name: getattr(result, own.name) for own in fields(Result)}
     return Standing(margin, certificate, _UnderDeadLoad(**given, margin=told))
@@ -120,15 +106,15 @@ def _of_normal(problem: Problem) -> np.ndarray:
 
 
 def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None:
-    """Eq. (9) with that live load; None where it has no answer. (More pressure crushes joints of limited
-    strength, so that no such margin says whether they hold.)"""
+    """Eq. (9) with that live load; None without an answer, and for joints of limited strength: more pressure
+    crushes them."""
     if len(pressed.crushing) or not pressed.live_norm:
         return None
     solution = associative(Task(pressed, solver, effort=effort))
     if solution.load_factor is None:
         return None
-    # Complementarity is limited as a share of λ, but the margin is zero where it matters, and the thrust of a
-    # long arch hundreds of block weights: there the energy itself is.
+    # Complementarity is limited as a share of λ, but the margin may be zero, and the thrust of a long arch is
+    # hundreds of block weights: here the energy itself is limited.
     failing = solution.failing()
     energy = failing.pop("complementarity", 0.0)
     gap = inf if energy is None else energy * max(abs(solution.load_factor), SMALLEST)

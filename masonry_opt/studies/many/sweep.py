@@ -49,37 +49,34 @@ def sweep(
         A scene, the path of a case file, or a function of the numbers that returns a scene.
     vary:
         Values by name. Of a scene: ``joints.friction``, ``block.A.weight``, ``arch.thickness``, ... (see
-        :mod:`~masonry_opt.studies.many.parameters`; a wrong name is told what there is). Of a function: its
-        arguments.
+        :mod:`~masonry_opt.studies.many.parameters`). Of a function: its arguments.
     method, model, solver, tolerance, options:
         As of :func:`~masonry_opt.analysis.solve`.
     out:
-        Folder for ``runs.csv`` and charts (with the extra ``studies``). Runs that it holds already are not
-        made again: an interrupted sweep goes on where it stopped. A table there with other runs than those
-        asked for is not replaced.
+        Folder for ``runs.csv`` and charts (with the extra ``studies``). Runs that it holds are not made
+        again: an interrupted sweep goes on where it stopped. A table that would lose runs is not replaced.
     parquet:
         Also ``runs.parquet`` (needs the extra ``parquet``).
     force:
-        Whether to replace such a table all the same. (Runs made before stay in ``journal.jsonl``.)
+        Replace such a table too. (Its runs stay in ``journal.jsonl``.)
     workers:
         Processes; by default one a core.
     dask:
         Address of a Dask scheduler, whose workers make the runs instead (needs the extra ``dask``).
     progress:
-        Called with how many runs are done, and of how many.
+        Called with the number of runs done, and of all.
 
     Returns
     -------
     pandas.DataFrame
         One row a run, the last of ``vary`` changing fastest: the values, ``load_factor`` (NaN without one),
-        ``status``, ``reason`` (code), ``any_load`` (whether no load makes it collapse: of a Coulomb method,
-        proven), ``exact``, ``states`` (how many different exact states were met), ``associative``, the
-        residuals of its certificate (``equilibrium``, ``yield``, ``flow``, ``complementarity``),
-        ``mechanism`` ("sliding", "hinging", "crushing", "mixed", "separating"; "none") and how many joints
-        ``slides``, ``hinges``, ``separates``, ``crushes``, ``blocks``, ``joints``, ``message`` and
-        ``seconds``. The least is at ``frame.loc[frame["load_factor"].idxmin()]``. A run that fails is a row
-        like any other, with status "refused" where its values make no scene. (Another error of a function of
-        one's own ends the sweep; with ``out`` the runs before it are kept.)
+        ``status``, ``reason`` (code), ``any_load`` (whether the scene carries any load; of a Coulomb method,
+        proven), ``exact``, ``states`` (number of different exact states met), ``associative``, the residuals
+        of its certificate (``equilibrium``, ``yield``, ``flow``, ``complementarity``), ``mechanism``
+        ("sliding", "hinging", "crushing", "mixed", "separating" or "none"), the numbers of joints that do so
+        (``slides``, ``hinges``, ``separates``, ``crushes``), ``blocks``, ``joints``, ``message`` and
+        ``seconds``. A run that fails is a row too, with status "refused" if its values make no scene. (Any
+        other error of a function ends the sweep; with ``out`` the runs before it are kept.)
 
     Raises
     ------
@@ -112,7 +109,7 @@ def sweep(
     )
     if folder is not None:
         with contextlib.suppress(OptionError):  # the table needs no extra
-            from masonry_opt.studies.drawing import write_charts
+            from masonry_opt.studies.charts import write_charts
             from masonry_opt.studies.many.sweep_charts import drawings
 
             write_charts("Sweep", drawings(frame, list(vary)), folder)
@@ -131,7 +128,8 @@ def grid(vary: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
         if name in COLUMNS:
             raise OptionError(f"vary: '{name}' is a column of the table: call it something else")
         try:
-            axis = [_number(value) for value in values]
+            # Whole numbers stay whole, as counts must be.
+            axis = [int(value) if isinstance(value, Integral) else float(value) for value in values]
         except (TypeError, ValueError):
             raise OptionError(f"vary: '{name}' needs a list of numbers (found {values!r})") from None
         if not axis or any(map(math.isnan, axis)):
@@ -142,16 +140,8 @@ def grid(vary: Mapping[str, Sequence[float]]) -> list[dict[str, float]]:
     return [dict(zip(vary, values, strict=True)) for values in itertools.product(*axes)]
 
 
-def _number(value: Any) -> float:
-    """A number; whole ones stay whole, which counts must be. Raises TypeError or ValueError of others."""
-    return int(value) if isinstance(value, Integral) else float(value)
-
-
 def _maker(function: Callable[..., Scene], names: Sequence[str]) -> Maker:
-    """What makes a scene of values by a function of them.
-
-    Raises OptionError if the function does not take these names, and, when called, if it returns no scene.
-    """
+    """A function of the values. Raises OptionError if the user's takes other names or returns no scene."""
     try:
         inspect.signature(function).bind(**dict.fromkeys(names))
     except TypeError as error:
@@ -167,7 +157,7 @@ def _maker(function: Callable[..., Scene], names: Sequence[str]) -> Maker:
 
 
 def at_least(frame: pd.DataFrame) -> pd.Series:
-    """Which runs have the least load factor, shape (runs,): of a plateau all that are on it."""
+    """Whether each run has the least load factor, within SAME, shape (runs,)."""
     values = frame["load_factor"]
     least = values.min()
     return values <= least + SAME * max(abs(least), SMALLEST)
@@ -176,12 +166,11 @@ def at_least(frame: pd.DataFrame) -> pd.Series:
 def _where(rows: pd.DataFrame, names: Sequence[str]) -> str:
     """The values of the first of some runs, and how many more there are."""
     first = ", ".join(f"{name} = {rows.iloc[0][name]:g}" for name in names)
-    more = len(rows) - 1
-    return f"{first}, and in {more} more run{'' if more == 1 else 's'}" if more else first
+    return f"{first}, and in {counted(len(rows) - 1, 'more run')}" if len(rows) > 1 else first
 
 
 def said(frame: pd.DataFrame, names: Sequence[str]) -> str:
-    """What a sweep over these names found, in a few lines."""
+    """Results of a sweep over these names, in a few lines."""
     found = frame["load_factor"].dropna()
     lines = [f"{counted(len(frame), 'run')}, {len(found)} with a load factor"]
     if len(found):

@@ -1,6 +1,6 @@
 """Charts of a sweep: λ against one number, with the names of the mechanisms; a heat map of two numbers.
 
-The least is ringed. A value that would press all others into the foot of the axis stands at its head.
+The least is ringed. A value far above the others stands at the head of the axis, as a number.
 """
 
 from __future__ import annotations
@@ -11,12 +11,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from masonry_opt.drawing.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SLIDES
-from masonry_opt.studies.drawing import Drawing, alt, axis
+from masonry_opt.drawing.colours import CRUSHES, HINGES, LIVE, MARKED, SEPARATES, SERIES, SLIDES
+from masonry_opt.studies.charts import Drawing, alt, axis
 from masonry_opt.studies.load_factor_axis import LABEL, ends, off_axis, ticks
-from masonry_opt.studies.many.mechanism import CRUSHING, HINGING, MIXED, NONE, SEPARATING, SLIDING
+from masonry_opt.studies.many.runs import CRUSHING, HINGING, MIXED, NONE, SEPARATING, SLIDING
 from masonry_opt.studies.many.sweep import at_least
-from masonry_opt.studies.palette import COLOURS
 
 #: Colour and mark of each mechanism. Joints have the same in pictures.
 _LOOKS = {
@@ -55,10 +54,9 @@ _OFF, _RING = "off the axis: λ as written", "ringed: least"
 
 
 def drawings(frame: pd.DataFrame, names: Sequence[str]) -> list[Drawing]:
-    """Charts of a sweep over these numbers: λ against the first of one or two, against each of more; of two
-    also a map."""
+    """λ against the first of one or two numbers, or against each of more; of two numbers also a map."""
     found = [against(frame, names, name) for name in (names if len(names) > 2 else names[:1])]
-    # A map has no place for an infinite value, such as of friction.
+    # A map has no place for an infinite value of friction.
     finite = np.isfinite(frame[list(names)].to_numpy(float)).all()
     if len(names) == 2 and finite and frame["load_factor"].notna().any():
         found.append(heat_map(frame, names[0], names[1]))
@@ -75,14 +73,13 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
     }
     if lines:
         series = names[1] + " = " + frame[names[1]].map("{:g}".format)
-        looks = {line: (colour, "circle") for line, colour in zip(series.unique(), COLOURS, strict=False)}
+        looks = {line: (colour, "circle") for line, colour in zip(series.unique(), SERIES, strict=False)}
     status = "no load factor: " + frame["status"].astype(str)
-    looks |= dict.fromkeys(status[failed].unique(), (_DARK, _CROSS)) | (
-        {_OFF: (_DARK, _UP)} if off.any() else {}
-    )
+    looks |= dict.fromkeys(status[failed].unique(), (_DARK, _CROSS))
+    looks |= {_OFF: (_DARK, _UP)} if off.any() else {}
 
-    # Values lie between two strips without numbers: rows of crosses at the foot, which have no load factor,
-    # and values off the axis at the head.
+    # Values lie between two strips: at the foot rows of crosses for runs without a load factor, at the head
+    # values off the axis.
     rows = frame.loc[failed, "status"].nunique()
     foot = _ROW * (rows + 0.5) if rows else 0.0
     least, greatest = ends(frame["load_factor"][~off])
@@ -93,17 +90,15 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
     strips = [(low, low + foot * height)] * bool(rows) + [(high - _HEAD * height, high)] * bool(off.any())
 
     in_row = low + height * _ROW * (pd.factorize(frame["status"].where(failed))[0] + 0.75)
-    marks = pd.DataFrame(
-        {
-            "at": frame[name].astype(float),
-            "height": frame["load_factor"].mask(failed, in_row).mask(off, high - 0.75 * _HEAD * height),
-            "line": series,
-            "series": series.mask(failed, status).mask(off, _OFF),
-            "λ": frame["load_factor"],
-            "mechanism": frame["mechanism"].fillna(NONE),
-            "status": frame["status"],
-            "least": at_least(frame) & (at_least(frame).sum() < frame["load_factor"].count()),
-        }
+    least_ones = at_least(frame)
+    marks = frame[["status", "mechanism"]].fillna({"mechanism": NONE})
+    marks = marks.assign(
+        at=frame[name].astype(float),
+        height=frame["load_factor"].mask(failed, in_row).mask(off, high - 0.75 * _HEAD * height),
+        line=series,
+        series=series.mask(failed, status).mask(off, _OFF),
+        λ=frame["load_factor"],
+        least=least_ones & (least_ones.sum() < frame["load_factor"].count()),
     )
     x = alt.X("at:Q", scale=alt.Scale(zero=False, nice=False, padding=12), axis=alt.Axis(title=_label(name)))
     # Without a format Vega writes as many digits as its own ticks would need: .32 and .28 as 0.3.
@@ -119,10 +114,8 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
     if lines:
         layers.append(known.mark_line(strokeWidth=1.2).encode(stroke=alt.Stroke("line:N", scale=colours)))
     elif len(names) == 1:
-        layers += [
-            known.mark_line(color="#999999", strokeWidth=1),
-            *_changes(marks[~failed].sort_values("at")),
-        ]
+        layers.append(known.mark_line(color="#999999", strokeWidth=1))
+        layers += _changes(marks[~failed].sort_values("at"))
     points = alt.Chart(marks).mark_point(size=45, opacity=1)
     layers += [
         points.encode(
@@ -135,7 +128,7 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
         ),
         alt.Chart(marks[marks["least"]]).mark_point(size=220, color=_DARK).encode(x=x, y=y),
     ]
-    # Values side by side run into each other where they are many: the greatest alone then.
+    # Many values side by side would overlap: only the greatest is written then.
     written = marks[off] if off.sum() <= _MOST_NAMED else marks[off].nlargest(1, "λ")
     layers.append(_written(written, x, y, dy=-10))
     file = "load_factor" if len(names) <= 2 else f"load_factor_{[*names].index(name) + 1}"
@@ -144,7 +137,6 @@ def against(frame: pd.DataFrame, names: Sequence[str], name: str) -> Drawing:
 
 
 def _written(cells: pd.DataFrame, x: Any, y: Any, **place: Any) -> Any:
-    """Load factors as numbers."""
     text = alt.Text("λ:Q", format=".4~g")
     return alt.Chart(cells).mark_text(color=_DARK, **place).encode(x=x, y=y, text=text)
 
@@ -157,7 +149,7 @@ def _changes(marks: pd.DataFrame) -> list[Any]:
         return []
     starts = ((x + x.shift()) / 2)[begins].fillna(x.iloc[0]).to_numpy()
     finishes = np.r_[starts[1:], x.iloc[-1]]
-    # Side by side, names of short stretches would run into each other.
+    # Names of short stretches side by side would overlap.
     slanted = finishes - starts < 0.2 * (x.iloc[-1] - x.iloc[0])
     stretches = pd.DataFrame(
         {
@@ -169,17 +161,9 @@ def _changes(marks: pd.DataFrame) -> list[Any]:
         }
     )
     rules = alt.Chart(stretches[1:]).mark_rule(strokeDash=[2, 2], color="#777777").encode(x="starts:Q")
-    names = (
-        alt.Chart(stretches)
-        .mark_text(baseline="bottom")
-        .encode(
-            x="at:Q",
-            y=alt.value(-5),
-            text="mechanism:N",
-            color=alt.Color("colour:N", scale=None),
-            angle=alt.Angle("angle:Q", scale=None),
-        )
-    )
+    colour, angle = alt.Color("colour:N", scale=None), alt.Angle("angle:Q", scale=None)
+    names = alt.Chart(stretches).mark_text(baseline="bottom")
+    names = names.encode(x="at:Q", y=alt.value(-5), text="mechanism:N", color=colour, angle=angle)
     return [rules, names]
 
 
@@ -187,10 +171,8 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> Drawing:
     """λ over two numbers as colours; grey where there is no load factor."""
     off = off_axis(frame["load_factor"])
     least, greatest = ends(frame["load_factor"][~off])
-    cells = pd.DataFrame(
-        {"x": frame[across].astype(float), "y": frame[up].astype(float), "λ": frame["load_factor"]}
-    )
-    cells["status"] = frame["status"]
+    cells = frame[[across, up]].astype(float).set_axis(["x", "y"], axis=1)
+    cells = cells.assign(λ=frame["load_factor"], status=frame["status"])
     axes = {}
     for side, name in (("x", across), ("y", up)):
         middles = np.unique(cells[side])
@@ -203,21 +185,16 @@ def heat_map(frame: pd.DataFrame, across: str, up: str) -> Drawing:
     scale = alt.Scale(scheme="viridis", domain=(least, greatest))
     cells["colour"] = np.where(cells["λ"].isna(), _GREY, "white")
     told = [alt.Tooltip("x:Q", title=across), alt.Tooltip("y:Q", title=up), "λ:N", "status:N"]
-    squares = {
-        "x": alt.X("x0:Q", **axes["x"]),
-        "x2": "x1:Q",
-        "y": alt.Y("y0:Q", **axes["y"]),
-        "y2": "y1:Q",
-        "tooltip": told,
-    }
+    squares = {"x": alt.X("x0:Q", **axes["x"]), "x2": "x1:Q", "y": alt.Y("y0:Q", **axes["y"]), "y2": "y1:Q"}
     shown = cells["λ"].notna() & ~off
     low = cells[at_least(frame) & (frame["load_factor"].nunique() > 1)]
     ring = alt.Chart(low).mark_point(size=90, filled=True, fill="white", stroke=_DARK, opacity=1)
+    empty, full = (
+        alt.Chart(cells[which]).mark_rect().encode(**squares, tooltip=told) for which in (~shown, shown)
+    )
     chart = alt.layer(
-        alt.Chart(cells[~shown]).mark_rect().encode(**squares, color=alt.Color("colour:N", scale=None)),
-        alt.Chart(cells[shown])
-        .mark_rect()
-        .encode(**squares, fill=alt.Fill("λ:Q", scale=scale, legend=legend)),
+        empty.encode(color=alt.Color("colour:N", scale=None)),
+        full.encode(fill=alt.Fill("λ:Q", scale=scale, legend=legend)),
         ring.encode(x=x, y=y),
         _written(cells[off], x, y),
     )

@@ -19,13 +19,13 @@ from masonry_opt.studies.many.sample import RUNS
 from masonry_opt.studies.many.sample import sample as sample_scene
 from masonry_opt.studies.many.sweep import said
 from masonry_opt.studies.many.sweep import sweep as sweep_scene
-from masonry_opt.studies.page import NEEDED
 from masonry_opt.studies.process import ended_by_kill
+from masonry_opt.studies.writing import NEEDED
 from masonry_opt.words.terminal import print_text
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
-#: Values of one number at most: more are a slip of the keys.
+#: Most values of one number.
 _MOST_VALUES = 100_000
 
 
@@ -108,9 +108,20 @@ def sweep(
     values, distributions = dict(map(_values, vary or [])), dict(map(parse, sample or []))
     if len(values) + len(distributions) < len(vary or sample or []):
         raise OptionError(f"{'--vary' if vary else '--sample'}: a number is named twice")
-    errors = Console(stderr=True)
+    common: dict[str, Any] = {
+        "method": method,
+        "model": model,
+        "solver": solver,
+        "tolerance": tolerance,
+        "out": out,
+        "parquet": parquet,
+        "force": force,
+        "workers": workers,
+        "dask": dask,
+        **method_options(option, sample_scene if sample else sweep_scene),
+    }
+    errors, done = Console(stderr=True), 0
     columns = (TextColumn("sweep"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    done = 0
     with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
         shown = bar.add_task("sweep", total=None)
 
@@ -119,25 +130,12 @@ def sweep(
             done = count
             bar.update(shown, completed=count, total=of)
 
-        common: dict[str, Any] = {
-            "method": method,
-            "model": model,
-            "solver": solver,
-            "tolerance": tolerance,
-            "out": out,
-            "parquet": parquet,
-            "force": force,
-            "workers": workers,
-            "dask": dask,
-            "progress": progress,
-            **method_options(option, sample_scene if sample else sweep_scene),
-        }
         try:
             with ended_by_kill():
                 if sample:
-                    told = str(sample_scene(case, distributions, **drawing, **common))
+                    told = str(sample_scene(case, distributions, progress=progress, **drawing, **common))
                 else:
-                    told = said(sweep_scene(case, values, **common), list(values))
+                    told = said(sweep_scene(case, values, progress=progress, **common), list(values))
         except KeyboardInterrupt:
             raise InterruptedByUserError(
                 f"interrupted: {counted(done, 'run')} kept, and the same command goes on from there"
@@ -148,7 +146,7 @@ def sweep(
 
 
 def _values(text: str) -> tuple[str, list[float]]:
-    """A number's name and its values. Raises OptionError that says how to write them."""
+    """A number's name and its values."""
     name, equals, given = text.partition("=")
     try:
         if ":" in given:

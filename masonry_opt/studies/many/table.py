@@ -17,16 +17,15 @@ from masonry_opt.errors import CaseError, OptionError, counted
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.journal import NAME, Journal
 from masonry_opt.studies.many.parameters import is_of_joints
-from masonry_opt.studies.many.runs import COLUMNS, KINDS, Run, Solves, Study, row
+from masonry_opt.studies.many.runs import COLUMNS, Run, Solves, Study, row
 from masonry_opt.studies.runner import FINISHED, REFUSED, End, Workers
 from masonry_opt.studies.writing import csv_text, write_files
 
 #: Called with how many runs are done, and of how many.
 Progress = Callable[[int, int], None]
 
-#: The table's name in a study's folder, and parts of the message where it must not be replaced.
+#: The table's name in a study's folder, and what to do where it must not be replaced.
 _TABLE = "runs.csv"
-_NO_TABLE = "is there already, and no table of runs"
 _INSTEAD = "choose another folder, or replace the table with --force (in Python: force=True)"
 
 #: Makes a scene from values.
@@ -51,24 +50,15 @@ def table(
     ----------
     points: values by name.
     make: the scene of a point, where the study has none; called in this process.
-    folder: for ``runs.csv``, and rows as they come (see :class:`~.journal.Journal`): not made again.
-    parquet: whether to write ``runs.parquet``, too.
-    force: whether to replace a table there that has other runs.
-    workers, dask: see :class:`~masonry_opt.studies.runner.Workers`.
-
-    Raises
-    ------
-    OptionError
-        If an option is wrong, Parquet is not installed, or a table would be replaced and runs of it lost.
-    OutputError
-        If a file cannot be written.
+    folder: of ``runs.csv`` and of the journal of finished runs, which are not made again.
+    parquet, force, workers, dask, progress: as of :func:`~.sweep.sweep`; errors too.
     """
     refuse_options(study.method, study.model, study.solver, study.tolerance, study.options)
     if parquet and find_spec("pyarrow") is None:
         raise OptionError("--parquet needs: pip install '.[parquet]'")
     journal = None
     if folder is not None:
-        # Runs of something else are told first; no journal is begun beside a table that stays.
+        # A journal of other runs is refused first; none is begun beside a table that stays.
         journal = Journal(folder, study.identity()) if (folder / NAME).exists() else None
         if not force:
             _refuse_losing(folder / _TABLE, points)
@@ -96,7 +86,7 @@ def table(
             index, run = under_way[number]
             under_way[number] = (index, Run({}))  # scenes are not kept
             rows[index] = row(run, end)
-            # One that crashed or died is made again by the same command: want of memory may have ended it.
+            # A run that crashed or died is made again by the same command: memory may have been short.
             if journal and end.how in (FINISHED, REFUSED):
                 journal.add(run.key, rows[index])
             progress(len(rows), len(points))
@@ -111,13 +101,9 @@ def table(
 
 
 def framed(rows: Sequence[Mapping[str, Any]], names: Sequence[str]) -> pd.DataFrame:
-    """Rows of runs as a frame: numbers of the scene by these names, then COLUMNS.
-
-    Whatever is missing, a column has one kind; and no minus stands before a zero.
-    """
-    columns = [*names, *COLUMNS]
-    frame = pd.DataFrame(rows, columns=columns)
-    return unsigned(frame.astype({name: KINDS.get(name, "float64") for name in columns}))
+    """Rows of runs as a frame: numbers of the scene by these names, then COLUMNS. No zero has a sign."""
+    types = dict.fromkeys(names, "float64") | COLUMNS
+    return unsigned(pd.DataFrame(rows, columns=[*types]).astype(types))
 
 
 def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
@@ -128,22 +114,19 @@ def _refuse_losing(path: Path, points: Sequence[Mapping[str, float]]) -> None:
     try:
         with path.open(encoding="utf-8", newline="") as stream:
             header, *rows = csv.reader(stream)
-        varied = header.index(COLUMNS[0])
+        varied = header.index(next(iter(COLUMNS)))
         runs = [tuple(map(float, row[:varied])) for row in rows]
     except (OSError, ValueError, csv.Error):
-        raise OptionError(f"{path}: {_NO_TABLE}: {_INSTEAD}") from None
+        raise OptionError(f"{path}: is there already, and no table of runs: {_INSTEAD}") from None
     wanted = {tuple(point.values()) for point in points}
     lost = sum(run not in wanted for run in runs) if header[:varied] == names else len(runs)
     if lost:
-        raise OptionError(
-            f"{path}: has {counted(len(runs), 'run')}, and of those the {len(points)} asked for now leave "
-            f"{lost} out: {_INSTEAD}"
-        )
+        raise OptionError(f"{path}: {lost} of its {counted(len(runs), 'run')} would be lost: {_INSTEAD}")
 
 
 def _neighbours_together(points: Sequence[Mapping[str, float]]) -> list[int]:
-    """Order of the points in which those that differ in joint properties alone follow one another: a worker
-    builds its programs once for all of them."""
+    """Order in which points that differ in joint properties alone follow one another: a worker builds its
+    programs once for all of them."""
     seen: dict[tuple[float, ...], list[int]] = {}
     for index, values in enumerate(points):
         others = tuple(value for name, value in values.items() if not is_of_joints(name))

@@ -1,4 +1,4 @@
-"""The answer of a search: the value of a number on one side of which a scene holds."""
+"""The answer of ``least`` and ``most``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from masonry_opt.studies.many.runs import columns
 from masonry_opt.studies.many.table import framed
 from masonry_opt.words.sentences import numeral
 
-#: Numbers of a scene without a load factor: it falls by itself, or no load makes it collapse.
+#: ``Trial.number`` of a scene without a load factor: it falls by itself, or no load makes it collapse.
 FALLS, UNLIMITED = -math.inf, math.inf
 
 
@@ -27,12 +27,10 @@ class Trial:
 
     Attributes
     ----------
-    value: of the number.
     holds: whether the scene stands, or carries the load.
-    number: load factor, or margin under dead load: -inf where it falls and there is none, inf where it
-        carries any load.
-    result: the state and mechanism; under dead load see :class:`~.standing.Standing`.
-    certificate: residuals of the number; None where it is not finite.
+    number: load factor, or margin under dead load; -inf where the scene falls, inf where it carries any load.
+    result: state and mechanism; under dead load see :class:`~.standing.Standing`.
+    certificate: residuals of ``number``; None where it is not finite.
     """
 
     value: float
@@ -48,16 +46,13 @@ class Threshold:
 
     Attributes
     ----------
-    least: whether the scene holds from the value on upwards; else up to it.
-    load: the load factor to be carried; None if the scene is to stand under its dead load alone.
-    value: the threshold: between the ends, where the load factor (margin) passes what is asked; at a jump the
-        end at which the scene holds.
-    interval: lower and upper end. Both were solved: at one the scene holds, at the other it fails.
-    holds, fails: the ends as they were solved. ``holds.result`` and ``fails.result`` have the state and
-        the mechanism, ``certificate`` has the residuals.
-    jump: load factors (margins) at the failing and the holding end, if they differ although the ends do not:
-        the mechanism changes, joints lock, or the scene itself changes at once. None if they do not.
-    contradictions: values tried below a least (above a greatest) at which the scene holds all the same.
+    least: whether the scene holds from ``value`` upwards; else it holds up to it.
+    load: load factor to be carried; None if the scene is to stand under its dead load alone.
+    value: the threshold, interpolated between the ends; at a jump the end at which the scene holds.
+    holds, fails: the ends, both solved: ``result`` has state and mechanism, ``certificate`` the residuals.
+    jump: load factors (margins) at the failing and the holding end, if they differ although the ends do not
+        (the mechanism changes, joints lock, or the scene itself changes); else None.
+    contradictions: values tried below a least (above a greatest) at which the scene holds too.
     trials: every value tried, in order.
     """
 
@@ -73,11 +68,12 @@ class Threshold:
     @property
     def interval(self) -> tuple[float, float]:
         """Lower and upper end."""
-        return min(self.holds.value, self.fails.value), max(self.holds.value, self.fails.value)
+        lower, upper = sorted((self.holds.value, self.fails.value))
+        return lower, upper
 
     @property
     def evaluations(self) -> int:
-        """How many scenes were solved."""
+        """Number of scenes solved."""
         return len(self.trials)
 
     @property
@@ -117,14 +113,14 @@ class Threshold:
         known = math.isfinite(end.number)
         worst = end.certificate.worst if known and end.certificate else None
         residual = "" if worst is None else f" (largest residual {worst:.0e})"
-        # As many digits as tell the ends apart, and what fails from the load that it does not carry.
+        # As many digits as make the ends differ, and the failing end differ from the load.
         near = [number for number in (self.holds.number, self.load) if number is not None]
         said = numeral(end.number, _telling(self.fails.number, near, 6)) if known else str(end.result.status)
         value = numeral(end.value, _telling(self.fails.value, [self.holds.value], 9))
         return f"at {value}: {self._measure + ' ' if known else ''}{said}{residual}"
 
     def as_dict(self) -> dict[str, Any]:
-        """All but the single results, as plain numbers, strings and lists (not finite: None)."""
+        """All but the results, as plain numbers, strings and lists (not finite: None)."""
         return {
             "kind": "least" if self.least else "greatest",
             "load": self.load,
@@ -147,7 +143,7 @@ class Threshold:
 
 
 def _telling(number: float, others: Sequence[float], least: int) -> str:
-    """The format of fewest significant digits, from so many on, in which a number is none of some others."""
+    """The format with fewest significant digits, at least ``least``, that tells a number from others."""
     formats = [f".{digits}g" for digits in range(least, 18)]
     told = (form for form in formats if all(f"{number:{form}}" != f"{other:{form}}" for other in others))
     return next(told, formats[-1])

@@ -16,7 +16,7 @@ from masonry_opt.answer.motion import joint_motion, moving_blocks
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.stressed_joints import stressed_joints
 from masonry_opt.answer.thresholds import MOVES, SAME, SLIDES, is_lower, same
-from masonry_opt.studies.many.mechanism import mechanism
+from masonry_opt.studies.many.runs import mechanism
 
 
 def side_by_side(*beyond):

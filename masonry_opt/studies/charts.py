@@ -1,4 +1,4 @@
-"""Charts, described once in Altair: as PNG and SVG for paper, as a script for pages."""
+"""Charts of studies, in Altair: as PNG and SVG for paper, as a script for pages."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ from typing import Any
 import matplotlib
 
 from masonry_opt.errors import OptionError
-from masonry_opt.studies.page import NEEDED, render
-from masonry_opt.studies.writing import write_files
+from masonry_opt.studies.writing import NEEDED, render, write_files
 
 try:
     import altair as alt
@@ -20,11 +19,10 @@ try:
 except ImportError:
     raise OptionError(NEEDED) from None
 
-# Altair is taken from here: where it is missing, one place says so.
+# Altair is imported from here: one place says that it is missing.
 __all__ = ["Drawing", "alt", "axis", "pictures", "script", "write_charts"]
 
-#: On paper: width of a chart and of a panel in pixels; panels side by side, and in all (more are too small to
-#: read; a page shows each).
+#: On paper: width of a chart and of a panel in pixels; most panels side by side, and in all.
 _WIDTH, _PANEL, _COLUMNS, _PANELS = 620, 230, 4, 24
 
 #: Width of a legend's entry in pixels; there are as many columns as fit.
@@ -33,7 +31,7 @@ _ENTRY = 300
 #: Width of a letter of the notes in pixels.
 _LETTER = 6
 
-#: It comes with Matplotlib and has superscripts: pictures are the same on every machine.
+#: From Matplotlib, with superscripts: pictures are the same on every machine.
 _FONT = "DejaVu Sans"
 vl_convert.register_font_directory(str(Path(matplotlib.get_data_path(), "fonts", "ttf")))
 
@@ -52,7 +50,7 @@ _LEGEND = {"orient": "bottom", "title": None, "labelLimit": 0, "symbolSize": 80,
 class Drawing:
     """A chart, the name of its files, its title and notes.
 
-    ``panels``: a column, of whose values each has a panel: side by side on paper, one at a time on a page.
+    ``panels``: a column with a panel for each of its values: side by side on paper, one at a time on a page.
     """
 
     name: str
@@ -62,7 +60,7 @@ class Drawing:
     panels: str = ""
 
     def on_paper(self) -> Any:
-        """The chart in Altair, title and notes inside."""
+        """The chart in Altair, with title and notes."""
         chart, width, notes = self.chart, _WIDTH, self.notes
         if self.panels:
             named = self._panels()
@@ -78,7 +76,7 @@ class Drawing:
         return _dressed(chart, max(1, width // _ENTRY))
 
     def on_page(self) -> dict[str, Any]:
-        """The chart for Vega-Lite, as wide as there is room; title and notes stand beside it."""
+        """The chart for Vega-Lite, as wide as its container, without title and notes."""
         chart = self.chart.properties(width="container", autosize={"type": "fit-x", "contains": "padding"})
         if self.panels:
             named = self._panels()
