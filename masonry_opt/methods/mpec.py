@@ -123,7 +123,7 @@ def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
         at_rest = (np.zeros(size) for size in (*problem.B.shape[::-1], problem.faces))
         model.start_from(start or State(0.0, *at_rest))
     with effort.measure("compile"):
-        ipopt = getattr(drivers, task.solver.engine)(model)
+        ipopt = getattr(drivers, task.solver.entry.engine)(model)
     effort.uses(task.solver.name, "relaxation")
     solution = Solution(Status.HOMOTOPY, Kind.RELAXED)
     epsilon = options.epsilon

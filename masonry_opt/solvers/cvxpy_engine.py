@@ -83,7 +83,7 @@ class CvxpyEngine:
 
     def _compiled(self) -> Any:
         compiled = self.program.get_problem_data(
-            self.solver.engine, ignore_dpp=self._as_constants, solver_opts=dict(self.solver.options)
+            self.solver.entry.engine, ignore_dpp=self._as_constants, solver_opts=dict(self.solver.options)
         )
         matrix = compiled[0]["A"]
         self._size = LpSize(matrix.shape[0], matrix.shape[1], matrix.nnz)
