@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from masonry_opt.effort import Effort
@@ -12,8 +11,15 @@ from masonry_opt.solvers.lp import LpAnswer, LpSize
 from masonry_opt.solvers.registry import Solver
 
 
-def _in_cvxpy(parabola: bool) -> tuple[Any, dict[str, Any]]:
-    """The engine, and the models by formulation."""
+def _declared(language: str, parabola: bool) -> tuple[Any, dict[str, Any]]:
+    """The engine, and the models by formulation. Each language takes a second or more to import: only the one
+    that is used is."""
+    if language == "pyomo":
+        from masonry_opt.models.pyomo_kinematic import PyomoKinematic
+        from masonry_opt.models.pyomo_static import PyomoStatic
+        from masonry_opt.solvers.pyomo_engine import PyomoEngine
+
+        return PyomoEngine, {"static": PyomoStatic, "kinematic": PyomoKinematic}
     from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
     from masonry_opt.models.cvxpy_parabola import CvxpyParabolaKinematic, CvxpyParabolaStatic
     from masonry_opt.models.cvxpy_static import CvxpyStatic
@@ -22,20 +28,6 @@ def _in_cvxpy(parabola: bool) -> tuple[Any, dict[str, Any]]:
     if parabola:
         return CvxpyEngine, {"static": CvxpyParabolaStatic, "kinematic": CvxpyParabolaKinematic}
     return CvxpyEngine, {"static": CvxpyStatic, "kinematic": CvxpyKinematic}
-
-
-def _in_pyomo(parabola: bool) -> tuple[Any, dict[str, Any]]:
-    """The engine, and the models by formulation."""
-    from masonry_opt.models.pyomo_kinematic import PyomoKinematic
-    from masonry_opt.models.pyomo_static import PyomoStatic
-    from masonry_opt.solvers.pyomo_engine import PyomoEngine
-
-    assert not parabola  # declared in CVXPY alone
-    return PyomoEngine, {"static": PyomoStatic, "kinematic": PyomoKinematic}
-
-
-#: By language. Each takes a second or more to import: only the one that is used is.
-_DECLARED: dict[str, Callable[[bool], tuple[Any, dict[str, Any]]]] = {"cvxpy": _in_cvxpy, "pyomo": _in_pyomo}
 
 
 class Driver:
@@ -65,7 +57,7 @@ class Driver:
         repeats: bool = False,
         parabola: bool = False,
     ) -> None:
-        engine, models = _DECLARED[solver.language](parabola)
+        engine, models = _declared(solver.language, parabola)
         self.effort = effort
         self._scaled = in_units_of_load(problem) if of_load else Scaled(problem, 1.0, 1.0)
         limits = limits or ShearLimits.true(problem)

@@ -142,10 +142,6 @@ class LinearProgram:
         at_columns = np.where(reduced > 0, self.low, self.high)
         paid = np.isfinite(at_columns)
         of_columns = np.where(paid, reduced, 0.0) * np.where(paid, at_columns, 0.0)
-        value = float(terms.sum() + of_columns.sum())
-        value -= (
-            (len(terms) + len(of_columns))
-            * _UNIT_ROUNDOFF
-            * float(np.abs(terms).sum() + np.abs(of_columns).sum())
-        )
+        terms = np.concatenate([terms, of_columns])
+        value = float(terms.sum() - len(terms) * _UNIT_ROUNDOFF * np.abs(terms).sum())
         return value, np.where(paid, 0.0, np.abs(reduced)) + rounding
