@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from math import inf
 from typing import Any
 
 from masonry_opt.answer.acceptance import BORNE_OUT
 from masonry_opt.answer.answer import Answer, certified
-from masonry_opt.answer.reasons import Code, Reason, reason
+from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.loop.exact_end import belong_together
@@ -19,6 +18,7 @@ from masonry_opt.methods.loop.run import Iteration, run
 from masonry_opt.methods.loop.steps import LimitUpdate, first_limits
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.state import State
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solver, find_solver, rougher
 from masonry_opt.standing.diagnosis import no_optimum
@@ -119,22 +119,25 @@ class _Ran:
 def nonassociative(task: Task) -> Solution:
     """Load factor with the joints' own flow rule (Coulomb: no dilatancy).
 
-    Runs the loop; where a run fails, others follow with what ``REMEDIES`` lists for its failure, each
-    recorded in the history and the reasons.
+    Where a run of the loop fails, others follow with what ``REMEDIES`` lists for its failure, each recorded
+    in the history and the reasons.
     """
     problem, options = task.problem, task.options or LoopOptions()
     attempt = Attempt(options.parameters(problem.joints, task.solver), task.solver)
     runs: list[_Ran] = []
     left = {failure: list(remedies) for failure, remedies in REMEDIES.items()}
-    driver: Driver | None = None
-    borne_out = _LeastBorneOut(problem)
+    least: float | None = None
 
     def follow(step: Iteration) -> None:
-        borne_out.see(step)
+        nonlocal least
+        state = step.solved.state if step.solved else None
+        if state and (least is None or state.load_factor < least) and _borne_out(problem, state):
+            least = state.load_factor
         task.progress(replace(step, attempt=len(runs) + 1, remedy=attempt.remedy))
 
     while True:
-        if driver is None or _needs_another(attempt, runs[-1].attempt):
+        before = runs[-1].attempt if runs else None
+        if before is None or _sub_problems_of(attempt) != _sub_problems_of(before):
             driver = _declare(task, attempt)
         revise = options.revise or LimitUpdate.limits
         solution = run(problem, driver, attempt.parameters, attempt.solver, follow, revise)
@@ -149,32 +152,17 @@ def nonassociative(task: Task) -> Solution:
         attempt = following
     for ran in runs:
         if ran.solution.status in (Status.CYCLING, Status.ITERATION_LIMIT):
-            ran.solution.reasons.append(borne_out.reason)
+            ran.solution.add(Code.LEAST_BORNE_OUT, load_factor=least)
     solution = _gathered(runs, options)
     solution.size = driver.size()
     return solution
 
 
-class _LeastBorneOut:
-    """The least load factor of a sub-problem whose state bears it out under the true law."""
-
-    def __init__(self, problem: Problem) -> None:
-        self.problem, self.least = problem, inf
-
-    def see(self, step: Iteration) -> None:
-        """Look at a sub-problem's state under the joints' own flow rule."""
-        state = step.solved.state if step.solved else None
-        if state is None or state.load_factor >= self.least:
-            return
-        slope = self.problem.dilatancy_at(self.problem.normal_forces(state.q))
-        answer = certified(self.problem, state.load_factor, state.q, state.d, slope)
-        if max(answer.residuals.values()) <= BORNE_OUT:
-            self.least = state.load_factor
-
-    @property
-    def reason(self) -> Reason:
-        """It, for a reader; None if there is none."""
-        return reason(Code.LEAST_BORNE_OUT, load_factor=None if self.least == inf else self.least)
+def _borne_out(problem: Problem, state: State) -> bool:
+    """Whether a sub-problem's state bears its load factor out under the joints' own flow rule."""
+    slope = problem.dilatancy_at(problem.normal_forces(state.q))
+    answer = certified(problem, state.load_factor, state.q, state.d, slope)
+    return max(answer.residuals.values()) <= BORNE_OUT
 
 
 def _declare(task: Task, attempt: Attempt) -> Driver:
@@ -183,25 +171,18 @@ def _declare(task: Task, attempt: Attempt) -> Driver:
     limits = first_limits(task.problem, attempt.parameters)
     # What is solved roughly is equally rough at every size in units of the load.
     of_load = rough is not None
-    return task.kept.of(
-        ("sub-problems", solver.key, of_load),
-        task.problem,
-        task.effort,
-        lambda: Driver(
-            task.problem,
-            "static",
-            solver,
-            task.effort,
-            limits,
-            of_load=of_load,
-            purpose="sub-problems",
-            repeats=True,
-        ),
-    )
+
+    def declared() -> Driver:
+        return Driver(
+            task.problem, "static", solver, task.effort, limits, of_load, purpose="sub-problems", repeats=True
+        )
+
+    return task.kept.of(("sub-problems", solver.key, of_load), task.problem, task.effort, declared)
 
 
-def _needs_another(attempt: Attempt, last: Attempt) -> bool:
-    return attempt.solver != last.solver or attempt.parameters.tolerance != last.parameters.tolerance
+def _sub_problems_of(attempt: Attempt) -> tuple[Solver, float | None]:
+    """What decides how sub-problems are declared and solved."""
+    return attempt.solver, attempt.parameters.tolerance
 
 
 def _failure(attempt: Attempt, solution: Solution) -> Failure | None:
