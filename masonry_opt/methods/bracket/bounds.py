@@ -26,16 +26,15 @@ _BEYOND = 1e9
 
 @dataclass(frozen=True)
 class StateBounds:
-    """What forces and rates are at most in all states with lowest ≤ λ ≤ Λ.
+    """Largest forces and rates of all states with lowest ≤ λ ≤ Λ.
 
     Attributes
     ----------
-    lowest: λ from which they hold.
     normal: normal force of each joint, shape (c,).
     forces: magnitudes of x₂, x₃ and z₀ (or s) of each joint, flat, shape (3c,).
     rates: sum of all slips and edge openings.
     forces_derived, rates_derived: whether statics and kinematics imply them; else some are assumed, and what
-        they lead to holds below them only.
+        follows holds below them only.
     """
 
     lowest: float
@@ -61,10 +60,10 @@ class StateBounds:
 def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Effort) -> StateBounds:
     """Bounds over all states with 0 ≤ λ ≤ ``highest``.
 
-    Forces: the largest that statics allow. Rates: the largest that kinematics allow each face while the
-    raising of the blocks takes no more than the live load gives, of sliding with the other sense at rest.
-    That loses nothing where dilatancy is not negative: at yield in both senses a joint carries nothing and
-    may open instead (without friction and cohesion it must not dilate).
+    Forces: the largest that statics allow. Rates: the largest that kinematics allow each face while raising
+    the blocks takes no more than the live load gives; sliding with the other sense at rest. Nothing is lost
+    by that where dilatancy is not negative: at yield in both senses a joint carries nothing and may open
+    instead (without friction and cohesion it must not dilate).
     """
     normal, forces, derived = _force_limits(problem, (0.0, highest), effort)
     rates = _most_rates(problem, highest, effort)
@@ -83,8 +82,8 @@ def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Ef
 def tightened(
     of: StateBounds, problem: Problem, lowest: float, highest: float, effort: Effort
 ) -> StateBounds:
-    """The same with forces of the states with ``lowest`` ≤ λ ≤ ``highest`` alone. They have less room: the
-    nearer λ is to what statics can carry, the less self-stress goes with it."""
+    """The same with the forces of the states with ``lowest`` ≤ λ ≤ ``highest`` alone: the nearer λ is to what
+    statics can carry, the less self-stress goes with it."""
     normal, forces, derived = _force_limits(problem, (lowest, highest), effort)
     if not derived:
         # What would be assumed must not take the place of what is proven of more states.
@@ -174,8 +173,7 @@ def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
         values[face] = max(-least, 0.0)
         short[face], of_motion[face] = lacks[of_rates].max(), lacks[of_velocities]
     short += of_motion @ np.abs(velocities_by_rates(problem)).max(axis=1)
-    of_faces = _with_what_is_short(values, short)
-    return float(EdgeFactors(problem).in_edges(of_faces).sum())
+    return float(EdgeFactors(problem).in_edges(_with_what_is_short(values, short)).sum())
 
 
 def velocities_by_rates(problem: Problem) -> np.ndarray:

@@ -32,10 +32,9 @@ _PAUSE = 2
 #: Sub-problems for which a run goes on after λ stands still, while there is no exact state yet.
 _PATIENCE = 30
 
-#: As often in a row must λ more than double for the loop to diverge.
+#: The loop diverges if λ more than doubles so often in a row; or rises by so much at a time, so often in a
+#: row, to so many times where it began.
 _DOUBLINGS = 5
-
-#: Or rises by so much at a time, as often in a row, to so many times where it began.
 _RISE, _RISES, _GROWN = 1e-2, 30, 1e3
 
 #: Longest cycle looked for, and the drift from one to the next, over its swing, that still is one.
@@ -81,27 +80,23 @@ class Iteration:
 
 
 def recorded(problem: Problem, last: SubProblem, before: State | None) -> Iteration:
-    """The record of a sub-problem that was solved, and the state before it."""
-    state, limits = last.state, last.limits
-    assert state is not None  # only a solved sub-problem is recorded
+    """The record of a sub-problem, given the state before it."""
+    state, limits = last.optimum, last.limits
     n, slip = problem.normal_forces(state.q), problem.slip(state.p)
     coulomb = ShearLimits.true(problem).at(n[problem.sliding])
     limit = limits.at(n[problem.sliding]) - last.small_cohesion
     change = np.nan if before is None else np.abs(n - problem.normal_forces(before.q)).max()
-
-    def in_units_of_load_factor(energy: float) -> float:
-        return float(energy) / problem.live_norm
-
+    unit = problem.live_norm
     return Iteration(
         iteration=last.number,
         load_factor=state.load_factor,
         alpha=last.alpha,
         change=float(change),
         violation=max(-float(problem.slacks(state.q).min()), 0.0),
-        raising=in_units_of_load_factor(-problem.dead @ state.d),
-        sliding=in_units_of_load_factor(limits.cohesion @ slip),
-        coulomb_sliding=in_units_of_load_factor(coulomb @ slip),
-        mismatch=in_units_of_load_factor(np.abs(limit - coulomb) @ slip),
+        raising=float(-problem.dead @ state.d) / unit,
+        sliding=float(limits.cohesion @ slip) / unit,
+        coulomb_sliding=float(coulomb @ slip) / unit,
+        mismatch=float(np.abs(limit - coulomb) @ slip) / unit,
         seconds=last.solved.seconds,
         solved=last,
     )
@@ -119,9 +114,8 @@ def run(
 
     Parameters
     ----------
-    driver: of a static model; only its shear limits are changed.
+    driver: of a static model; its shear limits alone are changed.
     solver: of the exact end.
-    progress: called after every sub-problem.
     """
     return _Run(problem, driver, parameters, solver).follow(progress, revise)
 
@@ -169,8 +163,7 @@ class _Run:
 
     def _nothing_to_do(self, last: SubProblem) -> bool:
         """Whether the first answer is the last: the associative one obeys the joints' own flow rule."""
-        parameters, state, solution = self.parameters, last.state, self.solution
-        assert state is not None  # the sub-problem was solved
+        parameters, state, solution = self.parameters, last.optimum, self.solution
         if parameters.start != "associative" or parameters.always or not obeys_own_flow(self.problem, state):
             return False
         solution.flow_rule_matters = False
@@ -206,12 +199,10 @@ class _Run:
             return True
         normal = [self.problem.normal_forces(state.q) for state in self.states]
         if length := period(self.load_factors, normal):
-            cycle = self.load_factors[-length:]
-            values = {"period": length, "lowest": min(cycle), "highest": max(cycle)}
-            if self._exact_end(last):
-                solution.add(Code.REPEATS, **values, exact=True)
-            else:
-                solution.end(Status.CYCLING, Code.REPEATS, **values, exact=False)
+            cycle, exact = self.load_factors[-length:], self._exact_end(last)
+            if not exact:
+                solution.status = Status.CYCLING
+            solution.add(Code.REPEATS, period=length, lowest=min(cycle), highest=max(cycle), exact=exact)
             return True
         return False
 
@@ -219,9 +210,7 @@ class _Run:
         """Whether exact forces on the mechanism, or on one near it, end the run."""
         if not self.parameters.finish:
             return False
-        problem, state, effort = self.problem, last.state, self.driver.effort
-        assert state is not None  # the sub-problem was solved
-        end: Answer | None
+        problem, state, effort = self.problem, last.optimum, self.driver.effort
         effort.begins("exact forces")
         if self.parameters.tolerance is not None:
             end = rough_end(problem, state, self.solver, effort)
@@ -237,8 +226,7 @@ class _Run:
 
     def _converge(self, last: SubProblem) -> None:
         """End where λ stood still, with step 6's correction."""
-        solution, state = self.solution, last.state
-        assert state is not None  # the sub-problem was solved
+        solution, state = self.solution, last.optimum
         solution.end(Status.CONVERGED, Code.SUB_PROBLEMS, count=len(solution.history))
         load_factor = corrected(self.problem, last)
         if self.parameters.finish:
@@ -273,14 +261,8 @@ def diverges(load_factors: Sequence[float]) -> bool:
 
 
 def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
-    """Length of the cycle the loop is in, or 0: load factors and normal forces came back twice, and
-    the swing hardly dies away.
-
-    Parameters
-    ----------
-    load_factors: of all sub-problems.
-    normal: normal forces of the last few, ``LONGEST_PERIOD`` + 1 at least where there are as many.
-    """
+    """Length of the cycle that the loop is in, or 0: load factors and normal forces came back twice, and the
+    swing hardly dies away. The normal forces are those of the last ``LONGEST_PERIOD`` + 1 sub-problems."""
     values = np.array(load_factors)
     largest = float(np.abs(normal[-1]).max())
     for length in range(2, LONGEST_PERIOD + 1):
