@@ -95,7 +95,7 @@ def refined(task: Task) -> Solution:
     try:
         if first.q is not None:
             # Of a result that is handed in its own descent is wanted, and no other pass's.
-            candidates = search.few(first.q, len(first.history))
+            candidates = search.few(first.q)
             for candidate in islice(candidates, None if options.start is None else 1):
                 lowest.see(candidate)
         if options.search is not None:

@@ -241,17 +241,16 @@ class Refiner:
     def _hold(self, support: np.ndarray) -> None:
         self._statics.set_room(self._forces.within_yield, np.where(support, 0.0, np.inf))
 
-    def time_left(self) -> float:
-        """Seconds to the deadline; raises OutOfTime if there are none."""
-        left = self.deadline - time.perf_counter()
-        if left <= 0:
+    def check_time(self) -> None:
+        """Raise OutOfTime from the deadline on."""
+        if time.perf_counter() >= self.deadline:
             raise OutOfTime
-        return left
 
     def _solved(self, session: HighsSession) -> bool:
-        verdict = session.solve(self.time_left())
-        if verdict is Verdict.FAILED and time.perf_counter() >= self.deadline:
-            raise OutOfTime
+        self.check_time()
+        verdict = session.solve(max(self.deadline - time.perf_counter(), 0.0))
+        if verdict is Verdict.FAILED:
+            self.check_time()
         self.undecided += verdict is Verdict.FAILED
         return verdict is Verdict.OPTIMAL
 
