@@ -68,13 +68,12 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "small-cohesion-of-a-block": ("nonassociative", {"loop.steps:_DWARFS": inf}),
     "end-at-the-larger-mechanism": ("nonassociative", {"loop.exact_end:_SHARES": (1e-4,)}),
     "end-at-the-surer-mechanism": ("nonassociative", {"loop.exact_end:_SHARES": (1e-6,)}),
-    "patience": ("nonassociative", {_RUN + "_PATIENCE": 0}),
     "divergence": ("nonassociative", {_RUN + "_DOUBLINGS": 999, _RUN + "_RISES": 999}),
     "slow-divergence": ("nonassociative", {_RUN + "_RISES": 999}),
     "cycles": ("nonassociative", {_RUN + "_STEADY": 0.0}),
     **{
         f"remedy-{failure.replace(' ', '-')}": ("nonassociative", {_REMEDIES: _without(failure)})
-        for failure in ("locked", "no state", "cycling", "iteration limit", "solver failed")
+        for failure in ("locked", "no state", "cycling", "solver failed", "converged to no exact state")
     },
     "early-end": ("rough", {_RUN + "_NEARLY_TRUE": 0.0}),
     "early-end-not-before": ("rough", {_RUN + "_NEARLY_TRUE": inf}),

@@ -17,17 +17,15 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
     Parameters
     ----------
     formulation: "static", eq. (9), or "kinematic", eq. (10).
-    by_chords: whether joints crush by chords, as in every Coulomb answer, even where the solver takes the
+    by_chords: whether joints crush by chords, as in every Coulomb answer, also where the solver takes the
         parabola.
     """
     problem = task.problem
     parabola = bool(len(problem.crushing)) and task.solver.entry.conic and not by_chords
 
     def declared() -> Driver:
-        repeats = task.kept.keeps
-        return Driver(
-            problem, formulation, task.solver, task.effort, of_load=True, repeats=repeats, parabola=parabola
-        )
+        how = {"of_load": True, "repeats": task.kept.keeps, "parabola": parabola}
+        return Driver(problem, formulation, task.solver, task.effort, **how)
 
     key = ("associative", formulation, task.solver.key, parabola)
     driver = task.kept.of(key, problem, task.effort, declared)

@@ -8,7 +8,7 @@ from enum import StrEnum
 from typing import Any
 
 from masonry_opt.answer.acceptance import BORNE_OUT
-from masonry_opt.answer.answer import Answer, certified
+from masonry_opt.answer.answer import certified
 from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
@@ -95,10 +95,10 @@ def _with(last: Attempt, **changed: Any) -> Attempt:
 #: rescued by: more small cohesion, or less, helped 3 of 193 scenes, all of which a pass solves.
 REMEDIES: dict[Status | Shortfall, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
-    Status.NO_STATE: (*(less_slope,) * 6, _accurately),
+    Status.NO_STATE: (*(less_slope,) * 5, _accurately),
     Status.CYCLING: (_accurately, _more_damping, _another_solver),
-    Status.ITERATION_LIMIT: (_accurately, _more_damping),
-    Shortfall.INEXACT: (_accurately,),
+    Status.ITERATION_LIMIT: (_accurately,),
+    Shortfall.INEXACT: (_accurately, _another_solver),
     Status.SOLVER_FAILED: (_accurately, _looser_solver, _another_solver),
     Shortfall.ROUGH: (_accurately,),
 }
@@ -195,18 +195,7 @@ def _failure(attempt: Attempt, solution: Solution) -> Failure | None:
         return Shortfall.INEXACT
     if not solution.flow_rule_matters:
         return None if attempt.parameters.tolerance is None else Shortfall.ROUGH
-    inexact = finish and _far_from_exact(answer, solution, attempt.parameters.tol)
-    return Shortfall.INEXACT if inexact else None
-
-
-def _far_from_exact(answer: Answer, solution: Solution, tol: float) -> bool:
-    """Whether more is left than the exact end allows: of energy of what moves without being at yield, or of
-    departure from the flow rule (blocks that pass into each other); or λ still changes, by more than ``tol``
-    relative, and no exact state was found on the way."""
-    if not belong_together(answer):
-        return True
-    last = [entry.load_factor for entry in solution.history[-2:]]
-    return not solution.exact_end and abs(last[-1] - last[0]) > tol * abs(last[-1])
+    return Shortfall.INEXACT if finish and not belong_together(answer) else None
 
 
 def _next(runs: list[_Ran], left: dict[Failure, list[Remedy]], options: LoopOptions) -> Attempt | None:

@@ -29,9 +29,6 @@ from masonry_opt.solvers.registry import Solver
 _NEARLY_TRUE = 5e-3  # no gate: what the try finds must leave no more than MOST_ENERGY
 _PAUSE = 2
 
-#: Sub-problems for which a run goes on after λ stands still, while there is no exact state yet.
-_PATIENCE = 30
-
 #: The loop diverges if λ more than doubles so often in a row; or rises by so much at a time, so often in a
 #: row, to so many times where it began.
 _DOUBLINGS = 5
@@ -127,7 +124,7 @@ class _Run:
         self.solution = Solution(Status.ITERATION_LIMIT, kind)
         self.load_factors: list[float] = []
         self.states: deque[State] = deque(maxlen=LONGEST_PERIOD + 1)
-        self.next_try = self.still_since = 0
+        self.next_try = 0
 
     def follow(self, progress: Callable[[Iteration], None], revise: Revise) -> Solution:
         parameters, solution = self.parameters, self.solution
@@ -181,17 +178,14 @@ class _Run:
         parameters, solution = self.parameters, self.solution
         if last.alpha <= parameters.alpha_min:
             early = parameters.early and entry.mismatch <= _NEARLY_TRUE * abs(entry.load_factor)
-            # Only runs that may end early pause between their tries: the others stand still first.
-            tries = (early or last.stands_still) and (last.number >= self.next_try or not parameters.early)
-            self.still_since = self.still_since or (last.number if last.stands_still else 0)
-            waited = self.still_since and last.number - self.still_since >= _PATIENCE
-            if tries and self._exact_end(last):
-                return True
-            if (last.stands_still and not parameters.finish) or (waited and not parameters.early):
+            # Only runs that may end early pause between their tries: the others end where λ stands still.
+            if (early or last.stands_still) and (last.number >= self.next_try or not parameters.early):
+                if self._exact_end(last):
+                    return True
+                self.next_try = last.number + _PAUSE
+            if last.stands_still and not parameters.early:
                 self._converge(last)
                 return True
-            if tries:
-                self.next_try = last.number + _PAUSE
         if diverges(self.load_factors):
             solution.end(
                 Status.JAMMED, Code.GROWS, load_factor=self.load_factors[-1], count=len(self.load_factors)
@@ -231,8 +225,6 @@ class _Run:
         load_factor = corrected(self.problem, last)
         if self.parameters.finish:
             solution.add(Code.NO_EXACT_END)
-        if not last.stands_still:
-            solution.add(Code.CHANGES_AGAIN)
         # No state with less dilatancy exceeds the associative load factor, where that is known.
         known = self.parameters.start == "associative" and self.parameters.tolerance is None
         if known and load_factor > self.load_factors[0]:
