@@ -187,9 +187,10 @@ class Refiner:
             exact = self.least(p > _AT_WORK, d)
             if exact is not None:
                 return exact
-            if not self._solved_at(*energy_costs(self.problem, p, WEIGHT)):
+            nearest = self._least_energy(p)
+            if nearest is None:
                 return None
-            q = self._statics.values(self._forces.statics.q)
+            q = nearest
         return None
 
     def descend(self, state: ExactState) -> ExactState:
@@ -221,6 +222,10 @@ class Refiner:
             return None
         forces = self._forces
         return self._statics.values(forces.statics.q), np.abs(self._statics.duals(forces.within_yield))
+
+    def _least_energy(self, rates: np.ndarray) -> np.ndarray | None:
+        solved = self._solved_at(*energy_costs(self.problem, rates, WEIGHT))
+        return self._statics.values(self._forces.statics.q) if solved else None
 
     def _solved_at(self, load_cost: float, force_cost: np.ndarray) -> bool:
         """Whether there are forces of least cost, with no face held; the costs are then λ's alone again."""
