@@ -128,7 +128,7 @@ def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
 def _follow(
     task: Task, model: PyomoRelaxed, ipopt: Ipopt, epsilon: float, last: float, solution: Solution
 ) -> bool:
-    """Solve for a falling ε from the values the model holds; whether all were solved."""
+    """Solve for a falling ε from the model's values; whether all were solved."""
     while True:
         began = time.perf_counter()
         answer = ipopt.solve(epsilon)

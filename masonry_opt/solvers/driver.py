@@ -37,12 +37,10 @@ class Driver:
     ----------
     formulation: "static" or "kinematic".
     limits: the first shear limits; by default the joints' own, with associative flow.
-    of_load: whether the program is declared in units of the load (the problem then needs one), in which it
-        is solved more accurately.
-    purpose: what it is solved for, under which the effort records the solver.
-    repeats: whether it is solved again and again with other shear limits.
-    parabola: whether crushing is declared as a parabola (in CVXPY, for a solver of conic programs) instead of
-        by its chords.
+    of_load: whether the program is declared in units of the load, in which it is solved more accurately.
+    purpose, repeats: as of :class:`~.cvxpy_engine.CvxpyEngine`.
+    parabola: whether crushing is declared as a parabola (in CVXPY, for a solver of conic programs), not by
+        its chords.
     """
 
     def __init__(

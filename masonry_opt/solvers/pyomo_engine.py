@@ -21,13 +21,8 @@ _VERDICTS = {
 
 
 class PyomoEngine:
-    """A declared program, and a HiGHS that stays loaded with it between solves.
-
-    Parameters
-    ----------
-    purpose: what it is solved for, under which the effort records the solver.
-    repeats: whether it is solved again and again; it stays loaded in any case.
-    """
+    """A declared program, and a HiGHS that stays loaded with it between solves, ``repeats`` or not.
+    The interface is that of :class:`~.cvxpy_engine.CvxpyEngine`."""
 
     def __init__(
         self, program: pyo.ConcreteModel, solver: Solver, effort: Effort, purpose: str, repeats: bool = False

@@ -44,13 +44,7 @@ class Candidate:
 
 
 class Met:
-    """Exact states met, each load factor once.
-
-    Attributes
-    ----------
-    load_factors: λ of each, as they came.
-    candidates: how many were tried, with or without a state.
-    """
+    """Exact states met, each load factor once, and the number of candidates, with or without a state."""
 
     def __init__(self) -> None:
         self.load_factors: list[float] = []

@@ -56,7 +56,7 @@ def _accurately(last: Attempt) -> Attempt | None:
 
 
 def less_slope(last: Attempt) -> Attempt | None:
-    """A contracting limit |s| ≤ c - αμn also caps n at c / (αμ): less slope, less of a cap."""
+    """A contracting limit |s| ≤ c − αμn also caps n at c / (αμ): a smaller slope raises the cap."""
     if last.parameters.alpha <= last.parameters.alpha_min:
         return None
     return _with(last, alpha=last.parameters.alpha / 3)
@@ -68,10 +68,7 @@ def _more_damping(last: Attempt) -> Attempt | None:
 
 def _cohesive_start(last: Attempt) -> Attempt | None:
     """Section 6.3: a start that dilatancy cannot lock."""
-    if last.parameters.start == "cohesive":
-        return None
-    parameters = replace(last.parameters, start="cohesive")
-    return replace(last, parameters=parameters, remedy="start=cohesive")
+    return None if last.parameters.start == "cohesive" else _with(last, start="cohesive")
 
 
 def _looser_solver(last: Attempt) -> Attempt | None:
@@ -87,12 +84,13 @@ def _another_solver(last: Attempt) -> Attempt | None:
 
 
 def _with(last: Attempt, **changed: Any) -> Attempt:
-    remedy = ", ".join(f"{name}={value:.2g}" for name, value in changed.items())
+    words = {name: value if isinstance(value, str) else f"{value:.2g}" for name, value in changed.items()}
+    remedy = ", ".join(f"{name}={word}" for name, word in words.items())
     return replace(last, parameters=replace(last.parameters, **changed), remedy=remedy)
 
 
-#: What is tried after each way to fail, in this order, each entry once. Only what a scene of the atlas is
-#: rescued by: more small cohesion, or less, helped 3 of 193 scenes, all of which a pass solves.
+#: What is tried after each way to fail, in this order, each entry once: what answers a scene of the failure
+#: atlas. (More small cohesion, or less, answered 3 of 193 scenes, all of which a pass solves.)
 REMEDIES: dict[Status | Shortfall, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
     Status.NO_STATE: (*(less_slope,) * 5, _accurately),
@@ -160,8 +158,7 @@ def nonassociative(task: Task) -> Solution:
 
 def _borne_out(problem: Problem, state: State) -> bool:
     """Whether a sub-problem's state bears its load factor out under the joints' own flow rule."""
-    slope = problem.dilatancy_at(problem.normal_forces(state.q))
-    answer = certified(problem, state.load_factor, state.q, state.d, slope)
+    answer = certified(problem, state.load_factor, state.q, state.d)
     return max(answer.residuals.values()) <= BORNE_OUT
 
 
@@ -214,8 +211,8 @@ def _next(runs: list[_Ran], left: dict[Failure, list[Remedy]], options: LoopOpti
 
 
 def _gathered(runs: list[_Ran], options: LoopOptions) -> Solution:
-    """The solution of the last run if it decides the matter (or is the loop as it is, with less slope), else
-    of the first whose load factor passes, else of the first; with the history of all."""
+    """The solution of the last run if it decides the matter (or less slope alone was wanted), else of the
+    first whose load factor passes, else of the first; with the history of all."""
     last = runs[-1]
     decided = last.failure is None or (options.remedies == "slope" and last.failure is not Status.NO_STATE)
     passing = [ran for ran in runs if ran.solution.answer and not ran.solution.failing()]

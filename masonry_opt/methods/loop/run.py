@@ -10,7 +10,7 @@ from itertools import islice
 import numpy as np
 
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Answer, Found, certified
+from masonry_opt.answer.answer import Found, certified
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
@@ -45,7 +45,6 @@ class Iteration:
 
     Attributes
     ----------
-    iteration: counted from 1.
     load_factor: λ of the sub-problem, uncorrected.
     alpha: slope of its shear limit over μ (NaN for the first).
     change: largest change of a normal force since the last one, in median block weights.
@@ -57,8 +56,8 @@ class Iteration:
     mismatch: energy by which sliding joints are off the true law (the small cohesion apart), each
         counted for itself, in units of λ.
     seconds: the solver's time.
-    attempt, remedy: which run of the loop it belongs to, and the option that was changed for that run.
-    solved: the sub-problem itself, for whoever follows the loop; not kept in a history.
+    attempt, remedy: number of the run of the loop, and the option that was changed for it.
+    solved: the sub-problem itself; not kept in a history.
     """
 
     iteration: int
@@ -142,20 +141,19 @@ class _Run:
             progress(entry)
             if self._nothing_to_do(last) if last.number == 1 else self._ended(last, entry):
                 return solution
-        of_late = self.load_factors[-LONGEST_PERIOD:]
-        solution.add(
-            Code.STILL_CHANGES, count=parameters.max_iterations, lowest=min(of_late), highest=max(of_late)
-        )
+        late = self.load_factors[-LONGEST_PERIOD:]
+        solution.add(Code.STILL_CHANGES, count=len(self.load_factors), lowest=min(late), highest=max(late))
         return solution
 
     def _without_optimum(self, last: SubProblem) -> Solution:
-        solution = self.solution
+        solution, number = self.solution, last.number
         solution.found = Found()
-        if last.number == 1 or last.solved.failed:
-            word = last.solved.status
-            solution.end(Status.SOLVER_FAILED, Code.SUB_PROBLEM_FAILED, number=last.number, word=word)
+        if number == 1 or last.solved.failed:
+            solution.end(
+                Status.SOLVER_FAILED, Code.SUB_PROBLEM_FAILED, number=number, word=last.solved.status
+            )
         else:
-            solution.end(Status.NO_STATE, Code.SUB_PROBLEM_EMPTY, number=last.number)
+            solution.end(Status.NO_STATE, Code.SUB_PROBLEM_EMPTY, number=number)
         return solution
 
     def _nothing_to_do(self, last: SubProblem) -> bool:
@@ -165,13 +163,8 @@ class _Run:
             return False
         solution.flow_rule_matters = False
         solution.end(Status.CONVERGED, Code.FLOW_RULE_IDLE)
-        solution.found = self._certified(state, state.load_factor)
+        solution.found = certified(self.problem, state.load_factor, state.q, state.d)
         return True
-
-    def _certified(self, state: State, load_factor: float) -> Answer:
-        """A sub-problem's state with a load factor, under the flow rule that its forces allow."""
-        slope = self.problem.dilatancy_at(self.problem.normal_forces(state.q))
-        return certified(self.problem, load_factor, state.q, state.d, slope)
 
     def _ended(self, last: SubProblem, entry: Iteration) -> bool:
         """Step 3, and the other ways in which a run ends; writes them to the solution."""
@@ -187,9 +180,8 @@ class _Run:
                 self._converge(last)
                 return True
         if diverges(self.load_factors):
-            solution.end(
-                Status.JAMMED, Code.GROWS, load_factor=self.load_factors[-1], count=len(self.load_factors)
-            )
+            values = {"load_factor": self.load_factors[-1], "count": len(self.load_factors)}
+            solution.end(Status.JAMMED, Code.GROWS, **values)
             return True
         normal = [self.problem.normal_forces(state.q) for state in self.states]
         if length := period(self.load_factors, normal):
@@ -230,7 +222,7 @@ class _Run:
         if known and load_factor > self.load_factors[0]:
             solution.add(Code.ABOVE_ASSOCIATIVE, by=load_factor - self.load_factors[0])
             load_factor = self.load_factors[0]
-        solution.found = self._certified(state, load_factor)
+        solution.found = certified(self.problem, load_factor, state.q, state.d)
 
 
 def obeys_own_flow(problem: Problem, state: State) -> bool:
