@@ -24,8 +24,10 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
     parabola = bool(len(problem.crushing)) and task.solver.entry.conic and not by_chords
 
     def declared() -> Driver:
-        how = {"of_load": True, "repeats": task.kept.keeps, "parabola": parabola}
-        return Driver(problem, formulation, task.solver, task.effort, **how)
+        repeats = task.kept.keeps
+        return Driver(
+            problem, formulation, task.solver, task.effort, of_load=True, repeats=repeats, parabola=parabola
+        )
 
     key = ("associative", formulation, task.solver.key, parabola)
     driver = task.kept.of(key, problem, task.effort, declared)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field, Strict
@@ -145,7 +145,7 @@ def _conclude(
         return
     bound = solution.bound = min(bound, answer.load_factor)
     solution.bound_derived = of.derived
-    said = {"bound": bound, "load_factor": answer.load_factor}
+    said: dict[str, Any] = {"bound": bound, "load_factor": answer.load_factor}
     said |= {"rates": None if of.rates_derived else of.rates, "forces": not of.forces_derived}
     if not of.allow(answer.q, _rates(problem, answer.d)):
         solution.end(Status.CONVERGED, Code.TOUCHES_IMPOSED, **said)
