@@ -68,13 +68,12 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "small-cohesion-of-a-block": ("nonassociative", {"loop.steps:_DWARFS": inf}),
     "end-at-the-larger-mechanism": ("nonassociative", {"loop.exact_end:_SHARES": (1e-4,)}),
     "end-at-the-surer-mechanism": ("nonassociative", {"loop.exact_end:_SHARES": (1e-6,)}),
-    "patience": ("nonassociative", {_RUN + "_PATIENCE": 0}),
     "divergence": ("nonassociative", {_RUN + "_DOUBLINGS": 999, _RUN + "_RISES": 999}),
     "slow-divergence": ("nonassociative", {_RUN + "_RISES": 999}),
     "cycles": ("nonassociative", {_RUN + "_STEADY": 0.0}),
     **{
         f"remedy-{failure.replace(' ', '-')}": ("nonassociative", {_REMEDIES: _without(failure)})
-        for failure in ("locked", "no state", "cycling", "iteration limit", "solver failed")
+        for failure in ("locked", "no state", "cycling", "solver failed", "converged to no exact state")
     },
     "early-end": ("rough", {_RUN + "_NEARLY_TRUE": 0.0}),
     "early-end-not-before": ("rough", {_RUN + "_NEARLY_TRUE": inf}),
@@ -83,10 +82,8 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "energy-weighs-100": ("rough", {_ENERGY: 100.0}),
     "rough-sub-problems": ("nonassociative", {"loop.options:ROUGH_FROM": inf}),
     "energy-weighs-100-in-repairs": ("mcp", {"exact.refiner:WEIGHT": 100.0}),
-    "more-friction": ("mcp", {_SEARCH + "_MORE_FRICTION": 1.0}),
     "further-starts": ("mcp", {_SEARCH + "SMALL": 0, "mcp.one_pass:SMALL": 0}),
     "fifteen-in-a-row": ("mcp", {_SEARCH + "_NOTHING_NEW": 10}),
-    "at-most-four-times-the-steps": ("mcp", {_SEARCH + "_MOST_STEPS": inf}),
     "neighbours": ("mcp", {_SEARCH + "_ROUND_OF_SMALL": _without("neighbour")}),
     "other-frictions": ("mcp", {_SEARCH + "_ROUND_OF_SMALL": _without("friction")}),
     "fixed-points": ("mcp", {_SEARCH + "_ROUND_OF_SMALL": _without("fixed point")}),

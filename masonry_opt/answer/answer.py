@@ -67,11 +67,11 @@ def certified(
     slope: np.ndarray | None = None,
     parabola: bool = False,
 ) -> Answer:
-    """A state under a flow rule, by default the joints' own, with its certificate.
+    """A state under a flow rule, by default the joints' own at these forces, with its certificate.
 
     Parameters are those of :func:`~.certificate.certify`.
     """
-    slope = problem.dilatancy if slope is None else slope
+    slope = problem.dilatancy_at(problem.normal_forces(q)) if slope is None else slope
     certificate = certify(problem, load_factor, q, d, slope, parabola)
     return Answer(
         load_factor=load_factor,

@@ -34,7 +34,6 @@ class Code(StrEnum):
     SUB_PROBLEMS = "sub-problems"  # count
     EXACT_END = "exact end"
     NO_EXACT_END = "no exact end"
-    CHANGES_AGAIN = "changes again"
     ABOVE_ASSOCIATIVE = "above associative"  # by
     FLOW_RULE_IDLE = "flow rule idle"
     STILL_CHANGES = "still changes"  # count, lowest, highest

@@ -17,7 +17,7 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
     Parameters
     ----------
     formulation: "static", eq. (9), or "kinematic", eq. (10).
-    by_chords: whether joints crush by chords, as in every Coulomb answer, even where the solver takes the
+    by_chords: whether joints crush by chords, as in every Coulomb answer, also where the solver takes the
         parabola.
     """
     problem = task.problem

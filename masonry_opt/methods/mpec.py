@@ -1,7 +1,7 @@
 """The MPEC by relaxation of complementarity: reference values for the loop (Table 1, [24]).
 
-Scholtes' scheme: solve with z p ≤ ε for a falling ε, each time from the last solution, until ε is
-nothing. Local optima of a non-convex problem: where it starts decides where it ends.
+Scholtes' scheme: solve with z p ≤ ε for a falling ε, each time from the last solution. It ends in a local
+optimum of a non-convex problem, which depends on the start.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.task import Options, Task, of_same_scene
 from masonry_opt.models.pyomo_mpec import PyomoMpec
 from masonry_opt.models.pyomo_relaxed import PyomoRelaxed
-from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.solvers import ipopt as drivers
 from masonry_opt.solvers.ipopt import Ipopt
@@ -33,7 +32,7 @@ from masonry_opt.solvers.registry import find_solver
 #: The relaxation falls by this factor between solves.
 _FALL = 0.1
 
-#: A series that cannot be followed begins again with this share of its first ε, down to a smallest.
+#: A series that fails begins again with this share of its first ε, down to a smallest.
 _SMALLER_START, _SMALLEST_START = 1e-3, 1e-8
 
 
@@ -66,11 +65,9 @@ class RelaxationStep:
     ----------
     epsilon: bound on each z p.
     load_factor: λ, NaN if the solve failed.
-    word: IPOPT's own word.
-    iterations: IPOPT's.
+    word, iterations: IPOPT's own.
     largest_product: largest z p.
     gap: Σ z p over the live load's work, in units of λ.
-    seconds: of the solve.
     """
 
     epsilon: float
@@ -84,36 +81,22 @@ class RelaxationStep:
 
 def mpec(task: Task) -> Solution:
     """Least load factor near a start."""
-    options: MpecOptions = task.options
-    before: Solution | None = None
-    if options.start != "cold":
-        before = loop_or(options.start, task)
-        if before.q is None:
-            before.reasons.insert(0, reason(Code.START_FAILED))
-            return before
-    start = None if before is None else _state(task.problem, before)
-    solution = _relaxed(task, options, start)
-    solution.flow_rule_matters = before is None or before.flow_rule_matters
+    problem, options = task.problem, task.options
+    if options.start == "cold":
+        return _relaxed(task, options, None)
+    if isinstance(options.start, Solution):
+        before = of_same_scene(options.start, problem)
+    else:
+        # Accurate at any size: what follows needs to know which faces move.
+        accurate = LoopOptions(sub_problems="accurate")
+        before = nonassociative(task.with_options(accurate, find_solver("cvxpy", None)))
+    if before.q is None or before.d is None:
+        before.reasons.insert(0, reason(Code.START_FAILED))
+        return before
+    p = problem.rates(before.d, problem.dilatancy)
+    solution = _relaxed(task, options, State(before.load_factor or 0.0, before.q, before.d, p))
+    solution.flow_rule_matters = before.flow_rule_matters
     return solution
-
-
-def loop_or(start: str | Solution, task: Task) -> Solution:
-    """The solution that another method begins with: the loop's, or that of a result handed in.
-
-    Raises OptionError if the result is of another scene or has no forces.
-    """
-    if isinstance(start, Solution):
-        return of_same_scene(start, task.problem)
-    # Accurate at any size, for what follows needs to know which faces move.
-    options = LoopOptions(sub_problems="accurate")
-    return nonassociative(task.with_options(options, find_solver("cvxpy", None)))
-
-
-def _state(problem: Problem, solution: Solution) -> State:
-    assert solution.q is not None  # whoever asks has looked
-    assert solution.d is not None
-    p = problem.rates(solution.d, problem.dilatancy)
-    return State(solution.load_factor or 0.0, solution.q, solution.d, p)
 
 
 def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
@@ -123,7 +106,7 @@ def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
         at_rest = (np.zeros(size) for size in (*problem.B.shape[::-1], problem.faces))
         model.start_from(start or State(0.0, *at_rest))
     with effort.measure("compile"):
-        ipopt = getattr(drivers, task.solver.engine)(model)
+        ipopt = getattr(drivers, task.solver.entry.engine)(model)
     effort.uses(task.solver.name, "relaxation")
     solution = Solution(Status.HOMOTOPY, Kind.RELAXED)
     epsilon = options.epsilon
@@ -131,7 +114,7 @@ def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
         epsilon *= _SMALLER_START
         if start is None or epsilon < options.epsilon_min or epsilon < _SMALLEST_START:
             return _stopped(solution, start)
-        # Nearer to its end the relaxation is easier to follow, if less free to find a lower λ.
+        # A smaller ε is easier to follow, but leaves less room to find a lower λ.
         model.start_from(start)
         ipopt.forget()
     solution.end(Status.CONVERGED, Code.LOCAL_MINIMUM, epsilon=options.epsilon_min)
@@ -145,7 +128,7 @@ def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
 def _follow(
     task: Task, model: PyomoRelaxed, ipopt: Ipopt, epsilon: float, last: float, solution: Solution
 ) -> bool:
-    """Solve for a falling ε from the values the model holds; whether all were solved."""
+    """Solve for a falling ε from the model's values; whether all were solved."""
     while True:
         began = time.perf_counter()
         answer = ipopt.solve(epsilon)

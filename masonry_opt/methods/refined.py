@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass
 from itertools import islice
+from math import inf
 from typing import Annotated, Any
 
 from pydantic import Field, InstanceOf, Strict, field_validator, model_validator
@@ -30,8 +31,8 @@ class RefinedOptions(Options):
         scenes, of further starts).
     search: seconds for which lower states are searched for, from other starts and around the lowest found.
     until: load factor at or below which the search ends before its time.
-    seed: of the search's random numbers: one seed visits the same states in the same order, and the time
-        decides how far it gets.
+    seed: of the search's random numbers. One seed visits the same states in the same order; the time decides
+        how far it gets.
     """
 
     start: InstanceOf[Solution] | None = None
@@ -59,12 +60,10 @@ class Refinement:
 
     Attributes
     ----------
-    load_factor: λ.
     origin: what led to it: "start" (the pass's state or the result handed in), a pass with other "friction"
         or "loads", a "fixed point", or a "neighbour" of the lowest state.
     candidate: its number, counted from 1.
-    lp_solves: linear programs solved so far.
-    seconds: since the method began.
+    lp_solves, seconds: linear programs solved, and time passed, since the method began.
     """
 
     load_factor: float
@@ -75,11 +74,8 @@ class Refinement:
 
 
 def refined(task: Task) -> Solution:
-    """The lowest of the exact states that a few passes lead to, or that a result does; lower if the search
-    finds one.
-
-    The search ends when its time is over or the user interrupts it, with the lowest state found so far.
-    """
+    """The lowest of the exact states that a pass and further starts, or a result, and the search lead to. The
+    search ends when its time is over or the user interrupts it, with the lowest state found so far."""
     problem, options = task.problem, task.options or RefinedOptions()
     if options.start is None:
         first = mcp(task.with_options(McpOptions(descent=False), find_solver("pyomo", "newton")))
@@ -95,12 +91,13 @@ def refined(task: Task) -> Solution:
     try:
         if first.q is not None:
             # Of a result that is handed in its own descent is wanted, and no other pass's.
-            candidates = search.few(first.q, len(first.history))
+            candidates = search.few(first.q)
             for candidate in islice(candidates, None if options.start is None else 1):
                 lowest.see(candidate)
         if options.search is not None:
             candidates = search.endless(lowest.state, options.seed)
-            while not lowest.arrived(options.until):
+            until = -inf if options.until is None else options.until
+            while lowest.state is None or lowest.state.load_factor > until:
                 lowest.see(next(candidates))
     except OutOfTime:
         pass
@@ -112,13 +109,12 @@ def refined(task: Task) -> Solution:
 
 
 class _Lowest:
-    """The lowest state seen.
+    """The lowest state seen, and every one that was the lowest before it.
 
     Attributes
     ----------
-    state, stationary: it, and whether nothing that was tried lowers it; None and False so far.
-    history: every state that was the lowest when it was seen.
-    met: the states of all that were seen.
+    stationary: whether nothing that was tried lowers it.
+    met: the states of all candidates.
     interrupted: whether the user ended the search.
     """
 
@@ -129,21 +125,14 @@ class _Lowest:
         self.history: list[Refinement] = []
         self.met = Met()
 
-    def arrived(self, until: float | None) -> bool:
-        """Whether the state is as low as was asked for."""
-        return until is not None and self.state is not None and self.state.load_factor <= until
-
     def see(self, candidate: Candidate) -> None:
         """Keep a candidate's state if it is the lowest."""
         state = candidate.state
         if state is None or lower_of(self.state, state) is not state:
             return
         self.state, self.stationary = state, self._refiner.undecided == 0
-        seconds = time.perf_counter() - self._began
-        programs = self._task.effort.lp_solves
-        self.history.append(
-            Refinement(state.load_factor, candidate.origin, self.met.candidates, programs, seconds)
-        )
+        counts = self.met.candidates, self._task.effort.lp_solves, time.perf_counter() - self._began
+        self.history.append(Refinement(state.load_factor, candidate.origin, *counts))
         self._task.progress(self.history[-1])
 
 
@@ -151,10 +140,8 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Refiner) ->
     """The lowest state as a solution; the first solution where there is none."""
     best = lowest.state
     if best is None or best.answer is None:
-        if refiner.left:
-            first.add(Code.NOT_REFINED, why=str(Code.RESIDUAL), residuals=refiner.left)
-        else:
-            first.add(Code.NOT_REFINED, why=str(refiner.why))
+        residuals = {"residuals": refiner.left} if refiner.left else {}
+        first.add(Code.NOT_REFINED, why=str(Code.RESIDUAL if residuals else refiner.why), **residuals)
         return first
     solution = Solution(
         Status.CONVERGED,

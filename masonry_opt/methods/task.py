@@ -21,8 +21,8 @@ Progress = Callable[[Any], None]
 
 
 class Options(BaseModel):
-    """Options of a method: frozen; unknown names, wrong types and values out of range are refused
-    (pydantic.ValidationError; ``mo.solve`` makes an OptionError of it)."""
+    """Options of a method. Unknown names, wrong types and values out of range raise
+    pydantic.ValidationError, which ``mo.solve`` turns into OptionError."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
@@ -34,11 +34,9 @@ class Task:
     Attributes
     ----------
     problem: of a scene that stands.
-    solver: the solver named, or the method's default.
     options: the method's own; None if it has none.
     effort: where time, programs and solvers are counted.
-    progress: called with every step.
-    kept: programs of the analyses before this one, of problems that differ in the joints' law alone.
+    kept: programs of earlier analyses, of problems that differ in the joints' law alone.
     """
 
     problem: Problem
@@ -54,10 +52,8 @@ class Task:
 
 
 def of_same_scene(solution: Solution, problem: Problem) -> Solution:
-    """Copy of a solution, for another method to start from.
-
-    Raises OptionError if it is of another scene or has no forces.
-    """
+    """Copy of a solution, for another method to start from. Raises OptionError if it is of another scene or
+    has no forces."""
     if solution.q is None or solution.d is None:
         raise OptionError("option 'start': the result has no forces to start from")
     if (solution.q.size, solution.d.size) != (problem.B.shape[1], problem.B.shape[0]):
@@ -71,9 +67,7 @@ class Method:
 
     Attributes
     ----------
-    name: what a user calls it.
-    runs, takes: where the analysis and the class of its options are, as module:name within ``methods``; ""
-        if it has no options.
+    runs, takes: the analysis and the class of its options, as module:name within ``methods``; "" for none.
     solvers: by language, names of those it can use, its default first; empty for any of linear programs.
         The first language is the method's default.
     own_tolerances: whether it sets the tolerances of its solvers itself.

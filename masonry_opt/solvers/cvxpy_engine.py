@@ -19,8 +19,8 @@ _VERDICTS = {
     cp.settings.INFEASIBLE_OR_UNBOUNDED: Verdict.INFEASIBLE_OR_UNBOUNDED,
 }
 
-#: From so many columns on parameters are compiled as constants, anew for every solve: CVXPY's tensor over
-#: parameters costs memory that grows with the square of the joints, and more time than compiling again.
+#: From so many columns on parameters are compiled as constants, again for every solve: CVXPY's tensor over
+#: parameters takes memory that grows with the square of the joints, and more time than compiling again.
 _TOO_LARGE = 3000
 
 
@@ -43,7 +43,7 @@ class CvxpyEngine:
         self._size: LpSize | None = None
 
     def restart(self, effort: Effort) -> None:
-        """Count in another effort; no solve uses anything of the last in any case."""
+        """Count in another effort; solves use nothing of earlier ones."""
         self.effort = effort
         effort.uses(self.solver.name, self._purpose)
 
@@ -83,7 +83,7 @@ class CvxpyEngine:
 
     def _compiled(self) -> Any:
         compiled = self.program.get_problem_data(
-            self.solver.engine, ignore_dpp=self._as_constants, solver_opts=dict(self.solver.options)
+            self.solver.entry.engine, ignore_dpp=self._as_constants, solver_opts=dict(self.solver.options)
         )
         matrix = compiled[0]["A"]
         self._size = LpSize(matrix.shape[0], matrix.shape[1], matrix.nnz)

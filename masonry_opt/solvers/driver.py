@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from masonry_opt.effort import Effort
@@ -12,8 +11,15 @@ from masonry_opt.solvers.lp import LpAnswer, LpSize
 from masonry_opt.solvers.registry import Solver
 
 
-def _in_cvxpy(parabola: bool) -> tuple[Any, dict[str, Any]]:
-    """The engine, and the models by formulation."""
+def _declared(language: str, parabola: bool) -> tuple[Any, dict[str, Any]]:
+    """The engine, and the models by formulation. Each language takes a second or more to import: only the one
+    that is used is."""
+    if language == "pyomo":
+        from masonry_opt.models.pyomo_kinematic import PyomoKinematic
+        from masonry_opt.models.pyomo_static import PyomoStatic
+        from masonry_opt.solvers.pyomo_engine import PyomoEngine
+
+        return PyomoEngine, {"static": PyomoStatic, "kinematic": PyomoKinematic}
     from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
     from masonry_opt.models.cvxpy_parabola import CvxpyParabolaKinematic, CvxpyParabolaStatic
     from masonry_opt.models.cvxpy_static import CvxpyStatic
@@ -24,20 +30,6 @@ def _in_cvxpy(parabola: bool) -> tuple[Any, dict[str, Any]]:
     return CvxpyEngine, {"static": CvxpyStatic, "kinematic": CvxpyKinematic}
 
 
-def _in_pyomo(parabola: bool) -> tuple[Any, dict[str, Any]]:
-    """The engine, and the models by formulation."""
-    from masonry_opt.models.pyomo_kinematic import PyomoKinematic
-    from masonry_opt.models.pyomo_static import PyomoStatic
-    from masonry_opt.solvers.pyomo_engine import PyomoEngine
-
-    assert not parabola  # declared in CVXPY alone
-    return PyomoEngine, {"static": PyomoStatic, "kinematic": PyomoKinematic}
-
-
-#: By language. Each takes a second or more to import: only the one that is used is.
-_DECLARED: dict[str, Callable[[bool], tuple[Any, dict[str, Any]]]] = {"cvxpy": _in_cvxpy, "pyomo": _in_pyomo}
-
-
 class Driver:
     """A declared formulation and the solver that answers it; limits and states are in the problem's units.
 
@@ -45,12 +37,10 @@ class Driver:
     ----------
     formulation: "static" or "kinematic".
     limits: the first shear limits; by default the joints' own, with associative flow.
-    of_load: whether the program is declared in units of the load (the problem then needs one), in which it
-        is solved more accurately.
-    purpose: what it is solved for, under which the effort records the solver.
-    repeats: whether it is solved again and again with other shear limits.
-    parabola: whether crushing is declared as a parabola (in CVXPY, for a solver of conic programs) instead of
-        by its chords.
+    of_load: whether the program is declared in units of the load, in which it is solved more accurately.
+    purpose, repeats: as of :class:`~.cvxpy_engine.CvxpyEngine`.
+    parabola: whether crushing is declared as a parabola (in CVXPY, for a solver of conic programs), not by
+        its chords.
     """
 
     def __init__(
@@ -65,7 +55,7 @@ class Driver:
         repeats: bool = False,
         parabola: bool = False,
     ) -> None:
-        engine, models = _DECLARED[solver.language](parabola)
+        engine, models = _declared(solver.language, parabola)
         self.effort = effort
         self._scaled = in_units_of_load(problem) if of_load else Scaled(problem, 1.0, 1.0)
         limits = limits or ShearLimits.true(problem)

@@ -24,8 +24,7 @@ class LinearProgram:
     cost, low, high: shape (columns,).
     matrix: A, shape (rows, columns).
     row_lower, row_upper: shape (rows,).
-    columns: of each variable, in order, by the identity of the variable.
-    rows: of each constraint in CVXPY, in order, by the identity of the constraint.
+    columns, rows: of each variable, and of each constraint in CVXPY, in order, by its identity.
     """
 
     cost: np.ndarray
@@ -103,13 +102,8 @@ class LinearProgram:
     def changed(
         self, row: np.ndarray, column: np.ndarray, entries: np.ndarray, upper: np.ndarray
     ) -> LinearProgram:
-        """The same program with another entry, and another upper bound, in each of these rows.
-
-        Parameters
-        ----------
-        row, column: of each entry that changes. One that is zero now cannot.
-        entries, upper: the new entries, and the new bounds of their rows.
-        """
+        """The same program with new ``entries`` at these rows and columns, and new upper bounds of the rows.
+        An entry that is zero now cannot change."""
         height, width = self.matrix.shape
         places = np.repeat(np.arange(width), np.diff(self.matrix.indptr)) * height + self.matrix.indices
         order = np.argsort(places)
@@ -126,12 +120,9 @@ class LinearProgram:
         return LpSize(rows, columns, self.matrix.nnz)
 
     def least(self, multipliers: np.ndarray) -> tuple[float, np.ndarray]:
-        """Lower bound of the cost, from any multipliers of the rows, shape (rows,): value and short, shape
-        (columns,), with ``cost·x ≥ value − short·|x|`` for every x within rows and bounds.
-
-        ``short`` is the reduced cost of columns without the bound that it needs, and a bound of the rounding
-        of all reduced costs.
-        """
+        """Lower bound of the cost from any multipliers of the rows, shape (rows,): value and short, shape
+        (columns,), with ``cost·x ≥ value − short·|x|`` for every x within rows and bounds. ``short`` is the
+        reduced cost of columns without the bound that it needs, and a bound of all rounding."""
         y = np.where(np.isfinite(self.row_lower), np.maximum(multipliers, 0.0), 0.0)
         y += np.where(np.isfinite(self.row_upper), np.minimum(multipliers, 0.0), 0.0)
         at_rows = np.where(y > 0, self.row_lower, self.row_upper)
@@ -142,10 +133,6 @@ class LinearProgram:
         at_columns = np.where(reduced > 0, self.low, self.high)
         paid = np.isfinite(at_columns)
         of_columns = np.where(paid, reduced, 0.0) * np.where(paid, at_columns, 0.0)
-        value = float(terms.sum() + of_columns.sum())
-        value -= (
-            (len(terms) + len(of_columns))
-            * _UNIT_ROUNDOFF
-            * float(np.abs(terms).sum() + np.abs(of_columns).sum())
-        )
+        terms = np.concatenate([terms, of_columns])
+        value = float(terms.sum() - len(terms) * _UNIT_ROUNDOFF * np.abs(terms).sum())
         return value, np.where(paid, 0.0, np.abs(reduced)) + rounding

@@ -15,9 +15,6 @@ from masonry_opt.solvers.highs_lp import LinearProgram
 from masonry_opt.solvers.lp import Verdict
 from masonry_opt.solvers.registry import Solver, find_solver
 
-#: HiGHS's feasibility tolerances.
-_FEASIBILITY = 1e-10
-
 _STATUS = highspy.HighsModelStatus
 _VERDICTS = {
     _STATUS.kOptimal: Verdict.OPTIMAL,
@@ -28,25 +25,21 @@ _VERDICTS = {
 
 
 class HighsSession:
-    """A linear program in HiGHS. After a change of costs or bounds simplex starts from the last basis.
+    """A linear program in HiGHS, as declared or compiled before. After a change of costs or bounds simplex
+    starts from the last basis.
 
     Parameters
     ----------
-    program: as declared, or compiled before.
     purpose: what it is solved for, under which the effort records the solver.
     solver: one of HiGHS's; simplex by default.
     options: of HiGHS, beside the solver's own.
-
-    Attributes
-    ----------
-    lp: the program as it was loaded.
     """
 
     def __init__(
         self, program: Any, effort: Effort, purpose: str, solver: Solver | None = None, **options: Any
     ) -> None:
         self.effort = effort
-        solver = solver or find_solver("cvxpy", "highs", _FEASIBILITY)
+        solver = solver or find_solver("cvxpy", "highs", tolerance=1e-10)
         effort.uses(solver.name, purpose)
         self.lp = lp = program if isinstance(program, LinearProgram) else LinearProgram.of(program)
         self.size = lp.size

@@ -7,7 +7,7 @@ import shutil
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 import pyomo.environ as pyo
@@ -42,19 +42,9 @@ class NlpAnswer:
     iterations: int
 
 
-class Ipopt(Protocol):
-    """A loaded relaxation. Its variables' values are the start, and afterwards the end."""
-
-    def solve(self, epsilon: float) -> NlpAnswer:
-        """Solve with z p ≤ ``epsilon``, from the values that the variables hold and the last solve's
-        multipliers."""
-
-    def forget(self) -> None:
-        """Begin the next solve without multipliers."""
-
-
 class CasadiIpopt:
-    """IPOPT through CasADi, which reads the program once from Pyomo's ``.nl``."""
+    """IPOPT through CasADi, which reads the program once from Pyomo's ``.nl``. The values of the program's
+    variables are the start of a solve, and afterwards its end."""
 
     def __init__(self, model: PyomoRelaxed) -> None:
         import casadi
@@ -74,11 +64,7 @@ class CasadiIpopt:
             "lbg": np.array(problem.g_lb),
             "ubg": np.array(problem.g_ub),
         }
-        functions = {
-            "x": casadi.vertcat(*problem.x),
-            "f": problem.f,
-            "g": casadi.vertcat(*problem.g),
-        }
+        functions = {"x": casadi.vertcat(*problem.x), "f": problem.f, "g": casadi.vertcat(*problem.g)}
         # Expanded to scalar operations the derivatives take a thirtieth of the time.
         quiet = {"expand": True, "print_time": False, "ipopt.print_level": 0, "ipopt.sb": "yes"}
         options = {f"ipopt.{name}": value for name, value in _OPTIONS.items()} | quiet
@@ -86,7 +72,7 @@ class CasadiIpopt:
         self._multipliers: dict[str, Any] = {}
 
     def solve(self, epsilon: float) -> NlpAnswer:
-        """See :class:`Ipopt`."""
+        """Solve with z p ≤ ``epsilon``, from the variables' values and the last solve's multipliers."""
         self._bounds["ubg"][self._products] = epsilon
         start = np.array([variable.value for variable in self._variables])
         found = self._solver(x0=start, **self._bounds, **self._multipliers)
@@ -100,12 +86,12 @@ class CasadiIpopt:
         return NlpAnswer(stats["return_status"], solved, int(stats["iter_count"]))
 
     def forget(self) -> None:
-        """See :class:`Ipopt`."""
+        """Begin the next solve without multipliers."""
         self._multipliers = {}
 
 
 class ExecutableIpopt:
-    """An ``ipopt`` executable on the PATH, through Pyomo."""
+    """The same by an ``ipopt`` executable on the PATH, through Pyomo."""
 
     def __init__(self, model: PyomoRelaxed) -> None:
         self._solver = pyo.SolverFactory("ipopt", executable=shutil.which("ipopt"))
@@ -113,14 +99,13 @@ class ExecutableIpopt:
         self._epsilon = model.epsilon
         program = self._program = model.program
         # The multipliers that one solve leaves and the next begins with.
-        program.ipopt_zL_out = pyo.Suffix(direction=pyo.Suffix.IMPORT)
-        program.ipopt_zU_out = pyo.Suffix(direction=pyo.Suffix.IMPORT)
-        program.ipopt_zL_in = pyo.Suffix(direction=pyo.Suffix.EXPORT)
-        program.ipopt_zU_in = pyo.Suffix(direction=pyo.Suffix.EXPORT)
+        for bound in ("zL", "zU"):
+            program.add_component(f"ipopt_{bound}_out", pyo.Suffix(direction=pyo.Suffix.IMPORT))
+            program.add_component(f"ipopt_{bound}_in", pyo.Suffix(direction=pyo.Suffix.EXPORT))
         program.dual = pyo.Suffix(direction=pyo.Suffix.IMPORT_EXPORT)
 
     def solve(self, epsilon: float) -> NlpAnswer:
-        """See :class:`Ipopt`."""
+        """See :meth:`CasadiIpopt.solve`."""
         program = self._program
         self._epsilon.set_value(epsilon)
         program.ipopt_zL_in.update(program.ipopt_zL_out)
@@ -139,6 +124,9 @@ class ExecutableIpopt:
         return NlpAnswer(status, solved, int(counted[1]) if counted else 0)
 
     def forget(self) -> None:
-        """See :class:`Ipopt`."""
+        """Begin the next solve without multipliers."""
         for suffix in ("ipopt_zL_out", "ipopt_zU_out", "ipopt_zL_in", "ipopt_zU_in", "dual"):
             getattr(self._program, suffix).clear()
+
+
+Ipopt = CasadiIpopt | ExecutableIpopt

@@ -21,14 +21,7 @@ class Verdict(Enum):
 
 @dataclass(frozen=True)
 class Solved:
-    """One solve.
-
-    Attributes
-    ----------
-    verdict: its outcome.
-    status: the same in the solver's own words.
-    seconds: the solver's own time.
-    """
+    """One solve: its outcome, the same in the solver's own words, and the solver's own time (s)."""
 
     verdict: Verdict
     status: str

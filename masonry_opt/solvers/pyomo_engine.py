@@ -21,13 +21,8 @@ _VERDICTS = {
 
 
 class PyomoEngine:
-    """A declared program, and a HiGHS that stays loaded with it between solves.
-
-    Parameters
-    ----------
-    purpose: what it is solved for, under which the effort records the solver.
-    repeats: whether it is solved again and again; it stays loaded in any case.
-    """
+    """A declared program, and a HiGHS that stays loaded with it between solves, ``repeats`` or not.
+    The interface is that of :class:`~.cvxpy_engine.CvxpyEngine`."""
 
     def __init__(
         self, program: pyo.ConcreteModel, solver: Solver, effort: Effort, purpose: str, repeats: bool = False
@@ -69,10 +64,8 @@ class PyomoEngine:
         seconds, self._run_time = run_time - self._run_time, run_time
         effort.add("solve", seconds)
         effort.add("compile", max(elapsed - seconds, 0.0))  # changed parameters, handed over
-        counts = result.extra_info.value()
-        effort.iterations += max(
-            0, *(int(counts.get(f"{kind}_iteration_count") or 0) for kind in ("simplex", "ipm"))
-        )
+        counts = [result.extra_info.value().get(f"{kind}_iteration_count") for kind in ("simplex", "ipm")]
+        effort.iterations += max(int(count or 0) for count in (0, *counts))
         condition = result.termination_condition
         verdict = _VERDICTS.get(condition, Verdict.FAILED)
         if verdict is Verdict.OPTIMAL:

@@ -14,9 +14,6 @@ from masonry_opt.errors import OptionError
 #: Feasibility and gap tolerance asked of every solver; looser values cost digits of λ.
 TOLERANCE = 1e-9
 
-#: Tolerances from here on ask for a rough answer.
-_ROUGH = 1e-5
-
 #: The modelling languages, the default first.
 LANGUAGES = ("cvxpy", "pyomo")
 
@@ -29,8 +26,6 @@ class SolverEntry:
 
     Attributes
     ----------
-    name: what a user calls it.
-    language: the modelling language that drives it.
     engine: its name in that language; of IPOPT the class in ``solvers/ipopt.py`` that drives it.
     options: its options by tolerance; None if it keeps tolerances of its own.
     missing: what to do to have it, if it is not installed.
@@ -39,8 +34,7 @@ class SolverEntry:
         "unknown", and its simplex ends in a vertex all the same.)
     decides: whether its verdicts "infeasible" and "unbounded" can be trusted.
     conic: whether it takes second-order cones.
-    nonlinear: whether it solves nonlinear programs, and nothing else here.
-    complementarity: whether it solves complementarity problems, and nothing else here.
+    nonlinear, complementarity: whether it solves such programs or problems, and nothing else here.
     """
 
     name: str
@@ -63,14 +57,7 @@ class SolverEntry:
 
 @dataclass(frozen=True)
 class Solver:
-    """A solver with its options.
-
-    Attributes
-    ----------
-    entry: what it is.
-    options: its options, tolerances included.
-    tolerance: feasibility and gap asked of it.
-    """
+    """A solver with its options, and the feasibility and gap asked of it, which they hold too."""
 
     entry: SolverEntry
     options: dict[str, Any]
@@ -82,38 +69,30 @@ class Solver:
         return self.entry.name
 
     @property
-    def key(self) -> tuple[str, str, float]:
-        """Language, name and tolerance."""
-        return self.language, self.name, self.tolerance
-
-    @property
     def language(self) -> str:
         """The modelling language that drives it."""
         return self.entry.language
 
     @property
-    def engine(self) -> str:
-        """Its name in that language."""
-        return self.entry.engine
+    def key(self) -> tuple[str, str, float]:
+        """Language, name and tolerance."""
+        return self.language, self.name, self.tolerance
 
 
 def _clarabel(tolerance: float) -> dict[str, Any]:
     options: dict[str, Any] = {"tol_gap_abs": tolerance, "tol_gap_rel": tolerance, "tol_feas": tolerance}
     # Its own choice is faer from some hundred thousand joints on, which takes four times as long there.
     options["direct_solve_method"] = "qdldl"
-    if tolerance >= _ROUGH:
+    if tolerance >= 1e-5:
         # A third of the time goes into refining search directions, which so rough an answer does not need.
         options["iterative_refinement_enable"] = False
     return options
 
 
 def _highs_simplex(tolerance: float) -> dict[str, Any]:
-    feasibility = max(tolerance, 1e-10)  # HiGHS takes no less
-    return {
-        "solver": "simplex",
-        "primal_feasibility_tolerance": feasibility,
-        "dual_feasibility_tolerance": feasibility,
-    }
+    # HiGHS takes no less.
+    names = ("primal_feasibility_tolerance", "dual_feasibility_tolerance")
+    return {"solver": "simplex", **dict.fromkeys(names, max(tolerance, 1e-10))}
 
 
 def _highs_interior(tolerance: float) -> dict[str, Any]:
@@ -129,25 +108,22 @@ def _highs_hipo(tolerance: float) -> dict[str, Any]:
     return _highs_interior(tolerance) | {"solver": "hipo"}
 
 
-def _osqp(tolerance: float) -> dict[str, Any]:
-    # A first-order method: many cheap iterations. Its own limit is a tenth of SCS's.
-    return {"eps_abs": tolerance, "eps_rel": tolerance, "max_iter": 100_000}
-
-
-def _scs(tolerance: float) -> dict[str, Any]:
-    return {"eps_abs": tolerance, "eps_rel": tolerance, "max_iters": 100_000}
-
-
-def _piqp(tolerance: float) -> dict[str, Any]:
-    # Unless asked to, it does not tell its time.
-    limits = dict.fromkeys(("eps_abs", "eps_rel", "eps_duality_gap_abs", "eps_duality_gap_rel"), tolerance)
-    return {**limits, "compute_timings": True}
-
-
 def _scipy(tolerance: float) -> dict[str, Any]:
-    # SciPy's own HiGHS.
-    names = ("primal_feasibility_tolerance", "dual_feasibility_tolerance")
-    return {"scipy_options": dict.fromkeys(names, max(tolerance, 1e-10))}
+    own = _highs_simplex(tolerance)
+    del own["solver"]
+    return {"scipy_options": own}
+
+
+def _absolute_and_relative(*kinds: str, **others: Any) -> Options:
+    names = [f"eps{kind}_{of}" for kind in kinds for of in ("abs", "rel")]
+    return lambda tolerance: dict.fromkeys(names, tolerance) | others
+
+
+# First-order methods take many cheap iterations; OSQP's own limit is a tenth of SCS's.
+_osqp = _absolute_and_relative("", max_iter=100_000)
+_scs = _absolute_and_relative("", max_iters=100_000)
+# Unless asked to, PIQP does not tell its time.
+_piqp = _absolute_and_relative("", "_duality_gap", compute_timings=True)
 
 
 @cache
@@ -162,8 +138,7 @@ def _needs_extra(engine: str) -> Callable[[], str]:
 
 
 def _without_casadi() -> str:
-    found = importlib.util.find_spec("casadi")
-    return "" if found else "CasADi brings IPOPT: pip install '.[mpec]'"
+    return "" if importlib.util.find_spec("casadi") else "CasADi brings IPOPT: pip install '.[mpec]'"
 
 
 def _without_ipopt() -> str:
@@ -206,9 +181,8 @@ def capable(language: str, of: Callable[[SolverEntry], bool]) -> tuple[str, ...]
 
 
 def find_entry(language: str, name: str | None) -> SolverEntry:
-    """The solver of that name in that language, or the language's default.
-
-    CVXPY drives any further solver it finds installed, with tolerances of its own.
+    """The solver of that name in that language, or the language's default. CVXPY drives any further solver
+    that it finds installed, with tolerances of its own.
 
     Raises
     ------

@@ -237,7 +237,6 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.SUB_PROBLEMS: lambda v: f"in {counted(v['count'], 'sub-problem')}",
     Code.EXACT_END: "with an exact state on their mechanism",
     Code.NO_EXACT_END: "no state on their mechanism is exact: the certificate says what is left",
-    Code.CHANGES_AGAIN: "λ stood still and changes again",
     Code.ABOVE_ASSOCIATIVE: "ended {by:.1e} above the associative bound, reported here",
     Code.FLOW_RULE_IDLE: (
         "the associative answer already obeys the joints' own flow rule (option 'always' looks for a lower "

@@ -102,14 +102,20 @@ ENTRIES: tuple[Entry, ...] = (
         "λ is not given out.",
         PENETRATING,
         (
-            *(
-                Expectation(
-                    Status.SOLVER_FAILED,
-                    solver="highs",
-                    options=options,
-                    why=reason(Code.NOT_CERTIFIED, residuals="'flow'"),
-                )
-                for options in ({"c0": 0.0, **RAW}, {"c0": 0.0})
+            Expectation(
+                Status.SOLVER_FAILED,
+                solver="highs",
+                options={"c0": 0.0, **RAW},
+                why=reason(Code.NOT_CERTIFIED, residuals="'flow'"),
+            ),
+            Expectation(
+                Status.CONVERGED,
+                solver="highs",
+                options={"c0": 0.0},
+                load_factor=0.7784431,
+                tolerance=5e-5,
+                source=TWO_FORMULATIONS,
+                why=reason(Code.BEGAN_AGAIN, remedies="solver=clarabel"),
             ),
             *loops(
                 Status.CONVERGED,

@@ -26,16 +26,15 @@ _BEYOND = 1e9
 
 @dataclass(frozen=True)
 class StateBounds:
-    """What forces and rates are at most in all states with lowest ≤ λ ≤ Λ.
+    """Largest forces and rates of all states with lowest ≤ λ ≤ Λ.
 
     Attributes
     ----------
-    lowest: λ from which they hold.
     normal: normal force of each joint, shape (c,).
     forces: magnitudes of x₂, x₃ and z₀ (or s) of each joint, flat, shape (3c,).
     rates: sum of all slips and edge openings.
     forces_derived, rates_derived: whether statics and kinematics imply them; else some are assumed, and what
-        they lead to holds below them only.
+        follows holds below them only.
     """
 
     lowest: float
@@ -61,64 +60,45 @@ class StateBounds:
 def bounds_of(problem: Problem, highest: float, assumed_rates: float, effort: Effort) -> StateBounds:
     """Bounds over all states with 0 ≤ λ ≤ ``highest``.
 
-    Forces: the largest that statics allow. Rates: the largest that kinematics allow each face while the
-    raising of the blocks takes no more than the live load gives, of sliding with the other sense at rest.
-    That loses nothing where dilatancy is not negative: at yield in both senses a joint carries nothing and
-    may open instead (without friction and cohesion it must not dilate).
+    Forces: the largest that statics allow. Rates: the largest that kinematics allow each face while raising
+    the blocks takes no more than the live load gives; sliding with the other sense at rest. Nothing is lost
+    by that where dilatancy is not negative: at yield in both senses a joint carries nothing and may open
+    instead (without friction and cohesion it must not dilate).
     """
     normal, forces, derived = _force_limits(problem, (0.0, highest), effort)
     rates = _most_rates(problem, highest, effort)
     slips_either_way = (problem.dilatancy > 0) & (problem.friction == 0) & (problem.cohesion == 0)
     rates_derived = bool(np.isfinite(rates) and (problem.dilatancy >= 0).all() and not slips_either_way.any())
-    return StateBounds(
-        lowest=0.0,
-        normal=normal,
-        forces=forces,
-        rates=rates if rates_derived else assumed_rates,
-        forces_derived=derived,
-        rates_derived=rates_derived,
-    )
+    rates = rates if rates_derived else assumed_rates
+    return StateBounds(0.0, normal, forces, rates, forces_derived=derived, rates_derived=rates_derived)
 
 
 def tightened(
     of: StateBounds, problem: Problem, lowest: float, highest: float, effort: Effort
 ) -> StateBounds:
-    """The same with forces of the states with ``lowest`` ≤ λ ≤ ``highest`` alone. They have less room: the
-    nearer λ is to what statics can carry, the less self-stress goes with it."""
+    """The same with the forces of the states with ``lowest`` ≤ λ ≤ ``highest`` alone: the nearer λ is to what
+    statics can carry, the less self-stress goes with it."""
     normal, forces, derived = _force_limits(problem, (lowest, highest), effort)
     if not derived:
-        # What would be assumed must not take the place of what is proven of more states.
+        # An assumption must not take the place of what is proven of more states.
         return replace(of, lowest=lowest)
-    return replace(
-        of, lowest=lowest, normal=np.minimum(normal, of.normal), forces=np.minimum(forces, of.forces)
-    )
+    normal, forces = np.minimum(normal, of.normal), np.minimum(forces, of.forces)
+    return replace(of, lowest=lowest, normal=normal, forces=forces)
 
 
 def _force_limits(
     problem: Problem, within: tuple[float, float], effort: Effort
 ) -> tuple[np.ndarray, np.ndarray, bool]:
-    """Largest normal forces, the magnitudes of all edge forces, and whether none of them is assumed."""
-    highest = within[1]
-    loads = float(np.abs(problem.dead).sum() + highest * problem.live_norm)
-    targets, found, derived = _largest_forces(problem, within, _TIMES_LOADS * loads, effort)
-    c = problem.joints
-    normal = found[:c]
-    shear = np.zeros(c)
-    shear[problem.sliding] = 2 * ShearLimits.true(problem).at(normal[problem.sliding])
-    np.maximum.at(shear, targets[c:] - c, found[c:])
-    return normal, np.stack([normal, normal, shear], axis=1).ravel(), derived
+    """Largest normal forces, the magnitudes of all edge forces, and whether none of them is assumed.
 
-
-def _largest_forces(
-    problem: Problem, within: tuple[float, float], assumed: float, effort: Effort
-) -> tuple[np.ndarray, np.ndarray, bool]:
-    """Columns of q that limit all others (n of every joint, s where a joint cannot slide), the largest
-    magnitude of each, ``assumed`` where the solver finds none, and whether it found all."""
+    Programs find the largest of the forces that limit all others: n of every joint, and s where a joint
+    cannot slide.
+    """
     forces = CvxpyForces(problem, within=within)
     session, q = HighsSession(forces.program, effort, _PURPOSE), forces.statics.q
-    c = problem.joints
-    of_shear = c + np.setdiff1d(np.arange(c), problem.sliding)
-    targets = np.concatenate([np.arange(c), of_shear])
+    c, highest = problem.joints, within[1]
+    cannot_slide = np.setdiff1d(np.arange(c), problem.sliding)
+    targets = np.concatenate([np.arange(c), c + cannot_slide])
     steep = max(1.0, float(problem.half_length.max()), float(problem.friction.max(initial=0.0)))
     # Every force is at most so many times 1 + the sum of the targets.
     share = steep + float(problem.cohesion.max(initial=0.0))
@@ -131,13 +111,18 @@ def _largest_forces(
                 values[number] = np.inf
                 break
             least, lacks = session.least()
-            elsewhere = float(np.delete(lacks, columns).sum()) * max(within[1], 1.0)
+            elsewhere = float(np.delete(lacks, columns).sum()) * max(highest, 1.0)
             values[number] = max(values[number], -least + elsewhere)
             short[number] = max(short[number], float(lacks[columns].sum()) * share)
+    assumed = _TIMES_LOADS * float(np.abs(problem.dead).sum() + highest * problem.live_norm)
     found = np.isfinite(values)
     bounds = _with_what_is_short(np.where(found, values, assumed), np.where(found, short, 0.0))
     proven = np.isfinite(bounds)
-    return targets, np.where(proven, bounds, assumed), bool((found & proven).all())
+    bounds = np.where(proven, bounds, assumed)
+    normal, shear = bounds[:c], np.zeros(c)
+    shear[problem.sliding] = 2 * ShearLimits.true(problem).at(normal[problem.sliding])
+    shear[cannot_slide] = bounds[c:]
+    return normal, np.stack([normal, normal, shear], axis=1).ravel(), bool((found & proven).all())
 
 
 def _with_what_is_short(values: np.ndarray, short: np.ndarray) -> np.ndarray:
@@ -145,8 +130,7 @@ def _with_what_is_short(values: np.ndarray, short: np.ndarray) -> np.ndarray:
     if short.sum() >= 0.5:
         return np.where(short == 0.0, values, np.inf)
     total = float((values.sum() + short.sum()) / (1 - short.sum()))
-    bounds: np.ndarray = values + short * (1 + total)
-    return bounds
+    return np.asarray(values + short * (1 + total))
 
 
 def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
@@ -174,15 +158,12 @@ def _most_rates(problem: Problem, highest: float, effort: Effort) -> float:
         values[face] = max(-least, 0.0)
         short[face], of_motion[face] = lacks[of_rates].max(), lacks[of_velocities]
     short += of_motion @ np.abs(velocities_by_rates(problem)).max(axis=1)
-    of_faces = _with_what_is_short(values, short)
-    return float(EdgeFactors(problem).in_edges(of_faces).sum())
+    return float(EdgeFactors(problem).in_edges(_with_what_is_short(values, short)).sum())
 
 
 def velocities_by_rates(problem: Problem) -> np.ndarray:
     """d = M p for all velocities d and face rates p that kinematics allow, shape (3b, faces)."""
-    by_motion = np.linalg.pinv(problem.B.T.toarray())
-    matrix: np.ndarray = by_motion @ problem.D(problem.dilatancy).toarray()
-    return matrix
+    return np.asarray(np.linalg.pinv(problem.B.T.toarray()) @ problem.D(problem.dilatancy).toarray())
 
 
 def _unit(size: int, index: int) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field, Strict
@@ -14,13 +14,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.bracket.bounds import StateBounds, bounds_of, tightened
-from masonry_opt.methods.bracket.relaxation import (
-    LEAST_TIME,
-    RADII,
-    BoundStep,
-    Distances,
-    relaxed,
-)
+from masonry_opt.methods.bracket.relaxation import LEAST_TIME, RADII, BoundStep, Distances, relaxed
 from masonry_opt.methods.refined import RefinedOptions, refined
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.problem import Problem
@@ -50,9 +44,9 @@ class GlobalOptions(Options):
     Attributes
     ----------
     time_limit: seconds for both ends (each program is given one at least).
-    rate_bound: what slips and edge openings are assumed to sum to at most where kinematics set no limit, in
-        units of the live load's mean velocity. The bound then holds below it. By default ten times what they
-        sum to in the lowest state known, 100 at least.
+    rate_bound: largest sum of slips and edge openings that is assumed where kinematics set no limit, in units
+        of the live load's mean velocity; the bound then holds below it. By default ten times the sum in the
+        lowest state known, 100 at least.
     """
 
     time_limit: Annotated[float, Strict(), Field(gt=0, le=1e6)] = 60.0
@@ -74,10 +68,10 @@ def global_search(task: Task) -> Solution:
         raise KeyboardInterrupt
     exact = start.is_exact(problem)
     # Where dilatancy locks the associative flow, an exact state bounds λ instead.
-    ends_above = [found.load_factor for found in (upper, *([start] if exact else []))]
-    if not (bounds := [load_factor for load_factor in ends_above if load_factor is not None]):
+    above = [upper.load_factor, start.load_factor if exact else None]
+    if above == [None, None]:
         return upper
-    best = min(bounds)
+    best = min(load_factor for load_factor in above if load_factor is not None)
     highest = a_little_above(best)
     solution = Solution(Status.SOLVER_FAILED, Kind.EXACT)
     solution.flow_rule_matters, solution.associative = start.flow_rule_matters, upper.load_factor
@@ -87,7 +81,7 @@ def global_search(task: Task) -> Solution:
     solution.bound = min(best, 0.0)
     if best > 0:
         _raise(task, solution, best, highest, of, began)
-    _conclude(problem, solution, of, options)
+    _conclude(problem, solution, solution.bound, of, options)
     return solution
 
 
@@ -109,11 +103,11 @@ def a_little_above(best: float) -> float:
 def _raise(
     task: Task, solution: Solution, best: float, highest: float, of: StateBounds, began: float
 ) -> None:
-    """Raise the bound by programs of more and more products, until it is closed or time is up.
+    """Raise the bound by programs of more and more products, until the bracket is closed or time is up.
 
-    Below what one program proves there is no state: the next looks only above, where forces have less room,
+    Below what one program proves there is no state: the next looks above only, where forces have less room,
     and the same products prove more. They are kept while that pays."""
-    ends = began + task.options.time_limit
+    ends, bound = began + task.options.time_limit, 0.0
     distances, before = Distances(task.problem), 0
     for radii in RADII:
         near, moves = distances.within(radii)
@@ -124,45 +118,43 @@ def _raise(
         while gains:
             if before and ends - time.perf_counter() < LEAST_TIME:
                 return
-            if (solution.bound or 0.0) > of.lowest:
-                of = tightened(of, task.problem, solution.bound or 0.0, highest, task.effort)
-            before, left = products, ends - time.perf_counter()
-            bound, size = relaxed(task.problem, highest, of, near, moves, left, task.effort)
-            step = BoundStep(bound, of.lowest, best, *radii, products, time.perf_counter() - began)
+            if bound > of.lowest:
+                of = tightened(of, task.problem, bound, highest, task.effort)
+            before, left, last = products, ends - time.perf_counter(), bound
+            proven, solution.size = relaxed(task.problem, highest, of, near, moves, left, task.effort)
+            step = BoundStep(proven, of.lowest, best, *radii, products, time.perf_counter() - began)
             solution.history.append(step)
             task.progress(step)
-            solution.size = size
-            last = solution.bound or 0.0
-            solution.bound = max(last, min(bound, best))
-            if _closed(solution.bound, best):
+            solution.bound = bound = max(last, min(proven, best))
+            if _closed(bound, best):
                 return
-            gains = solution.bound - last > _WORTH_REPEATING * (best - last)
+            gains = bound - last > _WORTH_REPEATING * (best - last)
 
 
-def _closed(bound: float, load_factor: float | None) -> bool:
-    return load_factor is not None and load_factor - bound <= CLOSED * max(abs(load_factor), SMALLEST)
+def _closed(bound: float, load_factor: float) -> bool:
+    return load_factor - bound <= CLOSED * max(abs(load_factor), SMALLEST)
 
 
-def _conclude(problem: Problem, solution: Solution, of: StateBounds, options: GlobalOptions) -> None:
+def _conclude(
+    problem: Problem, solution: Solution, bound: float, of: StateBounds, options: GlobalOptions
+) -> None:
     """Status and reason from what was found."""
     answer = solution.answer
     if answer is None:
         solution.end(Status.SOLVER_FAILED, Code.NO_EXACT_STATE, time_limit=options.time_limit)
         return
-    load_factor = answer.load_factor
-    bound = solution.bound = min(solution.bound or 0.0, load_factor)
+    bound = solution.bound = min(bound, answer.load_factor)
     solution.bound_derived = of.derived
-    assumed = {"rates": None if of.rates_derived else of.rates, "forces": not of.forces_derived}
-    said = {"bound": bound, "load_factor": load_factor, **assumed}
+    said: dict[str, Any] = {"bound": bound, "load_factor": answer.load_factor}
+    said |= {"rates": None if of.rates_derived else of.rates, "forces": not of.forces_derived}
     if not of.allow(answer.q, _rates(problem, answer.d)):
         solution.end(Status.CONVERGED, Code.TOUCHES_IMPOSED, **said)
         # What holds among some states only, and not this one, is no bound.
         solution.bound = 0.0
-    elif _closed(bound, load_factor):
-        if of.derived:
-            solution.end(Status.OPTIMAL, Code.PROVEN, **said)
-        else:
-            solution.end(Status.CONVERGED, Code.WITHIN_IMPOSED, **said)
-    else:
+    elif not _closed(bound, answer.load_factor):
         code = Code.OUT_OF_TIME if of.derived else Code.OUT_OF_TIME_WITHIN_IMPOSED
         solution.end(Status.CONVERGED, code, **said, time_limit=options.time_limit)
+    elif of.derived:
+        solution.end(Status.OPTIMAL, Code.PROVEN, **said)
+    else:
+        solution.end(Status.CONVERGED, Code.WITHIN_IMPOSED, **said)

@@ -21,24 +21,23 @@ from masonry_opt.solvers.registry import find_solver
 #: What HiGHS does here, as a result tells it.
 _PURPOSE = "products"
 
-#: Tolerance asked of the interior points, and the rows up to which HiGHS's older one is tried first: there it
-#: is two to three times as fast and nearer the optimum, above it mostly breaks off and keeps no multipliers.
+#: Tolerance asked of the interior points, and the rows up to which HiGHS's older one is tried first: it is
+#: two to three times as fast there and nearer the optimum; above it mostly breaks off without multipliers.
 _TOLERANCE, _FEW_ROWS = 1e-7, 20_000
 
 #: Tolerance asked of HiPO, over the share of λ that is still open: half of its iterations would go into the
-#: last hundredth of what a program proves, where a program of more products proves half as much again.
+#: last hundredth of a proof, where a program of more products proves half as much again.
 _COARSE = 0.05
 
-#: Velocities that the solver alone takes for the largest, of those that have no bound, in units of the live
-#: load's mean velocity: with free columns it stalls or breaks off. What the multipliers prove is computed
-#: without it.
+#: Largest velocity for the solver where there is no bound, in units of the live load's mean velocity: with
+#: free columns it stalls or breaks off. The proof from the multipliers does not use it.
 _FASTEST = 20.0
 
 #: Seconds that a program is given at least.
 LEAST_TIME = 1.0
 
-#: How far apart, in blocks, the factors of the products kept are: of forces with rates, of forces with
-#: velocities. The next where the last leaves a gap and time.
+#: Largest distances, in blocks, of the factors of products: forces with rates, forces with velocities. The
+#: next are taken where the last leave a gap and time.
 RADII = ((0, 1), (0, 2), (0, 3), (1, 3), (2, 3), (2, 4), (3, 5))
 
 
@@ -49,11 +48,10 @@ class BoundStep:
     Attributes
     ----------
     bound: lower bound of λ that its multipliers prove, below the rates assumed.
-    lowest: what the programs before it prove, from which on it looks at states.
+    lowest: bound that the programs before it prove; this one is of states from there on.
     load_factor: λ of the best state known.
-    rates_within, velocities_within: how far apart, in blocks, joints are whose products of forces and rates
-        are kept, and joints and blocks whose products of forces and velocities are.
-    products: how many.
+    rates_within, velocities_within: largest distance, in blocks, of the joints whose products of forces and
+        rates are kept, and of the joints and blocks whose products of forces and velocities are.
     seconds: since the method began.
     """
 
@@ -92,10 +90,8 @@ def relaxed(
 ) -> tuple[float, LpSize]:
     """A lower bound of all λ from ``of.lowest`` to ``highest`` within the limits, and its program's size.
 
-    Parameters
-    ----------
-    near, moves: joints and joints, joints and blocks, whose products are kept.
-    seconds: for the solver; the bound is what its multipliers prove, however far it came.
+    ``near`` and ``moves`` are the joints and joints, joints and blocks, whose products are kept. The bound is
+    what the solver's multipliers prove, however far it came in its ``seconds``.
     """
     with effort.measure("build"):
         model = PyomoProducts(problem, (of.lowest, highest), of.normal, near, moves)
@@ -121,8 +117,8 @@ def _reach(model: PyomoProducts, lp: LinearProgram, highest: float, of: StateBou
 def _columns(
     model: PyomoProducts, lp: LinearProgram, highest: float, of: StateBounds
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of each product its column, the largest that its factor of statics can be, and the number of its factor
-    of kinematics, shape (products,) each."""
+    """Column of each product, largest value of its factor of statics, number of its factor of kinematics,
+    shape (products,) each."""
     # Every variable is a product, in their order.
     column = np.concatenate(list(lp.columns.values()))
     i, k = np.array(list(model.product)).T

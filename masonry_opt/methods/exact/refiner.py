@@ -28,7 +28,7 @@ from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_cost
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs_lp import LinearProgram
 from masonry_opt.solvers.highs_session import HighsSession
-from masonry_opt.solvers.lp import LpSize, Verdict
+from masonry_opt.solvers.lp import Verdict
 
 #: A rate above this takes part in a mechanism; a slack below this is at yield.
 _AT_WORK, _AT_YIELD = 1e-9, 1e-7
@@ -49,7 +49,6 @@ class ExactState:
 
     Attributes
     ----------
-    load_factor: λ.
     q, d: joint forces (3c,) and block velocities (3b,).
     slack: yield slack of each face, shape (faces,).
     support: faces at work in the mechanism, shape (faces,).
@@ -76,14 +75,7 @@ class OutOfTime(Exception):
     """The deadline of a refiner has passed."""
 
 
-def refiner_of(task: Task) -> Refiner:
-    """The programs of a task's problem, kept."""
-    problem, effort = task.problem, task.effort
-    with effort.measure("build"):
-        return task.kept.of("refiner", problem, effort, lambda: Refiner(problem, effort))
-
-
-#: Declared programs find themselves in compiled ones by their variables: both are kept.
+#: Declared and compiled: variables of the declared ones name columns of the compiled.
 _Programs = tuple[CvxpyForces, CvxpyMotion, LinearProgram, LinearProgram]
 
 
@@ -95,24 +87,20 @@ def _programs(problem: Problem) -> _Programs:
 class Refiner:
     """The two linear programs of one problem, loaded once.
 
-    Parameters
-    ----------
-    programs: the declared and compiled programs, where another refiner has them.
-
     Attributes
     ----------
-    effort: where time and programs are counted.
-    deadline: of ``time.perf_counter``, from which on every program raises OutOfTime.
+    deadline: time of ``time.perf_counter`` from which every program raises OutOfTime.
     why: why ``first`` last found nothing.
-    left: residuals for which the state that forces last led to is none.
-    undecided: programs that the solver neither solved nor found infeasible in the last round of
-        ``descend``: where there are any, that nothing lowers λ is not known.
+    left: residuals too large for the state that forces last led to; empty if it was taken.
+    undecided: programs of the last round of ``descend`` that the solver neither solved nor found infeasible.
+        With any of them it is not known that nothing lowers λ.
     """
 
     def __init__(self, problem: Problem, effort: Effort, programs: _Programs | None = None) -> None:
         self.problem, self.effort = problem, effort
         self._forces, self._motion, forces, motion = programs or _programs(problem)
         self._statics = HighsSession(forces, effort, _PURPOSE)
+        self.size = self._statics.size
         self._kinematics = HighsSession(motion, effort, _PURPOSE)
         self._minimise_load_factor()
         self.undecided = 0
@@ -121,9 +109,9 @@ class Refiner:
         self.deadline = inf
 
     def under(self, problem: Problem, effort: Effort) -> Refiner:
-        """A refiner of a problem that differs in friction, cohesion and dilatancy alone: of this one it has
-        the declared programs, and nothing else. Where dilatancy differs, or a friction is zero, which is not
-        in the matrix, it has programs of its own."""
+        """A refiner of a problem that differs in friction, cohesion and dilatancy alone. It shares the
+        declared programs, unless dilatancy differs or a friction is zero, which has no entry in the matrix.
+        """
         same_motion = np.array_equal(self.problem.dilatancy, problem.dilatancy)
         if not (same_motion and problem.friction.all() and self.problem.friction.all()):
             return Refiner(problem, effort)
@@ -134,22 +122,15 @@ class Refiner:
         forces = lp.changed(faces, normal, -friction, problem.face_cohesion[slides])
         return Refiner(problem, effort, (self._forces, self._motion, forces, self._kinematics.lp))
 
-    @property
-    def size(self) -> LpSize:
-        """Of the static program."""
-        return self._statics.size
-
     def mechanism(
         self, cost: np.ndarray, banned: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray] | None:
-        """(a): velocities (3b,) and rates (faces,) of the mechanism of least cost·p, without the
-        banned faces; None if there is none."""
+        """(a): velocities (3b,) and rates (faces,) of the mechanism of least cost·p in which the banned faces
+        are at rest; None if there is none."""
         mechanism = self._motion.mechanism
-        most = np.full(self.problem.faces, np.inf)
-        if banned is not None:
-            most[banned] = 0.0
         self._kinematics.set_costs(mechanism.p, cost)
-        self._kinematics.set_most(mechanism.p, most)
+        at_rest = np.zeros(len(cost), dtype=bool) if banned is None else banned
+        self._kinematics.set_most(mechanism.p, np.where(at_rest, 0.0, inf))
         if not self._solved(self._kinematics):
             return None
         return self._kinematics.values(mechanism.d), self._kinematics.values(mechanism.p)
@@ -172,11 +153,11 @@ class Refiner:
         )
 
     def settled(self, q: np.ndarray) -> ExactState | None:
-        """The exact state that any forces (3c,) lead to; None if they lead to none.
+        """The exact state that forces (3c,) lead to: on the mechanism that goes with them, descended, then on
+        the one that goes with the forces found there, until λ falls no more.
 
-        First on the mechanism that goes with them, descended, then on the one that goes with the forces
-        found there, until λ falls no more. None, too, where its certificate does not bear the state out: a
-        joint without normal force that contracts in both senses at once meets every row, and no flow rule.
+        None if they lead to none, or its certificate does not bear it out: a joint without normal force that
+        contracts in both senses at once meets every row of the programs, and no flow rule.
         """
         self.left = {}
         settled: ExactState | None = None
@@ -191,10 +172,10 @@ class Refiner:
         return None if self.left else replace(settled, answer=answer)
 
     def first(self, q: np.ndarray) -> ExactState | None:
-        """(a) and (b) from any forces; None if they do not lead to an exact state.
+        """(a) and (b) from forces (3c,); None if they lead to no exact state.
 
-        Where no statics bring the whole support to yield, the forces that come nearest (least p·z)
-        take the place of those given, and (a) and (b) are tried again, so often.
+        Where no statics bring the whole support to yield, both are tried again from the forces that come
+        nearest (least p·z).
         """
         self.why = Code.NO_STATICS
         for _ in range(_REPAIRS):
@@ -213,8 +194,7 @@ class Refiner:
         return None
 
     def descend(self, state: ExactState) -> ExactState:
-        """Lower λ among the faces at yield until the mechanism that moves those that hold λ up least, each
-        weighed by how strongly it does, lowers it no more."""
+        """Lower λ by mechanisms among the faces at yield, until none is found that lowers it."""
         while True:
             self.undecided = 0
             lower = self._moving_least(state)
@@ -223,11 +203,8 @@ class Refiner:
             state = lower
 
     def _moving_least(self, state: ExactState) -> ExactState | None:
-        """A lower state on the mechanism that moves the faces that hold λ up least; None if it is none.
-
-        In place of a program for each face: where avoiding one of some hundred lowers λ, this mostly does. A
-        mechanism that avoids them all costs nothing.
-        """
+        """A lower state on the mechanism that moves least of the faces that hold λ up, each weighed by how
+        strongly it does; None if that state is no lower. One program in place of one for each face."""
         if not state.strength.any():
             return None
         found = self.mechanism(state.strength / state.strength.max(), state.slack > _AT_YIELD)
@@ -238,8 +215,8 @@ class Refiner:
         return candidate if fell else None
 
     def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """Forces (3c,) that maximise λ, in units of the live load, less cost·n of the joints that can slide,
-        cost of shape (k,); and the rates (faces,) that go with them. None if there are none."""
+        """Forces (3c,) that maximise λ times the live load's norm less cost·n of the joints that can slide,
+        cost of shape (k,), and the rates (faces,) that go with them; None if there are none."""
         problem = self.problem
         if not self._solved_at(-problem.live_norm, problem.N.T @ cost):
             return None
@@ -247,7 +224,6 @@ class Refiner:
         return self._statics.values(forces.statics.q), np.abs(self._statics.duals(forces.within_yield))
 
     def _least_energy(self, rates: np.ndarray) -> np.ndarray | None:
-        """Forces (3c,) of little p·z for given rates and a low λ."""
         solved = self._solved_at(*energy_costs(self.problem, rates, WEIGHT))
         return self._statics.values(self._forces.statics.q) if solved else None
 
@@ -270,17 +246,22 @@ class Refiner:
     def _hold(self, support: np.ndarray) -> None:
         self._statics.set_room(self._forces.within_yield, np.where(support, 0.0, np.inf))
 
-    def time_left(self) -> float:
-        """Seconds to the deadline; raises OutOfTime if there are none."""
-        left = self.deadline - time.perf_counter()
-        if left <= 0:
+    def check_time(self) -> None:
+        """Raise OutOfTime from the deadline on."""
+        if time.perf_counter() >= self.deadline:
             raise OutOfTime
-        return left
 
     def _solved(self, session: HighsSession) -> bool:
-        left = self.time_left()
-        verdict = session.solve(left)
-        if verdict is Verdict.FAILED and time.perf_counter() >= self.deadline:
-            raise OutOfTime
+        self.check_time()
+        verdict = session.solve(max(self.deadline - time.perf_counter(), 0.0))
+        if verdict is Verdict.FAILED:
+            self.check_time()
         self.undecided += verdict is Verdict.FAILED
         return verdict is Verdict.OPTIMAL
+
+
+def refiner_of(task: Task) -> Refiner:
+    """The programs of a task's problem, kept."""
+    problem, effort = task.problem, task.effort
+    with effort.measure("build"):
+        return task.kept.of("refiner", problem, effort, lambda: Refiner(problem, effort))

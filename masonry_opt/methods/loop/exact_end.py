@@ -17,8 +17,8 @@ from masonry_opt.problem.state import State
 from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.registry import Solver, in_cvxpy
 
-#: A face belongs to the mechanism if its rate exceeds this share of the largest: well above what the
-#: solver's tolerance leaves of a zero. First the larger mechanism, then the surer one.
+#: Share of the largest rate above which a face belongs to the mechanism, well above what the solver's
+#: tolerance leaves of a zero: first for the larger mechanism, then for the surer one.
 _SHARES = (1e-6, 1e-4)
 
 #: What a solver does here, as a result tells it.
@@ -28,8 +28,8 @@ _PURPOSE = "exact end"
 def accurate_end(
     problem: Problem, state: State, near: float, solver: Solver, effort: Effort
 ) -> Answer | None:
-    """An exact state on the mechanism of an accurately solved sub-problem, if there is one: the one whose λ
-    is nearest to ``near``."""
+    """The exact state of λ nearest to ``near`` on the mechanism of an accurately solved sub-problem; None if
+    there is none."""
     for share in _SHARES:
         model = CvxpyAtYield(problem, state.p > share * state.p.max(), near)
         if has_optimum(model.program, in_cvxpy(solver), effort, _PURPOSE) and (
@@ -42,8 +42,8 @@ def accurate_end(
 def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) -> Answer | None:
     """Exact forces and a mechanism near that of a sub-problem solved roughly, whose rates are zero nowhere.
 
-    First the forces that leave little energy z·p for its rates and have a low λ; then the mechanism of the
-    true flow rule that leaves least for those forces (the sub-problem's own where the solver finds none).
+    First the forces of low λ that leave little energy z·p for its rates; then the mechanism of the true flow
+    rule that leaves least for those forces (the sub-problem's own if the solver finds none).
     """
     scaled, solver = in_units_of_load(problem), in_cvxpy(solver)
     forces = forces_for(scaled, state.p, solver, effort, _PURPOSE)
@@ -63,5 +63,5 @@ def belong_together(answer: Answer) -> bool:
 
 
 def _belonging(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> Answer | None:
-    answer = certified(problem, load_factor, q, d, problem.dilatancy_at(problem.normal_forces(q)))
+    answer = certified(problem, load_factor, q, d)
     return answer if belong_together(answer) else None

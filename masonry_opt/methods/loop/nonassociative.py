@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from math import inf
 from typing import Any
 
 from masonry_opt.answer.acceptance import BORNE_OUT
-from masonry_opt.answer.answer import Answer, certified
-from masonry_opt.answer.reasons import Code, Reason, reason
+from masonry_opt.answer.answer import certified
+from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.loop.exact_end import belong_together
@@ -19,6 +18,7 @@ from masonry_opt.methods.loop.run import Iteration, run
 from masonry_opt.methods.loop.steps import LimitUpdate, first_limits
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.state import State
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solver, find_solver, rougher
 from masonry_opt.standing.diagnosis import no_optimum
@@ -56,7 +56,7 @@ def _accurately(last: Attempt) -> Attempt | None:
 
 
 def less_slope(last: Attempt) -> Attempt | None:
-    """A contracting limit |s| ≤ c - αμn also caps n at c / (αμ): less slope, less of a cap."""
+    """A contracting limit |s| ≤ c − αμn also caps n at c / (αμ): a smaller slope raises the cap."""
     if last.parameters.alpha <= last.parameters.alpha_min:
         return None
     return _with(last, alpha=last.parameters.alpha / 3)
@@ -68,10 +68,7 @@ def _more_damping(last: Attempt) -> Attempt | None:
 
 def _cohesive_start(last: Attempt) -> Attempt | None:
     """Section 6.3: a start that dilatancy cannot lock."""
-    if last.parameters.start == "cohesive":
-        return None
-    parameters = replace(last.parameters, start="cohesive")
-    return replace(last, parameters=parameters, remedy="start=cohesive")
+    return None if last.parameters.start == "cohesive" else _with(last, start="cohesive")
 
 
 def _looser_solver(last: Attempt) -> Attempt | None:
@@ -87,18 +84,19 @@ def _another_solver(last: Attempt) -> Attempt | None:
 
 
 def _with(last: Attempt, **changed: Any) -> Attempt:
-    remedy = ", ".join(f"{name}={value:.2g}" for name, value in changed.items())
+    words = {name: value if isinstance(value, str) else f"{value:.2g}" for name, value in changed.items()}
+    remedy = ", ".join(f"{name}={word}" for name, word in words.items())
     return replace(last, parameters=replace(last.parameters, **changed), remedy=remedy)
 
 
-#: What is tried after each way to fail, in this order, each entry once. Only what a scene of the atlas is
-#: rescued by: more small cohesion, or less, helped 3 of 193 scenes, all of which a pass solves.
+#: What is tried after each way to fail, in this order, each entry once: what answers a scene of the failure
+#: atlas. (More small cohesion, or less, answered 3 of 193 scenes, all of which a pass solves.)
 REMEDIES: dict[Status | Shortfall, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
-    Status.NO_STATE: (*(less_slope,) * 6, _accurately),
+    Status.NO_STATE: (*(less_slope,) * 5, _accurately),
     Status.CYCLING: (_accurately, _more_damping, _another_solver),
-    Status.ITERATION_LIMIT: (_accurately, _more_damping),
-    Shortfall.INEXACT: (_accurately,),
+    Status.ITERATION_LIMIT: (_accurately,),
+    Shortfall.INEXACT: (_accurately, _another_solver),
     Status.SOLVER_FAILED: (_accurately, _looser_solver, _another_solver),
     Shortfall.ROUGH: (_accurately,),
 }
@@ -119,22 +117,25 @@ class _Ran:
 def nonassociative(task: Task) -> Solution:
     """Load factor with the joints' own flow rule (Coulomb: no dilatancy).
 
-    Runs the loop; where a run fails, others follow with what ``REMEDIES`` lists for its failure, each
-    recorded in the history and the reasons.
+    Where a run of the loop fails, others follow with what ``REMEDIES`` lists for its failure, each recorded
+    in the history and the reasons.
     """
     problem, options = task.problem, task.options or LoopOptions()
     attempt = Attempt(options.parameters(problem.joints, task.solver), task.solver)
     runs: list[_Ran] = []
     left = {failure: list(remedies) for failure, remedies in REMEDIES.items()}
-    driver: Driver | None = None
-    borne_out = _LeastBorneOut(problem)
+    least: float | None = None
 
     def follow(step: Iteration) -> None:
-        borne_out.see(step)
+        nonlocal least
+        state = step.solved.state if step.solved else None
+        if state and (least is None or state.load_factor < least) and _borne_out(problem, state):
+            least = state.load_factor
         task.progress(replace(step, attempt=len(runs) + 1, remedy=attempt.remedy))
 
     while True:
-        if driver is None or _needs_another(attempt, runs[-1].attempt):
+        before = runs[-1].attempt if runs else None
+        if before is None or _sub_problems_of(attempt) != _sub_problems_of(before):
             driver = _declare(task, attempt)
         revise = options.revise or LimitUpdate.limits
         solution = run(problem, driver, attempt.parameters, attempt.solver, follow, revise)
@@ -149,32 +150,16 @@ def nonassociative(task: Task) -> Solution:
         attempt = following
     for ran in runs:
         if ran.solution.status in (Status.CYCLING, Status.ITERATION_LIMIT):
-            ran.solution.reasons.append(borne_out.reason)
+            ran.solution.add(Code.LEAST_BORNE_OUT, load_factor=least)
     solution = _gathered(runs, options)
     solution.size = driver.size()
     return solution
 
 
-class _LeastBorneOut:
-    """The least load factor of a sub-problem whose state bears it out under the true law."""
-
-    def __init__(self, problem: Problem) -> None:
-        self.problem, self.least = problem, inf
-
-    def see(self, step: Iteration) -> None:
-        """Look at a sub-problem's state under the joints' own flow rule."""
-        state = step.solved.state if step.solved else None
-        if state is None or state.load_factor >= self.least:
-            return
-        slope = self.problem.dilatancy_at(self.problem.normal_forces(state.q))
-        answer = certified(self.problem, state.load_factor, state.q, state.d, slope)
-        if max(answer.residuals.values()) <= BORNE_OUT:
-            self.least = state.load_factor
-
-    @property
-    def reason(self) -> Reason:
-        """It, for a reader; None if there is none."""
-        return reason(Code.LEAST_BORNE_OUT, load_factor=None if self.least == inf else self.least)
+def _borne_out(problem: Problem, state: State) -> bool:
+    """Whether a sub-problem's state bears its load factor out under the joints' own flow rule."""
+    answer = certified(problem, state.load_factor, state.q, state.d)
+    return max(answer.residuals.values()) <= BORNE_OUT
 
 
 def _declare(task: Task, attempt: Attempt) -> Driver:
@@ -183,25 +168,18 @@ def _declare(task: Task, attempt: Attempt) -> Driver:
     limits = first_limits(task.problem, attempt.parameters)
     # What is solved roughly is equally rough at every size in units of the load.
     of_load = rough is not None
-    return task.kept.of(
-        ("sub-problems", solver.key, of_load),
-        task.problem,
-        task.effort,
-        lambda: Driver(
-            task.problem,
-            "static",
-            solver,
-            task.effort,
-            limits,
-            of_load=of_load,
-            purpose="sub-problems",
-            repeats=True,
-        ),
-    )
+
+    def declared() -> Driver:
+        return Driver(
+            task.problem, "static", solver, task.effort, limits, of_load, purpose="sub-problems", repeats=True
+        )
+
+    return task.kept.of(("sub-problems", solver.key, of_load), task.problem, task.effort, declared)
 
 
-def _needs_another(attempt: Attempt, last: Attempt) -> bool:
-    return attempt.solver != last.solver or attempt.parameters.tolerance != last.parameters.tolerance
+def _sub_problems_of(attempt: Attempt) -> tuple[Solver, float | None]:
+    """What decides how sub-problems are declared and solved."""
+    return attempt.solver, attempt.parameters.tolerance
 
 
 def _failure(attempt: Attempt, solution: Solution) -> Failure | None:
@@ -214,18 +192,7 @@ def _failure(attempt: Attempt, solution: Solution) -> Failure | None:
         return Shortfall.INEXACT
     if not solution.flow_rule_matters:
         return None if attempt.parameters.tolerance is None else Shortfall.ROUGH
-    inexact = finish and _far_from_exact(answer, solution, attempt.parameters.tol)
-    return Shortfall.INEXACT if inexact else None
-
-
-def _far_from_exact(answer: Answer, solution: Solution, tol: float) -> bool:
-    """Whether more is left than the exact end allows: of energy of what moves without being at yield, or of
-    departure from the flow rule (blocks that pass into each other); or λ still changes, by more than ``tol``
-    relative, and no exact state was found on the way."""
-    if not belong_together(answer):
-        return True
-    last = [entry.load_factor for entry in solution.history[-2:]]
-    return not solution.exact_end and abs(last[-1] - last[0]) > tol * abs(last[-1])
+    return Shortfall.INEXACT if finish and not belong_together(answer) else None
 
 
 def _next(runs: list[_Ran], left: dict[Failure, list[Remedy]], options: LoopOptions) -> Attempt | None:
@@ -244,8 +211,8 @@ def _next(runs: list[_Ran], left: dict[Failure, list[Remedy]], options: LoopOpti
 
 
 def _gathered(runs: list[_Ran], options: LoopOptions) -> Solution:
-    """The solution of the last run if it decides the matter (or is the loop as it is, with less slope), else
-    of the first whose load factor passes, else of the first; with the history of all."""
+    """The solution of the last run if it decides the matter (or less slope alone was wanted), else of the
+    first whose load factor passes, else of the first; with the history of all."""
     last = runs[-1]
     decided = last.failure is None or (options.remedies == "slope" and last.failure is not Status.NO_STATE)
     passing = [ran for ran in runs if ran.solution.answer and not ran.solution.failing()]

@@ -24,6 +24,10 @@ PAPER: dict[str, Any] = {
     "remedies": "slope",
 }
 
+#: What a run with accurate or rough sub-problems works with, where nothing else is given.
+_ACCURATE: dict[str, Any] = {"alpha": 0.3, "shrink": 0.5, "beta": 0.6, "tolerance": None}
+_ROUGH: dict[str, Any] = {"alpha": 0.1, "shrink": 0.1, "beta": 0.8, "tolerance": 1e-4}
+
 #: From so many joints on sub-problems are solved roughly, with a solver that can: below, the paper's way
 #: takes about a second.
 ROUGH_FROM = 1000
@@ -114,18 +118,5 @@ class LoopOptions(Options):
         """The parameters of a first run on a scene with so many joints, with a solver."""
         by_default = joints >= ROUGH_FROM and solver.entry.stops_early
         rough = self.sub_problems == "rough" or (self.sub_problems is None and by_default)
-        return LoopParameters(
-            alpha=(0.1 if rough else 0.3) if self.alpha is None else self.alpha,
-            alpha_min=self.alpha_min,
-            shrink=0.1 if rough else 0.5,
-            beta=(0.8 if rough else 0.6) if self.beta is None else self.beta,
-            tol=self.tol,
-            c0=self.c0,
-            start=self.start,
-            trial_cohesion=self.trial_cohesion,
-            max_iterations=self.max_iterations,
-            always=self.always,
-            tolerance=1e-4 if rough else None,
-            finish=self.finish,
-            early=rough and self.finish,
-        )
+        given = self.model_dump(include=set(LoopParameters.__dataclass_fields__), exclude_none=True)
+        return LoopParameters(**(_ROUGH if rough else _ACCURATE) | given, early=rough and self.finish)

@@ -10,7 +10,7 @@ from itertools import islice
 import numpy as np
 
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Answer, Found, certified
+from masonry_opt.answer.answer import Found, certified
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
@@ -29,13 +29,9 @@ from masonry_opt.solvers.registry import Solver
 _NEARLY_TRUE = 5e-3  # no gate: what the try finds must leave no more than MOST_ENERGY
 _PAUSE = 2
 
-#: Sub-problems for which a run goes on after λ stands still, while there is no exact state yet.
-_PATIENCE = 30
-
-#: As often in a row must λ more than double for the loop to diverge.
+#: The loop diverges if λ more than doubles so often in a row; or rises by so much at a time, so often in a
+#: row, to so many times where it began.
 _DOUBLINGS = 5
-
-#: Or rises by so much at a time, as often in a row, to so many times where it began.
 _RISE, _RISES, _GROWN = 1e-2, 30, 1e3
 
 #: Longest cycle looked for, and the drift from one to the next, over its swing, that still is one.
@@ -49,7 +45,6 @@ class Iteration:
 
     Attributes
     ----------
-    iteration: counted from 1.
     load_factor: λ of the sub-problem, uncorrected.
     alpha: slope of its shear limit over μ (NaN for the first).
     change: largest change of a normal force since the last one, in median block weights.
@@ -61,8 +56,8 @@ class Iteration:
     mismatch: energy by which sliding joints are off the true law (the small cohesion apart), each
         counted for itself, in units of λ.
     seconds: the solver's time.
-    attempt, remedy: which run of the loop it belongs to, and the option that was changed for that run.
-    solved: the sub-problem itself, for whoever follows the loop; not kept in a history.
+    attempt, remedy: number of the run of the loop, and the option that was changed for it.
+    solved: the sub-problem itself; not kept in a history.
     """
 
     iteration: int
@@ -81,27 +76,23 @@ class Iteration:
 
 
 def recorded(problem: Problem, last: SubProblem, before: State | None) -> Iteration:
-    """The record of a sub-problem that was solved, and the state before it."""
-    state, limits = last.state, last.limits
-    assert state is not None  # only a solved sub-problem is recorded
+    """The record of a sub-problem, given the state before it."""
+    state, limits = last.optimum, last.limits
     n, slip = problem.normal_forces(state.q), problem.slip(state.p)
     coulomb = ShearLimits.true(problem).at(n[problem.sliding])
     limit = limits.at(n[problem.sliding]) - last.small_cohesion
     change = np.nan if before is None else np.abs(n - problem.normal_forces(before.q)).max()
-
-    def in_units_of_load_factor(energy: float) -> float:
-        return float(energy) / problem.live_norm
-
+    unit = problem.live_norm
     return Iteration(
         iteration=last.number,
         load_factor=state.load_factor,
         alpha=last.alpha,
         change=float(change),
         violation=max(-float(problem.slacks(state.q).min()), 0.0),
-        raising=in_units_of_load_factor(-problem.dead @ state.d),
-        sliding=in_units_of_load_factor(limits.cohesion @ slip),
-        coulomb_sliding=in_units_of_load_factor(coulomb @ slip),
-        mismatch=in_units_of_load_factor(np.abs(limit - coulomb) @ slip),
+        raising=float(-problem.dead @ state.d) / unit,
+        sliding=float(limits.cohesion @ slip) / unit,
+        coulomb_sliding=float(coulomb @ slip) / unit,
+        mismatch=float(np.abs(limit - coulomb) @ slip) / unit,
         seconds=last.solved.seconds,
         solved=last,
     )
@@ -119,9 +110,8 @@ def run(
 
     Parameters
     ----------
-    driver: of a static model; only its shear limits are changed.
+    driver: of a static model; its shear limits alone are changed.
     solver: of the exact end.
-    progress: called after every sub-problem.
     """
     return _Run(problem, driver, parameters, solver).follow(progress, revise)
 
@@ -133,7 +123,7 @@ class _Run:
         self.solution = Solution(Status.ITERATION_LIMIT, kind)
         self.load_factors: list[float] = []
         self.states: deque[State] = deque(maxlen=LONGEST_PERIOD + 1)
-        self.next_try = self.still_since = 0
+        self.next_try = 0
 
     def follow(self, progress: Callable[[Iteration], None], revise: Revise) -> Solution:
         parameters, solution = self.parameters, self.solution
@@ -151,67 +141,54 @@ class _Run:
             progress(entry)
             if self._nothing_to_do(last) if last.number == 1 else self._ended(last, entry):
                 return solution
-        of_late = self.load_factors[-LONGEST_PERIOD:]
-        solution.add(
-            Code.STILL_CHANGES, count=parameters.max_iterations, lowest=min(of_late), highest=max(of_late)
-        )
+        late = self.load_factors[-LONGEST_PERIOD:]
+        solution.add(Code.STILL_CHANGES, count=len(self.load_factors), lowest=min(late), highest=max(late))
         return solution
 
     def _without_optimum(self, last: SubProblem) -> Solution:
-        solution = self.solution
+        solution, number = self.solution, last.number
         solution.found = Found()
-        if last.number == 1 or last.solved.failed:
-            word = last.solved.status
-            solution.end(Status.SOLVER_FAILED, Code.SUB_PROBLEM_FAILED, number=last.number, word=word)
+        if number == 1 or last.solved.failed:
+            solution.end(
+                Status.SOLVER_FAILED, Code.SUB_PROBLEM_FAILED, number=number, word=last.solved.status
+            )
         else:
-            solution.end(Status.NO_STATE, Code.SUB_PROBLEM_EMPTY, number=last.number)
+            solution.end(Status.NO_STATE, Code.SUB_PROBLEM_EMPTY, number=number)
         return solution
 
     def _nothing_to_do(self, last: SubProblem) -> bool:
         """Whether the first answer is the last: the associative one obeys the joints' own flow rule."""
-        parameters, state, solution = self.parameters, last.state, self.solution
-        assert state is not None  # the sub-problem was solved
+        parameters, state, solution = self.parameters, last.optimum, self.solution
         if parameters.start != "associative" or parameters.always or not obeys_own_flow(self.problem, state):
             return False
         solution.flow_rule_matters = False
         solution.end(Status.CONVERGED, Code.FLOW_RULE_IDLE)
-        solution.found = self._certified(state, state.load_factor)
+        solution.found = certified(self.problem, state.load_factor, state.q, state.d)
         return True
-
-    def _certified(self, state: State, load_factor: float) -> Answer:
-        """A sub-problem's state with a load factor, under the flow rule that its forces allow."""
-        slope = self.problem.dilatancy_at(self.problem.normal_forces(state.q))
-        return certified(self.problem, load_factor, state.q, state.d, slope)
 
     def _ended(self, last: SubProblem, entry: Iteration) -> bool:
         """Step 3, and the other ways in which a run ends; writes them to the solution."""
         parameters, solution = self.parameters, self.solution
         if last.alpha <= parameters.alpha_min:
             early = parameters.early and entry.mismatch <= _NEARLY_TRUE * abs(entry.load_factor)
-            # Only runs that may end early pause between their tries: the others stand still first.
-            tries = (early or last.stands_still) and (last.number >= self.next_try or not parameters.early)
-            self.still_since = self.still_since or (last.number if last.stands_still else 0)
-            waited = self.still_since and last.number - self.still_since >= _PATIENCE
-            if tries and self._exact_end(last):
-                return True
-            if (last.stands_still and not parameters.finish) or (waited and not parameters.early):
+            # Only runs that may end early pause between their tries: the others end where λ stands still.
+            if (early or last.stands_still) and (last.number >= self.next_try or not parameters.early):
+                if self._exact_end(last):
+                    return True
+                self.next_try = last.number + _PAUSE
+            if last.stands_still and not parameters.early:
                 self._converge(last)
                 return True
-            if tries:
-                self.next_try = last.number + _PAUSE
         if diverges(self.load_factors):
-            solution.end(
-                Status.JAMMED, Code.GROWS, load_factor=self.load_factors[-1], count=len(self.load_factors)
-            )
+            values = {"load_factor": self.load_factors[-1], "count": len(self.load_factors)}
+            solution.end(Status.JAMMED, Code.GROWS, **values)
             return True
         normal = [self.problem.normal_forces(state.q) for state in self.states]
         if length := period(self.load_factors, normal):
-            cycle = self.load_factors[-length:]
-            values = {"period": length, "lowest": min(cycle), "highest": max(cycle)}
-            if self._exact_end(last):
-                solution.add(Code.REPEATS, **values, exact=True)
-            else:
-                solution.end(Status.CYCLING, Code.REPEATS, **values, exact=False)
+            cycle, exact = self.load_factors[-length:], self._exact_end(last)
+            if not exact:
+                solution.status = Status.CYCLING
+            solution.add(Code.REPEATS, period=length, lowest=min(cycle), highest=max(cycle), exact=exact)
             return True
         return False
 
@@ -219,9 +196,7 @@ class _Run:
         """Whether exact forces on the mechanism, or on one near it, end the run."""
         if not self.parameters.finish:
             return False
-        problem, state, effort = self.problem, last.state, self.driver.effort
-        assert state is not None  # the sub-problem was solved
-        end: Answer | None
+        problem, state, effort = self.problem, last.optimum, self.driver.effort
         effort.begins("exact forces")
         if self.parameters.tolerance is not None:
             end = rough_end(problem, state, self.solver, effort)
@@ -237,20 +212,17 @@ class _Run:
 
     def _converge(self, last: SubProblem) -> None:
         """End where λ stood still, with step 6's correction."""
-        solution, state = self.solution, last.state
-        assert state is not None  # the sub-problem was solved
+        solution, state = self.solution, last.optimum
         solution.end(Status.CONVERGED, Code.SUB_PROBLEMS, count=len(solution.history))
         load_factor = corrected(self.problem, last)
         if self.parameters.finish:
             solution.add(Code.NO_EXACT_END)
-        if not last.stands_still:
-            solution.add(Code.CHANGES_AGAIN)
         # No state with less dilatancy exceeds the associative load factor, where that is known.
         known = self.parameters.start == "associative" and self.parameters.tolerance is None
         if known and load_factor > self.load_factors[0]:
             solution.add(Code.ABOVE_ASSOCIATIVE, by=load_factor - self.load_factors[0])
             load_factor = self.load_factors[0]
-        solution.found = self._certified(state, load_factor)
+        solution.found = certified(self.problem, load_factor, state.q, state.d)
 
 
 def obeys_own_flow(problem: Problem, state: State) -> bool:
@@ -273,14 +245,8 @@ def diverges(load_factors: Sequence[float]) -> bool:
 
 
 def period(load_factors: Sequence[float], normal: Sequence[np.ndarray]) -> int:
-    """Length of the cycle the loop is in, or 0: load factors and normal forces came back twice, and
-    the swing hardly dies away.
-
-    Parameters
-    ----------
-    load_factors: of all sub-problems.
-    normal: normal forces of the last few, ``LONGEST_PERIOD`` + 1 at least where there are as many.
-    """
+    """Length of the cycle that the loop is in, or 0: load factors and normal forces came back twice, and the
+    swing hardly dies away. The normal forces are those of the last ``LONGEST_PERIOD`` + 1 sub-problems."""
     values = np.array(load_factors)
     largest = float(np.abs(normal[-1]).max())
     for length in range(2, LONGEST_PERIOD + 1):

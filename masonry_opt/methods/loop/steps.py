@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import count
 
 import numpy as np
 
@@ -24,16 +25,13 @@ _DWARFS = 1e3
 
 @dataclass(frozen=True)
 class SubProblem:
-    """One linear program of the loop.
+    """One linear program of the loop, numbered from 1.
 
     Attributes
     ----------
-    number: k, from 1.
-    solved: how the solver ended.
     state: the optimum; None if there is none.
-    limits: the shear limits it was solved with.
-    alpha: α of those limits; NaN for the first, which has none.
-    small_cohesion: c⁰ of those limits, shape (k,).
+    alpha: α of its shear limits; NaN for the first, which has none.
+    small_cohesion: c⁰ of them, shape (k,).
     stands_still: whether λ changed by less than ``tol`` (step 3).
     """
 
@@ -45,6 +43,12 @@ class SubProblem:
     small_cohesion: np.ndarray
     stands_still: bool
 
+    @property
+    def optimum(self) -> State:
+        """The state of a sub-problem that has one."""
+        assert self.state is not None
+        return self.state
+
 
 @dataclass(frozen=True)
 class LimitUpdate:
@@ -52,8 +56,6 @@ class LimitUpdate:
 
     Attributes
     ----------
-    problem: with the true friction law.
-    last: the sub-problem just solved.
     alpha, small_cohesion: α, and c⁰, shape (k,), of the next.
     about: normal forces about which the limits turn, blended by β, shape (c,).
     """
@@ -74,9 +76,8 @@ class LimitUpdate:
         dilatancy, n = problem.dilatancy_at(self.about), self.about[problem.sliding]
         turns = dilatancy < mu
         slope = np.where(turns, dilatancy - self.alpha * mu, mu)
-        return ShearLimits(
-            slope, problem.cohesion + np.where(turns, self.small_cohesion + (mu - slope) * n, 0.0)
-        )
+        added = np.where(turns, self.small_cohesion + (mu - slope) * n, 0.0)
+        return ShearLimits(slope, problem.cohesion + added)
 
 
 #: How the next shear limits follow; the paper's way is ``LimitUpdate.limits``.
@@ -86,17 +87,13 @@ Revise = Callable[[LimitUpdate], ShearLimits]
 def sub_problems(
     problem: Problem, driver: Driver, parameters: LoopParameters, revise: Revise = LimitUpdate.limits
 ) -> Iterator[SubProblem]:
-    """Steps 1 to 5, without end but for a sub-problem that has no optimum; the driver's model is changed in
-    its shear limits alone.
-
-    Step 3, when to stop, is whoever iterates; step 6 is :func:`corrected`.
-    """
+    """Steps 1 to 5, until a sub-problem has no optimum or the caller stops (step 3). Of the driver's model
+    the shear limits alone are changed. Step 6 is :func:`corrected`."""
     limits = first_limits(problem, parameters)  # step 1
     alpha, next_alpha = float("nan"), parameters.alpha
     small_cohesion = np.zeros(len(problem.sliding))
     before: State | None = None
-    number = 1
-    while True:
+    for number in count(1):
         driver.effort.begins(f"sub-problem {number}")
         driver.set_shear_limits(limits)  # step 2
         answer = driver.solve()
@@ -109,7 +106,7 @@ def sub_problems(
             and abs(state.load_factor - before.load_factor) < parameters.tol * abs(state.load_factor)
         )
         last = SubProblem(number, answer.solved, state, limits, alpha, small_cohesion, still)
-        yield last  # step 3
+        yield last
         if state is None:
             return
         if number == 1:
@@ -124,7 +121,6 @@ def sub_problems(
         if not isinstance(limits, ShearLimits):
             raise OptionError(f"option 'revise' must return ShearLimits (found {limits!r})")
         before = state
-        number += 1
 
 
 def first_limits(problem: Problem, parameters: LoopParameters) -> ShearLimits:
@@ -150,8 +146,7 @@ def _raised_trial_cohesion(
 
 def corrected(problem: Problem, last: SubProblem) -> float:
     """Step 6: λ less what the small cohesion dissipates."""
-    state = last.state
-    assert state is not None  # only a solved sub-problem is corrected
+    state = last.optimum
     turns = problem.dilatancy_at(problem.normal_forces(state.q)) < problem.friction
     dissipated = np.where(turns, last.small_cohesion, 0.0) @ problem.slip(state.p)
     return state.load_factor - float(dissipated) / problem.live_norm

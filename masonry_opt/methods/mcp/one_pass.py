@@ -197,7 +197,7 @@ def _descended(task: Task, passes: Passes, solution: Solution) -> Solution:
     met = Met()
     task.effort.begins("exact states nearby")
     exact: ExactState | None = None
-    for candidate in Search(refiner_of(task), passes.over, met).few(solution.q, len(solution.history)):
+    for candidate in Search(refiner_of(task), passes.over, met).few(solution.q):
         exact = lower_of(exact, candidate.state)
     if exact is None or exact.answer is None:
         return solution

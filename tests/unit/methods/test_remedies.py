@@ -35,13 +35,12 @@ ORDER = {
         "alpha=0.011",
         "alpha=0.0037",
         "alpha=0.0012",
-        "alpha=0.00041",
     ],
     Status.CYCLING: ["beta=0.3", "solver=highs-ipm"],
-    Status.ITERATION_LIMIT: ["beta=0.3"],
+    Status.ITERATION_LIMIT: [],
     Status.SOLVER_FAILED: ["tolerance=1e-07", "solver=highs-ipm"],
     Status.LOCKED: ["start=cohesive"],
-    Shortfall.INEXACT: [],
+    Shortfall.INEXACT: ["solver=highs-ipm"],
     Shortfall.ROUGH: [],
 }
 
