@@ -79,6 +79,11 @@ def moving_blocks(assembly: Assembly, d: np.ndarray) -> np.ndarray:
     return order[speeds[order] > MOVES * (speeds.max() or 1.0)]
 
 
+def moving_names(assembly: Assembly, d: np.ndarray) -> list[str]:
+    """Names of the blocks that take part in a mechanism (3b,), fastest first."""
+    return assembly.names(assembly.movable[moving_blocks(assembly, d)])
+
+
 def fastest(assembly: Assembly, d: np.ndarray) -> float:
     """Speed of the fastest corner in a mechanism (3b,); 1 where nothing moves."""
     return float(_corner_speeds(assembly, d).max()) or 1.0
