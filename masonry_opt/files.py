@@ -55,7 +55,8 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
     try:
         with os.fdopen(handle, "wb") as stream:
             stream.write(data)
-        os.chmod(temporary, 0o666 & ~_umask())
+        os.umask(mask := os.umask(0))
+        os.chmod(temporary, 0o666 & ~mask)
         os.replace(temporary, path)
     except BaseException:
         with contextlib.suppress(OSError):  # the folder may be gone: the first error is the cause
@@ -107,9 +108,3 @@ def _is_replaceable(path: Path) -> bool:
     except OSError:
         return False
     return not data or re.search(_MARKS[suffix].encode(), data, re.DOTALL) is not None
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

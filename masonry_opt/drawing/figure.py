@@ -45,15 +45,7 @@ class Picture(Figure):
         return stream.getvalue()
 
     def save(self, path: str | Path, force: bool = False) -> None:
-        """Write the figure whole to ``path`` (.png, .svg or .pdf); see :meth:`Result.save` of ``force``.
-
-        Raises
-        ------
-        OptionError
-            If the file's name has another ending, or it would replace a file not written here.
-        OSError
-            If the file cannot be written.
-        """
+        """Write the figure whole to ``path`` (.png, .svg or .pdf); raises as :meth:`Result.save`."""
         refuse_picture(path, force)
         write_whole(path, self.image(_ending(path)))
 
