@@ -241,7 +241,7 @@ def export(
 
 @contextlib.contextmanager
 def _writing(path: Path) -> Iterator[None]:
-    """Within it what cannot be written to a file is told with the file's name."""
+    """Turn errors of writing a file into those of this package."""
     try:
         yield
     except OSError as error:
@@ -250,8 +250,8 @@ def _writing(path: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _interrupts() -> Iterator[Callable[[], None]]:
-    """Within it Ctrl-C is remembered: a solver may take it for a wish to stop itself alone, and the
-    analysis go on from there. What is yielded raises KeyboardInterrupt if there was one."""
+    """Remember Ctrl-C, which a solver may catch to stop itself alone, and yield a function that raises
+    KeyboardInterrupt if there was one."""
     pressed = False
 
     def remember(*_: object) -> None:

@@ -17,8 +17,7 @@ MARK = f"written by {WRITER}"
 #: The key of JSON files that says it.
 JSON_KEY = "written_by"
 
-#: By the end of a file's name, where its mark stands. Lists of names (.row, .col) have no room for one:
-#: theirs is that of their .nl file.
+#: Patterns of marks by the end of a file's name. Lists of names (.row, .col) bear that of their .nl file.
 _MARKS = {
     ".toml": rf"\A# {MARK}",
     ".json": rf'\A\s*{{\s*"{JSON_KEY}":\s*"{WRITER}"',

@@ -202,14 +202,8 @@ class Result:
         from masonry_opt.words.summary import left_out
 
         problem, lp = self.assembly.problem, self.solution.size
-        return Size(
-            blocks=problem.blocks,
-            joints=problem.joints,
-            rows=lp.rows if lp else None,
-            columns=lp.columns if lp else None,
-            nonzeros=lp.nonzeros if lp else None,
-            left_out=left_out(self.assembly),
-        )
+        program = (lp.rows, lp.columns, lp.nonzeros) if lp else (None, None, None)
+        return Size(problem.blocks, problem.joints, *program, left_out=left_out(self.assembly))
 
     @cached_property
     def warnings(self) -> tuple[Reason, ...]:

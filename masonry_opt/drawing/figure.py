@@ -29,7 +29,6 @@ _ALONG, _BAR, _LINE = 0.55, 0.6, 0.22
 #: Characters in a line of a note, and in a legend of one line.
 _NOTE, _ROW = 95, 60
 
-
 #: What a legend shows of a thing drawn.
 Handle = Line2D | Patch
 

@@ -82,8 +82,8 @@ def _stands_uncrushed(problem: Problem, solver: Solver, effort: Effort) -> bool:
 
 
 def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[float | None, float]:
-    """The least factor on all friction at which the scene is seen to stand, None if none is, and the
-    greatest at which it is seen to fall: by squaring, then by bisection of their logarithms."""
+    """The least factor on all friction at which the scene stands, None if none is found, and the greatest at
+    which it falls: by squaring, then by bisection of their logarithms."""
     stands, falls = None, 1.0
     largest = float(problem.friction.max(initial=0.0))
     if not largest or problem.joints > _FACTOR_UP_TO:
@@ -122,8 +122,8 @@ def _sliding(assembly: Assembly, d: np.ndarray) -> np.ndarray:
 
 
 def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
-    """Those of some of the problem's blocks that hang: no chain of joints leads from a support to them, each
-    with a normal that pushes against the dead load of the block it bears."""
+    """Those of some of the problem's blocks that no chain of bearing joints leads to from a support. A joint
+    bears a block if its normal pushes against the block's dead load."""
     scene, joints, movable = assembly.scene, assembly.joints, assembly.movable
     count = len(scene.blocks)
     down = np.zeros((count, 2))
