@@ -15,7 +15,7 @@ from scenes import CASES, WALLS, block_on_floor, overhanging, two_blocks
 import masonry_opt as mo
 from masonry_opt.drawing.elements import KINDS, START, legend, result_elements
 
-BEGINS = {"png": b"\x89PNG\r\n\x1a\n", "svg": b"<?xml", "pdf": b"%PDF-", "HTML": b"<!DOCTYPE html"}
+BEGINS = {"png": b"\x89PNG\r\n\x1a\n", "svg": b"<?xml", "pdf": b"%PDF-", "HTML": b"<!doctype html"}
 
 
 @pytest.fixture(scope="module")
