@@ -201,9 +201,10 @@ class Result:
     def size(self) -> Size:
         from masonry_opt.words.summary import left_out
 
-        problem, lp = self.assembly.problem, self.solution.size
-        program = (lp.rows, lp.columns, lp.nonzeros) if lp else (None, None, None)
-        return Size(problem.blocks, problem.joints, *program, left_out=left_out(self.assembly))
+        problem, lp, out = self.assembly.problem, self.solution.size, left_out(self.assembly)
+        if lp is None:
+            return Size(problem.blocks, problem.joints, None, None, None, out)
+        return Size(problem.blocks, problem.joints, lp.rows, lp.columns, lp.nonzeros, out)
 
     @cached_property
     def warnings(self) -> tuple[Reason, ...]:
