@@ -43,14 +43,13 @@ def solve(
     scene:
         A scene, or the path of a case file.
     method:
-        "mcp" (the default: an exact state of Coulomb friction by one interior-point pass over the
-        complementarity problem; where no pass ends in one or dilatancy falls with stress the loop takes over,
-        and above 8000 joints it begins; the reasons say so), "compliant" (the load to expect of a scene that
-        stands and is then pushed: contacts give a little), "nonassociative" (Coulomb: the loop of linear
-        programs), "static" or "kinematic" (associative: one linear program), "mpec" (the least load factor
-        near the loop's, by IPOPT), "refined" (an exact state of Coulomb friction, by linear programs from
-        passes' states down, and by search if asked), or "global" (what can be proven of the least one, on
-        small scenes).
+        "mcp" (the default: an exact state of Coulomb friction by one interior-point pass; the loop takes over
+        where no pass ends in one or dilatancy falls with stress, and begins above 8000 joints), "compliant"
+        (the load to expect of a scene that stands and is then pushed: contacts give a little),
+        "nonassociative" (Coulomb: the loop of linear programs), "static" or "kinematic" (associative: one
+        linear program), "mpec" (the least load factor near the loop's, by IPOPT), "refined" (an exact state
+        of Coulomb friction, by linear programs from passes' states down, and by search if asked), or "global"
+        (proven bounds of the least one, on small scenes).
     model:
         Modelling language: "cvxpy" (the default where a method is declared in it) or "pyomo". Both are
         there for "static", "kinematic" and "nonassociative".
@@ -64,9 +63,7 @@ def solve(
         :class:`~.loop.run.Iteration` of the loop, :class:`~.mpec.RelaxationStep`,
         :class:`~.refined.Refinement`, :class:`~.bracket.relaxation.BoundStep` of "global".
     phases:
-        Called with a few words as each phase begins, such as "finding joints", "does it stand under its dead
-        load?", "sub-problem 3", "exact forces": what large scenes spend their minutes on, before and between
-        steps.
+        Called with a few words as each phase begins, such as "finding joints" or "sub-problem 3".
     **options:
         The method's own: :class:`~.mcp.one_pass.McpOptions`, :class:`~.loop.options.LoopOptions`,
         :class:`~.mpec.MpecOptions`, :class:`~.refined.RefinedOptions`,
@@ -85,10 +82,9 @@ def solve(
         If a method, model, solver or option is unknown or not available, or the method does not know
         dilatancy that falls with stress, or no limited strength.
     """
-    if not callable(progress):
-        raise OptionError(f"progress must be a function of a step (found {progress!r})")
-    if not callable(phases):
-        raise OptionError(f"phases must be a function of a few words (found {phases!r})")
+    for name, given in (("progress", progress), ("phases", phases)):
+        if not callable(given):
+            raise OptionError(f"{name} must be a function (found {given!r})")
     session = prepare(method, model=model, solver=solver, tolerance=tolerance, **options)
     effort = Effort(phases)
     effort.begins("reading blocks")
@@ -110,8 +106,7 @@ def prepare(
 
     Parameters
     ----------
-    keeps: whether it keeps geometry and compiled programs for scenes that differ in joint properties alone:
-        for many scenes.
+    keeps: whether it keeps geometry and compiled programs for scenes that differ in joint properties alone.
     method, model, solver, tolerance, options: as of :func:`solve`.
 
     Raises

@@ -20,7 +20,6 @@ from rich.console import Console
 from typer.core import TyperGroup
 
 from masonry_opt.analysis import solve as solve_scene
-from masonry_opt.answer.result import Result
 from masonry_opt.command_options import Force, method_options
 from masonry_opt.errors import (
     InterruptedByUserError,
@@ -128,7 +127,11 @@ def solve(
         raise OptionError("--json, --verbose and --quiet say each what is printed: give one of them")
     if plot is None and (names or force or plot_kind is not None):
         raise OptionError("--plot-kind, --names and --force say how to draw: give --plot FILE too")
-    save_picture = None if plot is None else _picture(plot, plot_kind or "mechanism", names, force)
+    kind = plot_kind or "mechanism"
+    if plot is not None:  # refused now, not after the solve
+        from masonry_opt.drawing.saved import refuse_saving
+
+        refuse_saving(plot, kind, names, force)
     options = method_options(option, solve_scene)
     errors = Console(stderr=True)
     steps: list[str] = []
@@ -170,8 +173,9 @@ def solve(
         print_result(result.details if verbose else result.summary)
     elif result.status.usable:
         print_text(numeral(result.required(), ".10g"))
-    if save_picture is not None:
-        save_picture(result)
+    if plot is not None:
+        with _writing(plot):
+            result.save(plot, kind, names, force)
     if quiet:
         result.required()
     if not result.status.usable:
@@ -235,22 +239,9 @@ def export(
     print_text("\n".join(printable(str(path)) for path in export_program(case, file, method, force)))
 
 
-def _picture(path: Path, kind: str, names: bool, force: bool) -> Callable[[Result], None]:
-    """What draws a result to a file. Raises OptionError now, not after the solve, if that cannot be."""
-    from masonry_opt.drawing.saved import refuse_saving, save
-
-    refuse_saving(path, kind, names, force)
-
-    def draw(result: Result) -> None:
-        with _writing(path):
-            save(result, path, kind, names, force)
-
-    return draw
-
-
 @contextlib.contextmanager
 def _writing(path: Path) -> Iterator[None]:
-    """Within it what cannot be written to a file is told with the file's name."""
+    """Turn errors of writing a file into those of this package."""
     try:
         yield
     except OSError as error:
@@ -259,8 +250,8 @@ def _writing(path: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _interrupts() -> Iterator[Callable[[], None]]:
-    """Within it Ctrl-C is remembered: a solver may take it for a wish to stop itself alone, and the
-    analysis go on from there. What is yielded raises KeyboardInterrupt if there was one."""
+    """Remember Ctrl-C, which a solver may catch to stop itself alone, and yield a function that raises
+    KeyboardInterrupt if there was one."""
     pressed = False
 
     def remember(*_: object) -> None:

@@ -17,25 +17,21 @@ Force = Annotated[bool, typer.Option("--force", help=f"Replace also what {WRITER
 
 
 def method_options(texts: Sequence[str] | None, function: Callable[..., Any]) -> dict[str, Any]:
-    """The options that texts NAME=VALUE give to a method, for a function that passes them on.
+    """Options of a method from texts NAME=VALUE, for a function that passes them on.
 
-    Raises OptionError if a text is none, or names an argument of the function itself.
+    Raises OptionError if a text has another form, or names an argument of the function itself.
     """
     options = dict(map(_name_and_value, texts or []))
-    own = signature(function).parameters.values()
-    for argument in own:
-        if argument.kind is not Parameter.VAR_KEYWORD and argument.name in options:
+    for name, argument in signature(function).parameters.items():
+        if argument.kind is not Parameter.VAR_KEYWORD and name in options:
             raise OptionError(
-                f"option '{argument.name}': it is not the method's but the command's own, if any: see --help"
+                f"option '{name}': it is not the method's but the command's own, if any: see --help"
             )
     return options
 
 
 def _name_and_value(text: str) -> tuple[str, Any]:
-    """The name and value of NAME=VALUE: a number, true, a list, ... as in JSON; else the text as it is.
-
-    Raises OptionError if there is no "=".
-    """
+    """Name and value of NAME=VALUE: a number, true, a list, ... as in JSON; else the text as it is."""
     name, equals, value = text.partition("=")
     if not equals:
         raise OptionError(f"option '{text}': write it as NAME=VALUE, such as beta=0.5")

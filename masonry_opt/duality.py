@@ -27,7 +27,7 @@ _SOLVER_TOLERANCE = 1e-10
 
 @dataclass(frozen=True)
 class DualityReport:
-    """What :func:`check` found.
+    """Four answers to the associative problem, with their residuals.
 
     Attributes
     ----------

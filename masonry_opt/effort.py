@@ -18,10 +18,9 @@ class Effort:
 
     Attributes
     ----------
-    seconds: by part. ``scene`` is reading, joints and matrices; ``dead_load`` the check that the scene
-        stands; ``build`` declares the model; ``compile`` turns it to solver data, updates included; ``solve``
-        is the solver's own time; ``read`` turns its answer to arrays; ``associative`` is the whole program
-        whose load factor stands beside a Coulomb answer.
+    seconds: by part: ``scene`` (reading, joints, matrices), ``dead_load`` (does the scene stand?), ``build``
+        (declaring the model), ``compile`` (to solver data, updates included), ``solve`` (the solver's own
+        time), ``read`` (its answer to arrays), ``associative`` (the program beside a Coulomb answer).
     lp_solves, nlp_solves: linear and nonlinear programs solved.
     iterations: of the solvers, summed.
     solvers: names of the solvers by what they did, such as "dead load" or "sub-problems".

@@ -17,8 +17,7 @@ MARK = f"written by {WRITER}"
 #: The key of JSON files that says it.
 JSON_KEY = "written_by"
 
-#: By the end of a file's name, where its mark stands. Lists of names (.row, .col) have no room for one:
-#: theirs is that of their .nl file.
+#: Patterns of marks by the end of a file's name. Lists of names (.row, .col) bear that of their .nl file.
 _MARKS = {
     ".toml": rf"\A# {MARK}",
     ".json": rf'\A\s*{{\s*"{JSON_KEY}":\s*"{WRITER}"',
@@ -55,7 +54,8 @@ def write_whole(path: str | Path, content: str | bytes) -> None:
     try:
         with os.fdopen(handle, "wb") as stream:
             stream.write(data)
-        os.chmod(temporary, 0o666 & ~_umask())
+        os.umask(mask := os.umask(0))
+        os.chmod(temporary, 0o666 & ~mask)
         os.replace(temporary, path)
     except BaseException:
         with contextlib.suppress(OSError):  # the folder may be gone: the first error is the cause
@@ -107,9 +107,3 @@ def _is_replaceable(path: Path) -> bool:
     except OSError:
         return False
     return not data or re.search(_MARKS[suffix].encode(), data, re.DOTALL) is not None
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

@@ -10,6 +10,7 @@ from typing import Any
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Found
+from masonry_opt.answer.motion import moving_names
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result, make_result
 from masonry_opt.answer.solution import Solution
@@ -35,15 +36,12 @@ _ASSOCIATIVE = ("static", "kinematic")
 class Session:
     """A method with its solver and options, to which scenes are given one after the other.
 
-    If ``kept`` keeps, a scene that differs from the one before in joint properties alone takes over its
-    geometry and its compiled programs. No answer depends on the scenes before; but their forces may serve to
-    show that a scene stands.
-
     Attributes
     ----------
     method, solver, options: as chosen; see :func:`~masonry_opt.analysis.prepare`.
     dead_load: the solver that decides whether a scene stands.
-    kept: programs of the scenes before.
+    kept: geometry and compiled programs, if it keeps them for scenes that differ in joint properties alone.
+        No answer depends on earlier scenes; but their forces may show that a scene stands.
     """
 
     method: Method
@@ -56,12 +54,7 @@ class Session:
     def solve(
         self, scene: Scene, progress: Progress = lambda _: None, effort: Effort | None = None
     ) -> Result:
-        """The result of a scene; raises what :func:`~masonry_opt.analysis.solve` raises of scenes.
-
-        Parameters
-        ----------
-        effort: where what was done before is counted; one of its own by default.
-        """
+        """The result of a scene; raises what :func:`~masonry_opt.analysis.solve` raises of scenes."""
         effort = effort or Effort()
         assembly, solution = self.answer(scene, progress, effort)
         return make_result(
@@ -120,13 +113,12 @@ class Session:
             return None
         from masonry_opt.standing.diagnosis import as_it_falls
         from masonry_opt.standing.holding import what_would_hold
-        from masonry_opt.standing.no_load_factor import movers
 
         effort.begins("what falls, and what would hold it")
         with effort.measure("dead_load"):
             falling = as_it_falls(assembly, falling, own)
         solution.found = Found(d=falling)
-        solution.add(Code.FALLS, blocks=movers(assembly, falling))
+        solution.add(Code.FALLS, blocks=moving_names(assembly, falling))
         with effort.measure("dead_load"):
             solution.reasons += what_would_hold(assembly, falling, solver, own)
         return solution
@@ -154,18 +146,14 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
 
 
 def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: bool) -> None:
-    """Set the associative load factor beside a Coulomb answer; withdraw a load factor below zero; where there
-    is none, add why."""
+    """Set the associative load factor beside a Coulomb answer; without a load factor ≥ 0, explain why."""
     if not is_associative:
         _set_beside(task, solution)
     if solution.load_factor is not None and solution.load_factor >= -ZERO:
         return
-    from masonry_opt.standing.no_load_factor import held_by_wedging, name_locking_joints, settle_existence
+    from masonry_opt.standing.no_load_factor import explain
 
-    if solution.load_factor is not None:
-        held_by_wedging(assembly, solution)
-    settle_existence(assembly, solution, task.effort, is_associative)
-    name_locking_joints(assembly, solution, task.solver)
+    explain(assembly, solution, task.solver, task.effort, is_associative)
 
 
 def _set_beside(task: Task, solution: Solution) -> None:

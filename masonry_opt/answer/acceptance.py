@@ -13,18 +13,14 @@ class Kind(StrEnum):
 
     #: An optimum of eq. (9) or eq. (10).
     ASSOCIATIVE = "associative"
-    #: The loop's. Exact forces on its mechanism leave next to nothing (rough sub-problems up to 1e-3 of
-    #: complementarity). Where there are none, the last sub-problem is kept. Its shear limits come from the
-    #: normal forces before: on the walls of Table 1 the published parameters leave a tenth of a block's
-    #: weight of yield. The share of the small cohesion is taken off λ and not off the forces, which leaves
-    #: some 1e-4 of equilibrium and complementarity. Sliding contracts by 10⁻³ μ of its slip by construction,
-    #: and the slip at a far joint of a long block that turns may be ten times the largest block velocity.
+    #: The loop's: exact forces on its mechanism, or where there are none its last sub-problem. Shear limits
+    #: of the latter come from the normal forces before (yield: a tenth of a block's weight on the walls of
+    #: Table 1), and sliding contracts by 10⁻³ μ of its slip (flow).
     LOOP = "loop"
-    #: The paper's loop, stopped by its own rule, without an exact end. It leaves up to some per cent, but of
-    #: yield up to half of a block's forces at a joint that does not slide: this is limited joint by joint.
+    #: The paper's loop, stopped by its own rule. Joints that do not slide may exceed yield by half of a
+    #: block's forces: this is limited joint by joint.
     BARE_LOOP = "bare loop"
-    #: A pass's: exact but for complementarity, some 1e-9 on small scenes and up to 1e-5 on façades, where
-    #: every mechanism moves some faces that the forces do not quite bring to yield.
+    #: A pass's: exact but for complementarity, some 1e-9 on small scenes and up to 1e-5 on façades.
     ONE_PASS = "one pass"
     #: The MPEC's: exact but for the complementarity of its last relaxation (by default some 1e-8).
     RELAXED = "relaxed"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from math import inf
 
 import numpy as np
@@ -36,12 +36,7 @@ class Certificate:
 
     def as_dict(self) -> dict[str, float]:
         """The four residuals by the names used in reports."""
-        return {
-            "equilibrium": self.equilibrium,
-            "yield": self.yield_,
-            "flow": self.flow,
-            "complementarity": self.complementarity,
-        }
+        return {name.rstrip("_"): value for name, value in asdict(self).items()}
 
     @property
     def worst(self) -> float:
@@ -88,8 +83,8 @@ def residuals(
     """Everything that :class:`~.acceptance.Limits` limit: a state's certificate, with complementarity as a
     share of |λ|, and its residuals block by block.
 
-    The certificate measures forces in median weights and total loads, in which a block very much lighter
-    than the others disappears. If it carries the live load, λ is its alone: hence each block for itself.
+    The certificate is relative to median weights and total loads, in which a very light block disappears.
+    Where it carries the live load it sets λ alone: hence the residuals block by block.
     """
     unbalanced = problem.unbalanced(load_factor, q)
     work, acting = float(problem.live @ d), largest_acting(problem, load_factor, q)

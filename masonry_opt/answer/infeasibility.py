@@ -36,16 +36,14 @@ class InfeasibilityCertificate:
     Attributes
     ----------
     existence: what is proven.
-    equilibrium, yield_: of the ray q, forces that carry the live load alone: largest entry of B q + f_L, and
-        largest violation of C q ≥ 0 (of the true friction without cohesion; where there is no mechanism, with
-        the joints' own dilatancy in place of friction), as forces, over Σ|f_L|. None without a ray.
-    clamped: joints, by their numbers in ``Result.joints``, that carry the opposite of the live load as well,
-        the most stressed first: the two rays make a state of self-stress, whose friction no load causes.
-        Empty where no forces carry the opposite.
-    static_cuts, kinematic_cuts: inequalities that leave no choice of moving faces: so many sets of faces that
-        cannot come to yield together, and so many of which one must move.
-    cut_residual: the largest that any of them leaves of its conditions (see :func:`kinematic_residual`,
-        :func:`static_residual`).
+    equilibrium, yield_: :func:`ray_residuals` of forces that carry the live load alone within the true
+        friction without cohesion (where there is no mechanism: within the joints' own dilatancy). None
+        without such forces.
+    clamped: joints, by their numbers in ``Result.joints``, in self-stress, the most stressed first: other
+        forces carry the opposite of the live load, and the sum of both balances itself.
+    static_cuts, kinematic_cuts: numbers of sets of faces that cannot come to yield together, and of sets of
+        which one face must move. Together they leave no choice of moving faces.
+    cut_residual: the largest :func:`static_residual` or :func:`kinematic_residual` of these sets.
     """
 
     existence: Existence
@@ -63,39 +61,30 @@ class InfeasibilityCertificate:
 
     def as_dict(self) -> dict[str, Any]:
         """Everything by the names used in reports, and whether it is a proof."""
-        table = {name.rstrip("_"): value for name, value in asdict(self).items()}
-        return {
-            **table,
-            "clamped": list(self.clamped),
-            "existence": str(self.existence),
-            "proven": self.proven,
-        }
+        own = {"clamped": list(self.clamped), "existence": str(self.existence), "proven": self.proven}
+        return {name.rstrip("_"): value for name, value in asdict(self).items()} | own
 
 
-def ray_residuals(problem: Problem, q: np.ndarray, slope: np.ndarray) -> tuple[float, float]:
-    """What forces (3c,) leave of B q + f_L = 0 and of C(slope) q ≥ 0, as forces over Σ|f_L|."""
-    unbalanced, violation = _ray_leaves(problem, q, slope)
-    return unbalanced, float(violation.max(initial=0.0))
-
-
-def _ray_leaves(problem: Problem, q: np.ndarray, slope: np.ndarray) -> tuple[float, np.ndarray]:
-    """The same, the violation by face, shape (faces,)."""
+def ray_residuals(
+    problem: Problem, q: np.ndarray, slope: np.ndarray, still: np.ndarray | bool = False
+) -> tuple[float, float]:
+    """Residuals of B q + f_L = 0 and, on all faces but those ``still`` (faces,), of C(slope) q ≥ 0, as forces
+    over Σ|f_L|, for joint forces q (3c,)."""
     equilibrium = float(np.abs(problem.B @ q + problem.live).max())
-    violation = -(problem.C(slope) @ q) / problem.face_arm
-    return equilibrium / problem.live_norm, violation / problem.live_norm
+    violation = np.where(still, 0.0, -(problem.C(slope) @ q) / problem.face_arm)
+    return equilibrium / problem.live_norm, float(violation.max(initial=0.0)) / problem.live_norm
 
 
 def kinematic_residual(problem: Problem, q: np.ndarray, still: np.ndarray) -> float:
-    """What forces (3c,) leave of B q + f_L = 0 and, on all faces but those that are ``still`` (faces,), of
-    C(tan φ₀) q ≥ 0, as forces over Σ|f_L|: zero shows that f_L·d ≤ 0 unless one of these moves."""
-    unbalanced, violation = _ray_leaves(problem, q, problem.dilatancy)
-    return max(unbalanced, float(np.where(still, 0.0, violation).max(initial=0.0)))
+    """The larger of :func:`ray_residuals` under the joints' own flow rule: zero shows that f_L·d ≤ 0 unless
+    one of the faces ``still`` (faces,) moves."""
+    return max(ray_residuals(problem, q, problem.dilatancy, still))
 
 
 def static_residual(problem: Problem, d: np.ndarray, p: np.ndarray, held: np.ndarray) -> float:
-    """What a motion d (3b,) with rates p (faces,) leaves of Bᵀd = C(μ)ᵀp, of p ≥ 0 on all faces but those
-    ``held`` at yield (faces,) and of f_L·d ≥ 0, over the energy f_D·d − c·p that it gains: zero shows that
-    no state with λ ≥ 0 brings these to yield together. Infinite if it gains none."""
+    """Residual of Bᵀd = C(μ)ᵀp, of p ≥ 0 on all faces but those ``held`` at yield (faces,), and of f_L·d ≥ 0,
+    for a motion d (3b,) with rates p (faces,), over the energy f_D·d − c·p that it gains: zero shows that no
+    state with λ ≥ 0 brings these faces to yield together. Infinite if it gains none."""
     gain = float(problem.dead @ d - problem.face_cohesion @ p)
     if not gain > 0:
         return float("inf")

@@ -35,9 +35,8 @@ class JointMotion:
 def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
     """Which joints slide, hinge, separate and crush, in a solution that has a mechanism.
 
-    A joint that opens as it slides, by the flow rule of the answer, neither hinges nor separates by that. A
-    joint without force that opens in the middle separates if it slips, even if one edge keeps its distance;
-    if it does not slip, it hinges about that edge.
+    Opening by the answer's flow rule counts neither as hinging nor as separating. A joint without force that
+    opens in the middle while one edge stays separates if it slips, else it hinges about that edge.
     """
     assert solution.d is not None
     problem, joints = assembly.problem, assembly.joints
@@ -49,7 +48,7 @@ def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
     slip = np.abs(slip)
     omega = np.zeros(len(assembly.scene.blocks))
     omega[assembly.movable] = problem.moments(solution.d)[:, 0] / problem.length_unit
-    # A corner on an edge turns about itself: by how much is measured on a joint of usual length.
+    # Turning of a corner on an edge is measured on a joint of usual length.
     in_a_point = joints.length == 0
     half = np.where(in_a_point, problem.length_unit, joints.length / 2)
     turning = (omega[joints.first] - omega[joints.second]) * half
@@ -77,6 +76,11 @@ def moving_blocks(assembly: Assembly, d: np.ndarray) -> np.ndarray:
     speeds = _corner_speeds(assembly, d)
     order = np.argsort(-speeds, kind="stable")
     return order[speeds[order] > MOVES * (speeds.max() or 1.0)]
+
+
+def moving_names(assembly: Assembly, d: np.ndarray) -> list[str]:
+    """Names of the blocks that take part in a mechanism (3b,), fastest first."""
+    return assembly.names(assembly.movable[moving_blocks(assembly, d)])
 
 
 def fastest(assembly: Assembly, d: np.ndarray) -> float:

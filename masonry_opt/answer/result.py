@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import asdict, dataclass
+from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -70,18 +71,15 @@ class Result:
     certificate: residuals of λ, forces and mechanism, from the matrices alone; None without λ.
     infeasibility: without λ what is proven of its existence, with residuals from the matrices alone; None
         with λ, of scenes that fall, and above 2000 joints.
-    flow_rule_matters: False if the loop began with an associative answer that already obeys the joints' own
-        flow rule; method "mcp" does not look.
+    flow_rule_matters: False if the loop's associative start already obeys the joints' own flow rule.
     iterations: of the solver, summed.
     lp_solves, nlp_solves: linear and nonlinear programs solved (without the check of the dead load).
     stationary: of a refined answer: True if no mechanism tried among the faces at yield lowers λ, False if
         the solver could not tell for some; None for other methods.
-    associative: load factor with associative flow, beside a Coulomb answer: what dilatancy would add to it.
-        No Coulomb answer exceeds it. None where that is unlimited. Joints crush as in the answer itself.
-    exact: whether λ is that of an exact state under the joints' own flow rule: all residuals within limits
-        for exact answers.
-    bound: lower bound of λ, of method "global", proven below the rates (and forces) that ``reasons`` say it
-        assumes, if any; None for other methods.
+    associative: load factor with associative flow, which no Coulomb answer exceeds; None where unlimited.
+    exact: whether all residuals under the joints' own flow rule are within the limits of exact answers.
+    bound: lower bound of λ, of method "global", below the rates (and forces) that ``reasons`` say it assumes,
+        if any; None for other methods.
     seconds: by part (see :class:`~masonry_opt.effort.Effort`).
     solvers: names of the solvers by what they did: "dead load", "load factor", "sub-problems", ...
     size: of scene and linear program.
@@ -203,15 +201,10 @@ class Result:
     def size(self) -> Size:
         from masonry_opt.words.summary import left_out
 
-        problem, lp = self.assembly.problem, self.solution.size
-        return Size(
-            blocks=problem.blocks,
-            joints=problem.joints,
-            rows=lp.rows if lp else None,
-            columns=lp.columns if lp else None,
-            nonzeros=lp.nonzeros if lp else None,
-            left_out=left_out(self.assembly),
-        )
+        problem, lp, out = self.assembly.problem, self.solution.size, left_out(self.assembly)
+        if lp is None:
+            return Size(problem.blocks, problem.joints, None, None, None, out)
+        return Size(problem.blocks, problem.joints, lp.rows, lp.columns, lp.nonzeros, out)
 
     @cached_property
     def warnings(self) -> tuple[Reason, ...]:
@@ -300,8 +293,8 @@ class Result:
         Raises
         ------
         OptionError
-            If the file's name has another ending, its folder takes none, there is no such kind, or it would
-            replace a file that was not written here.
+            If the file's name has another ending, there is no such kind, or the file cannot be written or
+            replaced.
         OSError
             If the file cannot be written.
         """
@@ -312,15 +305,9 @@ class Result:
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, strings, lists and dictionaries (NaN as None)."""
         told = {name: getattr(self, name) for name in _TOLD}
-        told["status"], told["kind"] = str(self.status), str(self.kind)
-        told["reasons"] = [reason.as_dict() for reason in self.reasons]
-        told["warnings"] = [
-            {"sentence": sentence, **warning.as_dict()}
-            for warning, sentence in zip(self.warnings, self.warning_sentences, strict=True)
-        ]
+        warnings = zip(self.warnings, self.warning_sentences, strict=True)
+        told["warnings"] = [{"sentence": words, **warning.as_dict()} for warning, words in warnings]
         told["blocks"], told["joints"], told["size"] = self.size.blocks, self.size.joints, asdict(self.size)
-        told["certificate"] = self.certificate.as_dict() if self.certificate else None
-        told["infeasibility"] = self.infeasibility.as_dict() if self.infeasibility else None
         told["history"] = self.history.to_dict("records")
         told["block_results"] = self.blocks.to_dict("records")
         told["joint_results"] = self.joints.to_dict("records")
@@ -354,6 +341,10 @@ def _unsigned(number: float | None) -> float | None:
 
 
 def _plain(value: Any) -> Any:
+    if isinstance(value, StrEnum):
+        return str(value)
+    if hasattr(value, "as_dict"):
+        value = value.as_dict()
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):

@@ -8,10 +8,8 @@ from __future__ import annotations
 from masonry_opt.answer.acceptance import SMALLEST
 
 #: Speed of a block's fastest corner, over that of the scene's fastest, below which the block is at rest.
-#: Sliding in the loop's answers contracts by 10⁻³ μ of its slip, which gives 1.0e-3 to a block that rests in
-#: the closed form (``closed_forms/pulled_stone``). The slowest block known by hand to move has 5e-3
-#: (``closed_forms/two_leaves``). Exact answers of small scenes have nothing between 3e-7 and 5e-3; on façades
-#: speeds fall without a gap.
+#: The loop's answers give 1.0e-3 to a block that rests (``closed_forms/pulled_stone``); the slowest block
+#: known by hand to move has 5e-3 (``closed_forms/two_leaves``).
 MOVES = 2e-3
 
 #: The same share, of a joint's rates: its slip, the opening of an edge by turning, the opening of the edge

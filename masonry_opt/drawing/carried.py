@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
@@ -23,24 +22,12 @@ _CHAIN = 3
 _LONGEST, _ABOVE = 0.12, 0.08
 
 
-@dataclass(frozen=True)
-class Thrust:
-    """What each joint carries, in the order of ``Result.joints``; NaN of a result without forces.
+def thrust(result: Result) -> tuple[np.ndarray, np.ndarray]:
+    """Resultants on the joints' first blocks in the case's unit of force, and the points where they act, at
+    m / n from the middle, in the case's coordinates, each of shape (c, 2).
 
-    Attributes
-    ----------
-    force: resultant on the joint's first block (on the second it is the opposite), in the case's unit of
-        force, shape (c, 2).
-    point: where it acts, in the case's coordinates; NaN where nothing presses the joint together, shape
-        (c, 2).
+    NaN without forces; points are NaN too where nothing presses the joint together.
     """
-
-    force: np.ndarray
-    point: np.ndarray
-
-
-def thrust(result: Result) -> Thrust:
-    """Resultants n, s at m / n from the joint's middle: together they do what n, s, m do in eq. (1)."""
     joints, frame = result.assembly.joints, result.joints
     n, s, m = (frame[name].to_numpy() for name in ("n", "s", "m"))
     # The direction of s. Where a joint has length it runs from start to end.
@@ -48,7 +35,7 @@ def thrust(result: Result) -> Thrust:
     force = n[:, None] * joints.normal + s[:, None] * along
     pressed = n > CARRIES_NOTHING * np.abs(n).max(initial=0.0)
     off = np.divide(m, n, out=np.full_like(n, np.nan), where=pressed)
-    return Thrust(force, frame[["x", "y"]].to_numpy() + off[:, None] * along)
+    return force, frame[["x", "y"]].to_numpy() + off[:, None] * along
 
 
 def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
@@ -77,14 +64,15 @@ def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
     return number[order][in_chain[sides[order]]].reshape(-1, 2)
 
 
-def thrust_marks(assembly: Assembly, carried: Thrust, size: float, shrink: float) -> Iterable[Marks]:
+def thrust_marks(result: Result, size: float, shrink: float) -> Iterable[Marks]:
     """The line of thrust through rows of blocks that have two joints, resultants, and their scale.
 
     Along a line only the resultants on supports are drawn: they say how large all are.
     """
-    joints = assembly.joints
-    acts = np.isfinite(carried.point).all(axis=1)
-    point, pairs = carried.point - assembly.geometry.origin, chains(assembly, acts)
+    assembly, joints = result.assembly, result.assembly.joints
+    force, point = thrust(result)
+    acts = np.isfinite(point).all(axis=1)
+    point, pairs = point - assembly.geometry.origin, chains(assembly, acts)
     on_line = np.isin(np.arange(len(acts)), pairs)
     if len(pairs):
         at = point[on_line][:, None]
@@ -94,20 +82,20 @@ def thrust_marks(assembly: Assembly, carried: Thrust, size: float, shrink: float
     shown = acts & (~on_line | on_support)
     if not shown.any():
         return
-    most = float(np.hypot(*carried.force[shown].T).max())
+    most = float(np.hypot(*force[shown].T).max())
     unit = _LONGEST * size / most
-    half, at = unit * carried.force[shown] / 2, point[shown]
+    half, at = unit * force[shown] / 2, point[shown]
     who = "on a support" if len(pairs) and on_support[shown].all() else "of a joint"
     label = f"resultant {who}, in the case's unit of force"
     width = float(np.clip(25 / np.sqrt(len(at)), 0.8, 1.6))
     yield Marks("resultants", label, "line", THRUST, width, np.stack([at - half, at + half], axis=1))
     yield Marks("points", "", "point", THRUST, 1.8 * width, at[:, None])
     power = 10.0 ** np.floor(np.log10(most))
-    force = max(digit * power for digit in (1, 2, 5) if digit * power <= most)
+    scale = max(digit * power for digit in (1, 2, 5) if digit * power <= most)
     left, _, _, top = shapely.total_bounds(assembly.geometry.polygons[assembly.movable])
     start = np.array([left, top + _ABOVE * size])
-    ends = np.array([[start, start + np.array([force * unit, 0.0])]])
-    yield Marks("scale", "", "bar", THRUST, 1.6, ends, text=f"= {force:g}")
+    ends = np.array([[start, start + np.array([scale * unit, 0.0])]])
+    yield Marks("scale", "", "bar", THRUST, 1.6, ends, text=f"= {scale:g}")
 
 
 def utilisation_marks(assembly: Assembly, used: np.ndarray, shrink: float) -> Iterable[Marks]:

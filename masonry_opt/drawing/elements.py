@@ -12,7 +12,7 @@ import shapely
 from masonry_opt.answer.motion import fastest, joint_motion
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
-from masonry_opt.drawing.carried import thrust, thrust_marks, utilisation_marks
+from masonry_opt.drawing.carried import thrust_marks, utilisation_marks
 from masonry_opt.drawing.colours import CRUSHES, HINGES, SEPARATES, SLIDES
 from masonry_opt.drawing.found import counts, found_marks
 from masonry_opt.drawing.loads import load_marks
@@ -54,11 +54,10 @@ class Elements:
     ----------
     assembly: of the scene; its polygons are the blocks.
     heading: a line below the scene's title.
-    movement: what the motion is, in words; "" where nothing moves.
-    motion: what moves the scene's blocks in a full motion, as ``moved`` takes it, shape (blocks, 3).
+    movement: name of the motion; "" where nothing moves.
+    motion: full motion of the scene's blocks, as ``moved`` takes it, shape (blocks, 3).
     loads: arrows of loads.
-    layers: marks on joints by what they show: "scene" before it is solved; of a result those of ``KINDS``
-        that are known.
+    layers: marks on joints: "scene" before it is solved; of a result those of ``KINDS`` that are known.
     """
 
     assembly: Assembly
@@ -159,7 +158,7 @@ def result_elements(result: Result) -> Elements:
     layers = {"mechanism": list(_mechanism(result, motion, shrink)) if movement else []}
     if result.joints["n"].notna().all():
         used = result.joints["utilisation"].to_numpy()
-        layers["thrust"] = list(thrust_marks(assembly, thrust(result), size, shrink))
+        layers["thrust"] = list(thrust_marks(result, size, shrink))
         layers["utilisation"] = list(utilisation_marks(assembly, used, shrink))
     arrows = list(load_marks(assembly, size, motion, live=result.status.live_load_acts))
     return Elements(assembly, _heading(result, movement), movement, motion, arrows, layers)

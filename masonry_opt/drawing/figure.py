@@ -29,7 +29,6 @@ _ALONG, _BAR, _LINE = 0.55, 0.6, 0.22
 #: Characters in a line of a note, and in a legend of one line.
 _NOTE, _ROW = 95, 60
 
-
 #: What a legend shows of a thing drawn.
 Handle = Line2D | Patch
 
@@ -45,15 +44,7 @@ class Picture(Figure):
         return stream.getvalue()
 
     def save(self, path: str | Path, force: bool = False) -> None:
-        """Write the figure whole to ``path`` (.png, .svg or .pdf); see :meth:`Result.save` of ``force``.
-
-        Raises
-        ------
-        OptionError
-            If the file's name has another ending, or it would replace a file not written here.
-        OSError
-            If the file cannot be written.
-        """
+        """Write the figure whole to ``path`` (.png, .svg or .pdf); raises as :meth:`Result.save`."""
         refuse_picture(path, force)
         write_whole(path, self.image(_ending(path)))
 

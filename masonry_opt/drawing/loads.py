@@ -82,8 +82,8 @@ def _direction(assembly: Assembly, size: float, forces: Forces) -> np.ndarray:
 def _forces(
     assembly: Assembly, size: float, forces: Forces, motion: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Arrows from where forces act, or to there if they push a block from outside, and their motions: they
-    go with the points where they act, and keep their direction."""
+    """Arrows from where forces act, or to there if they push from outside, and their motions, which keep the
+    arrows' direction."""
     own, point, blocks = np.hypot(*forces.force.T), forces.point, assembly.movable[forces.block]
     polygons = assembly.geometry.polygons[blocks]
     longest = _LONGEST * size

@@ -17,17 +17,16 @@ class Marks:
 
     Attributes
     ----------
-    name: what they are, such as "slides" or "live".
-    label: what a legend says of them; marks of one label share an entry, those of none have none.
-    shape: how each is drawn; a bar shows a scale, a dot has a white rim and a point has none.
+    name: kind of mark, such as "slides" or "live".
+    label: entry of the legend, which marks of one label share; "" for none.
+    shape: a bar shows a scale, a dot has a white rim and a point has none.
     colour: as #RRGGBB.
     width: of lines, or across what has no ends, in points of a printed picture.
     points: both ends of lines and bars, tail and tip of arrows, shape (marks, 2, 2); the middle of all else,
         shape (marks, 1, 2).
-    motion: what moves each mark in a full motion of the mechanism, as in ``moved``, shape (marks, 3); None
-        of marks that stay.
+    motion: full motion of each mark, as in ``moved``, shape (marks, 3); None of marks that stay.
     dashes: lengths of dashes and gaps over the width.
-    text: what is written beside a bar.
+    text: written beside a bar.
     """
 
     name: str

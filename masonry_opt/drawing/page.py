@@ -20,32 +20,21 @@ from masonry_opt.errors import printable
 from masonry_opt.files import WRITER
 from masonry_opt.words.page import answer, certificate, described, text
 
-#: What the panel says of a joint: column of ``Result.joints``, words.
-_COLUMNS = (
-    ("n", "<i>n</i>, normal (compression +)"),
-    ("s", "<i>s</i>, shear"),
-    ("m", "<i>m</i>, moment about the middle"),
-    ("slip", "slip, as a rate"),
-    ("opening", "opening, as a rate"),
-    ("utilisation", "utilisation, force over its limit"),
-)
+#: Columns of ``Result.joints`` that the page tells of a joint.
+_COLUMNS = ("n", "s", "m", "slip", "opening", "utilisation")
 
 
 def page(result: Result, kind: str = "mechanism") -> str:
-    """The page as text.
+    """The page as text: load factor, how sure it is, certificate, warnings, and the scene.
 
-    It shows the load factor, how sure it is, its certificate, warnings, and the scene: a slider moves the
-    mechanism, and of every joint it tells forces and motion. It holds all it needs. What joints show first is
-    their motion, or by ``kind`` "thrust" or "utilisation".
+    A slider moves the mechanism, and pointing at a joint tells its forces and motion. Joints first show their
+    motion, or by ``kind`` "thrust" or "utilisation".
     """
     elements = result_elements(result)
     canvas = Canvas(elements, elements.all_marks)
-    drawn = [
-        blocks_svg(elements, canvas),
-        group("loads", (marks_svg(each, canvas) for each in elements.loads)),
-    ]
-    for name, marks in elements.layers.items():
-        drawn.append(group(f"layer {name}", (marks_svg(each, canvas) for each in marks)))
+    groups = {"loads": elements.loads}
+    groups |= {f"layer {name}": marks for name, marks in elements.layers.items()}
+    drawn = [group(name, (marks_svg(each, canvas) for each in marks)) for name, marks in groups.items()]
     folder = files("masonry_opt.drawing")
     title, ratio = elements.title, canvas.width / canvas.height
     return Template(folder.joinpath("page.html").read_text(encoding="utf-8")).substitute(
@@ -53,9 +42,17 @@ def page(result: Result, kind: str = "mechanism") -> str:
         title=escape(title),
         style=folder.joinpath("page.css").read_text(encoding="utf-8"),
         answer=answer(result),
-        picture=canvas.svg(f"picture of {title}", drawn, f'class="picture" style="--ratio: {ratio:.4f}"'),
+        picture=canvas.svg(
+            f"picture of {title}",
+            [blocks_svg(elements, canvas), *drawn],
+            f'class="picture" style="--ratio: {ratio:.4f}"',
+        ),
         caption=caption(elements),
-        controls=_choices(elements, kind) + _slider(elements) + _legends(elements) + _panel(result),
+        choices=_choices(elements, kind),
+        start=START,
+        still="" if elements.movement else " disabled",
+        legends=_legends(elements),
+        last=result.size.joints - 1,
         details=certificate(result) + described(result) + _foot(result),
         data=_data(result, canvas),
         script=folder.joinpath("page.js").read_text(encoding="utf-8"),
@@ -78,18 +75,7 @@ def _choices(elements: Elements, first: str) -> str:
     for kind in KINDS:
         state = " checked" if kind == first else "" if kind in elements.layers else " disabled"
         choices += f'<label><input type="radio" name="show" value="{kind}"{state}> {kind}</label>\n'
-    return (
-        '<fieldset class="controls"><legend>Joints show</legend>\n'
-        f'<div class="choices">{choices}</div></fieldset>\n'
-    )
-
-
-def _slider(elements: Elements) -> str:
-    disabled = "" if elements.movement else " disabled"
-    return (
-        '<label class="slider controls">Mechanism moved, from 0 to 1'
-        f'<input type="range" id="moved" min="0" max="1" step="0.01" value="{START}"{disabled}></label>\n'
-    )
+    return choices
 
 
 def _legends(elements: Elements) -> str:
@@ -106,29 +92,7 @@ def _legends(elements: Elements) -> str:
             entries.insert(0, f"{UTILISATION_LABEL}: {scale}")
         items = "".join(f"<li>{entry}</li>" for entry in entries)
         written += f'<ul class="{kind}">{items}</ul>\n'
-    return f'<div class="keys">\n{written}</div>\n'
-
-
-def _panel(result: Result) -> str:
-    """Where a joint's forces are told."""
-    rows = "".join(
-        f'<tr><th scope="row">{words}</th><td class="number" data-of="{name}"></td></tr>\n'
-        for name, words in _COLUMNS
-    )
-    last = result.size.joints - 1
-    return (
-        '<section class="joint" aria-label="Joint">\n'
-        f'<label for="joint"><b>Joint</b></label> <input type="number" id="joint" min="0" max="{last}" '
-        'step="1"> <span class="note">point at one, or type its row in <code>result.joints</code> '
-        f"(0 to {last})</span>\n"
-        '<div aria-live="polite" aria-atomic="true">\n'
-        '<p class="blocks-of">on <b class="first-name" id="first">the first block</b> from '
-        '<b id="second">the second</b></p>\n'
-        f"<table><tbody>\n{rows}</tbody></table></div>\n"
-        '<p class="note"><i>n</i> and <i>s</i> act on the first block, <i>s</i> along the joint, a quarter '
-        "turn clockwise of <i>n</i>; rates are of its motion against the second. Units are those of the "
-        "case.</p>\n</section>\n"
-    )
+    return written
 
 
 def _foot(result: Result) -> str:
@@ -154,7 +118,7 @@ def _data(result: Result, canvas: Canvas) -> str:
         "dx": (end - start)[:, 0].tolist(),
         "dy": (end - start)[:, 1].tolist(),
     }
-    for name, _ in _COLUMNS:
+    for name in _COLUMNS:
         columns[name] = _rounded(frame[name].to_numpy())
     data = {"blocks": [printable(block.name) for block in assembly.scene.blocks], "joints": columns}
     text = json.dumps(data, allow_nan=False, separators=(",", ":"))

@@ -72,8 +72,7 @@ def draw(
     CaseError
         If the case file or scene is wrong. Blocks that touch nothing are drawn all the same.
     OptionError
-        If the file's name has another ending, its folder takes none, or it would replace a file that was
-        not written here.
+        If the file's name has another ending, or the file cannot be written or replaced.
     OSError
         If the file cannot be written.
     """

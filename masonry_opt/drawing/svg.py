@@ -37,9 +37,8 @@ class Canvas:
 
     Parameters
     ----------
-    elements, marks: what is shown.
-    share: of the full motion that is drawn; None for a picture that a script moves, by the attribute
-        ``data-motion``: a full motion, as ``marks.moved`` takes it.
+    share: of the full motion that is drawn; None for a picture that a script moves by the attribute
+        ``data-motion``, the full motion as ``marks.moved`` takes it.
     """
 
     def __init__(self, elements: Elements, marks: Iterable[Marks], share: float | None = None) -> None:
@@ -124,9 +123,9 @@ def blocks_svg(elements: Elements, canvas: Canvas) -> str:
 
 def _hatching(shapes: np.ndarray, canvas: Canvas) -> list[str]:
     """Lines at 45° on what the picture shows of supports, and their edges."""
-    left, high = canvas.left, canvas.top
+    left, high, whole = canvas.left, canvas.top, shapely.union_all(shapes)
     width, height = canvas.width / canvas.scale, canvas.height / canvas.scale
-    low, whole = high - height, shapely.union_all(shapes)
+    low = high - height
     shown = shapely.box(left, low, left + width, high)
     step = _HATCH / canvas.scale
     starts = left - height + step * np.arange(int((width + height) / step) + 1)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -38,15 +38,13 @@ Declared = tuple[pyo.ConcreteModel, list[str]]
 
 
 def _static(assembly: Assembly) -> Declared:
-    problem = assembly.problem
-    program = PyomoStatic(problem, ShearLimits.true(problem)).program
-    return program, [_objective("-load_factor", problem)]
+    model = PyomoStatic(assembly.problem, ShearLimits.true(assembly.problem))
+    return model.program, [_objective("-load_factor", assembly.problem)]
 
 
 def _kinematic(assembly: Assembly) -> Declared:
-    problem = assembly.problem
-    program = PyomoKinematic(problem, ShearLimits.true(problem)).program
-    return program, [_objective("work of a mechanism; at its least: load_factor", problem)]
+    model = PyomoKinematic(assembly.problem, ShearLimits.true(assembly.problem))
+    return model.program, [_objective("work of a mechanism; at its least: load_factor", assembly.problem)]
 
 
 def _mcp(assembly: Assembly) -> Declared:
@@ -85,7 +83,7 @@ def _global(assembly: Assembly) -> Declared:
 
 
 def _most_slack(problem: Problem, of: StateBounds) -> np.ndarray:
-    """A face of sliding has z ≤ 2 (c + μ n̂), one of rocking z ≤ L n̂."""
+    """Upper bounds of the slacks (faces,): 2 (c + μ n̂) of sliding, L n̂ of rocking."""
     shear = ShearLimits.true(problem).at(of.normal[problem.sliding])
     most: np.ndarray = problem.face_length * of.normal[problem.face_joint]
     most[problem.table.slides] = 2 * np.tile(shear, 2)
@@ -96,23 +94,17 @@ def _objective(words: str, problem: Problem) -> str:
     return f"objective: {words} times {problem.live_norm!r}, the sum of the live load's components"
 
 
-@dataclass(frozen=True)
-class _Export:
-    """What declares a method's program, and the ends of the names of files that carry it."""
-
-    declare: Callable[[Assembly], Declared]
-    ends: tuple[str, ...]
-
-
-#: Products of variables are too much for LP and MPS files here, and of Pyomo's writers only that of NL files
-#: keeps complementary pairs.
-_EXPORTS = {
-    "static": _Export(_static, (".lp", ".mps", ".nl")),
-    "kinematic": _Export(_kinematic, (".lp", ".mps", ".nl")),
-    "global": _Export(_global, (".lp", ".mps", ".nl")),
-    "mpec": _Export(_mpec, (".nl",)),
-    "mcp": _Export(_mcp, (".nl",)),
+#: By method, what declares its program.
+_EXPORTS: dict[str, Callable[[Assembly], Declared]] = {
+    "static": _static,
+    "kinematic": _kinematic,
+    "global": _global,
+    "mpec": _mpec,
+    "mcp": _mcp,
 }
+
+#: Methods whose products of variables, or complementary pairs, only .nl files carry.
+_NL_ALONE = ("mpec", "mcp")
 
 
 def export(
@@ -148,15 +140,20 @@ def export(
     CaseError
         If the case file or scene is wrong, or nothing carries a live load.
     OptionError
-        If the method declares no single program, does not know the scene's joints, or the format cannot carry
-        its program; or if there is no such folder, or a file not written here would be replaced.
+        If the method declares no single program or does not know the scene's joints, the format cannot carry
+        its program, or the file cannot be written or replaced.
     OutputError
         If a file cannot be written.
     NoLoadFactorError
         If "global" has no associative load factor to bound λ with.
     """
-    chosen, path = _chosen(method), _path(path)
-    if (end := path.suffix.lower()) not in chosen.ends:
+    if not isinstance(path, str | Path):
+        raise OptionError(f"the path of a program is text or a pathlib.Path (found {path!r})")
+    if method not in _EXPORTS:
+        why = "solves a series of programs" if method in METHODS else "is unknown"
+        raise OptionError(f"method '{method}' {why}; those with one program: {', '.join(_EXPORTS)}")
+    path = Path(path)
+    if (end := path.suffix.lower()) not in _ends(method):
         raise OptionError(f"{path}: {_instead(method, end)}")
     refuse_unwritable(path, force)
     for names in (".row", ".col") if end == ".nl" else ():
@@ -165,7 +162,7 @@ def export(
     # Dilatancy that falls with stress mcp hands over to the loop; the program it declares does not know it.
     known = METHODS[method]
     refuse_unsuited(replace(known, constant_dilatancy=True) if method == "mcp" else known, assembly)
-    program, said = chosen.declare(assembly)
+    program, said = _EXPORTS[method](assembly)
     program.name = method
     files = WRITERS[end](program, assembly, [*_header(method, assembly), *said])
     written = []
@@ -179,28 +176,16 @@ def export(
     return tuple(reversed(written))
 
 
-def _chosen(method: str) -> _Export:
-    if isinstance(method, str) and method in _EXPORTS:
-        return _EXPORTS[method]
-    of = f"those with one program: {', '.join(_EXPORTS)}"
-    if isinstance(method, str) and method in METHODS:
-        raise OptionError(f"method '{method}' solves a series of programs: export one of {of}")
-    raise OptionError(f"method '{method}' is unknown; choose from {of}")
-
-
-def _path(path: str | Path) -> Path:
-    try:
-        return Path(path)
-    except TypeError:
-        raise OptionError(f"the path of a program is text or a pathlib.Path (found {path!r})") from None
+def _ends(method: str) -> tuple[str, ...]:
+    return (".nl",) if method in _NL_ALONE else tuple(WRITERS)
 
 
 def _instead(method: str, end: str) -> str:
     """Why a format does not do, and which ones do."""
-    ends = ", ".join(_EXPORTS[method].ends)
+    ends = ", ".join(_ends(method))
     if end not in WRITERS:
         return f"a program of method '{method}' is written to a file whose name ends in {ends}"
-    others = ", ".join(name for name, has in _EXPORTS.items() if end in has.ends)
+    others = ", ".join(name for name in _EXPORTS if end in _ends(name))
     return (
         f"{end} files cannot carry the program of method '{method}': let the name end in {ends} "
         f"({end} files carry those of {others})"

@@ -19,14 +19,14 @@ from masonry_opt.problem.assembly import Assembly
 Files = dict[str, str]
 
 
-def lp(program: pyo.ConcreteModel, assembly: Assembly, header: list[str]) -> Files:
+def _lp(program: pyo.ConcreteModel, assembly: Assembly, header: list[str]) -> Files:
     """An LP file, as CPLEX began them."""
     names, text = names_in(program, assembly.problem, legal(assembly)), io.StringIO()
     LPWriter().write(program, text, labeler=lambda data: names[id(data)])
     return {".lp": _comments("\\", header) + text.getvalue()}
 
 
-def mps(program: pyo.ConcreteModel, assembly: Assembly, header: list[str]) -> Files:
+def _mps(program: pyo.ConcreteModel, assembly: Assembly, header: list[str]) -> Files:
     """A free MPS file."""
     names = names_in(program, assembly.problem, legal(assembly))
     with tempfile.TemporaryDirectory() as folder:
@@ -36,7 +36,7 @@ def mps(program: pyo.ConcreteModel, assembly: Assembly, header: list[str]) -> Fi
         return {".mps": _comments("*", header) + path.read_text(encoding="utf-8")}
 
 
-def nl(program: pyo.ConcreteModel, assembly: Assembly, header: list[str]) -> Files:
+def _nl(program: pyo.ConcreteModel, assembly: Assembly, header: list[str]) -> Files:
     """AMPL's NL file, and the names of its rows (then the objective) and columns, one a line."""
     # Comments have their place on the first line alone, where Pyomo writes the program's name.
     program.name = "; ".join(header)
@@ -55,9 +55,6 @@ def _comments(mark: str, lines: list[str]) -> str:
     return "".join(f"{mark} {line}\n" for line in lines)
 
 
-#: By the end of a file's name: its writer, and what of a program it carries.
-WRITERS: dict[str, Callable[[pyo.ConcreteModel, Assembly, list[str]], Files]] = {
-    ".lp": lp,
-    ".mps": mps,
-    ".nl": nl,
-}
+#: Writers by the end of a file's name.
+WRITERS: dict[str, Callable[[pyo.ConcreteModel, Assembly, list[str]], Files]]
+WRITERS = {".lp": _lp, ".mps": _mps, ".nl": _nl}

@@ -30,8 +30,7 @@ class DeadLoadUndecided(Exception):
 
 @dataclass
 class _Standing:
-    """Eq. (9) without live load, compiled; the forces (3c,) that last carried the dead load, and whether they
-    carry it in the present scene."""
+    """Eq. (9) without live load, compiled, with the last forces (3c,) that carried the dead load."""
 
     model: CvxpyStanding
     parameters: ShearParameters
@@ -102,7 +101,6 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
     The given mechanism, of most power, may lift blocks off corners that they turn about.
     """
     problem = assembly.problem
-    # Of the boxes round the blocks.
     left, bottom, right, top = shapely.bounds(assembly.geometry.polygons[assembly.movable]).T
     gyration = np.sqrt(((right - left) ** 2 + (top - bottom) ** 2) / 12) / problem.length_unit
     inertia = float(problem.force_sizes(problem.dead) @ problem.by_block(falling**2).sum(axis=1))
@@ -121,12 +119,12 @@ def no_optimum(problem: Problem, solver_status: str, solver: Solver, effort: Eff
     """
     effort.begins("why there is no load factor")
     own = Effort()
-    own_flow = _live_load_drives(problem, problem.dilatancy, solver, own)
-    associative = _live_load_drives(problem, problem.friction, solver, own)
+    own_flow = _driven_by_live_load(problem, problem.dilatancy, solver, own)
+    associative = _driven_by_live_load(problem, problem.friction, solver, own)
     effort.credit(own)
-    if own_flow is None or associative is None or associative:
+    if own_flow is None or associative is None or associative[0] > DRIVES:
         return Status.SOLVER_FAILED, reason(Code.SOLVER_STOPPED, word=solver_status)
-    if own_flow:
+    if own_flow[0] > DRIVES:
         return Status.LOCKED, reason(Code.DILATANCY_LOCKS)
     return Status.UNLIMITED, reason(Code.NO_MECHANISM)
 
@@ -137,15 +135,13 @@ def locking_joints(
     """Indices of the joints that keep the live load from causing collapse, most important first; empty if
     the solver fails.
 
-    Locked: joints that slide in the mechanism driven without dilatancy, by how far they cannot open as
-    associative flow demands. Unlimited: joints that carry the live load alone with no more shear than their
-    own dilatancy allows (so that no mechanism lets it do work), by normal force. Jammed: joints that carry
-    the live load alone within the true friction; if none do, those whose normal force ``q`` grew with λ.
+    Locked: joints that slide in the mechanism under the joints' own flow rule, by how far they cannot open as
+    associative flow demands. Unlimited, jammed: joints that carry the live load alone, with shear limited by
+    dilatancy or by friction, by normal force; if none do in a jammed scene, those whose force ``q`` grew.
     """
     none = np.array([], dtype=int)
-    own_flow = ShearLimits(problem.dilatancy, np.zeros_like(problem.cohesion))
     if status is Status.LOCKED:
-        driven = _driven(problem.recession_cone, _push(problem), own_flow, in_cvxpy(solver), effort)
+        driven = _driven_by_live_load(problem, problem.dilatancy, solver, effort)
         if driven is None:
             return none
         d = driven[1]
@@ -154,9 +150,10 @@ def locking_joints(
         amount = np.where(problem.slip_speed(d) > SLIDES * np.abs(d).max(), cannot_open, 0.0)
     elif status in (Status.UNLIMITED, Status.JAMMED):
         slope = problem.dilatancy if status is Status.UNLIMITED else problem.friction
-        # The live load in place of the dead, scaled as the driven mechanism is.
+        # The live load in place of the dead.
         limits = ShearLimits(slope, np.zeros_like(slope))
-        carrying = CvxpyStanding(replace(problem.recession_cone, dead=_push(problem)), limits)
+        loaded = replace(problem.recession_cone, dead=problem.live / problem.live_norm)
+        carrying = CvxpyStanding(loaded, limits)
         if has_optimum(carrying.program, in_cvxpy(solver), effort, DIAGNOSIS):
             q = carrying.statics.forces()[1]
         elif status is Status.UNLIMITED or q is None:
@@ -168,17 +165,12 @@ def locking_joints(
     return order[amount[order] > max(NAMED * amount.max(), DRIVES)]
 
 
-def _push(problem: Problem) -> np.ndarray:
-    """The live load, its entries summing to one."""
-    return problem.live / problem.live_norm
-
-
-def _live_load_drives(problem: Problem, slope: np.ndarray, solver: Solver, effort: Effort) -> bool | None:
-    """Whether a mechanism with that opening per unit slip (k,) lets the live load do work; None if
-    the solver fails to say."""
-    limits = ShearLimits(slope, np.zeros_like(slope))
-    driven = _driven(problem.recession_cone, _push(problem), limits, in_cvxpy(solver), effort)
-    return None if driven is None else driven[0] > DRIVES
+def _driven_by_live_load(
+    problem: Problem, slope: np.ndarray, solver: Solver, effort: Effort
+) -> tuple[float, np.ndarray] | None:
+    """:func:`_driven` by the live load of unit sum, with an opening per unit slip (k,)."""
+    limits, push = ShearLimits(slope, np.zeros_like(slope)), problem.live / problem.live_norm
+    return _driven(problem.recession_cone, push, limits, in_cvxpy(solver), effort, DIAGNOSIS)
 
 
 def _driven(
@@ -187,7 +179,7 @@ def _driven(
     limits: ShearLimits,
     solver: Solver,
     effort: Effort,
-    purpose: str = DIAGNOSIS,
+    purpose: str,
 ) -> tuple[float, np.ndarray] | None:
     """Power, zero if nothing moves, and block velocities (3b,) of the mechanism that a force drives; None if
     the solver fails."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -53,14 +52,17 @@ def _found(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
     falls = problem.dilatancy_depends_on_stress
     own_flow = np.minimum(problem.dilatancy, 0.0) if falls else problem.dilatancy
     if against := _ray(problem, own_flow, effort):
-        return InfeasibilityCertificate(Existence.NO_MECHANISM, *against.residuals)
+        return InfeasibilityCertificate(Existence.NO_MECHANISM, *against[1])
     ray = _ray(problem, problem.friction, effort)
     if ray is None:
         # Statics are bounded: the method failed, and there is nothing to prove.
         return InfeasibilityCertificate(Existence.UNDECIDED)
-    certificate = InfeasibilityCertificate(Existence.UNBOUNDED, *ray.residuals)
+    certificate = InfeasibilityCertificate(Existence.UNBOUNDED, *ray[1])
     if opposite := _ray(replace(problem, live=-problem.live), problem.friction, effort):
-        certificate = replace(certificate, clamped=_stressed(problem.normal_forces(ray.q + opposite.q)))
+        n = problem.normal_forces(ray[0] + opposite[0])
+        order = np.argsort(-n, kind="stable")
+        stressed = tuple(order[n[order] > NAMED * n.max()].tolist())
+        certificate = replace(certificate, clamped=stressed)
     cuts = Cuts()
     if of_mechanism and not falls and problem.joints <= _CUTS_UP_TO:
         cuts = combinatorial_cuts(problem, _MOST_WORK // problem.joints, effort, _PURPOSE)
@@ -75,16 +77,11 @@ def _found(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
     )
 
 
-class _Ray(NamedTuple):
-    """Joint forces (3c,), and what they leave of equilibrium and of yield."""
-
-    q: np.ndarray
-    residuals: tuple[float, float]
-
-
-def _ray(problem: Problem, slope: np.ndarray, effort: Effort) -> _Ray | None:
-    """Forces (3c,) that carry the live load alone with shear limits of a slope (k,) and without cohesion;
-    None if none were found that their residuals bear out."""
+def _ray(
+    problem: Problem, slope: np.ndarray, effort: Effort
+) -> tuple[np.ndarray, tuple[float, float]] | None:
+    """Forces (3c,) that carry the live load alone with shear limits of a slope (k,) and without cohesion, and
+    their residuals; None if none were found that their residuals bear out."""
     program = PyomoNoMotion(problem, slope).program
     session = HighsSession(program, effort, _PURPOSE)
     session.set_most(program.v, np.zeros(problem.faces))
@@ -92,9 +89,4 @@ def _ray(problem: Problem, slope: np.ndarray, effort: Effort) -> _Ray | None:
         return None
     q = session.values(program.q)
     left = ray_residuals(problem, q, slope)
-    return _Ray(q, left) if max(left) <= PROOF else None
-
-
-def _stressed(n: np.ndarray) -> tuple[int, ...]:
-    order = np.argsort(-n, kind="stable")
-    return tuple(order[n[order] > NAMED * n.max()].tolist())
+    return (q, left) if max(left) <= PROOF else None

@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import breadth_first_order
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Found
-from masonry_opt.answer.motion import joint_motion, moving_blocks
+from masonry_opt.answer.motion import joint_motion, moving_blocks, moving_names
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
@@ -23,7 +23,6 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 from masonry_opt.solvers.registry import Solver, in_cvxpy
 from masonry_opt.standing.diagnosis import DEAD_LOAD, DeadLoadUndecided, as_it_falls, falling_mechanism
-from masonry_opt.standing.no_load_factor import movers
 
 #: Joints up to which the least factor on friction is looked for, the factors tried, and how near to each
 #: other, relative, the least at which the scene stands and the greatest at which it falls need be.
@@ -37,22 +36,15 @@ _BEARS = 1e-6
 
 
 def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, effort: Effort) -> list[Reason]:
-    """Reasons that tell what would hold a scene that falls under its dead load, or that no friction would.
+    """Reasons that tell what would hold a scene that falls under its dead load: HANGS, if any of the blocks
+    that fall do; then NO_FRICTION_HOLDS, FRICTION_WOULD_HOLD or STRENGTH_WOULD_HOLD, if the solver can tell.
 
-    To hold means that eq. (9) without live load has a state of equilibrium, which may be one of wedging
-    alone where blocks hang between others.
+    To hold means that eq. (9) without live load has a state, perhaps of wedging alone.
 
     Parameters
     ----------
     falling: block velocities of the falling mechanism, shape (3b,).
-    solver: what decided that the scene falls.
-    effort: where the programs are counted.
-
-    Returns
-    -------
-    list of Reason
-        HANGS, if any of the blocks that fall do; then NO_FRICTION_HOLDS, FRICTION_WOULD_HOLD or, where no
-        friction does, STRENGTH_WOULD_HOLD, if the solver can tell.
+    solver: the one that decided that the scene falls.
     """
     problem = assembly.problem
     hanging = _hanging(assembly, moving_blocks(assembly, falling))
@@ -62,16 +54,15 @@ def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, eff
         falls_all_the_same = falling_mechanism(stuck.problem, solver, effort)
     except DeadLoadUndecided:
         return found
-    crushes = len(problem.crushing) > 0
-    if falls_all_the_same is not None and crushes and _stands_uncrushed(problem, solver, effort):
-        return [*found, reason(Code.STRENGTH_WOULD_HOLD)]
     if falls_all_the_same is not None:
+        if len(problem.crushing) and _stands_uncrushed(problem, solver, effort):
+            return [*found, reason(Code.STRENGTH_WOULD_HOLD)]
         falls_all_the_same = as_it_falls(stuck, falls_all_the_same, effort)
-        return [*found, reason(Code.NO_FRICTION_HOLDS, blocks=movers(assembly, falls_all_the_same))]
+        return [*found, reason(Code.NO_FRICTION_HOLDS, blocks=moving_names(assembly, falls_all_the_same))]
     factor, above = _least_factor(problem, solver, effort)
+    values = {"factor": factor, "above": above, "hangs": bool(len(hanging))}
     pairs = assembly.pairs(_sliding(assembly, falling))
-    hangs = bool(len(hanging))
-    return [*found, reason(Code.FRICTION_WOULD_HOLD, pairs=pairs, factor=factor, above=above, hangs=hangs)]
+    return [*found, reason(Code.FRICTION_WOULD_HOLD, pairs=pairs, **values)]
 
 
 def _that_cannot_slide(problem: Problem) -> Problem:
@@ -91,8 +82,8 @@ def _stands_uncrushed(problem: Problem, solver: Solver, effort: Effort) -> bool:
 
 
 def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[float | None, float]:
-    """The least factor on all friction at which the scene is seen to stand, None if none is, and the
-    greatest at which it is seen to fall: by squaring, then by bisection of their logarithms."""
+    """The least factor on all friction at which the scene stands, None if none is found, and the greatest at
+    which it falls: by squaring, then by bisection of their logarithms."""
     stands, falls = None, 1.0
     largest = float(problem.friction.max(initial=0.0))
     if not largest or problem.joints > _FACTOR_UP_TO:
@@ -131,8 +122,8 @@ def _sliding(assembly: Assembly, d: np.ndarray) -> np.ndarray:
 
 
 def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
-    """Those of some of the problem's blocks that hang: no chain of joints leads from a support to them, each
-    with a normal that pushes against the dead load of the block it bears."""
+    """Those of some of the problem's blocks that no chain of bearing joints leads to from a support. A joint
+    bears a block if its normal pushes against the block's dead load."""
     scene, joints, movable = assembly.scene, assembly.joints, assembly.movable
     count = len(scene.blocks)
     down = np.zeros((count, 2))

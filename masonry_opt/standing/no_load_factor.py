@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from masonry_opt.answer.infeasibility import Existence
-from masonry_opt.answer.motion import moving_blocks
+from masonry_opt.answer.motion import moving_names
 from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
@@ -16,33 +16,36 @@ from masonry_opt.standing.diagnosis import locking_joints
 from masonry_opt.standing.existence import existence
 
 
-def held_by_wedging(assembly: Assembly, solution: Solution) -> None:
-    """Withdraw a load factor below zero: the scene has a state of equilibrium at λ = 0 by wedging alone."""
-    moving = [] if solution.d is None else movers(assembly, solution.d)
-    solution.withdraw(Status.UNSTABLE, Code.WEDGED, blocks=moving)
+def explain(
+    assembly: Assembly, solution: Solution, solver: Solver, effort: Effort, associative: bool
+) -> None:
+    """Set status and reasons of a solution without a load factor, or with one below zero.
 
-
-def settle_existence(assembly: Assembly, solution: Solution, effort: Effort, associative: bool) -> None:
-    """Prove, as far as possible, that the load factor that a method did not find does not exist."""
+    A load factor below zero is withdrawn: equilibrium at λ = 0 is by wedging alone. That none exists is
+    proven as far as possible, and the joints that carry the load are named.
+    """
+    if solution.load_factor is not None:
+        moving = [] if solution.d is None else moving_names(assembly, solution.d)
+        solution.withdraw(Status.UNSTABLE, Code.WEDGED, blocks=moving)
     if solution.infeasibility is None:
         solution.infeasibility = existence(assembly.problem, effort, of_mechanism=not associative)
-    if associative:
-        return
-    _settle(solution)
-    undecided = solution.status is not Status.UNSTABLE and not solution.proven_none
-    if undecided and solution.associative is not None:
-        solution.add(Code.AT_MOST, associative=solution.associative)
-    clamped = solution.infeasibility.clamped if solution.infeasibility else ()
-    if clamped:
-        solution.add(Code.CLAMPED, pairs=assembly.pairs(np.array(clamped)))
+    if not associative:
+        if solution.status is not Status.UNSTABLE:
+            _settle(solution)
+        if solution.infeasibility and solution.infeasibility.clamped:
+            pairs = assembly.pairs(np.array(solution.infeasibility.clamped))
+            solution.add(Code.CLAMPED, pairs=pairs)
+    found = locking_joints(assembly.problem, solution.status, solution.q, solver, Effort())
+    if len(found):
+        solution.add(Code.JOINTS, status=str(solution.status), pairs=assembly.pairs(found))
 
 
 def _settle(solution: Solution) -> None:
-    """Set status and reasons to what is proven, unless the scene does not stand."""
+    """Set status and reasons to what is proven; the associative load factor bounds what is not."""
     found = solution.infeasibility
-    if found is None or solution.status is Status.UNSTABLE:
-        return
-    if found.existence is Existence.NO_MECHANISM and solution.status is not Status.UNLIMITED:
+    if found is None:
+        pass
+    elif found.existence is Existence.NO_MECHANISM and solution.status is not Status.UNLIMITED:
         solution.status = Status.UNLIMITED
         solution.reasons.insert(0, reason(Code.NO_MECHANISM))
     elif found.existence is Existence.NO_STATE:
@@ -52,16 +55,5 @@ def _settle(solution: Solution) -> None:
         solution.reasons.insert(0, reason(Code.NO_COLLAPSE, **counts))
     elif found.existence is Existence.UNBOUNDED:
         solution.add(Code.CARRIES_ANY)
-
-
-def name_locking_joints(assembly: Assembly, solution: Solution, solver: Solver) -> None:
-    """Add to the reasons for an unlimited load factor the joints that make it so."""
-    found = locking_joints(assembly.problem, solution.status, solution.q, solver, Effort())
-    if len(found) == 0:
-        return
-    solution.add(Code.JOINTS, status=str(solution.status), pairs=assembly.pairs(found))
-
-
-def movers(assembly: Assembly, d: np.ndarray) -> list[str]:
-    """Names of the blocks that a mechanism moves."""
-    return assembly.names(assembly.movable[moving_blocks(assembly, d)])
+    if not solution.proven_none and solution.associative is not None:
+        solution.add(Code.AT_MOST, associative=solution.associative)

@@ -20,8 +20,8 @@ _HIGHEST_FRICTION = 3.0
 #: Distance of a group of blocks from all others, over the larger of their sizes, from which it is far away.
 _FAR = 10.0
 
-#: Weights per area, and forces over weights, that differ by more are perhaps in other units: N and kN, or
-#: lengths in mm and m, differ by a thousand or more, stone and timber by five.
+#: Weights per area, and forces over weights, that differ by more are perhaps in other units (N and kN differ
+#: by a thousand, stone and timber by five).
 _OTHER_UNITS = 300.0
 
 #: A dead force so many times smaller than its block's weight acts on nothing. (A live force may be of any
@@ -37,14 +37,8 @@ _ROUNDING = 1e-9
 
 
 def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, ...]:
-    """What looks unintended in a scene, or is not checked in its answer, as codes with values.
-
-    Parameters
-    ----------
-    solution: for the joints that carry load though nothing presses them together, and for the forces at
-        corners; None to look at the scene alone.
-    """
-    found = [
+    """What looks unintended in a scene and, if given, its solution, as codes with values."""
+    return (
         *_friction(assembly),
         *_dilatancy(assembly),
         *_idle_supports(assembly),
@@ -56,8 +50,7 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
         *_far_away(assembly),
         *_acting_outside(assembly),
         *_weights(assembly),
-    ]
-    return tuple(found)
+    )
 
 
 def _friction(assembly: Assembly) -> list[Reason]:
@@ -175,7 +168,7 @@ def _far_away(assembly: Assembly) -> list[Reason]:
     gap = np.maximum(0.0, np.maximum(lowest[:, :2] + others[:, 2:], others[:, :2] + lowest[:, 2:]))
     distance = np.hypot(*gap.T)
     far = distance > _FAR * np.maximum(size, size_of_rest)
-    # Two groups are as far from each other: what most blocks belong to is the scene.
+    # The largest group is the scene.
     far[np.bincount(group).argmax()] = False
     if not far.any():
         return []
@@ -191,8 +184,8 @@ def _far_away(assembly: Assembly) -> list[Reason]:
 
 
 def _acting_outside(assembly: Assembly) -> list[Reason]:
-    """Forces that act outside of their blocks, notches included. A given ``weight_at`` is no such point: that
-    of a curved stone may lie outside of its straight edges."""
+    """Forces that act outside of their blocks' convex hulls. Those at a given ``weight_at`` are left out: the
+    centroid of a curved stone may lie outside of its straight edges."""
     shapes, blocks = assembly.geometry, assembly.scene.blocks
     index_of = {block.name: index for index, block in enumerate(blocks)}
     found = []

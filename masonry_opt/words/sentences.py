@@ -35,7 +35,7 @@ _OF_JOINTS = {
 
 
 def message(reasons: Sequence[Reason]) -> str:
-    """How an analysis ended, in words."""
+    """Sentence of how an analysis ended."""
     return "; ".join(sentences(reasons))
 
 
@@ -59,7 +59,7 @@ def numeral(value: float, spec: str) -> str:
 
 
 def _friction_would_hold(v: dict[str, Any]) -> str:
-    slides = f"{_pairs(v)} slide{'s' if len(v['pairs']) == 1 else ''}" if v["pairs"] else "joints slide"
+    slides = f"{_pairs(v)} {verb(len(v['pairs']), 'slide')}" if v["pairs"] else "joints slide"
     if v["factor"] is not None:
         much = f"with all friction at least {rounded_up(v['factor'])} times as high"
     elif v["above"] > 1:
@@ -94,8 +94,10 @@ def _joints(v: dict[str, Any]) -> str:
     return f"{_OF_JOINTS[v['status']]}: {_pairs(v)}"
 
 
-def _pairs(v: dict[str, Any]) -> str:
-    return _some([f"{first!r}–{second!r}" for first, second in v["pairs"]])
+def _pairs(v: dict[str, Any], told: Sequence[str] = ()) -> str:
+    """The pairs of blocks, each with what is told of it in brackets."""
+    brackets = [f" ({words})" for words in told] or [""] * len(v["pairs"])
+    return _some([f"{a!r}–{b!r}{words}" for (a, b), words in zip(v["pairs"], brackets, strict=True)])
 
 
 def _not_certified(v: dict[str, Any]) -> str:
@@ -110,13 +112,9 @@ def _not_certified(v: dict[str, Any]) -> str:
 
 
 def _began_again(v: dict[str, Any]) -> str:
-    words = f"the first run ended '{v['first']}', so the loop began again with {', then '.join(_with(v))}"
+    remedies = ", then with ".join(v["remedies"])
+    words = f"the first run ended '{v['first']}', so the loop began again with {remedies}"
     return f"{words}: in vain" if v["in_vain"] else words
-
-
-def _with(v: dict[str, Any]) -> list[str]:
-    first, *others = v["remedies"]
-    return [first, *(f"with {remedy}" for remedy in others)]
 
 
 def _least_borne_out(v: dict[str, Any]) -> str:
@@ -129,9 +127,8 @@ def _exact(v: dict[str, Any]) -> str:
     fall = v["fall"]
     if fall is None or abs(fall) <= LOWER:
         return "exact"
-    return f"exact, {abs(fall):.1e} " + (
-        "below its start" if fall >= 0 else "above its start, which is not as exact"
-    )
+    than = "below its start" if fall >= 0 else "above its start, which is not as exact"
+    return f"exact, {abs(fall):.1e} {than}"
 
 
 def _not_refined(v: dict[str, Any]) -> str:
@@ -173,31 +170,40 @@ def _where(v: dict[str, Any]) -> str:
     return f"joint {_pairs(v)}" if v["pairs"] else "[joints]"
 
 
-def _with_widths(v: dict[str, Any]) -> list[str]:
-    return [
-        f"{a!r}–{b!r} ({rounded_up(width, 2)} wide)"
-        for (a, b), width in zip(v["pairs"], v["widths"], strict=True)
-    ]
+def _small_gaps(v: dict[str, Any]) -> str:
+    wide = [f"{rounded_up(width, 2)} wide" for width in v["widths"]]
+    return (
+        f"blocks face each other across a small gap and do not touch along it: {_pairs(v, wide)}; if they "
+        f"should, raise 'tolerance' to {rounded_up(max(v['widths']), 2)}"
+    )
 
 
-def _with_forces(v: dict[str, Any]) -> list[str]:
-    return [
-        f"{a!r}–{b!r} ({force:.4g})" for (a, b), force in zip(v["pairs"], v["normal_forces"], strict=True)
-    ]
+def _corners_bear(v: dict[str, Any]) -> str:
+    forces = [f"{force:.4g}" for force in v["normal_forces"]]
+    return (
+        "'strength' limits no force where a corner stands on an edge, and crushing there is not looked at: "
+        + (
+            f"at collapse these press with the force told, {_pairs(v, forces)}"
+            if forces
+            else f"at {_pairs(v)} that may bring down what no load does here"
+        )
+    )
 
 
-def _s(v: dict[str, Any]) -> str:
-    return "s" if len(v["blocks"]) == 1 else ""
+def verb(number: int, word: str) -> str:
+    """A verb as a number of things does it: "1 slides", "2 slide" without the number."""
+    ending = "es" if word.endswith(("ch", "sh")) else "s"
+    return f"{word}{ending if number == 1 else ''}"
 
 
-def _es(v: dict[str, Any]) -> str:
-    return "es" if len(v["blocks"]) == 1 else ""
+def _do(v: dict[str, Any], word: str) -> str:
+    return f"{_blocks(v['blocks'])} {verb(len(v['blocks']), word)}"
 
 
 #: By code: a text with values in braces, or what makes one of the values.
 _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.FALLS: lambda v: f"the dead load alone moves {_blocks(v['blocks'])}: support what falls",
-    Code.HANGS: lambda v: f"{_blocks(v['blocks'])} hang{_s(v)}: no joint bears from below",
+    Code.HANGS: lambda v: f"{_do(v, 'hang')}: no joint bears from below",
     Code.NO_FRICTION_HOLDS: lambda v: f"no friction can hold {_blocks(v['blocks'])}",
     Code.FRICTION_WOULD_HOLD: _friction_would_hold,
     Code.STRENGTH_WOULD_HOLD: "joints crush: with more 'strength' the scene would stand",
@@ -344,30 +350,22 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"'dilatancy' {v['dilatancy']:g} of {_where(v)} is below minus its friction, {v['friction']:g}: "
         "sliding would close the joint by more than friction resists; is its sign meant?"
     ),
-    Code.IDLE_SUPPORTS: lambda v: f"{_blocks(v['blocks'])}, fixed, touch{_es(v)} no block that can move",
+    Code.IDLE_SUPPORTS: lambda v: (
+        f"{_blocks(v['blocks'])}, fixed, {verb(len(v['blocks']), 'touch')} no block that can move"
+    ),
     Code.HELD_BY_CLAMPING: lambda v: (
         f"blocks are wedged between supports, and friction at {_pairs(v)} carries load though nothing "
         "presses these joints together: set their friction to 0, or give the load that clamps them"
     ),
     Code.FAR_AWAY: lambda v: (
-        f"{_blocks(v['blocks'])} stand{_s(v)} {v['distance']:.3g} away from the rest, whose size is "
-        f"{v['size']:.3g}: are the coordinates in one unit?"
+        f"{_do(v, 'stand')} {v['distance']:.3g} away from the rest, whose size is {v['size']:.3g}: are the "
+        "coordinates in one unit?"
     ),
-    Code.SMALL_GAPS: lambda v: (
-        f"blocks face each other across a small gap and do not touch along it: {_some(_with_widths(v))}; if "
-        f"they should, raise 'tolerance' to {rounded_up(max(v['widths']), 2)}"
-    ),
+    Code.SMALL_GAPS: _small_gaps,
     Code.CORNERS_MEET: lambda v: (
         f"{_pairs(v)} meet corner on corner, where nothing holds them: a joint needs an edge of either"
     ),
-    Code.CORNERS_BEAR: lambda v: (
-        "'strength' limits no force where a corner stands on an edge, and crushing there is not looked at: "
-        + (
-            f"at collapse these press with the force told, {_some(_with_forces(v))}"
-            if v["normal_forces"]
-            else f"at {_pairs(v)} that may bring down what no load does here"
-        )
-    ),
+    Code.CORNERS_BEAR: _corners_bear,
     Code.BARE_EDGE_LOAD: (
         "edge_load no. {number} meets no free edge of a movable block along {length:.4g} of its "
         "length, where it does nothing"

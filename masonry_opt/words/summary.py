@@ -16,7 +16,7 @@ from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.case_file import CaseFile
-from masonry_opt.words.sentences import BY_CHORDS, numeral, sentences
+from masonry_opt.words.sentences import BY_CHORDS, numeral, sentences, verb
 
 #: Codes that tell what is known of lower states.
 _BOUNDS = (
@@ -36,15 +36,19 @@ _LABEL = 16
 
 def summary(result: Result) -> str:
     """What falls, at what load, how sure that is, and what looks unintended."""
-    return _text([*_plain(result), *_warnings(result)])
+    return _text(result, [])
 
 
 def details(result: Result) -> str:
     """The summary, and how the answer was found: residuals, programs, solvers, times."""
-    return _text([*_plain(result), *_technical(result), *_warnings(result)])
+    return _text(result, _technical(result))
 
 
-def _text(lines: list[str]) -> str:
+def _text(result: Result, technical: list[str]) -> str:
+    size = result.size
+    count = f"{counted(size.blocks, 'block')}, {counted(size.joints, 'joint')}"
+    warnings = [f"warning: {sentence}" for sentence in result.warning_sentences]
+    lines = [f"{result.case}: {count}", _headline(result), *_labelled(facts(result)), *technical, *warnings]
     return printable("\n".join(lines))
 
 
@@ -67,16 +71,6 @@ def facts(result: Result) -> dict[str, str]:
         "reference": _reference(result),
     }
     return {label: words for label, words in known.items() if words}
-
-
-def _plain(result: Result) -> list[str]:
-    size = result.size
-    count = f"{counted(size.blocks, 'block')}, {counted(size.joints, 'joint')}"
-    return [f"{result.case}: {count}", _headline(result), *_labelled(facts(result))]
-
-
-def _warnings(result: Result) -> list[str]:
-    return [f"warning: {sentence}" for sentence in result.warning_sentences]
 
 
 def _why(result: Result) -> str:
@@ -111,8 +105,8 @@ def _mechanism(result: Result) -> str:
         "separate": motion.separates,
         "crush": motion.crushes,
     }
-    done = [(int(joints.sum()), verb) for verb, joints in counts.items()]
-    said = [f"{count} {verb}{_third(verb) if count == 1 else ''}" for count, verb in done if count]
+    done = [(int(joints.sum()), word) for word, joints in counts.items()]
+    said = [f"{count} {verb(count, word)}" for count, word in done if count]
     joints = f"; of the joints {', '.join(said)}" if said else ""
     return f"{moving} of {counted(result.size.blocks, 'block')}{joints}"
 
@@ -181,25 +175,24 @@ def _is_associative(result: Result) -> bool:
 
 def _left(result: Result) -> str:
     """Residuals above what an exact state may leave."""
-    left = result.certificate.as_dict() if result.certificate else {}
-    above = LIMITS[Kind.EXACT].failing(left)
+    above = LIMITS[Kind.EXACT].failing(result.certificate.as_dict() if result.certificate else {})
     named = ", ".join(f"{name} {value:.1e}" for name, value in above.items())
     return f"what its certificate leaves ({named})" if named else "what its certificate leaves"
 
 
 def _dilatancy(result: Result) -> str:
     """What dilatancy would add to a Coulomb answer."""
-    if result.associative is None or result.load_factor is None or result.kind is Kind.ASSOCIATIVE:
+    if result.associative is None or result.load_factor is None:
         return ""
-    if _is_associative(result):
+    if result.kind is Kind.ASSOCIATIVE or _is_associative(result):
         return ""
-    value = numeral(result.associative, ".7f")
+    value, words = numeral(result.associative, ".7f"), "joints that open as they slide would carry"
     if result.associative <= max(result.load_factor, ZERO) or same(result.associative, result.load_factor):
-        return "joints that open as they slide would carry no more than this state"
+        return f"{words} no more than this state"
     if result.load_factor < ZERO:
-        return f"joints that open as they slide would carry λ = {value}"
+        return f"{words} λ = {value}"
     adds = 100 * (result.associative / result.load_factor - 1)
-    return f"joints that open as they slide would carry {adds:.3g} % more (associative λ = {value})"
+    return f"{words} {adds:.3g} % more (associative λ = {value})"
 
 
 def _crushing(result: Result) -> str:
@@ -271,9 +264,8 @@ def _technical(result: Result) -> list[str]:
 def _range(result: Result) -> str:
     """Between what the least load factor lies, where more is known than the answer itself."""
     lower, upper = result.range
-    if result.kind is Kind.ASSOCIATIVE or (lower is None and result.load_factor is not None):
-        return ""
-    if upper is None:
+    known = lower is None and result.load_factor is not None
+    if result.kind is Kind.ASSOCIATIVE or known or upper is None:
         return ""
     return f"{'' if lower is None else numeral(lower, '.7f') + ' ≤ '}λ ≤ {numeral(upper, '.7f')}"
 
@@ -294,8 +286,3 @@ def left_out(assembly: Assembly) -> tuple[str, ...]:
     if joints.fixed_pairs:
         found.append(f"{counted(joints.fixed_pairs, 'joint')} between two fixed blocks: neither moves")
     return tuple(found)
-
-
-def _third(verb: str) -> str:
-    """What a verb has at its end when one does it."""
-    return "es" if verb.endswith("sh") else "s"

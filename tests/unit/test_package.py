@@ -15,8 +15,6 @@ from pathlib import Path
 import pytest
 
 import masonry_opt as mo
-from masonry_opt.methods.registry import METHODS
-from masonry_opt.methods.task import Options
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "masonry_opt"
@@ -37,6 +35,9 @@ def test_names_are_those_announced():
         assert getattr(mo, name).__name__ == name
     with pytest.raises(AttributeError, match="no attribute 'Finding'"):
         mo.Finding  # noqa: B018
+    starred: dict[str, object] = {}
+    exec("from masonry_opt import *", starred)
+    assert sorted(set(starred) - {"__builtins__"}) == mo.__all__
 
 
 def test_type_checkers_are_told_the_same_names_from_the_same_modules():
@@ -44,12 +45,6 @@ def test_type_checkers_are_told_the_same_names_from_the_same_modules():
     told = [(node.module, alias.asname) for node in stub.body[1:] for alias in node.names]
     homes = [(f"masonry_opt.{home}", name) for home, names in mo._HOMES.items() for name in names]
     assert sorted(told) == sorted(homes)
-
-
-def test_star_gives_the_names_and_nothing_else():
-    names: dict[str, object] = {}
-    exec("from masonry_opt import *", names)
-    assert sorted(set(names) - {"__builtins__"}) == mo.__all__
 
 
 def imports_of(path, within=ast.walk):
@@ -160,12 +155,6 @@ def test_python_started_in_a_clone_finds_the_models_there_and_loads_what_it_uses
     of_drawing = ("masonry_opt.drawing", "matplotlib")
     assert not [name for name in solved if name.startswith(of_drawing)]
     assert not [name for name in by_command if name.startswith(("masonry_opt.studies", "altair"))]
-
-
-def test_every_method_is_where_the_registry_says():
-    for name, method in METHODS.items():
-        assert callable(method.run), name
-        assert method.options is None or issubclass(method.options, Options), name
 
 
 def test_hints_install_extras_of_the_clone():

@@ -10,6 +10,7 @@ import numpy as np
 from masonry_opt.answer.acceptance import MARGIN_ENERGY, SMALLEST, Kind
 from masonry_opt.answer.answer import Found
 from masonry_opt.answer.certificate import Certificate
+from masonry_opt.answer.motion import moving_names
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result, make_result
 from masonry_opt.answer.solution import Solution
@@ -24,7 +25,6 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import Solver, find_solver
 from masonry_opt.standing.diagnosis import DeadLoadUndecided, falling_mechanism
-from masonry_opt.standing.no_load_factor import movers
 from masonry_opt.words.sentences import message, numeral
 from masonry_opt.words.summary import summary
 
@@ -85,7 +85,7 @@ def standing(scene: Scene) -> Standing:
             solution = replace(found, status=Status.STANDS, found=carries)
         else:
             solution = replace(found, found=Found(d=answer.d, slope=answer.slope))
-            solution.end(Status.UNSTABLE, Code.FALLS, blocks=movers(assembly, answer.d))
+            solution.end(Status.UNSTABLE, Code.FALLS, blocks=moving_names(assembly, answer.d))
     # Without a load factor the result has no live load, tilt or reference.
     dead = replace(
         assembly,
@@ -130,5 +130,5 @@ def _yes_or_no(assembly: Assembly, solver: Solver, effort: Effort) -> Solution:
         raise NoLoadFactorError(f"{solution.status}: {message(solution.reasons)}") from None
     if falling is not None:
         solution.found = Found(d=falling)
-        solution.end(Status.UNSTABLE, Code.FALLS, blocks=movers(assembly, falling))
+        solution.end(Status.UNSTABLE, Code.FALLS, blocks=moving_names(assembly, falling))
     return solution

@@ -22,28 +22,20 @@ def certificate(problem, state, **changed):
     return certify(problem, **(values | changed))
 
 
-def test_an_exact_answer_has_none(solved):
-    assert certificate(*solved).worst < 1e-10
-
-
-def test_a_wrong_load_factor_breaks_equilibrium(solved):
+def test_an_exact_answer_has_none_and_a_wrong_load_factor_breaks_equilibrium(solved):
     problem, state = solved
+    assert certificate(problem, state).worst < 1e-10
     wrong = certificate(problem, state, load_factor=state.load_factor * 1.01)
     largest = np.abs(problem.live).max() * 0.01 * state.load_factor
     total = np.abs(problem.dead).sum()
     assert wrong.equilibrium == pytest.approx(largest / total, rel=1e-6)
 
 
-def test_a_shear_beyond_friction_breaks_yield_by_its_excess(solved):
+def test_shear_beyond_friction_and_tension_break_yield(solved):
     problem, state = solved
-    q = state.q.copy()
-    joint = problem.sliding[0]
+    q, joint = state.q.copy(), problem.sliding[0]
     q[problem.joints + joint] = problem.friction[0] * q[joint] + 0.25
     assert certificate(problem, state, q=q).yield_ == pytest.approx(0.25)
-
-
-def test_tension_breaks_yield(solved):
-    problem, state = solved
     q = state.q.copy()
     q.reshape(3, -1)[:, 0] = [-0.5, 0.0, 0.0]
     assert certificate(problem, state, q=q).yield_ >= 0.5

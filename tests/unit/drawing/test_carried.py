@@ -25,10 +25,10 @@ def test_weight_and_push_meet_the_floor_below_their_resultant(floor_first):
     if floor_first:
         scene = scene.model_copy(update={"blocks": scene.blocks[::-1]})
     result = mo.solve(scene)
-    carried = thrust(result)
-    on_block = -carried.force if floor_first else carried.force
+    resultant, point = thrust(result)
+    on_block = -resultant if floor_first else resultant
     assert on_block == pytest.approx(np.array([[-1.5, 3.0]]), abs=1e-6)
-    assert carried.point == pytest.approx(np.array([[2.5, 0.0]]), abs=1e-6)
+    assert point == pytest.approx(np.array([[2.5, 0.0]]), abs=1e-6)
 
 
 @pytest.mark.parametrize("scene", [ARCH, on_a_corner()], ids=["arch", "corner on an edge"])
@@ -36,11 +36,11 @@ def test_resultants_balance_the_loads_of_every_block(scene):
     """Forces and moments about the centroid, from the blocks as they are given."""
     result = mo.solve(scene)
     scene, joints = result.assembly.scene, result.assembly.joints
-    carried = thrust(result)
+    resultant, point = thrust(result)
     # A joint that nothing presses together carries nothing in these scenes, without cohesion.
-    acts = np.isfinite(carried.point[:, 0])
-    largest = np.abs(carried.force).max()
-    assert np.abs(carried.force[~acts]).max(initial=0.0) < 1e-5 * largest
+    acts = np.isfinite(point[:, 0])
+    largest = np.abs(resultant).max()
+    assert np.abs(resultant[~acts]).max(initial=0.0) < 1e-5 * largest
     for index in result.assembly.movable:
         block = scene.blocks[index]
         polygon = shapely.Polygon(block.vertices)
@@ -52,7 +52,7 @@ def test_resultants_balance_the_loads_of_every_block(scene):
         forces = [*zip((of_weight, live), points, strict=True)]
         for side, sign in ((joints.first, 1.0), (joints.second, -1.0)):
             own = acts & (side == index)
-            forces += zip(sign * carried.force[own], carried.point[own], strict=True)
+            forces += zip(sign * resultant[own], point[own], strict=True)
         force = sum(force for force, _ in forces)
         arms = [(force, at - centroid) for force, at in forces]
         moment = sum(arm[0] * force[1] - arm[1] * force[0] for force, arm in arms)
@@ -60,9 +60,9 @@ def test_resultants_balance_the_loads_of_every_block(scene):
 
 
 def test_without_forces_nothing_acts():
-    carried = thrust(mo.solve(overhanging()))
-    assert np.isnan(carried.force).all()
-    assert np.isnan(carried.point).all()
+    resultant, point = thrust(mo.solve(overhanging()))
+    assert np.isnan(resultant).all()
+    assert np.isnan(point).all()
 
 
 def test_a_resultant_is_drawn_through_its_point_of_action_to_scale():

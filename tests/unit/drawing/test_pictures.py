@@ -14,9 +14,8 @@ from scenes import CASES, WALLS, block_on_floor, overhanging, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.drawing.elements import KINDS, START, legend, result_elements
-from masonry_opt.drawing.figure import FORMATS
 
-BEGINS = {"png": b"\x89PNG\r\n\x1a\n", "svg": b"<?xml", "pdf": b"%PDF-"}
+BEGINS = {"png": b"\x89PNG\r\n\x1a\n", "svg": b"<?xml", "pdf": b"%PDF-", "HTML": b"<!doctype html"}
 
 
 @pytest.fixture(scope="module")
@@ -51,14 +50,35 @@ def test_a_picture_has_the_elements_and_their_legend(case, kind):
     assert ["utilisation" in label for label in bars] == ([True] if kind == "utilisation" else [])
 
 
-@pytest.mark.parametrize("ending", FORMATS)
+@pytest.mark.parametrize("ending", BEGINS)
 @pytest.mark.parametrize("kind", KINDS)
 def test_every_kind_is_written_in_every_format(result, kind, ending, tmp_path):
+    """As the ending says; a page shows first the kind asked for."""
     result.save(tmp_path / f"picture.{ending}", kind)
     written = (tmp_path / f"picture.{ending}").read_bytes()
     assert written.startswith(BEGINS[ending])
     assert len(written) > 5000
     assert [path.name for path in tmp_path.iterdir()] == [f"picture.{ending}"]
+    if ending == "HTML":
+        (chosen,) = [line for line in written.decode().splitlines() if " checked" in line]
+        assert f'value="{kind}"' in chosen
+
+
+@pytest.mark.parametrize(
+    ("name", "how"),
+    [
+        ("a.gif", {}),
+        ("a", {}),
+        ("none/a.html", {}),
+        ("none/a.png", {}),
+        ("a.html", {"names": True}),
+        ("a.html", {"kind": "stress"}),
+    ],
+)
+def test_what_cannot_be_written_is_refused_and_leaves_nothing(result, tmp_path, name, how):
+    with pytest.raises(mo.OptionError):
+        result.save(tmp_path / name, **how)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_picture_shows_title_and_load_factor(tmp_path):

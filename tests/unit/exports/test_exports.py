@@ -12,7 +12,6 @@ from scenes import (
     CASES,
     KINDS_OF_JOINTS,
     UNCRUSHED,
-    WALLS,
     irregular,
     overhanging,
     pressed_down,
@@ -70,15 +69,6 @@ def test_highs_finds_the_associative_load_factor(tmp_path, name):
         _, row = highs.getRowByName("c_e_live_work_")
         assert highs.getSolution().row_dual[row] == expected
         assert highs.getInfo().objective_function_value / times(path.read_text()) == expected
-
-
-@pytest.mark.parametrize("end", [".lp", ".mps"])
-@pytest.mark.parametrize("method", ["static", "kinematic"])
-def test_highs_finds_the_published_load_factor_of_wall_1(tmp_path, method, end):
-    (path,) = mo.export(WALLS[0], tmp_path / f"wall{end}", method)
-    objective = solved_by_highs(path).getInfo().objective_function_value
-    # Table 1.
-    assert abs(objective) / times(path.read_text()) == pytest.approx(0.64286, abs=5e-6)
 
 
 @pytest.mark.parametrize("end", [".lp", ".mps"])

@@ -6,6 +6,7 @@ from math import cos, radians, sin, tan
 
 import numpy as np
 import pytest
+from atlas.small_scenes import rectangle
 from scenes import block_on_floor, overhanging, values_of
 
 import masonry_opt as mo
@@ -15,12 +16,6 @@ from masonry_opt.standing import holding
 
 #: Between the least factor seen to hold and the greatest seen not to.
 NEAR = 1.1e-3
-
-
-def rectangle(name, left, bottom, right, top, **keys):
-    corners = [(left, bottom), (right, bottom), (right, top), (left, top)]
-    fixed = "weight" not in keys
-    return mo.Block(name=name, vertices=corners, fixed=fixed, **keys)
 
 
 def scene(friction, *blocks, **keys):

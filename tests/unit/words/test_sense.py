@@ -6,6 +6,7 @@ import json
 from math import inf
 
 import pytest
+from atlas.small_scenes import rectangle
 from scenes import ALL_CASES, block_on_floor, run_command, small_wall, two_blocks
 
 import masonry_opt as mo
@@ -15,11 +16,6 @@ from masonry_opt.words.sense import warnings_of
 
 #: Façades of ten to a hundred thousand joints.
 LARGE = {"facade_3x9", "facade_4x12", "facade_6x18", "facade_8x24", "facade_10x30"}
-
-
-def rectangle(name, left, bottom, right, top, **keys):
-    corners = [(left, bottom), (right, bottom), (right, top), (left, top)]
-    return mo.Block(name=name, vertices=corners, fixed="weight" not in keys, **keys)
 
 
 def warned(scene, code):
@@ -101,10 +97,7 @@ def test_blocks_far_from_all_others(times, told):
         if told:
             assert found[0]["distance"] == pytest.approx(times * SIZE)
             assert found[0]["size"] == pytest.approx(SIZE)
-
-
-def test_a_small_group_near_a_large_one_is_not_far():
-    """Two floors 9 apart, one of them tiny: far for the tiny one alone."""
+    # Two floors 9 apart, one of them tiny: far for the tiny one alone.
     tiny = [rectangle("B", 15, 0, 15.1, 0.1, weight=1), rectangle("its floor", 15, -0.1, 15.1, 0)]
     assert warned(with_blocks(block_on_floor(), *tiny), Code.FAR_AWAY) == []
 
@@ -141,17 +134,13 @@ def test_weights_of_other_units(weights, names, ratio):
     ],
 )
 def test_forces_of_other_units(load, force, told):
-    """On a block of weight 2, as the others are."""
+    """On a block of weight 2, as the others are. A light plate may carry what the others can."""
     found = warned(row(2, 2, 2, of_0={load: (0.6 * force, 0.8 * force)}), Code.FORCES_DIFFER)
     assert [values["load"] for values in found] == ([load] if told else [])
     if told:
         assert found[0]["blocks"] == ["0"]
         assert found[0]["ratio"] == pytest.approx(force / 2)
-
-
-def test_a_light_plate_may_carry_what_the_others_can():
-    plate = row(0.001, 1, 1, of_0={"live": (100.0, 0.0)})
-    assert warned(plate, Code.FORCES_DIFFER) == []
+    assert warned(row(0.001, 1, 1, of_0={"live": (100.0, 0.0)}), Code.FORCES_DIFFER) == []
 
 
 @pytest.mark.parametrize("load", ["live", "dead"])
