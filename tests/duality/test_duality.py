@@ -43,8 +43,15 @@ def test_a_disagreement_does_not_pass():
         assert "NOT agree" in str(mo.DualityReport(wrong)).splitlines()[0]
 
 
-@pytest.mark.parametrize("formulation", ["static", "kinematic"])
-@pytest.mark.parametrize("solver", ["piqp", "highs-hipo"])
+@pytest.mark.parametrize(
+    ("solver", "formulation"),
+    [
+        ("piqp", "static"),
+        ("piqp", "kinematic"),
+        ("highs-hipo", "static"),
+        pytest.param("highs-hipo", "kinematic", marks=pytest.mark.slow),
+    ],
+)
 def test_solvers_of_the_extra_agree(solver, formulation):
     """On a façade: HiPO gives up on smaller scenes."""
     found = mo.solve(FACADE, formulation, solver=solver)

@@ -9,7 +9,7 @@ import pytest
 from continuous_arch import least_friction_to_hinge, least_friction_to_stand, least_thickness_ratio
 from hinges import four_hinge_load_factors
 from paper_scripts import definitions
-from scenes import CASES
+from scenes import CASES, solved
 
 import masonry_opt as mo
 
@@ -95,4 +95,4 @@ def test_load_factor_of_the_case_by_enumeration():
     assert found.size
     known = SCENE.reference["associative"]
     np.testing.assert_allclose(found, known.value, rtol=known.tolerance)
-    assert mo.solve(SCENE, "static").load_factor == pytest.approx(known.value, rel=known.tolerance)
+    assert solved(SCENE, "static").load_factor == pytest.approx(known.value, rel=known.tolerance)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from scenes import WALLS
+from scenes import WALLS, solved
 
 import masonry_opt as mo
 
@@ -13,7 +13,7 @@ import masonry_opt as mo
 def test_associative_to_all_published_digits(path, model):
     """Five digits are published: half a unit in the fifth is 5e-6."""
     scene = mo.load(path)
-    result = mo.solve(scene, "static", model=model)
+    result = solved(scene, "static", model=model)
     assert result.load_factor == pytest.approx(scene.reference["associative"].value, abs=5e-6)
     assert result.certificate.worst < 1e-6
 
@@ -27,7 +27,7 @@ def test_loop_after_step_6(path):
     alone. Step 4's small cohesion (1e-5) is all that is left.
     """
     scene = mo.load(path)
-    result = mo.solve(scene, "nonassociative")
+    result = solved(scene, "nonassociative")
     published = scene.reference["nonassociative"]
     assert published.tolerance <= (2e-3 if path.stem == "wall_5" else 3e-4)
     assert result.status is mo.Status.CONVERGED
