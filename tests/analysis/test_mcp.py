@@ -271,7 +271,9 @@ def test_progress_is_called_with_every_step():
     assert [step.iteration for step in seen] == result.history["iteration"].to_list()
 
 
-def test_an_interrupt_goes_through():
+@pytest.mark.parametrize("method", ["mcp", "refined"])
+def test_an_interrupt_goes_through(method):
+    """Of a refinement too, where no search is asked for."""
     seen = []
 
     def interrupt(step):
@@ -280,7 +282,7 @@ def test_an_interrupt_goes_through():
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        mo.solve(WALLS[0], "mcp", progress=interrupt)
+        mo.solve(WALLS[0], method, progress=interrupt)
     assert len(seen) == 3
 
 

@@ -94,38 +94,6 @@ def test_a_scene_that_falls_needs_no_step():
 # Options ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"fallbak": True}, "fallback"),
-        ({"fallback": "no"}, "fallback"),
-        ({"fallback": 1}, "fallback"),
-        ({"descent": "no"}, "descent"),
-        ({"descent": 1}, "descent"),
-        ({"alpha": 0.1}, "alpha"),
-        ({"tolerance": 1e-6}, "tolerance"),
-        ({"solver": "clarabel"}, "newton"),
-        ({"solver": "highs"}, "newton"),
-        ({"solver": "casadi"}, "newton"),
-        ({"model": "cvxpy"}, "pyomo"),
-    ],
-)
-def test_what_it_does_not_take_is_refused(options, words):
-    with pytest.raises(mo.OptionError, match=words):
-        mo.solve(two_blocks(), "mcp", **options)
-
-
-@pytest.mark.parametrize("other", ["static", "kinematic", "nonassociative", "mpec", "refined", "global"])
-def test_its_solver_is_for_no_other_method(other):
-    with pytest.raises(mo.OptionError, match=r"newton|takes solver|choose from"):
-        solved(two_blocks(), other, model="pyomo", solver="newton")
-
-
-def test_static_says_which_method_takes_newton():
-    with pytest.raises(mo.OptionError, match="'mcp' takes it"):
-        solved(two_blocks(), "static", model="pyomo", solver="newton")
-
-
 def test_its_solver_may_be_named():
     named, plain = solved(two_blocks(), "mcp", solver="newton"), solved(two_blocks(), "mcp")
     assert named.load_factor == plain.load_factor

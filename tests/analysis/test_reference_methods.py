@@ -93,11 +93,10 @@ def test_a_relaxation_that_cannot_be_followed_is_a_status_and_what_is_kept_is_ca
 
 
 @pytest.mark.parametrize("path", [TWO_BLOCKS, WEDGES], ids=lambda path: path.stem)
-@pytest.mark.parametrize("method", ["refined", "mpec", "global"])
-def test_closed_forms_of_coulomb_friction(path, method):
+def test_the_mpec_ends_at_closed_forms_of_coulomb_friction(path):
     """Two blocks 1.5 μ; Livesley 1 + (t9 - t1) / (t9 + t19): to 1e-6."""
     scene = mo.load(path)
-    result = solved(scene, method)
+    result = solved(scene, "mpec")
     assert result.load_factor == pytest.approx(scene.reference["coulomb"].value, abs=1e-6)
 
 
@@ -180,16 +179,6 @@ def test_a_start_of_another_friction_is_refined():
     assert result.load_factor < 0.3015
 
 
-def test_tolerance_is_refused_where_it_would_do_nothing():
-    with pytest.raises(mo.OptionError, match="leave 'tolerance' out"):
-        solved(WALLS[0], "refined", tolerance=1e-6)
-
-
-def test_epsilon_must_fall():
-    with pytest.raises(mo.OptionError, match="epsilon"):
-        solved(WALLS[0], "mpec", epsilon=1e-10)
-
-
 def test_what_a_failed_series_keeps_is_called_what_it_is(monkeypatch):
     """IPOPT that gives up below ε = 1e-4: the series begins again with less, then ends."""
     solve = ipopt.CasadiIpopt.solve
@@ -228,12 +217,6 @@ def test_ipopt_executable_that_is_not_there(monkeypatch):
     monkeypatch.setenv("PATH", "")
     with pytest.raises(mo.OptionError, match="no executable named ipopt"):
         mo.solve(WALLS[0], "mpec", solver="ipopt")
-
-
-@pytest.mark.parametrize("method", ["mpec", "refined", "global"])
-def test_methods_declared_in_pyomo_only_say_so(method):
-    with pytest.raises(mo.OptionError, match="pyomo only"):
-        solved(WALLS[0], method, model="cvxpy")
 
 
 @pytest.mark.slow
