@@ -150,11 +150,11 @@ def on_a_corner() -> mo.Scene:
 #: crushed, one has no length.
 KINDS_OF_JOINTS = {
     "one joint cannot slide": two_blocks(),
-    "nothing slides": small_wall(friction=float("inf")),
-    "cohesion": small_wall(cohesion=0.05),
-    "no cohesion": small_wall(),
-    "dilatancy": small_wall(dilatancy=0.1),
-    "strength": small_wall(strength=8.0),
+    "nothing slides": small_wall(3, 2, friction=float("inf")),
+    "cohesion": small_wall(3, 2, cohesion=0.05),
+    "no cohesion": small_wall(3, 2),
+    "dilatancy": small_wall(3, 2, dilatancy=0.1),
+    "strength": small_wall(3, 2, strength=8.0),
     "corner on an edge": on_a_corner(),
 }
 
