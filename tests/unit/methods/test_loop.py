@@ -15,7 +15,7 @@ from masonry_opt.methods.loop.steps import LimitUpdate, SubProblem, corrected
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.lp import Solved, Verdict
-from masonry_opt.solvers.registry import find_solver, rougher
+from masonry_opt.solvers.registry import find_solver
 
 CLARABEL = find_solver("cvxpy", None)
 
@@ -260,18 +260,6 @@ def test_solvers_that_cannot_stop_early_solve_accurately(solver):
     accurate = LoopOptions(sub_problems="accurate").parameters(1, solver)
     assert LoopOptions().parameters(ROUGH_FROM, solver) == accurate
     assert LoopOptions().parameters(ROUGH_FROM, find_solver("cvxpy", "piqp")) != accurate
-
-
-def test_rough_sub_problems_are_solved_roughly(monkeypatch):
-    asked = []
-    monkeypatch.setattr(
-        "masonry_opt.methods.loop.nonassociative.rougher",
-        lambda solver, tolerance: asked.append(tolerance) or rougher(solver, tolerance),
-    )
-    mo.solve(two_blocks(), "nonassociative", sub_problems="accurate")
-    assert asked == []
-    mo.solve(two_blocks(), "nonassociative", sub_problems="rough")
-    assert asked == [1e-4]
 
 
 def test_the_preset_is_section_5_and_what_stands_beside_it_counts():
