@@ -48,7 +48,6 @@ def test_small_scenes_are_proved_without_any_assumption(path):
         pytest.param(2, 5, 0.611296, marks=pytest.mark.slow),
         pytest.param(2, 6, 0.545055, marks=pytest.mark.slow),
         pytest.param(3, 4, 0.65, marks=pytest.mark.slow),
-        pytest.param(3, 5, 0.65, marks=pytest.mark.slow),
     ],
 )
 def test_brackets_of_running_bonds_close_below_the_rates_assumed(length, courses, least):

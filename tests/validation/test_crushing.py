@@ -155,8 +155,8 @@ ON_PIERS = [
     (12e3, 5),
     *(
         pytest.param(strength, number, marks=pytest.mark.slow)
-        for strength in (5e3, 16e3, 1e6)
-        for number in range(1, 7)
+        for strength, numbers in ((5e3, (2, 4, 6)), (16e3, (1, 3, 5)), (1e6, range(1, 7)))
+        for number in numbers
     ),
 ]
 
