@@ -1,6 +1,8 @@
 # Each command makes its own environment, from pinned versions, in .venv.
 PYTHON ?= python3
 BIN := .venv/bin
+# Bytecode is kept, also where the environment says not to: tests start Python some hundred times.
+export PYTHONDONTWRITEBYTECODE =
 
 .PHONY: table1 unit test slow test-all lint guide clean
 

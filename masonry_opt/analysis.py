@@ -198,7 +198,7 @@ def _solver(method: Method, model: str | None, name: str | None, tolerance: floa
     solver = find_solver(model, name, TOLERANCE if tolerance is None else tolerance)
     if not solver.entry.linear and not allowed:
         takers = _names(lambda other: _takes(other, solver.entry))
-        raise OptionError(f"solver '{solver.name}' solves no linear programs: method '{takers}' takes it")
+        raise OptionError(f"solver '{solver.name}' solves no linear programs, and is for methods: {takers}")
     return solver
 
 

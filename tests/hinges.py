@@ -6,6 +6,16 @@ from itertools import combinations
 
 import numpy as np
 
+import masonry_opt as mo
+
+
+def radial_joints(arch: mo.Arch) -> np.ndarray:
+    """Ends of the joints of a circular arch about the origin, as ``four_hinge_load_factors`` takes them."""
+    angles = np.radians(np.linspace(*arch.angles, arch.voussoirs + 1))
+    radial = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    half = arch.thickness / 2
+    return np.stack([radial * (arch.radius - half), radial * (arch.radius + half)], axis=1)
+
 
 def four_hinge_load_factors(joints: np.ndarray, weight: np.ndarray, at: np.ndarray) -> np.ndarray:
     """Load factors of all such thrusts, for blocks that cannot slide under λ times their weight to the right.

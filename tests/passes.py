@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from scenes import solved
 from scenes import values_of as values
 
 import masonry_opt as mo
@@ -20,7 +21,7 @@ def assert_exact(result):
 
 def one_pass(scene, **options):
     """The state that a pass ends in."""
-    return mo.solve(scene, "mcp", descent=False, **options)
+    return solved(scene, "mcp", descent=False, **options)
 
 
 def assert_one_pass(result):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -85,13 +86,14 @@ def forces_of(assembly: Assembly, which: str = "dead") -> np.ndarray:
     return getattr(problem, which).reshape(-1, 3) * unit
 
 
+_loaded = cache(mo.load)
 _SOLVED: dict[tuple[object, ...], Result] = {}
 
 
 def solved(scene: mo.Scene | Path, method: str = "mcp", **options: Any) -> Result:
     """``mo.solve``, once for each scene, method and options: results do not change."""
-    given = scene if isinstance(scene, Path) else scene.model_dump_json()
-    key = (given, method, *sorted(options.items()))
+    scene = _loaded(scene) if isinstance(scene, Path) else scene
+    key = (repr(scene), method, *sorted(options.items()))
     if key not in _SOLVED:
         _SOLVED[key] = mo.solve(scene, method, **options)
     return _SOLVED[key]
@@ -148,11 +150,11 @@ def on_a_corner() -> mo.Scene:
 #: crushed, one has no length.
 KINDS_OF_JOINTS = {
     "one joint cannot slide": two_blocks(),
-    "nothing slides": small_wall(friction=float("inf")),
-    "cohesion": small_wall(cohesion=0.05),
-    "no cohesion": small_wall(),
-    "dilatancy": small_wall(dilatancy=0.1),
-    "strength": small_wall(strength=8.0),
+    "nothing slides": small_wall(3, 2, friction=float("inf")),
+    "cohesion": small_wall(3, 2, cohesion=0.05),
+    "no cohesion": small_wall(3, 2),
+    "dilatancy": small_wall(3, 2, dilatancy=0.1),
+    "strength": small_wall(3, 2, strength=8.0),
     "corner on an edge": on_a_corner(),
 }
 

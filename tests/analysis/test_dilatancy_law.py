@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scenes import CASES, block_on_floor, two_blocks
+from scenes import CASES, block_on_floor, solved, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
@@ -43,15 +43,15 @@ def test_units_do_not_matter():
     ]
     large = scene.model_copy(update={"blocks": blocks})
     for none in (0.2, 0.8):
-        ours = mo.solve(with_law(scene, none / 2, none), "nonassociative")
-        theirs = mo.solve(with_law(large, none / 2 * force / length, none * force / length), "nonassociative")
+        ours = solved(with_law(scene, none / 2, none), "nonassociative")
+        theirs = solved(with_law(large, none / 2 * force / length, none * force / length), "nonassociative")
         assert theirs.load_factor == pytest.approx(ours.load_factor, rel=1e-6)
 
 
 @pytest.mark.parametrize("none", [1e-3, 0.1, 0.24])
 def test_two_blocks_above_the_law_are_coulombs(none):
     """B sinks, λ = 1.5 μ, while the stress of the face, 0.25, and under A, 1.25 / 3, leave no dilatancy."""
-    result = mo.solve(with_law(two_blocks(), none / 2, none), "nonassociative")
+    result = solved(with_law(two_blocks(), none / 2, none), "nonassociative")
     assert result.load_factor == pytest.approx(0.15, rel=1e-6)
     assert result.joints["n"].min() >= 0.25 - 1e-6
 
@@ -59,7 +59,7 @@ def test_two_blocks_above_the_law_are_coulombs(none):
 @pytest.mark.parametrize("none", [0.6, 0.7, 1.0, 10.0])
 def test_two_blocks_below_the_law_are_associative(none):
     """B rises, λ = 2.5 μ, as long as A still dilates on the floor under its greatest stress, 1.75 / 3."""
-    result = mo.solve(with_law(two_blocks(), none / 2, none), "nonassociative")
+    result = solved(with_law(two_blocks(), none / 2, none), "nonassociative")
     assert result.load_factor == pytest.approx(0.25, rel=1e-6)
 
 
@@ -67,7 +67,7 @@ def test_two_blocks_below_the_law_are_associative(none):
 def test_two_blocks_between_are_never_given_a_wrong_answer(none):
     """The least λ = μ (1 + 2 n), n = max(none, 3 none - 1): B rests. The loop may find no answer there;
     if it gives one, it is between that and the associative one."""
-    result = mo.solve(with_law(two_blocks(), none / 2, none), "nonassociative")
+    result = solved(with_law(two_blocks(), none / 2, none), "nonassociative")
     least = 0.1 * (1 + 2 * max(none, 3 * none - 1))
     if result.load_factor is None:
         assert not result.status.usable
@@ -78,13 +78,13 @@ def test_two_blocks_between_are_never_given_a_wrong_answer(none):
 
 def test_a_law_that_no_stress_reaches_changes_nothing():
     scene = mo.load(WALL_4)
-    associative = mo.solve(scene, "static").load_factor
-    assert mo.solve(with_law(scene, 1e6, 2e6), "nonassociative").load_factor == pytest.approx(
+    associative = solved(scene, "static").load_factor
+    assert solved(with_law(scene, 1e6, 2e6), "nonassociative").load_factor == pytest.approx(
         associative, rel=1e-6
     )
     constant = scene.joints.model_copy(update={"dilatancy": 0.2})
-    same = mo.solve(scene.model_copy(update={"joints": constant}), "nonassociative")
-    assert mo.solve(with_law(scene, 1e6, 2e6, 0.2), "nonassociative").load_factor == pytest.approx(
+    same = solved(scene.model_copy(update={"joints": constant}), "nonassociative")
+    assert solved(with_law(scene, 1e6, 2e6, 0.2), "nonassociative").load_factor == pytest.approx(
         same.load_factor, rel=1e-9
     )
 
@@ -92,22 +92,22 @@ def test_a_law_that_no_stress_reaches_changes_nothing():
 def test_a_law_without_dilatancy_changes_nothing():
     scene = mo.load(WALL_4)
     law = with_law(scene, 0.5, 1.0, dilatancy=0.0)
-    assert mo.solve(law, "nonassociative").load_factor == pytest.approx(
-        mo.solve(scene, "nonassociative").load_factor, rel=1e-9
+    assert solved(law, "nonassociative").load_factor == pytest.approx(
+        solved(scene, "nonassociative").load_factor, rel=1e-9
     )
-    assert mo.solve(law, "refined").load_factor is not None
+    assert solved(law, "refined").load_factor is not None
 
 
 @pytest.mark.parametrize("method", ["static", "kinematic"])
 def test_associative_methods_do_not_heed_it(method):
     scene = two_blocks()
-    assert mo.solve(with_law(scene, 0.1, 0.2), method).load_factor == pytest.approx(0.25, rel=1e-6)
+    assert solved(with_law(scene, 0.1, 0.2), method).load_factor == pytest.approx(0.25, rel=1e-6)
 
 
 @pytest.mark.parametrize("method", ["mpec", "refined", "global"])
 def test_methods_with_fixed_dilatancy_refuse_it(method):
-    with pytest.raises(mo.OptionError, match=f"'{method}' does not know dilatancy .* 'nonassociative'"):
-        mo.solve(with_law(two_blocks(), 0.1, 0.2), method)
+    with pytest.raises(mo.OptionError, match=f"'{method}'.*'nonassociative'"):
+        solved(with_law(two_blocks(), 0.1, 0.2), method)
 
 
 @pytest.mark.parametrize("stresses", [(2.0, 1.0), (1.0, 1.0)])
@@ -120,7 +120,7 @@ def test_stresses_must_rise(stresses, tmp_path):
         "[joints]\n", f"[joints]\ndilatancy = 0.1\ndilatancy_stress = {list(stresses)}\n"
     )
     path.write_text(text)
-    with pytest.raises(mo.CaseError, match=r"dilatancy_stress.*rising") as error:
+    with pytest.raises(mo.CaseError, match="dilatancy_stress") as error:
         mo.load(path)
     assert str(path) in str(error.value)
 
@@ -142,7 +142,7 @@ def test_it_survives_being_written(tmp_path, ending):
 def test_stressed_joints_of_two_blocks_by_hand():
     """B rises: n = 0.75 in the face (length 1), 1.75 under A (length 3); A moves by 1 and the energy
     μ n of each sliding joint adds up to λ = 2.5 μ."""
-    result = mo.solve(two_blocks(), "static")
+    result = solved(two_blocks(), "static")
     joints = mo.stressed_joints(result, 0.0).set_index(["first", "second"])
     assert len(joints) == 2
     face, floor = joints.loc[("A", "B")], joints.loc[("A", "floor")]
@@ -155,43 +155,41 @@ def test_stressed_joints_of_two_blocks_by_hand():
 
 
 def test_the_scenes_own_law_says_what_is_too_high():
-    result = mo.solve(with_law(two_blocks(), 0.3, 0.6), "kinematic")
+    result = solved(with_law(two_blocks(), 0.3, 0.6), "kinematic")
     assert mo.stressed_joints(result)["stress"].to_list() == pytest.approx([0.75], rel=1e-6)
     own = mo.Joint(between=("A", "floor"), dilatancy_stress=(0.1, 0.2))
     scene = two_blocks()
     scene = scene.model_copy(update={"exceptions": [*scene.exceptions, own]})
-    named = mo.stressed_joints(mo.solve(scene, "static"))
+    named = mo.stressed_joints(solved(scene, "static"))
     assert named[["first", "second"]].to_numpy().tolist() == [["A", "floor"]]
 
 
 def test_a_joint_that_rocks_is_not_listed():
-    result = mo.solve(block_on_floor(1, 2, 0.8), "static")
+    result = solved(block_on_floor(1, 2, 0.8), "static")
     assert mo.stressed_joints(result, 0.0).empty
 
 
 def test_what_cannot_be_checked_is_refused():
-    result = mo.solve(two_blocks(), "static")
-    with pytest.raises(mo.OptionError, match="say 'above'"):
-        mo.stressed_joints(result)
-    for above in (-1.0, float("nan"), float("inf"), "high"):
-        with pytest.raises(mo.OptionError, match="'above' must be"):
+    result = solved(two_blocks(), "static")
+    for above in (None, -1.0, float("nan"), float("inf"), "high"):
+        with pytest.raises(mo.OptionError, match="'above'"):
             mo.stressed_joints(result, above)
     with pytest.raises(mo.OptionError, match="'nonassociative'"):
-        mo.stressed_joints(mo.solve(two_blocks(), "nonassociative"), 1.0)
-    lifted = mo.solve(block_on_floor(live=(0.0, -1.0)), "static")
-    with pytest.raises(mo.OptionError, match="no mechanism"):
+        mo.stressed_joints(solved(two_blocks(), "nonassociative"), 1.0)
+    lifted = solved(block_on_floor(live=(0.0, -1.0)), "static")
+    with pytest.raises(mo.OptionError, match=str(mo.Status.UNLIMITED)):
         mo.stressed_joints(lifted, 1.0)
 
 
 def test_the_terminal_says_it():
     """0.075 of λ = 0.25, by hand above."""
-    text = str(mo.solve(with_law(two_blocks(), 0.3, 0.6), "static"))
+    text = str(solved(with_law(two_blocks(), 0.3, 0.6), "static"))
     line = next(line for line in text.splitlines() if line.startswith("not credible"))
     assert "dilatancy of 1 sliding joint, with 0.075 of λ" in line
     assert "'A'–'B' (0.75)" in line
     for quiet in (
-        mo.solve(two_blocks(), "static"),
-        mo.solve(with_law(two_blocks(), 1.0, 2.0), "static"),
-        mo.solve(with_law(two_blocks(), 0.1, 0.2), "nonassociative"),
+        solved(two_blocks(), "static"),
+        solved(with_law(two_blocks(), 1.0, 2.0), "static"),
+        solved(with_law(two_blocks(), 0.1, 0.2), "nonassociative"),
     ):
         assert "not credible" not in str(quiet)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scenes import CASES, WALLS
+from scenes import CASES, WALLS, solved
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
@@ -21,7 +21,7 @@ def codes(result):
 
 @pytest.mark.parametrize("path", WALLS, ids=lambda path: path.stem)
 def test_walls_end_in_an_exact_state_near_the_loops_own_load_factor(path):
-    result, raw = mo.solve(path, "nonassociative"), mo.solve(path, "nonassociative", finish=False)
+    result, raw = solved(path, "nonassociative"), solved(path, "nonassociative", finish=False)
     left = result.certificate
     assert max(left.equilibrium, left.yield_) < 1e-8
     assert left.complementarity < EXACT
@@ -39,22 +39,20 @@ def test_walls_end_in_an_exact_state_near_the_loops_own_load_factor(path):
     "path", [pytest.param(FACADE, marks=pytest.mark.slow), WALLS[5]], ids=["façade", "wall 6"]
 )
 def test_rough_sub_problems_take_fewer_iterations_to_an_exact_state(path):
-    rough, accurate = (
-        mo.solve(path, "nonassociative", sub_problems=asked) for asked in ("rough", "accurate")
-    )
+    rough, accurate = (solved(path, "nonassociative", sub_problems=asked) for asked in ("rough", "accurate"))
     assert rough.status is mo.Status.CONVERGED
     # Solved to 1e-9 in units of the load, here some hundred of the certificate's block weights.
     assert max(rough.certificate.equilibrium, rough.certificate.yield_) < 5e-7
     # The mechanism is of the true flow rule, and what it leaves is what no forces near it avoid.
     assert rough.certificate.flow < 1e-7
     assert rough.certificate.complementarity < MOST_ENERGY * rough.load_factor
-    assert rough.load_factor <= mo.solve(path, "static", solver="highs-ipm").load_factor
+    assert rough.load_factor <= solved(path, "static", solver="highs-ipm").load_factor
     assert rough.iterations < accurate.iterations
 
 
 @pytest.mark.parametrize("solver", ["highs", "highs-ipm"])
 def test_a_solver_that_cannot_stop_early_is_kept_even_where_rough_sub_problems_are_asked_for(solver):
-    asked = mo.solve(WALLS[0], "nonassociative", solver=solver, sub_problems="rough")
+    asked = solved(WALLS[0], "nonassociative", solver=solver, sub_problems="rough")
     assert asked.status is mo.Status.CONVERGED
     assert asked.solver == solver
     # Nor did another one help it out.

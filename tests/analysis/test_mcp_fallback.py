@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 from passes import assert_descended, assert_one_pass, one_pass
-from scenes import WALLS, overhanging, pressed_down, small_wall, two_blocks
+from scenes import WALLS, overhanging, pressed_down, small_wall, solved, two_blocks
 from scenes import values_of as values
 
 import masonry_opt as mo
@@ -54,7 +54,7 @@ def test_without_any_rules_and_without_the_loop_there_is_no_load_factor(no_pass_
 
 def test_the_next_rules_follow_where_the_first_stall(monkeypatch):
     monkeypatch.setattr(method, "ATTEMPTS", (IMPATIENT, *method.ATTEMPTS))
-    result = one_pass(WALLS[0])
+    result = mo.solve(WALLS[0], "mcp", descent=False)
     assert_one_pass(result)
     assert_descended(mo.solve(WALLS[0], "mcp"))
     assert values(result, Code.ONE_PASS)["attempt"] == 2
@@ -68,7 +68,7 @@ def test_an_inexact_end_is_no_answer(monkeypatch):
     monkeypatch.setitem(LIMITS, Kind.ONE_PASS, never)
     result = mo.solve(WALLS[0], "mcp")
     assert result.reasons[0].code is Code.LOOP_TOOK_OVER
-    assert result.load_factor == mo.solve(WALLS[0], "nonassociative").load_factor
+    assert result.load_factor == solved(WALLS[0], "nonassociative").load_factor
     assert mo.solve(WALLS[0], "mcp", fallback=False).status is mo.Status.SOLVER_FAILED
 
 
@@ -77,7 +77,7 @@ def test_an_inexact_end_is_no_answer(monkeypatch):
 
 @pytest.mark.parametrize("scene", [overhanging(), pressed_down()], ids=["falls", "unlimited"])
 def test_scenes_without_load_factor_end_as_the_loop_s_do(scene):
-    result, loop = mo.solve(scene, "mcp"), mo.solve(scene, "nonassociative")
+    result, loop = solved(scene, "mcp"), solved(scene, "nonassociative")
     assert result.status is loop.status
     assert result.status in (mo.Status.UNSTABLE, mo.Status.UNLIMITED)
     assert result.load_factor is None
@@ -88,73 +88,40 @@ def test_scenes_without_load_factor_end_as_the_loop_s_do(scene):
 
 
 def test_a_scene_that_falls_needs_no_step():
-    assert mo.solve(overhanging(), "mcp").history.empty
+    assert solved(overhanging(), "mcp").history.empty
 
 
 # Options ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"fallbak": True}, "fallback"),
-        ({"fallback": "no"}, "fallback"),
-        ({"fallback": 1}, "fallback"),
-        ({"descent": "no"}, "descent"),
-        ({"descent": 1}, "descent"),
-        ({"alpha": 0.1}, "alpha"),
-        ({"tolerance": 1e-6}, "tolerance"),
-        ({"solver": "clarabel"}, "newton"),
-        ({"solver": "highs"}, "newton"),
-        ({"solver": "casadi"}, "newton"),
-        ({"model": "cvxpy"}, "pyomo"),
-    ],
-)
-def test_what_it_does_not_take_is_refused(options, words):
-    with pytest.raises(mo.OptionError, match=words):
-        mo.solve(two_blocks(), "mcp", **options)
-
-
-@pytest.mark.parametrize("other", ["static", "kinematic", "nonassociative", "mpec", "refined", "global"])
-def test_its_solver_is_for_no_other_method(other):
-    with pytest.raises(mo.OptionError, match=r"newton|takes solver|choose from"):
-        mo.solve(two_blocks(), other, model="pyomo", solver="newton")
-
-
-def test_static_says_which_method_takes_newton():
-    with pytest.raises(mo.OptionError, match="'mcp' takes it"):
-        mo.solve(two_blocks(), "static", model="pyomo", solver="newton")
-
-
 def test_its_solver_may_be_named():
-    named, plain = mo.solve(two_blocks(), "mcp", solver="newton"), mo.solve(two_blocks(), "mcp")
+    named, plain = solved(two_blocks(), "mcp", solver="newton"), solved(two_blocks(), "mcp")
     assert named.load_factor == plain.load_factor
-    assert mo.solve(two_blocks(), "mcp", model="pyomo").load_factor == plain.load_factor
+    assert solved(two_blocks(), "mcp", model="pyomo").load_factor == plain.load_factor
 
 
 def test_its_answer_is_of_its_own_kind_until_it_is_exact():
     assert one_pass(two_blocks()).solution.kind is Kind.ONE_PASS
-    assert mo.solve(two_blocks(), "mcp").solution.kind is Kind.EXACT
+    assert solved(two_blocks(), "mcp").solution.kind is Kind.EXACT
 
 
 # Sizes --------------------------------------------------------------------------------------------------
 
 
-def test_scenes_of_more_joints_keep_the_pass(monkeypatch):
+@pytest.mark.parametrize(("joints", "holds"), [(82, assert_one_pass), (83, assert_descended)])
+def test_scenes_of_more_joints_keep_the_pass(joints, holds, monkeypatch):
     """Wall 1 has 83 joints."""
-    monkeypatch.setattr(method, "_DESCENT_UP_TO", 82)
-    assert_one_pass(mo.solve(WALLS[0], "mcp"))
-    monkeypatch.setattr(method, "_DESCENT_UP_TO", 83)
-    assert_descended(mo.solve(WALLS[0], "mcp"))
+    monkeypatch.setattr(method, "_DESCENT_UP_TO", joints)
+    holds(mo.solve(WALLS[0], "mcp"))
 
 
 def test_scenes_of_very_many_joints_are_for_the_loop(monkeypatch):
     monkeypatch.setattr(method, "_PASSES_UP_TO", 82)
-    result, loop = mo.solve(WALLS[0], "mcp"), mo.solve(WALLS[0], "nonassociative")
+    result, loop = mo.solve(WALLS[0], "mcp"), solved(WALLS[0], "nonassociative")
     assert [r.code for r in result.reasons] == [Code.TOO_LARGE, *(r.code for r in loop.reasons)]
     assert values(result, Code.TOO_LARGE) == {"joints": 83}
     assert result.load_factor == loop.load_factor
-    assert_one_pass(one_pass(WALLS[0], fallback=False))
+    assert_one_pass(mo.solve(WALLS[0], "mcp", descent=False, fallback=False))
 
 
 @pytest.fixture
@@ -205,7 +172,7 @@ def test_a_pass_that_stalls_near_a_state_ends_in_exact_forces(far_at_once, monke
 
 def test_the_loop_has_the_scene_again_where_the_pass_ends_in_nothing(far_at_once, monkeypatch):
     monkeypatch.setattr(method, "OF_LARGE", IMPATIENT)
-    result, loop = mo.solve(WALLS[0]), mo.solve(WALLS[0], "nonassociative")
+    result, loop = mo.solve(WALLS[0]), solved(WALLS[0], "nonassociative")
     assert result.reasons[0].code is Code.LOOP_TOOK_OVER
     assert result.load_factor == loop.load_factor
     first, steps = steps_of(result)
@@ -230,7 +197,7 @@ def test_shears_that_nothing_determines_end_no_pass():
             mo.Block(name="right", vertices=[(1, -1), (3, -1), (3, 0), (1, 0)], fixed=True),
         ],
     )
-    result = mo.solve(scene, "mcp", fallback=False)
+    result = solved(scene, "mcp", fallback=False)
     assert result.reasons[0].code is Code.ONE_PASS
     assert result.load_factor == pytest.approx(2.0, rel=1e-9)
 

@@ -7,13 +7,14 @@ import sys
 import threading
 
 import pytest
-from scenes import WALLS, block_on_floor, overhanging, run_command, small_wall
+from scenes import CASES, WALLS, block_on_floor, overhanging, run_command, small_wall
 
 import masonry_opt as mo
 from masonry_opt import cli
 from masonry_opt.errors import OptionError
 from masonry_opt.words.terminal import left_by
 
+TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 FIRST = ["reading blocks", "finding joints", "does it stand under its dead load?"]
 
 
@@ -121,7 +122,7 @@ def watched(screen, seen):
 @pytest.mark.parametrize("how", [(), ("--json",)])
 def test_a_terminal_shows_phases_and_steps_and_output_stays_clean(monkeypatch, capsys, environment, how):
     screen, seen = Screen(terminal=True), []
-    asked = ("solve", WALLS[0], "--method", "nonassociative", *how)
+    asked = ("solve", TWO_BLOCKS, "--method", "nonassociative", *how)
     before = run_command(monkeypatch, capsys, *asked)[1]
     monkeypatch.setattr(sys, "stderr", screen)
     monkeypatch.setattr(cli, "solve_scene", watched(screen, seen))
@@ -129,7 +130,7 @@ def test_a_terminal_shows_phases_and_steps_and_output_stays_clean(monkeypatch, c
     assert code == 0
     assert all(shown for _, shown in seen)
     assert {text for text, _ in seen} >= {*FIRST, "sub-problem 1", "sub-problem 2", "exact forces"}
-    assert "wall_1.toml" in screen.getvalue()
+    assert "two_blocks.toml" in screen.getvalue()
     if how:
         assert out.startswith("{")
         assert out.count("\n") == before.count("\n")
@@ -141,5 +142,5 @@ def test_a_terminal_shows_phases_and_steps_and_output_stays_clean(monkeypatch, c
 def test_nothing_is_shown_in_a_pipe_or_quietly(monkeypatch, capsys, environment, terminal, how):
     screen = Screen(terminal)
     monkeypatch.setattr(sys, "stderr", screen)
-    code, _, _ = run_command(monkeypatch, capsys, "solve", WALLS[0], *how)
+    code, _, _ = run_command(monkeypatch, capsys, "solve", TWO_BLOCKS, *how)
     assert (code, screen.getvalue()) == (0, "")

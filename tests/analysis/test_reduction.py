@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from scenes import declared, small_wall, two_blocks
+from scenes import declared, small_wall, solved, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
@@ -35,16 +35,16 @@ def test_joint_between_fixed_blocks_is_none():
     wall = small_wall()
     beside = mo.Block(name="base2", vertices=[(16, -1.75), (20, -1.75), (20, 0), (16, 0)], fixed=True)
     longer = mo.Scene(joints=wall.joints, blocks=[*wall.blocks, beside])
-    plain, result = mo.solve(wall, "static"), mo.solve(longer, "static")
+    plain, result = solved(wall, "static"), solved(longer, "static")
     assert result.size.joints == plain.size.joints
     assert result.load_factor == pytest.approx(plain.load_factor, rel=1e-8)
     assert any("1 joint between two fixed blocks" in line for line in result.size.left_out)
 
 
 def test_result_says_what_was_left_out_and_why():
-    assert mo.solve(two_blocks(), "static").size.left_out == ("sliding of 1 joint: friction is unlimited",)
-    assert mo.solve(small_wall(), "static").size.left_out == ()
+    assert solved(two_blocks(), "static").size.left_out == ("sliding of 1 joint: friction is unlimited",)
+    assert solved(small_wall(), "static").size.left_out == ()
 
 
 def test_normal_forces_are_not_negative_though_no_row_says_so():
-    assert mo.solve(small_wall(), "static").joints["n"].min() > -1e-7
+    assert solved(small_wall(), "static").joints["n"].min() > -1e-7

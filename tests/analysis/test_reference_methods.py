@@ -7,7 +7,7 @@ import sys
 
 import pytest
 from mappings import SAME
-from scenes import CASES, WALLS, pressed_down, small_wall, values_of
+from scenes import CASES, WALLS, pressed_down, small_wall, solved, values_of
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
@@ -24,12 +24,12 @@ EXACT = 1e-8
 
 @pytest.mark.parametrize("path", WALLS[:5], ids=lambda path: path.stem)
 def test_refined_is_exact_stationary_and_not_above_the_loop(path):
-    loop, refined = mo.solve(path, "nonassociative"), mo.solve(path, "refined")
+    loop, refined = solved(path, "nonassociative"), solved(path, "refined")
     assert refined.status is mo.Status.CONVERGED
     assert refined.certificate.worst < EXACT
     assert refined.stationary
     assert refined.load_factor <= loop.load_factor + 1e-7
-    assert refined.load_factor <= mo.solve(path, "static").load_factor
+    assert refined.load_factor <= solved(path, "static").load_factor
 
 
 @pytest.mark.parametrize(
@@ -37,38 +37,35 @@ def test_refined_is_exact_stationary_and_not_above_the_loop(path):
 )
 def test_refined_without_search_reaches_the_lowest_known(number, most):
     """Wall 5: the loop's valley; lower with search (see the test of it)."""
-    result = mo.solve(WALLS[number - 1], "refined")
+    result = solved(WALLS[number - 1], "refined")
     assert result.load_factor <= most
 
 
 def test_refined_from_a_result_handed_in_counts_only_its_own_solves():
-    loop = mo.solve(WALLS[0], "nonassociative")
+    loop = solved(WALLS[0], "nonassociative")
     refined = mo.solve(WALLS[0], "refined", start=loop)
     assert refined.load_factor <= loop.load_factor + 1e-7
     assert refined.history["origin"].iloc[0] == "start"
     others = {"dead load": ["clarabel"], "associative": ["clarabel"]}
     assert refined.solvers == others | {"refinement": ["highs"]}
-    with pytest.raises(mo.OptionError, match="another scene"):
-        mo.solve(WALLS[1], "refined", start=loop)
-    with pytest.raises(mo.OptionError, match="takes a result, such as that of method 'mpec'"):
-        mo.solve(WALLS[1], "refined", start="mpec")
-    unusable = mo.solve(pressed_down())
-    with pytest.raises(mo.OptionError, match="no forces"):
-        mo.solve(WALLS[1], "refined", start=unusable)
+    no_forces = solved(pressed_down())
+    for scene, start in ((WALLS[1], loop), (WALLS[0], "mpec"), (pressed_down(), no_forces)):
+        with pytest.raises(mo.OptionError, match="'start'"):
+            mo.solve(scene, "refined", start=start)
 
 
 @pytest.mark.parametrize("number", [1, 5])
 def test_mirrored_walls_have_the_mirrored_answer(number):
     wall = mo.load(WALLS[number - 1])
-    expected = mo.solve(wall, "refined").load_factor
-    assert mo.solve(SAME["mirrored"](wall), "refined").load_factor == pytest.approx(expected, rel=1e-8)
+    expected = solved(wall, "refined").load_factor
+    assert solved(SAME["mirrored"](wall), "refined").load_factor == pytest.approx(expected, rel=1e-8)
 
 
-@pytest.mark.parametrize("number", [1, 3])
+@pytest.mark.parametrize("number", [1, pytest.param(3, marks=pytest.mark.slow)])
 def test_mpec_reaches_the_published_value_and_refinement_goes_no_higher(number):
     """1e-4 relative of Ferris & Tin-Loi's value, in the case file; walls 2, 4, 5, 6: slow test."""
     scene = mo.load(WALLS[number - 1])
-    mpec = mo.solve(scene, "mpec")
+    mpec = solved(scene, "mpec")
     assert mpec.load_factor == pytest.approx(scene.reference["mpec"].value, rel=1e-4)
     assert mpec.certificate.worst < 1e-7
     assert mpec.nlp_solves == len(mpec.history) > 5
@@ -93,11 +90,10 @@ def test_a_relaxation_that_cannot_be_followed_is_a_status_and_what_is_kept_is_ca
 
 
 @pytest.mark.parametrize("path", [TWO_BLOCKS, WEDGES], ids=lambda path: path.stem)
-@pytest.mark.parametrize("method", ["refined", "mpec", "global"])
-def test_closed_forms_of_coulomb_friction(path, method):
+def test_the_mpec_ends_at_closed_forms_of_coulomb_friction(path):
     """Two blocks 1.5 μ; Livesley 1 + (t9 - t1) / (t9 + t19): to 1e-6."""
     scene = mo.load(path)
-    result = mo.solve(scene, method)
+    result = solved(scene, "mpec")
     assert result.load_factor == pytest.approx(scene.reference["coulomb"].value, abs=1e-6)
 
 
@@ -111,7 +107,7 @@ def test_where_no_exact_state_is_found_the_pass_s_answer_comes_back_as_such(monk
 
 
 def test_refinement_of_scenes_that_have_no_loop():
-    result = mo.solve(pressed_down(), "refined")
+    result = solved(pressed_down(), "refined")
     assert result.status is mo.Status.UNLIMITED
 
 
@@ -123,16 +119,16 @@ def test_refinement_of_scenes_that_have_no_loop():
 )
 def test_joints_of_every_kind(friction, joints, method):
     """The answer meets its own flow rule, and lies at or below the associative bound."""
-    scene = small_wall(4, 3, friction, **joints)
-    result = mo.solve(scene, method)
+    scene = small_wall(3, 2, friction, **joints)
+    result = solved(scene, method)
     assert result.certificate.worst < (EXACT if method == "refined" else 1e-6)
-    assert result.load_factor <= mo.solve(scene, "static").load_factor + 1e-6
+    assert result.load_factor <= solved(scene, "static").load_factor + 1e-6
 
 
 def test_a_state_with_residuals_is_not_called_exact():
     """Joints that contract may sink into each other in both senses at once: no such state is given."""
     scene = small_wall(4, 3, 0.3, dilatancy=-0.05)
-    rough = mo.solve(scene, "nonassociative", finish=False)
+    rough = solved(scene, "nonassociative", finish=False)
     assert rough.certificate.worst > 1e-3
     result = mo.solve(scene, "refined", start=rough)
     left = values_of(result, Code.NOT_REFINED)
@@ -143,7 +139,7 @@ def test_a_state_with_residuals_is_not_called_exact():
 
 def test_an_exact_end_of_the_loop_is_refined_where_a_rough_one_is_not():
     """The bottom course slides at λ = μ without opening: where it moves as a whole, no joint contracts."""
-    result = mo.solve(small_wall(4, 3, 0.3, dilatancy=-0.05), "refined")
+    result = solved(small_wall(4, 3, 0.3, dilatancy=-0.05), "refined")
     assert result.reasons[0].code is Code.EXACT
     assert result.kind is Kind.EXACT
     assert result.load_factor == pytest.approx(0.3, rel=1e-9)
@@ -180,16 +176,6 @@ def test_a_start_of_another_friction_is_refined():
     assert result.load_factor < 0.3015
 
 
-def test_tolerance_is_refused_where_it_would_do_nothing():
-    with pytest.raises(mo.OptionError, match="leave 'tolerance' out"):
-        mo.solve(WALLS[0], "refined", tolerance=1e-6)
-
-
-def test_epsilon_must_fall():
-    with pytest.raises(mo.OptionError, match="epsilon"):
-        mo.solve(WALLS[0], "mpec", epsilon=1e-10)
-
-
 def test_what_a_failed_series_keeps_is_called_what_it_is(monkeypatch):
     """IPOPT that gives up below ε = 1e-4: the series begins again with less, then ends."""
     solve = ipopt.CasadiIpopt.solve
@@ -220,26 +206,20 @@ def test_ipopt_executable_that_fails_is_a_status(monkeypatch, tmp_path):
 
 def test_mpec_without_its_extra_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "casadi", None)
-    with pytest.raises(mo.OptionError, match=r"pip install '\.\[mpec\]'"):
+    with pytest.raises(mo.OptionError, match=r"\[mpec\]"):
         mo.solve(WALLS[0], "mpec")
 
 
 def test_ipopt_executable_that_is_not_there(monkeypatch):
     monkeypatch.setenv("PATH", "")
-    with pytest.raises(mo.OptionError, match="no executable named ipopt"):
+    with pytest.raises(mo.OptionError, match="ipopt"):
         mo.solve(WALLS[0], "mpec", solver="ipopt")
-
-
-@pytest.mark.parametrize("method", ["mpec", "refined", "global"])
-def test_methods_declared_in_pyomo_only_say_so(method):
-    with pytest.raises(mo.OptionError, match="pyomo only"):
-        mo.solve(WALLS[0], method, model="cvxpy")
 
 
 @pytest.mark.slow
 def test_wall_5_from_the_mpec_s_state():
     """The MPEC ends at the published 0.20863, and so does what it leads to; the search goes on from there."""
-    mpec = mo.solve(WALLS[4], "mpec")
+    mpec = solved(WALLS[4], "mpec")
     assert mpec.load_factor == pytest.approx(0.20863, rel=1e-4)
     assert mo.solve(WALLS[4], "refined", start=mpec).load_factor <= mpec.load_factor + 1e-7
     assert mo.solve(WALLS[4], "refined", start=mpec, search=10.0).load_factor <= 0.207974
@@ -249,7 +229,7 @@ def test_wall_5_from_the_mpec_s_state():
 def test_refinement_of_the_792_block_wall():
     """Exact and stationary, below the paper's loop."""
     wall = mo.load(CASES / "orduna_lourenco" / "wall.toml")
-    refined = mo.solve(wall, "refined")
+    refined = solved(wall, "refined")
     assert refined.certificate.worst < EXACT
     assert refined.stationary
     assert refined.load_factor < wall.reference["nonassociative"].value

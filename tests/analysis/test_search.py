@@ -37,8 +37,6 @@ def test_a_search_ends_where_it_was_to_come():
     assert (second.history["load_factor"].iloc[:-1] > 0.21).all()
     assert second.load_factor <= 0.21
     assert values_of(second, Code.SEARCHED)["candidates"] == second.history["candidate"].iloc[-1]
-    with pytest.raises(mo.OptionError, match="'search'"):
-        mo.solve(WALL_5, "refined", until=0.21)
 
 
 @pytest.mark.slow
@@ -52,7 +50,7 @@ def test_wall_6_comes_to_the_lowest_known(seed):
 
 
 def test_one_seed_visits_the_same_states_and_the_time_decides_how_far():
-    long, short = (mo.solve(WALL_5, "refined", search=seconds, seed=3) for seconds in (1.6, 0.8))
+    long, short = (mo.solve(WALL_5, "refined", search=seconds, seed=3) for seconds in (1.0, 0.5))
     common = min(len(long.history), len(short.history))
     assert visited(long)[:common] == visited(short)[:common]
     assert long.load_factor <= short.load_factor
@@ -83,27 +81,13 @@ def test_an_interrupted_search_has_the_lowest_state_so_far():
     assert result.certificate.worst < EXACT
 
 
-def test_an_interrupt_without_a_search_is_one():
-    def progress(step):
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        mo.solve(WALL_5, "refined", progress=progress)
-
-
 @pytest.mark.parametrize(
     "joints",
     [{"cohesion": 0.05}, {"dilatancy": 0.1}, {"friction": float("inf")}],
     ids=lambda joints: next(iter(joints)),
 )
 def test_every_kind_of_candidate_suits_joints_of_every_kind(joints):
-    scene = small_wall(4, 3, **{"friction": 0.5} | joints)
-    result = mo.solve(scene, "refined", search=1.0)
+    scene = small_wall(3, 2, **{"friction": 0.5} | joints)
+    result = mo.solve(scene, "refined", search=0.5)
     assert result.certificate.worst < EXACT
     assert values_of(result, Code.SEARCHED)["candidates"] > 20
-
-
-@pytest.mark.parametrize("value", [0, -1.0, "10", float("inf")])
-def test_search_is_a_positive_number_of_seconds(value):
-    with pytest.raises(mo.OptionError, match="option 'search'"):
-        mo.solve(WALL_5, "refined", search=value)

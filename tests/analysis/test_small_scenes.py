@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from atlas.random_scenes import random_scene
-from scenes import two_blocks, values_of
+from scenes import solved, two_blocks, values_of
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
@@ -12,7 +12,7 @@ from masonry_opt.answer.reasons import Code
 
 def test_the_default_ends_low_where_states_are_far_apart():
     """The state that the pass's own forces lead to is 4.4 times the lowest that searches of seconds find."""
-    result = mo.solve(random_scene("wall", 50037))
+    result = solved(random_scene("wall", 50037))
     assert result.exact
     assert result.load_factor == pytest.approx(1.84001, rel=1e-4)
     met = values_of(result, Code.STATES_MET)
@@ -22,13 +22,13 @@ def test_the_default_ends_low_where_states_are_far_apart():
 
 
 def test_one_state_is_said_to_be_the_only_one_met():
-    met = values_of(mo.solve(two_blocks()), Code.STATES_MET)
+    met = values_of(solved(two_blocks()), Code.STATES_MET)
     assert met["count"] == 1
     assert met["least"] == met["most"] == pytest.approx(0.15, rel=1e-9)
 
 
 def test_further_starts_answer_where_no_pass_ends():
-    result = mo.solve(random_scene("tessellation", 200030))
+    result = solved(random_scene("tessellation", 200030))
     assert result.exact
     assert result.reasons[0].code is Code.OTHER_STARTS
     assert result.load_factor == pytest.approx(14.67262, rel=1e-5)
@@ -44,7 +44,7 @@ def test_of_random_scenes_one_in_a_hundred_ends_above_the_lowest_state_known():
             scene = random_scene(kind, seed)
             if not 3 <= sum(not block.fixed for block in scene.blocks) <= 10:
                 continue
-            found = mo.solve(scene)
+            found = solved(scene)
             lowest = mo.solve(scene, "refined", search=1).load_factor
             if lowest is not None:
                 above.append(found.required() / lowest - 1)

@@ -44,13 +44,14 @@ def associative(
     expected: Status | type[CaseError],
     load_factor: float | tuple[float, float] | None = None,
     source: str = "",
+    solvers: tuple[str, ...] = SOLVERS,
     **keys: Any,
 ) -> tuple[Expectation, ...]:
-    """The static program in three solvers, and the kinematic one in Pyomo."""
+    """The static program in some solvers, and the kinematic one in Pyomo."""
     return (
         *(
             Expectation(expected, "static", solver=name, load_factor=load_factor, source=source, **keys)
-            for name in SOLVERS
+            for name in solvers
         ),
         Expectation(expected, "kinematic", "pyomo", load_factor=load_factor, source=source, **keys),
     )
@@ -60,7 +61,7 @@ def loops(
     expected: Status | type[CaseError],
     load_factor: float | tuple[float, float] | None = None,
     source: str = "",
-    solvers: tuple[str, ...] = SOLVERS,
+    solvers: tuple[str | None, ...] = SOLVERS,
     tolerance: float = LOOP,
     **keys: Any,
 ) -> tuple[Expectation, ...]:
@@ -109,6 +110,18 @@ def references(
     if proven is not None:
         runs.append(Expectation(Status.OPTIMAL if proven else Status.CONVERGED, "global", **found))
     return tuple(runs)
+
+
+def one_answer(
+    load_factor: float, source: str, proven: bool | None = None, **of_loop: Any
+) -> tuple[Expectation, ...]:
+    """The only load factor, with any flow rule: of every method (``proven`` as ``references`` takes it)."""
+    return (
+        *associative(Status.OPTIMAL, load_factor, source),
+        *loops(Status.CONVERGED, load_factor, source, **of_loop),
+        *(() if proven is None else references(load_factor, source, proven)),
+        one_pass(load_factor, source, only=True),
+    )
 
 
 def every_method(expected: Status, why: Reason | None = None) -> tuple[Expectation, ...]:

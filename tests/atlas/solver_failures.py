@@ -5,7 +5,6 @@ from __future__ import annotations
 from atlas.entry import Entry, Expectation
 from atlas.expectations import (
     AGAIN,
-    LOOP,
     OTHERS,
     RAW,
     REMEDIED,
@@ -136,15 +135,7 @@ ENTRIES: tuple[Entry, ...] = (
         ferris_tinloi(3),
         (
             *loops(Status.CONVERGED, 0.355817, "published MPEC", ("highs",), why=AGAIN),
-            Expectation(
-                Status.CONVERGED,
-                model="pyomo",
-                solver="highs",
-                load_factor=0.355817,
-                tolerance=LOOP,
-                source="published MPEC",
-                why=AGAIN,
-            ),
+            *loops(Status.CONVERGED, 0.355817, "published MPEC", ("highs",), model="pyomo", why=AGAIN),
             *loops(Status.CONVERGED, 0.355817, "published MPEC", ("clarabel", "highs-ipm")),
             one_pass(0.355817, "published MPEC"),
         ),
@@ -174,23 +165,12 @@ ENTRIES: tuple[Entry, ...] = (
         "As wall 3, with the vertices that HiGHS finds in Pyomo's form of the program, or with c₀ = 0.",
         ferris_tinloi(5),
         (
-            Expectation(
-                Status.CONVERGED,
-                model="pyomo",
-                solver="highs",
-                load_factor=0.21455,
-                tolerance=3e-4,
-                source="paper, Table 1",
-                why=AGAIN,
-            ),
-            *loops(
-                Status.CONVERGED,
-                0.21455,
-                "paper, Table 1",
-                ("clarabel",),
-                tolerance=3e-4,
-                options={"c0": 0.0},
-                why=AGAIN,
+            *(
+                expectation
+                for solver, how in (("highs", {"model": "pyomo"}), ("clarabel", {"options": {"c0": 0.0}}))
+                for expectation in loops(
+                    Status.CONVERGED, 0.21455, "paper, Table 1", (solver,), tolerance=3e-4, why=AGAIN, **how
+                )
             ),
             one_pass((0.207973, 0.21455), "lowest exact state known, to the paper's"),
         ),
@@ -241,16 +221,11 @@ ENTRIES: tuple[Entry, ...] = (
         "SCS comes with CVXPY; it solves to a few digits, and reports in a form of its own.",
         block(1, 2, 0.6),
         (
-            Expectation(
-                Status.OPTIMAL,
-                "static",
-                solver="scs",
-                load_factor=0.5,
-                tolerance=1e-3,
-                source="w / h",
-            ),
-            Expectation(
-                Status.OPTIMAL, "static", solver="osqp", load_factor=0.5, tolerance=1e-3, source="w / h"
+            *(
+                Expectation(
+                    Status.OPTIMAL, "static", solver=name, load_factor=0.5, tolerance=1e-3, source="w / h"
+                )
+                for name in ("scs", "osqp")
             ),
         ),
     ),

@@ -25,7 +25,14 @@ SLOW = {
         "nonassociative pyomo highs preset=paper remedies=none",
     },
     "sizes 1 : 10⁴, the small one pushed": {"refined", "mpec", "global", "nonassociative start=cohesive"},
-    "μ large: wall 3": {"nonassociative highs", "nonassociative highs-ipm"},
+    "μ large: wall 3": {
+        "nonassociative highs",
+        "nonassociative highs-ipm",
+        "nonassociative start=cohesive",
+    },
+    "μ very large: wall 1": {"mcp", "nonassociative highs"},
+    "c₀ = 0: uncontrolled penetration": {"nonassociative highs c0=0.0", "mpec"},
+    "a vertex locks joints: wall 3": {"nonassociative highs-ipm"},
     "a vertex from a cohesive start: wall 1": {"nonassociative highs start=cohesive"},
 }
 

@@ -18,7 +18,7 @@ from masonry_opt.problem.assembly import assemble
 #: Programs solved to 1e-9, twice; sliver cells cost digits.
 RANDOM = 1e-6
 
-SEEDS = [*range(4), *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(300, 310))]
+SEEDS = [*range(3), *(pytest.param(seed, marks=pytest.mark.slow) for seed in (3, *range(300, 309)))]
 
 
 def test_scenes_have_what_they_are_for():

@@ -10,9 +10,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from scenes import CASES
-
-import masonry_opt as mo
+from scenes import CASES, solved
 
 RAISES = CASES / "beer_johnston" / "wedge_raises.toml"
 LOWERS = CASES / "beer_johnston" / "wedge_lowers.toml"
@@ -64,18 +62,18 @@ def test_closed_forms_are_the_published_forces():
 )
 def test_load_factors(path, method, expected):
     """The case files have twelve digits of tan 8°."""
-    assert mo.solve(path, method).load_factor == pytest.approx(expected, rel=1e-8)
+    assert solved(path, method).load_factor == pytest.approx(expected, rel=1e-8)
 
 
 @pytest.mark.parametrize(("path", "expected"), [(RAISES, raising()), (LOWERS, lowering())])
 def test_no_coulomb_state_is_lower(path, expected):
-    result = mo.solve(path, "global")
+    result = solved(path, "global")
     assert result.bound == pytest.approx(expected, rel=1e-6)
 
 
 def test_dilatancy_lifts_the_block_that_is_lowered():
     """It sinks by the slope of the wedge that is pulled out; with dilatancy it rises."""
-    true, dilatant = (mo.solve(LOWERS, method).blocks.set_index("block") for method in ("mcp", "static"))
+    true, dilatant = (solved(LOWERS, method).blocks.set_index("block") for method in ("mcp", "static"))
     assert true["vy"]["B"] == pytest.approx(math.tan(WEDGE) * true["vx"]["A"], rel=1e-8)
     assert true["vx"]["A"] < 0
     assert dilatant["vy"]["B"] > 0

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 from continuous_arch import least_friction_to_hinge, least_friction_to_stand, least_thickness_ratio
-from hinges import four_hinge_load_factors
+from hinges import four_hinge_load_factors, radial_joints
 from paper_scripts import definitions
-from scenes import CASES
+from scenes import CASES, solved
 
 import masonry_opt as mo
 
@@ -84,15 +84,11 @@ def test_least_thickness_scales_with_the_radius_alone():
 
 def test_load_factor_of_the_case_by_enumeration():
     """The thrust through four hinges that stays within the arch is the one at collapse (Heyman)."""
-    angles = np.linspace(math.pi, 0, 28)
     ring = SCENE.blocks[:27]
     weight = np.array([block.weight for block in ring])
     at = np.array([block.weight_at for block in ring])
-    radial = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    half = ARCH.thickness / 2
-    joints = np.stack([radial * (ARCH.radius - half), radial * (ARCH.radius + half)], axis=1)
-    found = four_hinge_load_factors(joints, weight, at)
+    found = four_hinge_load_factors(radial_joints(ARCH), weight, at)
     assert found.size
     known = SCENE.reference["associative"]
     np.testing.assert_allclose(found, known.value, rtol=known.tolerance)
-    assert mo.solve(SCENE, "static").load_factor == pytest.approx(known.value, rel=known.tolerance)
+    assert solved(SCENE, "static").load_factor == pytest.approx(known.value, rel=known.tolerance)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scenes import CASES
+from scenes import CASES, solved
 
 import masonry_opt as mo
 from masonry_opt.answer.certificate import certify
@@ -25,17 +25,17 @@ def test_two_leaves_overturn_one_by_one(method):
     """Each about its toe, at width over height. Both turn alike, and the one's face slides up the other's."""
     expected = 125 / (30 * 65)
     assert expected == pytest.approx(0.0641026, abs=5e-8)
-    result = mo.solve(FOLDER / "two_leaves.toml", method)
+    result = solved(FOLDER / "two_leaves.toml", method)
     assert result.load_factor == pytest.approx(expected, rel=1e-7)
 
 
 def test_friction_between_leaves_is_nothing_to_rely_on():
     """They stay in touch without pressing on each other: an exact state, though dilatancy would bond them."""
     bonded = changed("two_leaves", 0.65)
-    passed = mo.solve(bonded)
+    passed = solved(bonded)
     assert passed.certificate.worst < 1e-8
     assert passed.load_factor == pytest.approx(125 / 1950, rel=1e-8)
-    assert mo.solve(bonded, "static").load_factor > 1.1 * passed.load_factor
+    assert solved(bonded, "static").load_factor > 1.1 * passed.load_factor
 
 
 MU = 0.5
@@ -55,12 +55,12 @@ def pulled(wall: float) -> float:
 def test_a_stone_pulled_out_beside_a_wall(wall):
     """The wall holds B down as dilatancy lifts it; at best it bears B as B stays where it is."""
     scene = changed("pulled_stone", MU, mo.Joint(between=("B", "wall"), friction=wall))
-    assert mo.solve(scene, "static").load_factor == pytest.approx(pulled(-wall), rel=1e-8)
-    lowest = mo.solve(scene, "global")
+    assert solved(scene, "static").load_factor == pytest.approx(pulled(-wall), rel=1e-8)
+    lowest = solved(scene, "global")
     assert lowest.load_factor == pytest.approx(pulled(wall), rel=1e-8)
     assert lowest.bound == pytest.approx(pulled(wall), rel=1e-6)
     for method in ("mcp", "nonassociative"):
-        found = mo.solve(scene, method).load_factor
+        found = solved(scene, method).load_factor
         assert pulled(wall) * (1 - 1e-6) <= found <= pulled(-wall) * (1 + 1e-6)
 
 
@@ -93,8 +93,8 @@ def test_a_dam_slides_or_overturns(method):
     every joint, as sliding and overturning about the toe go."""
     slides = 0.75 * GAMMA * SLENDER
     overturns = GAMMA * SLENDER / 2 * (2 / 3 * SLENDER) / (1 / 6)
-    assert mo.solve(FOLDER / "dam_slides.toml", method).load_factor == pytest.approx(slides, rel=1e-7)
-    assert mo.solve(FOLDER / "dam_overturns.toml", method).load_factor == pytest.approx(overturns, rel=1e-7)
+    assert solved(FOLDER / "dam_slides.toml", method).load_factor == pytest.approx(slides, rel=1e-7)
+    assert solved(FOLDER / "dam_overturns.toml", method).load_factor == pytest.approx(overturns, rel=1e-7)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -109,7 +109,7 @@ def test_a_buttress_overturns_or_slides(friction, method):
         if 2 * lever > 1 * 2:  # else the thrust passes inside that toe
             found.append(weight * 1 / (2 * lever - 1 * 2))
     expected = min(found)
-    result = mo.solve(changed("buttress", friction), method)
+    result = solved(changed("buttress", friction), method)
     assert result.load_factor == pytest.approx(expected, rel=1e-7)
     assert expected == pytest.approx({0.6: 4 / 3, 0.3: 0.3 * 4 / 1.7}[friction], rel=1e-12)
 
@@ -124,29 +124,29 @@ def test_two_stones_that_lean_on_each_other_spread(friction, method):
     centroid = (8 * -4 / 3 - 3 * -2 / 3) / (8 - 3)
     arm = centroid + 2
     expected = (friction * weight - weight * arm / 4) / (2 / 4 - friction)
-    assert mo.solve(changed("pitched_stones", friction), method).load_factor == pytest.approx(
+    assert solved(changed("pitched_stones", friction), method).load_factor == pytest.approx(
         expected, rel=1e-7
     )
 
 
 def test_two_stones_with_more_friction_than_slope_never_spread():
-    assert mo.solve(changed("pitched_stones", 0.51), "static").status is mo.Status.LOCKED
+    assert solved(changed("pitched_stones", 0.51), "static").status is mo.Status.LOCKED
 
 
 @pytest.mark.slow
 def test_nor_do_they_without_dilatancy():
     """Proven by cuts; a second or more."""
-    assert mo.solve(changed("pitched_stones", 0.51)).status is mo.Status.JAMMED
+    assert solved(changed("pitched_stones", 0.51)).status is mo.Status.JAMMED
 
 
 @pytest.mark.parametrize("method", ["mcp", "nonassociative", "global"])
 @pytest.mark.parametrize("friction", [0.3, 0.7])
 def test_a_keystone_pulled_up_weighs_what_it_weighs(friction, method):
     """Its faces lean by 1 in 2 and open at once, so that nothing rubs."""
-    assert mo.solve(changed("keystone", friction), method).load_factor == pytest.approx(1, rel=1e-7)
+    assert solved(changed("keystone", friction), method).load_factor == pytest.approx(1, rel=1e-7)
 
 
 def test_a_rougher_keystone_jams_if_it_dilates():
     """Up by 1 its faces open by sin β and slide by cos β, tan β = 1/2: too little where dilatancy is more."""
-    assert mo.solve(changed("keystone", 0.499), "static").load_factor == pytest.approx(1, rel=1e-7)
-    assert mo.solve(changed("keystone", 0.501), "static").status is mo.Status.LOCKED
+    assert solved(changed("keystone", 0.499), "static").load_factor == pytest.approx(1, rel=1e-7)
+    assert solved(changed("keystone", 0.501), "static").status is mo.Status.LOCKED

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from scenes import block_on_floor
+from scenes import block_on_floor, solved
 
 import masonry_opt as mo
 
@@ -23,7 +23,7 @@ METHODS = ["static", "kinematic", "nonassociative", "mcp"]
 def test_single_block_slides_or_overturns(width, height, friction, method):
     """One block w × h, horizontal live load = weight: λ = min(w/h, μ). The loop ends within its own
     tolerance (1e-5 on λ)."""
-    result = mo.solve(block_on_floor(width, height, friction), method)
+    result = solved(block_on_floor(width, height, friction), method)
     tolerance = 2e-5 if method == "nonassociative" else EXACT
     assert result.load_factor == pytest.approx(min(width / height, friction), rel=tolerance)
 
@@ -35,24 +35,24 @@ def test_tilting_table(angle):
     tilt = math.radians(angle)
     scene = block_on_floor(1, 2, 0.6).model_copy(update={"gravity": (math.sin(tilt), -math.cos(tilt))})
     expected = math.cos(tilt) * (0.5 - math.tan(tilt))
-    assert mo.solve(scene, "static").load_factor == pytest.approx(expected, rel=1e-6)
+    assert solved(scene, "static").load_factor == pytest.approx(expected, rel=1e-6)
 
 
 def test_table_tilted_too_far():
     tilt = math.radians(27)
     scene = block_on_floor(1, 2, 0.6).model_copy(update={"gravity": (math.sin(tilt), -math.cos(tilt))})
-    assert mo.solve(scene, "static").status is mo.Status.UNSTABLE
+    assert solved(scene, "static").status is mo.Status.UNSTABLE
 
 
 def test_cohesion_adds_its_length():
     """Sliding at μ + c L / weight."""
     scene = block_on_floor(3, 1, 0.3)
     scene = mo.Scene(joints=mo.JointDefaults(friction=0.3, cohesion=0.1), blocks=scene.blocks)
-    assert mo.solve(scene, "static").load_factor == pytest.approx(0.6, rel=EXACT)
-    assert mo.solve(scene).load_factor == pytest.approx(0.6, rel=2e-5)
-    assert mo.solve(scene, "mcp").load_factor == pytest.approx(0.6, rel=EXACT)
+    assert solved(scene, "static").load_factor == pytest.approx(0.6, rel=EXACT)
+    assert solved(scene).load_factor == pytest.approx(0.6, rel=2e-5)
+    assert solved(scene, "mcp").load_factor == pytest.approx(0.6, rel=EXACT)
 
 
 def test_live_load_at_the_top_overturns_sooner():
     scene = block_on_floor(1, 2, 0.6, live_at=(0.5, 2.0))
-    assert mo.solve(scene, "static").load_factor == pytest.approx(0.25, rel=EXACT)
+    assert solved(scene, "static").load_factor == pytest.approx(0.25, rel=EXACT)

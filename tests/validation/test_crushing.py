@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from scenes import CASES, block_on_floor, small_wall, values_of
+from scenes import CASES, block_on_floor, small_wall, solved, values_of
 from scipy.optimize import linprog
 
 import masonry_opt as mo
@@ -110,11 +110,11 @@ def test_strength_lowers_the_load_factor_towards_none(name):
     factors = []
     for much in (1.0, 10.0, 1e2, 1e4):
         joints = scene.joints.model_copy(update={"strength": much * scene.joints.strength})
-        factors.append(mo.solve(scene.model_copy(update={"joints": joints}), "static").required())
+        factors.append(solved(scene.model_copy(update={"joints": joints}), "static").required())
     unlimited = scene.model_copy(update={"joints": scene.joints.model_copy(update={"strength": None})})
     assert (np.diff(factors) > -1e-8).all()
     assert factors[0] < 0.98 * factors[-1]
-    assert factors[-1] == pytest.approx(mo.solve(unlimited, "static").required(), rel=5e-4)
+    assert factors[-1] == pytest.approx(solved(unlimited, "static").required(), rel=5e-4)
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -125,8 +125,8 @@ def test_duality_in_both_languages(name):
 @pytest.mark.parametrize("name", SCENES)
 def test_a_pass_and_the_loop_end_in_exact_states(name):
     scene = SCENES[name]
-    associative = mo.solve(scene, "static", solver="highs").required()
-    found = {method: mo.solve(scene, method) for method in ("mcp", "nonassociative", "refined")}
+    associative = solved(scene, "static", solver="highs").required()
+    found = {method: solved(scene, method) for method in ("mcp", "nonassociative", "refined")}
     for method, result in found.items():
         assert result.required() <= associative * (1 + 1e-7)
         assert result.certificate.worst < (1e-3 if method == "nonassociative" else 1e-8)
@@ -134,8 +134,8 @@ def test_a_pass_and_the_loop_end_in_exact_states(name):
 
 def test_with_associative_flow_a_pass_reproduces_the_chords_optimum():
     wall = small_wall(friction=0.65, dilatancy=0.65, strength=8.0)
-    chords = mo.solve(wall, "static", solver="highs").required()
-    assert mo.solve(wall, "mcp", descent=False).required() == pytest.approx(chords, rel=1e-8)
+    chords = solved(wall, "static", solver="highs").required()
+    assert solved(wall, "mcp", descent=False).required() == pytest.approx(chords, rel=1e-8)
 
 
 def on_piers(strength: float, voussoir: int, dilatancy: float = 0.0) -> mo.Scene:
@@ -155,8 +155,8 @@ ON_PIERS = [
     (12e3, 5),
     *(
         pytest.param(strength, number, marks=pytest.mark.slow)
-        for strength in (5e3, 16e3, 1e6)
-        for number in range(1, 7)
+        for strength, numbers in ((5e3, (2, 4, 6)), (16e3, (1, 3, 5)), (1e6, range(1, 7)))
+        for number in numbers
     ),
 ]
 
@@ -165,7 +165,7 @@ ON_PIERS = [
 def test_no_loop_is_needed_however_strong_the_stones(strength, voussoir):
     """Slacks of crushing grow with the strength: they must not drown the load at the start. (At 1e6, far more
     than stones have, the pass stalls on two, and another start answers.)"""
-    result = mo.solve(on_piers(strength, voussoir))
+    result = solved(on_piers(strength, voussoir))
     assert result.reasons[0].code in (
         (Code.ONE_PASS, Code.OTHER_STARTS) if strength == 1e6 else (Code.ONE_PASS,)
     )
@@ -176,15 +176,15 @@ def test_no_loop_is_needed_however_strong_the_stones(strength, voussoir):
 @pytest.mark.parametrize("strength", [20e3, pytest.param(1e6, marks=pytest.mark.slow)])
 def test_with_associative_flow_strong_stones_reproduce_the_chords_optimum(strength):
     scene = on_piers(strength, 6, dilatancy=mo.load(CASES / "examples/arch_on_piers.toml").joints.friction)
-    result = mo.solve(scene, "mcp", descent=False, fallback=False)
-    chords = mo.solve(scene, "static", solver="highs").required()
+    result = solved(scene, "mcp", descent=False, fallback=False)
+    chords = solved(scene, "static", solver="highs").required()
     assert result.required() == pytest.approx(chords, rel=1e-7)
 
 
 def test_values_are_held_against_those_of_their_own_law():
     """The parabola's λ is higher here, and none of the Coulomb answer's business."""
     scene = on_piers(2e3, 3)
-    parabola, chords = mo.solve(scene, "static"), mo.solve(scene, "static", solver="highs")
+    parabola, chords = solved(scene, "static"), solved(scene, "static", solver="highs")
     assert (parabola.crushing, chords.crushing) == ("parabola", "chords")
     assert 1.002 * chords.load_factor < parabola.load_factor < 1.01 * chords.load_factor
     for result in (mo.solve(scene), mo.solve(scene, "refined", start=parabola)):
@@ -194,12 +194,12 @@ def test_values_are_held_against_those_of_their_own_law():
     # No fall from one law's value to the other's is told.
     assert values_of(result, Code.EXACT) == {"fall": None}
     assert mo.check(scene).table["load_factor"].to_numpy() == pytest.approx(chords.load_factor, rel=1e-7)
-    assert mo.solve(block_on_floor()).crushing == ""
+    assert solved(block_on_floor()).crushing == ""
 
 
 def test_the_bracket_refuses_what_it_does_not_know():
     with pytest.raises(mo.OptionError, match="strength"):
-        mo.solve(block(5.0), "global")
+        solved(block(5.0), "global")
 
 
 def by_fibres(scene: mo.Scene, fibres: int = 200) -> float:

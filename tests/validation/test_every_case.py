@@ -66,7 +66,14 @@ def test_reference(path: Path, name: str) -> None:
         assert result.load_factor >= reference.value - margin
 
 
-@pytest.mark.parametrize("path", ALL_CASES, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "path",
+    [
+        pytest.param(path, marks=pytest.mark.slow if path.stem in {"facade_8x24", "facade_10x30"} else ())
+        for path in ALL_CASES
+    ],
+    ids=lambda path: path.stem,
+)
 def test_counts_and_provenance(path: Path) -> None:
     """Numbers of blocks and joints are exact; every case says what it is and where it comes from."""
     scene = mo.load(path)

@@ -18,7 +18,7 @@ import math
 
 import numpy as np
 import pytest
-from scenes import CASES
+from scenes import CASES, solved
 
 import masonry_opt as mo
 from masonry_opt.answer.certificate import certify
@@ -126,7 +126,7 @@ def test_the_textbook_gives_an_exact_coulomb_state(path):
 def test_less_friction_needs_more_than_the_textbooks_bolt():
     """Exact Coulomb states that hold only with larger bolts, by the pass; the associative bolt is the least
     of all."""
-    passed, associative = mo.solve(SLOPE), mo.solve(SLOPE, "static")
+    passed, associative = solved(SLOPE), solved(SLOPE, "static")
     assert passed.certificate.worst < 1e-8
     assert BOLT * (1 - passed.load_factor) > limit_equilibrium(0.65)[0]
     assert BOLT * (1 - associative.load_factor) == pytest.approx(236.568, abs=0.05)
@@ -135,11 +135,11 @@ def test_less_friction_needs_more_than_the_textbooks_bolt():
 def test_at_the_limiting_friction_the_pass_ends_in_the_associative_state():
     """Where the two part from the textbook's 0.5 kN: no bolt, 142 kN to spare, as a state of joints that do
     not dilate; from other starts the default finds exact ones that need a bolt."""
-    passed, lowest = mo.solve(LIMITING, descent=False), mo.solve(LIMITING)
+    passed, lowest = solved(LIMITING, descent=False), solved(LIMITING)
     assert passed.certificate.worst < 1e-4
     assert lowest.exact
     assert lowest.load_factor < 1 < passed.load_factor
-    assert passed.load_factor == pytest.approx(mo.solve(LIMITING, "static").load_factor, rel=1e-6)
+    assert passed.load_factor == pytest.approx(solved(LIMITING, "static").load_factor, rel=1e-6)
     assert BOLT * (1 - passed.load_factor) == pytest.approx(-142.13, abs=0.05)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from scenes import CASES
+from scenes import CASES, solved
 
 import masonry_opt as mo
 
@@ -27,28 +27,28 @@ coulomb = 1 + (t(9) - t(1)) / (t(9) + t(19))
 def test_associative(method, model):
     """Linear programs solved to 1e-9."""
     assert associative == pytest.approx(1.80147, abs=5e-6)
-    assert mo.solve(WEDGES, method, model=model).load_factor == pytest.approx(associative, rel=1e-7)
+    assert solved(WEDGES, method, model=model).load_factor == pytest.approx(associative, rel=1e-7)
 
 
 def test_coulomb():
     """Proven least; the case file has twelve digits of tan 9° and tan 10°."""
     assert coulomb == pytest.approx(1.28034, abs=5e-6)
-    result = mo.solve(WEDGES, "global")
+    result = solved(WEDGES, "global")
     assert result.status is mo.Status.OPTIMAL
     assert result.load_factor == pytest.approx(coulomb, rel=1e-9)
 
 
 def test_the_loop_ends_exactly_there():
     """Its own λ is 9e-5 below, where the small cohesion and the last slope leave it; the exact end, 1e-6."""
-    result = mo.solve(WEDGES, "nonassociative")
+    result = solved(WEDGES, "nonassociative")
     assert result.load_factor == pytest.approx(coulomb, rel=1e-6)
     assert result.certificate.complementarity < 1e-7
-    assert mo.solve(WEDGES, "nonassociative", finish=False).load_factor == pytest.approx(coulomb, rel=2e-4)
+    assert solved(WEDGES, "nonassociative", finish=False).load_factor == pytest.approx(coulomb, rel=2e-4)
 
 
 def test_mechanisms_differ_in_the_sense_of_the_unloaded_wedge():
     """Fig. 8: it rises in (a) and does not in (b); the loaded one, of live load 1, rises by 1 in both."""
-    dilatant, true = (mo.solve(WEDGES, method).blocks for method in ("static", "global"))
+    dilatant, true = (solved(WEDGES, method).blocks for method in ("static", "global"))
     for blocks in (dilatant, true):
         assert list(blocks["block"]) == ["left", "right"]
         assert blocks["vy"][0] == pytest.approx(1, rel=1e-6)

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import shapely
 from hinges import four_hinge_load_factors
-from scenes import CASES
+from scenes import CASES, solved
 from scipy.optimize import brentq, minimize_scalar
 
 import masonry_opt as mo
@@ -101,7 +101,7 @@ def by_enumeration() -> float:
 @pytest.mark.parametrize("method", ["static", "mcp"])
 def test_load_factor_of_the_case(method):
     """It has twelve digits of its coordinates and weights."""
-    assert mo.solve(PATH, method).load_factor == pytest.approx(by_enumeration(), rel=1e-8)
+    assert solved(PATH, method).load_factor == pytest.approx(by_enumeration(), rel=1e-8)
 
 
 def test_vertical_cuts_need_more_friction_than_stone_has():
@@ -115,4 +115,4 @@ def test_vertical_cuts_need_more_friction_than_stone_has():
     needed = (weight - right[-1].area) / (lever / inner)
     assert needed == pytest.approx(1.8, abs=0.05)
     smoother = scene.model_copy(update={"joints": mo.JointDefaults(friction=0.999 * needed)})
-    assert mo.solve(smoother, "static").status is mo.Status.UNSTABLE
+    assert solved(smoother, "static").status is mo.Status.UNSTABLE

@@ -7,7 +7,7 @@ half of each: the work of every weight under λ times itself vanishes at λ = b/
 from __future__ import annotations
 
 import pytest
-from scenes import CASES
+from scenes import CASES, solved
 
 import masonry_opt as mo
 
@@ -27,13 +27,13 @@ def frame(beam: float, friction: float) -> mo.Scene:
 @pytest.mark.parametrize("method", ["static", "mcp", "nonassociative"])
 @pytest.mark.parametrize("beam", [0.01, 1.0, 5.0, 100.0])
 def test_any_beam_uplifts_at_the_slenderness(beam, method):
-    found = mo.solve(frame(beam, 0.6), method).load_factor
+    found = solved(frame(beam, 0.6), method).load_factor
     assert found == pytest.approx(SLENDERNESS, rel=1e-6)
 
 
 @pytest.mark.parametrize("beam", [0.01, 5.0])
 def test_columns_turn_and_the_beam_is_carried_along(beam):
-    blocks = mo.solve(frame(beam, 0.6)).blocks.set_index("block")
+    blocks = solved(frame(beam, 0.6)).blocks.set_index("block")
     assert blocks["omega"]["left column"] == pytest.approx(blocks["omega"]["right column"], rel=1e-9)
     assert blocks["omega"]["beam"] == pytest.approx(0, abs=1e-9)
     assert blocks["vy"]["beam"] == pytest.approx(SLENDERNESS * blocks["vx"]["beam"], rel=1e-9)
@@ -41,4 +41,4 @@ def test_columns_turn_and_the_beam_is_carried_along(beam):
 
 @pytest.mark.parametrize("method", ["static", "mcp"])
 def test_with_less_friction_than_slenderness_it_slides(method):
-    assert mo.solve(frame(5.0, 0.2), method).load_factor == pytest.approx(0.2, rel=1e-8)
+    assert solved(frame(5.0, 0.2), method).load_factor == pytest.approx(0.2, rel=1e-8)

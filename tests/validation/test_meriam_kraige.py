@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from scenes import CASES
+from scenes import CASES, solved
 
 import masonry_opt as mo
 
@@ -33,7 +33,7 @@ def test_the_closed_form_is_the_published_force():
 @pytest.mark.parametrize("method", ["static", "mcp", "nonassociative"])
 def test_load_factor(method):
     """Dilatancy does no harm where the normal forces are given."""
-    result = mo.solve(BLOCKS, method)
+    result = solved(BLOCKS, method)
     assert result.load_factor == pytest.approx(together, rel=1e-8)
     if method == "mcp":  # the middle block takes the bottom one along, and the top one stays
         moves = result.blocks.set_index("block")["vx"]
@@ -44,4 +44,4 @@ def test_load_factor(method):
 def test_a_rougher_incline_lets_the_middle_block_slide_alone():
     scene = mo.load(BLOCKS)
     rougher = scene.model_copy(update={"joints": mo.JointDefaults(friction=0.6)})
-    assert mo.solve(rougher).load_factor == pytest.approx(alone, rel=1e-8)
+    assert solved(rougher).load_factor == pytest.approx(alone, rel=1e-8)

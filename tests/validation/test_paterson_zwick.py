@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from scenes import CASES
+from scenes import CASES, solved
 from scipy.optimize import linprog
 
 import masonry_opt as mo
@@ -56,8 +56,8 @@ def tip_load(count: int, part: Fraction) -> Fraction:
 def test_harmonic_stacks_are_just_in_balance(count, reach):
     assert sum(1 / (2 * i) for i in range(1, count + 1)) == pytest.approx(reach, abs=5e-7)
     assert tip_load(count, Fraction(1)) == 0
-    assert mo.solve(harmonic(count, 1 - 1e-4), "static").status is mo.Status.OPTIMAL
-    assert mo.solve(harmonic(count, 1 + 1e-4), "static").status is mo.Status.UNSTABLE
+    assert solved(harmonic(count, 1 - 1e-4), "static").status is mo.Status.OPTIMAL
+    assert solved(harmonic(count, 1 + 1e-4), "static").status is mo.Status.UNSTABLE
 
 
 @pytest.mark.parametrize("method", ["static", "mcp"])
@@ -66,7 +66,7 @@ def test_harmonic_cases(count, method):
     """(1 - s) / s for any number: the topmost block alone is the first to turn."""
     expected = tip_load(count, Fraction(9, 10))
     assert expected == Fraction(1, 9)
-    result = mo.solve(FOLDER / f"harmonic_{count}.toml", method)
+    result = solved(FOLDER / f"harmonic_{count}.toml", method)
     assert result.load_factor == pytest.approx(float(expected), rel=1e-8)
 
 
@@ -86,8 +86,8 @@ def best_of_three(length: float, inward: float) -> mo.Scene:
 
 def test_no_three_blocks_reach_farther_than_one():
     """The upper two are centred on the ends of the one below: longer, both fall; shorter, both stand."""
-    assert mo.solve(best_of_three(1 - 1e-4, 1e-4), "static").status is mo.Status.OPTIMAL
-    assert mo.solve(best_of_three(1 + 1e-4, 1e-4), "static").status is mo.Status.UNSTABLE
+    assert solved(best_of_three(1 - 1e-4, 1e-4), "static").status is mo.Status.OPTIMAL
+    assert solved(best_of_three(1 + 1e-4, 1e-4), "static").status is mo.Status.UNSTABLE
 
 
 @pytest.mark.parametrize("method", ["static", "mcp"])
@@ -97,7 +97,7 @@ def test_best_of_three_case(method):
     length = 0.9
     expected = min((1 - length) / 2 / (length - 0.5), 3 * 0.05 / (length - 0.05))
     assert expected == pytest.approx(1 / 8, rel=1e-12)
-    result = mo.solve(FOLDER / "best_3.toml", method)
+    result = solved(FOLDER / "best_3.toml", method)
     assert result.load_factor == pytest.approx(expected, rel=1e-8)
 
 
@@ -153,27 +153,27 @@ def test_diamonds_of_up_to_four_stand(size):
     expected = balance(size)
     assert expected == pytest.approx({3: 1.0, 4: 1 / 6}[size], rel=1e-9)
     for method in ("static", "mcp"):
-        assert mo.solve(diamond(size), method).load_factor == pytest.approx(expected, rel=1e-8)
+        assert solved(diamond(size), method).load_factor == pytest.approx(expected, rel=1e-8)
 
 
 def test_the_diamond_of_two_stands_whatever_it_carries():
     """The middle of either end rests on the end of the block below."""
-    assert mo.solve(diamond(2), "static").status is mo.Status.UNLIMITED
+    assert solved(diamond(2), "static").status is mo.Status.UNLIMITED
 
 
 def test_the_diamond_of_five_falls():
     assert balance(5) is None
     for method in ("static", "mcp"):
-        assert mo.solve(diamond(5), method).status is mo.Status.UNSTABLE
+        assert solved(diamond(5), method).status is mo.Status.UNSTABLE
 
 
 def test_friction_holds_the_diamond_of_five_only_if_it_dilates():
     """Rows lock where sliding lifts what lies above; the true law of friction lets them go."""
-    assert mo.solve(diamond(5, friction=0.5), "static").load_factor > 0.2
-    assert mo.solve(diamond(5, friction=0.5)).status is mo.Status.UNSTABLE
+    assert solved(diamond(5, friction=0.5), "static").load_factor > 0.2
+    assert solved(diamond(5, friction=0.5)).status is mo.Status.UNSTABLE
 
 
 @pytest.mark.parametrize("method", ["static", "mcp"])
 def test_diamond_case(method):
-    result = mo.solve(FOLDER / "diamond_4.toml", method)
+    result = solved(FOLDER / "diamond_4.toml", method)
     assert result.load_factor == pytest.approx(1 / 6, rel=1e-8)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from paper_scripts import definitions
-from scenes import CASES
+from scenes import CASES, solved
 
 import masonry_opt as mo
 
@@ -18,9 +18,9 @@ def test_associative_and_coulomb_coincide(friction):
     """Published: for μ above about 0.11. With the geometry assumed, below it too. The loop to its own
     tolerance (1e-5), the exact refinement to 1e-7. The example "rib" has more, and searches."""
     scene = rib(friction)
-    associative = mo.solve(scene, "static").load_factor
-    assert mo.solve(scene, "nonassociative", always=True).load_factor == pytest.approx(associative, rel=2e-5)
-    exact = mo.solve(scene, "refined")
+    associative = solved(scene, "static").load_factor
+    assert solved(scene, "nonassociative", always=True).load_factor == pytest.approx(associative, rel=2e-5)
+    exact = solved(scene, "refined")
     assert exact.status is mo.Status.CONVERGED
     assert exact.load_factor == pytest.approx(associative, rel=1e-7)
 

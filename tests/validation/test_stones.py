@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scenes import solved
 
 import masonry_opt as mo
 from masonry_opt.answer.status import Status
@@ -18,7 +19,7 @@ def rough(*blocks, **joints):
 
 
 def load_factor(scene, method):
-    result = mo.solve(scene, method)
+    result = solved(scene, method)
     assert result.certificate is not None
     # The loop's sliding contracts by a thousandth of the friction.
     assert result.certificate.worst < (1e-3 if method == "nonassociative" else 1e-7)
@@ -62,7 +63,7 @@ def test_a_beam_on_a_corner_lifts_off_its_far_bearing(method):
     wall = mo.Block(name="wall", vertices=[(3, 0), (4, 0), (4, -1), (3, -1)], fixed=True)
     scene = rough(beam, prop, wall)
     assert load_factor(scene, method) == pytest.approx(1.0, rel=1e-7)
-    joints = mo.solve(scene, method).joints
+    joints = solved(scene, method).joints
     at = joints["length"] == 0
     assert joints["m"][at].tolist() == [0.0]
     # Just as the far bearing lifts off, the corner carries both.
@@ -87,7 +88,7 @@ def test_a_block_pushed_against_a_corner_is_held():
     """Push and corner at one height: equal and opposite, whatever the load factor."""
     block = mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 1), (0, 1)], weight=1, live=(1, 0))
     prop = mo.Block(name="prop", vertices=[(1, 0.5), (2, 0.1), (2, 0.9)], fixed=True)
-    held = mo.solve(rough(block, prop, FLOOR), "static")
+    held = solved(rough(block, prop, FLOOR), "static")
     assert held.status is Status.UNLIMITED
 
 
@@ -142,16 +143,16 @@ def test_a_corner_acts_as_a_very_short_edge(name):
     joint takes the joint's place."""
     scene = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=[*ODD[name], FLOOR])
     shapes = geometry(scene)
-    sharp = mo.solve(scene, "static")
+    sharp = solved(scene, "static")
     at = sharp.joints.index[sharp.joints["length"] == 0]
     assert len(at)
     points = sharp.joints.loc[at, ["x", "y"]].to_numpy()
     cut = 2e-6 * float(np.ptp(shapes.origin + shapes.centroid, axis=0).max())
     blocks = [_blunted(block, points, sharp, at, cut) for block in scene.blocks]
-    blunt = mo.solve(mo.Scene(joints=scene.joints, blocks=blocks, tolerance=cut / 100), "static")
+    blunt = solved(mo.Scene(joints=scene.joints, blocks=blocks, tolerance=cut / 100), "static")
     assert (blunt.joints["length"] > 0).all()
     assert sharp.required() == pytest.approx(blunt.required(), rel=1e-4)
-    certificate = mo.solve(scene).certificate
+    certificate = solved(scene).certificate
     assert certificate is not None
     assert certificate.worst < 1e-7
 

@@ -6,7 +6,7 @@ import json
 import math
 
 import pytest
-from scenes import small_wall
+from scenes import small_wall, solved
 
 import masonry_opt as mo
 
@@ -34,7 +34,7 @@ def block(width, height, friction, side, **keys):
     ],
 )
 def test_a_block_rocks_or_slides_at_the_angle_known(width, height, friction, degrees, side, method):
-    result = mo.solve(block(width, height, friction, side), method)
+    result = solved(block(width, height, friction, side), method)
     assert result.tilt_angle == pytest.approx(degrees, rel=1e-7)
     assert json.loads(result.to_json())["tilt_angle"] == result.tilt_angle
     # It falls to that side.
@@ -46,15 +46,15 @@ def test_a_weight_off_the_middle_tilts_with_its_block(side):
     """It acts 0.2 right of the middle and at height 0.5: to the right 0.3 / 0.5, to the left 0.7 / 0.5."""
     scene = block(1, 2, 5.0, side, weight_at=(0.7, 0.5))
     expected = 0.3 / 0.5 if side == "right" else 0.7 / 0.5
-    assert mo.solve(scene, "static").load_factor == pytest.approx(expected, rel=1e-7)
+    assert solved(scene, "static").load_factor == pytest.approx(expected, rel=1e-7)
 
 
 def test_a_wall_tilts_as_under_its_weight_sideways():
     given = small_wall(4, 3)
     unloaded = [stone.model_copy(update={"live_per_weight": (0.0, 0.0)}) for stone in given.blocks]
     tilted = mo.Scene(joints=given.joints, blocks=unloaded, tilt="right")
-    assert mo.solve(tilted, "static").load_factor == pytest.approx(
-        mo.solve(given, "static").load_factor, rel=1e-9
+    assert solved(tilted, "static").load_factor == pytest.approx(
+        solved(given, "static").load_factor, rel=1e-9
     )
 
 
@@ -64,11 +64,11 @@ def test_a_scene_turned_by_just_less_than_its_tilt_stands():
     for times, stands in ((0.999, True), (1.001, False)):
         scene = block(1, 3, 0.6, None, live=(1.0, 0.0))
         gravity = (math.sin(times * angle), -math.cos(times * angle))
-        assert mo.solve(scene.model_copy(update={"gravity": gravity}), "static").status.usable is stands
+        assert solved(scene.model_copy(update={"gravity": gravity}), "static").status.usable is stands
 
 
 def test_other_scenes_have_no_tilt_angle():
-    assert mo.solve(small_wall(2, 2), "static").tilt_angle is None
+    assert solved(small_wall(2, 2), "static").tilt_angle is None
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from masonry_opt.methods.loop.steps import LimitUpdate, SubProblem, corrected
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.lp import Solved, Verdict
-from masonry_opt.solvers.registry import find_solver, rougher
+from masonry_opt.solvers.registry import find_solver
 
 CLARABEL = find_solver("cvxpy", None)
 
@@ -262,18 +262,6 @@ def test_solvers_that_cannot_stop_early_solve_accurately(solver):
     assert LoopOptions().parameters(ROUGH_FROM, find_solver("cvxpy", "piqp")) != accurate
 
 
-def test_rough_sub_problems_are_solved_roughly(monkeypatch):
-    asked = []
-    monkeypatch.setattr(
-        "masonry_opt.methods.loop.nonassociative.rougher",
-        lambda solver, tolerance: asked.append(tolerance) or rougher(solver, tolerance),
-    )
-    mo.solve(two_blocks(), "nonassociative", sub_problems="accurate")
-    assert asked == []
-    mo.solve(two_blocks(), "nonassociative", sub_problems="rough")
-    assert asked == [1e-4]
-
-
 def test_the_preset_is_section_5_and_what_stands_beside_it_counts():
     paper = LoopOptions(preset="paper")
     assert {name: getattr(paper, name) for name in PAPER} == PAPER
@@ -281,60 +269,3 @@ def test_the_preset_is_section_5_and_what_stands_beside_it_counts():
     assert LoopOptions(preset="paper", beta=0.2).beta == 0.2
     assert LoopOptions(preset="paper", remedies="none").remedies == "none"
     assert not paper.parameters(10 * ROUGH_FROM, CLARABEL).finish
-
-
-@pytest.mark.parametrize(
-    ("option", "value"),
-    [
-        ("preset", "fast"),
-        ("sub_problems", "fast"),
-        ("beta", 0),
-        ("beta", 1.5),
-        ("tol", 0),
-        ("alpha", -1),
-        ("c0", -1e-5),
-        ("max_iterations", 0),
-        ("start", "warm"),
-        ("trial_cohesion", 0),
-        ("always", 1),
-        ("remedies", "some"),
-        ("revise", 0.1),
-    ],
-)
-def test_options_out_of_range_are_refused_by_name(option, value):
-    with pytest.raises(mo.OptionError, match=f"option '{option}'"):
-        mo.solve(two_blocks(), "nonassociative", **{option: value})
-
-
-LOOP = {"method": "nonassociative"}
-
-
-@pytest.mark.parametrize(
-    ("wrong", "words"),
-    [
-        ({"bta": 0.5}, r"did you mean 'beta'\? Methods that have it: nonassociative"),
-        (LOOP | {"bta": 0.5}, r"did you mean 'beta'\?$"),
-        ({"metod": "static"}, "did you mean 'method'"),
-        ({"zzz": 1}, "method 'mcp' has no option 'zzz'; it has: "),
-        (LOOP | {"zzz": 1}, "it has: preset, sub_problems, alpha"),
-        ({"method": "statik"}, "method 'statik' is unknown; choose from: static, kinematic"),
-        ({"beta": 0.5}, "method 'mcp' has no option 'beta'; methods that have it: nonassociative"),
-        ({"method": "static", "beta": 0.5}, "no option 'beta'; methods that have it: nonassociative"),
-        (LOOP | {"beta": 7}, r"option 'beta': .*\(found 7\)"),
-        (
-            {"solver": "highs"},
-            r"takes solver: newton .* methods that take it, .*: static, .*, nonassociative",
-        ),
-        ({"solver": "clarabel", "tolerance": 1e-6}, r"takes solver: newton .*: static, .*, nonassociative"),
-        ({"solver": "casadi"}, "takes solver: newton .* methods that take it, with model 'pyomo': mpec"),
-        ({"solver": "nope"}, "newton .*'nope'.*; methods of linear programs, which take others: static, ki"),
-        ({"model": "cvxpy"}, "in pyomo only; methods declared in cvxpy: static, kinematic, nonassociative"),
-        (
-            {"tolerance": 1e-6},
-            "leave 'tolerance' out, or name a method that takes one: static, kinematic, non",
-        ),
-    ],
-)
-def test_unknown_options_are_refused_with_what_there_is(wrong, words):
-    with pytest.raises(mo.OptionError, match=words):
-        mo.solve(two_blocks(), **wrong)

@@ -20,12 +20,12 @@ from masonry_opt.solvers.highs_lp import LinearProgram
 
 SCENES = UNCRUSHED | {
     "wedges": mo.load(CASES / "livesley" / "wedges.toml"),
-    "cohesion": small_wall(3, 2, cohesion=0.05),
-    "no cohesion": small_wall(3, 2),
-    "dilatancy": small_wall(3, 2, dilatancy=0.1),
-    "nothing slides": small_wall(3, 2, friction=float("inf")),
-    "contraction": small_wall(3, 2, 0.3, dilatancy=-0.05),
-    "cohesion and dilatancy": small_wall(3, 2, cohesion=0.1, dilatancy=0.3),
+    "cohesion": small_wall(2, 2, cohesion=0.05),
+    "no cohesion": small_wall(2, 2),
+    "dilatancy": small_wall(2, 2, dilatancy=0.1),
+    "nothing slides": small_wall(2, 2, friction=float("inf")),
+    "contraction": small_wall(2, 2, 0.3, dilatancy=-0.05),
+    "cohesion and dilatancy": small_wall(2, 2, cohesion=0.1, dilatancy=0.3),
     **{f"{kind} {seed}": random_scene(kind, seed) for kind, seed in (("wall", 0), ("stack", 1), ("arch", 2))},
 }
 

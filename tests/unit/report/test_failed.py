@@ -18,7 +18,9 @@ from masonry_opt.words.summary import facts
 @pytest.fixture(scope="module")
 def failed():
     """A state that its certificate does not bear out: a pebble on a boulder of 10⁸ times its weight."""
-    result = mo.solve(pebble(1e4, push_both=False)(CASES), "nonassociative", start="cohesive")
+    result = mo.solve(
+        pebble(1e4, push_both=False)(CASES), "nonassociative", start="cohesive", remedies="slope"
+    )
     assert result.status is mo.Status.SOLVER_FAILED
     assert result.history["load_factor"].notna().any()
     return result

@@ -1,0 +1,65 @@
+"""Options that a method does not take are refused by name, with what there is instead."""
+
+from __future__ import annotations
+
+import pytest
+from scenes import two_blocks
+
+import masonry_opt as mo
+
+#: By method: an option and a value out of its range.
+OUT_OF_RANGE = [
+    *(("nonassociative", name, value) for name, value in (
+        ("preset", "fast"), ("sub_problems", "fast"), ("beta", 0), ("beta", 1.5), ("beta", 7), ("tol", 0),
+        ("alpha", -1), ("c0", -1e-5), ("max_iterations", 0), ("start", "warm"), ("trial_cohesion", 0),
+        ("always", 1), ("remedies", "some"), ("revise", 0.1),
+    )),
+    *(("mcp", name, value) for name in ("fallback", "descent") for value in ("no", 1)),
+    *(("refined", "search", value) for value in (0, -1.0, "10", float("inf"))),
+    ("mpec", "epsilon", 1e-10),
+]  # fmt: skip
+
+LOOP, STATIC = {"method": "nonassociative"}, {"method": "static"}
+NEWTON = {"model": "pyomo", "solver": "newton"}
+
+#: What is asked, and the names that the message must hold in this order.
+NOT_TAKEN = [
+    ({"bta": 0.5}, ["'bta'", "'beta'", "nonassociative"]),
+    (LOOP | {"bta": 0.5}, ["'bta'", "'beta'"]),
+    ({"metod": "static"}, ["'metod'", "'method'"]),
+    ({"fallbak": True}, ["'fallbak'", "'fallback'"]),
+    ({"zzz": 1}, ["'mcp'", "'zzz'", "fallback"]),
+    (LOOP | {"zzz": 1}, ["'zzz'", "preset", "sub_problems", "alpha"]),
+    ({"method": "statik"}, ["'statik'", "static", "kinematic"]),
+    ({"beta": 0.5}, ["'mcp'", "'beta'", "nonassociative"]),
+    (STATIC | {"beta": 0.5}, ["'beta'", "nonassociative"]),
+    ({"solver": "highs"}, ["newton", "static", "nonassociative"]),
+    ({"solver": "clarabel", "tolerance": 1e-6}, ["newton", "static", "nonassociative"]),
+    ({"solver": "casadi"}, ["newton", "'pyomo'", "mpec"]),
+    ({"solver": "nope"}, ["newton", "'nope'", "static", "kinematic"]),
+    ({"model": "cvxpy"}, ["pyomo", "cvxpy", "static", "kinematic", "nonassociative"]),
+    *(({"method": method, "model": "cvxpy"}, ["pyomo"]) for method in ("mpec", "refined", "global")),
+    ({"tolerance": 1e-6}, ["'tolerance'", "static", "kinematic", "nonassociative"]),
+    ({"method": "refined", "tolerance": 1e-6}, ["'tolerance'"]),
+    ({"method": "refined", "until": 0.21}, ["'search'"]),
+    (STATIC | NEWTON, ["'mcp'"]),
+    *(({"method": name} | NEWTON, []) for name in ("kinematic", "mpec", "refined", "global")),
+    (LOOP | NEWTON, []),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("method", "option", "value"), OUT_OF_RANGE)
+def test_a_value_out_of_range_is_refused_by_the_option_s_name(method, option, value):
+    with pytest.raises(mo.OptionError, match=f"'{option}'"):
+        mo.solve(two_blocks(), method, **{option: value})
+
+
+@pytest.mark.parametrize(("asked", "names"), NOT_TAKEN)
+def test_what_a_method_does_not_take_is_refused_with_what_there_is(asked, names):
+    with pytest.raises(mo.OptionError) as refused:
+        mo.solve(two_blocks(), **asked)
+    message = str(refused.value)
+    at = 0
+    for name in names:
+        at = message.find(name, at)
+        assert at >= 0, (name, message)
