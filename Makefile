@@ -4,12 +4,12 @@ BIN := .venv/bin
 # Bytecode is kept, also where the environment says not to: tests start Python some hundred times.
 export PYTHONDONTWRITEBYTECODE =
 
-.PHONY: table1 unit test slow test-all lint guide clean
+.PHONY: table1 unit test slow lint guide clean
 
 table1: .venv/installed
 	$(BIN)/masonry-opt reproduce table1 --out results
 
-# Each part by itself, in half a minute; then every claim but what is marked slow; then that; then both, as CI.
+# Each part by itself, in half a minute; then every claim but what is marked slow; then that.
 unit: .venv/installed
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist worksteal tests/unit
 
@@ -18,9 +18,6 @@ test: .venv/installed
 
 slow: .venv/installed
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist worksteal -m slow
-
-test-all: .venv/installed
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist worksteal -m ''
 
 lint: .venv/installed
 	$(BIN)/ruff check .
