@@ -287,3 +287,15 @@ def test_limits_of_forces_are_found_only_for_a_program_that_follows(monkeypatch,
     monkeypatch.setattr(bracket, "RADII", RADII[:1])
     mo.solve(TWO_BLOCKS, "global", time_limit=seconds)
     assert called == ["program", "limits", "program"][: 2 * programs - 1]
+
+
+@pytest.mark.parametrize("method", ["mcp", "refined", "global"])
+def test_a_stone_that_friction_alone_holds_between_walls_has_no_load_factor(method):
+    """By hand: dead load and live load act alike, so statics carry any multiple, and sliding none but -1."""
+    stone = mo.Block(name="stone", vertices=[(0, 0), (1, 0), (1, 1), (0, 1)], weight=1, live=(0, -1))
+    walls = [
+        mo.Block(name=name, vertices=[(x, 0), (x + 1, 0), (x + 1, 1), (x, 1)], fixed=True)
+        for name, x in (("left", -1), ("right", 1))
+    ]
+    result = mo.solve(mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[stone, *walls]), method)
+    assert (result.status, result.load_factor) == (mo.Status.UNSTABLE, None)

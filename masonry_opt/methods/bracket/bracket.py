@@ -73,6 +73,8 @@ def global_search(task: Task) -> Solution:
         return upper
     best = min(load_factor for load_factor in above if load_factor is not None)
     highest = a_little_above(best)
+    if highest <= 0:
+        return start  # there is no load factor λ ≥ 0
     solution = Solution(Status.SOLVER_FAILED, Kind.EXACT)
     solution.flow_rule_matters, solution.associative = start.flow_rule_matters, upper.load_factor
     if exact:

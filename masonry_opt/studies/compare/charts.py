@@ -29,7 +29,6 @@ from masonry_opt.studies.compare.judge import (
     number,
     reason_text,
 )
-from masonry_opt.studies.compare.report import in_words
 
 GREY = "#777777"
 
@@ -122,7 +121,7 @@ def _time_error(summary: pd.DataFrame, question: str, error: str) -> Drawing:
     looks = _looks(summary, rows["pair"])
     records = rows.to_dict("records")
     verdicts = [f"{row['verdict']} {reason_text(row)}".strip() for row in records]
-    marks = in_words(rows.assign(verdict=verdicts), _TOLD).set_index(rows.index)
+    marks = frames.in_words(rows.assign(verdict=verdicts), _TOLD).set_index(rows.index)
     marks["letter"] = [_letter(row) for row in records]
     marks = marks.assign(
         time=rows["time"],

@@ -24,6 +24,32 @@ _PAIR = ["method", "model", "solver", "tolerance"]
 _MEDIANS = ["time", "build_seconds", "compile_seconds", "solve_seconds", "read_seconds", "peak_memory"]
 _COUNTS = ["lp_solves", "nlp_solves", "iterations"]
 
+#: Columns of the success table and their headings.
+SUCCESS = {
+    "tolerance": "tolerance",
+    "success": "success",
+    **{verdict: verdict for verdict in VERDICTS},
+    "on target": "on target",
+    "time": "median time (s)",
+    "largest error": "largest error",
+    "largest violation": "largest violation",
+    "peak_memory": "peak (MB)",
+}
+
+#: How numbers are written, by column.
+FORMATS = {
+    "success": "{:.0%}",
+    "on target": "{:.0%}",
+    "spread": "{:.1%}",
+    "load_factor": "{:.9g}",
+    "time": "{:.3g}",
+    **dict.fromkeys(("lowest", "highest"), "{:.5g}"),
+    **dict.fromkeys(("error", "violation", "largest error", "largest violation"), "{:.1e}"),
+    **dict.fromkeys(("tolerance", *RESIDUALS), "{:.0e}"),
+    **dict.fromkeys(("iterations", "lp_solves", "peak_memory", "blocks", "joints"), "{:.0f}"),
+    **dict.fromkeys(("scenes", *VERDICTS), "{}"),
+}
+
 
 def summary(
     rows: Iterable[dict[str, Any]],
@@ -193,3 +219,17 @@ def _who_ended(group: pd.DataFrame, load_factor: float) -> str:
     near = (group["load_factor"] - load_factor).abs() <= GAP_FLOOR * max(abs(load_factor), SMALLEST)
     first, *others = group.loc[near, "pair"].unique()
     return f"{first} and {len(others)} more" if others else str(first)
+
+
+def in_words(frame: pd.DataFrame, columns: Mapping[str, str]) -> pd.DataFrame:
+    """Some of a frame's columns under their headings, as text; a dash for a missing value."""
+
+    def text(name: str, value: Any) -> str:
+        if pd.isna(value):
+            return "–"
+        return FORMATS.get(name, "{}").format(value + 0.0 if isinstance(value, float) else value)
+
+    return pd.DataFrame(
+        {heading: [text(name, value) for value in frame[name]] for name, heading in columns.items()},
+        dtype=object,
+    )

@@ -35,7 +35,6 @@ from masonry_opt.studies.compare.judge import (
     question_of,
     reason_text,
 )
-from masonry_opt.studies.compare.report import FORMATS, SUCCESS, in_words
 from masonry_opt.studies.compare.runs import RESIDUALS
 from masonry_opt.studies.machine import machine, versions
 from masonry_opt.studies.writing import render
@@ -113,7 +112,7 @@ def page(comparison: Comparison, charts: Sequence[Drawing]) -> str:
     about = machine() | {f"version of {name}": release for name, release in versions().items()}
     success = runs = None
     if len(summary):
-        success = _shown(frames.success(summary), _PAIR | SUCCESS)
+        success = _shown(frames.success(summary), _PAIR | frames.SUCCESS)
         why = [*map(reason_text, summary.to_dict("records"))]
         runs = _shown(summary.assign(why=why), _RUNS)
     residuals = [
@@ -149,8 +148,8 @@ def _table(
 
 def _shown(frame: pd.DataFrame, columns: Mapping[str, str]) -> dict[str, Any]:
     """Some of a frame's columns as a table."""
-    words = in_words(frame, columns)
-    numbers = [heading for name, heading in columns.items() if name in FORMATS]
+    words = frames.in_words(frame, columns)
+    numbers = [heading for name, heading in columns.items() if name in frames.FORMATS]
     return _table([*words], words.to_numpy().tolist(), numbers)
 
 

@@ -3,59 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
-
-import pandas as pd
 
 from masonry_opt.answer.thresholds import APART
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
-from masonry_opt.studies.compare.judge import ASSOCIATIVE, COULOMB, TARGET, VERDICTS
-from masonry_opt.studies.compare.runs import RESIDUALS
+from masonry_opt.studies.compare.judge import ASSOCIATIVE, COULOMB, TARGET
 from masonry_opt.studies.writing import csv_text, write_files
-
-#: Columns of the success table and their headings.
-SUCCESS = {
-    "tolerance": "tolerance",
-    "success": "success",
-    **{verdict: verdict for verdict in VERDICTS},
-    "on target": "on target",
-    "time": "median time (s)",
-    "largest error": "largest error",
-    "largest violation": "largest violation",
-    "peak_memory": "peak (MB)",
-}
-
-#: How numbers are written, by column.
-FORMATS = {
-    "success": "{:.0%}",
-    "on target": "{:.0%}",
-    "spread": "{:.1%}",
-    "load_factor": "{:.9g}",
-    "time": "{:.3g}",
-    **dict.fromkeys(("lowest", "highest"), "{:.5g}"),
-    **dict.fromkeys(("error", "violation", "largest error", "largest violation"), "{:.1e}"),
-    **dict.fromkeys(("tolerance", *RESIDUALS), "{:.0e}"),
-    **dict.fromkeys(("iterations", "lp_solves", "peak_memory", "blocks", "joints"), "{:.0f}"),
-    **dict.fromkeys(("scenes", *VERDICTS), "{}"),
-}
-
-
-def in_words(frame: pd.DataFrame, columns: Mapping[str, str]) -> pd.DataFrame:
-    """Some of a frame's columns under their headings, as text; a dash for a missing value."""
-
-    def text(name: str, value: Any) -> str:
-        if pd.isna(value):
-            return "–"
-        return FORMATS.get(name, "{}").format(value + 0.0 if isinstance(value, float) else value)
-
-    return pd.DataFrame(
-        {heading: [text(name, value) for value in frame[name]] for name, heading in columns.items()},
-        dtype=object,
-    )
 
 
 def write_report(comparison: Comparison, folder: Path) -> list[Path]:
@@ -85,7 +40,7 @@ def summary_text(comparison: Comparison) -> str:
     summary = comparison.summary
     if len(summary):
         named = {name: name for name in ("method", "model", "solver", "tolerance", "scenes")}
-        lines.append(in_words(frames.success(summary), named | SUCCESS).to_string(index=False))
+        lines.append(frames.in_words(frames.success(summary), named | frames.SUCCESS).to_string(index=False))
         lines.append(
             f"\n{counted(len(comparison.scenes), 'scene')}; success: certified or named correctly;\n"
             f"on target: certified, with an error of at most {TARGET[ASSOCIATIVE]:g} (associative), "
@@ -96,7 +51,7 @@ def summary_text(comparison: Comparison) -> str:
         )
     if len(apart := frames.spread(summary)):
         lines.append(f"\ncertified Coulomb λ more than {APART:.0%} apart:")
-        lines.append(in_words(apart, {str(name): str(name) for name in apart}).to_string(index=False))
+        lines.append(frames.in_words(apart, {str(name): str(name) for name in apart}).to_string(index=False))
     if comparison.plan.left_out:
         lines.append("\nnot applicable:")
         lines += [f"  {' · '.join(names)}: {reason}" for *names, reason in comparison.plan.left_out]

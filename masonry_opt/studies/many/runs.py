@@ -6,9 +6,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import pandas as pd
+
 from masonry_opt.analysis import prepare
+from masonry_opt.answer.acceptance import SMALLEST
 from masonry_opt.answer.motion import joint_motion
 from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.thresholds import SAME
 from masonry_opt.effort import Effort
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import Assembly
@@ -142,3 +146,10 @@ def _of_scene(scene: Scene) -> str:
     # Of generators too: two files may say the same blocks, and vary otherwise.
     case = None if scene.case is None else scene.case.model_dump_json()
     return digest((scene.model_dump_json(), case))
+
+
+def at_least(frame: pd.DataFrame) -> pd.Series:
+    """Whether each run has the least load factor, within SAME, shape (runs,)."""
+    values = frame["load_factor"]
+    least = values.min()
+    return values <= least + SAME * max(abs(least), SMALLEST)

@@ -13,14 +13,12 @@ from typing import Any
 
 import pandas as pd
 
-from masonry_opt.answer.acceptance import SMALLEST
-from masonry_opt.answer.thresholds import SAME
 from masonry_opt.errors import OptionError, counted
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.many.runs import COLUMNS, Study
+from masonry_opt.studies.many.runs import COLUMNS, Study, at_least
 from masonry_opt.studies.many.table import Maker, Progress, table
 from masonry_opt.words.sentences import numeral
 
@@ -154,13 +152,6 @@ def _maker(function: Callable[..., Scene], names: Sequence[str]) -> Maker:
         return scene
 
     return make
-
-
-def at_least(frame: pd.DataFrame) -> pd.Series:
-    """Whether each run has the least load factor, within SAME, shape (runs,)."""
-    values = frame["load_factor"]
-    least = values.min()
-    return values <= least + SAME * max(abs(least), SMALLEST)
 
 
 def _where(rows: pd.DataFrame, names: Sequence[str]) -> str:
