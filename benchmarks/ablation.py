@@ -92,7 +92,7 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "far-and-near-frictions": ("mcp", {_SEARCH + "_FRICTIONS": (0.1, 0.1)}),
     "fixed-points-settle": ("mcp", {_SEARCH + "_FIXED_POINT": 1}),
     "two-repairs": ("mcp", {"exact.refiner:_REPAIRS": 1}),
-    "descent-of-larger-scenes": ("mcp", {"mcp.one_pass:_DESCENT_UP_TO": 60}),
+    "descent-of-larger-scenes": ("mcp", {"mcp.one_pass:DESCENT_UP_TO": 60}),
     "search-neighbours": ("search", {_SEARCH + "_ROUND": _without("neighbour")}),
     "search-fixed-points": ("search", {_SEARCH + "_ROUND": _without("fixed point")}),
     "search-loads": ("search", {_SEARCH + "_ROUND": _without("loads")}),

@@ -26,7 +26,7 @@ from masonry_opt.standing.diagnosis import DEAD_LOAD, DeadLoadUndecided, as_it_f
 
 #: Joints up to which the least factor on friction is looked for, the factors tried, and how near to each
 #: other, relative, the least at which the scene stands and the greatest at which it falls need be.
-_FACTOR_UP_TO, _MOST_FACTORS, _NEAR = 2000, 12, 1e-3
+FACTOR_UP_TO, _MOST_FACTORS, _NEAR = 2000, 12, 1e-3
 
 #: No factor is tried that makes any friction larger: the solver would lose its digits in these rows.
 _LARGEST_FRICTION = 100.0
@@ -86,7 +86,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
     which it falls: by squaring, then by bisection of their logarithms."""
     stands, falls = None, 1.0
     largest = float(problem.friction.max(initial=0.0))
-    if not largest or problem.joints > _FACTOR_UP_TO:
+    if not largest or problem.joints > FACTOR_UP_TO:
         return stands, falls
     most = _LARGEST_FRICTION / largest
     limits = ShearParameters(ShearLimits.true(problem))

@@ -35,7 +35,7 @@ _LOOK = 0.02
 _AHEAD = 3
 
 #: Seconds in which a Dask scheduler must answer.
-_PATIENCE = 10
+PATIENCE = 10
 
 #: Makes the function of a worker's tasks; sent to each worker once.
 Prepare = Callable[[], Callable[[Any], Any]]
@@ -201,7 +201,7 @@ class _Cluster:
         except ImportError:
             raise OptionError("--dask needs: pip install '.[dask]'") from None
         try:
-            self._client = distributed.Client(address, timeout=_PATIENCE, set_as_default=False)
+            self._client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
         except (OSError, ValueError) as error:
             raise OptionError(f"no Dask scheduler answers at '{address}': {error}") from None
         self._prepare, self._address = prepare, address
@@ -212,7 +212,7 @@ class _Cluster:
         # Again if all the workers that held it are gone.
         if self._scattered is None or self._scattered.status != "finished":
             try:
-                self._client.wait_for_workers(1, timeout=_PATIENCE)
+                self._client.wait_for_workers(1, timeout=PATIENCE)
                 (self._scattered,) = self._client.scatter([self._prepare], broadcast=True, hash=False)
             except TimeoutError:
                 raise OptionError(

@@ -111,12 +111,12 @@ def test_its_answer_is_of_its_own_kind_until_it_is_exact():
 @pytest.mark.parametrize(("joints", "holds"), [(82, assert_one_pass), (83, assert_descended)])
 def test_scenes_of_more_joints_keep_the_pass(joints, holds, monkeypatch):
     """Wall 1 has 83 joints."""
-    monkeypatch.setattr(method, "_DESCENT_UP_TO", joints)
+    monkeypatch.setattr(method, "DESCENT_UP_TO", joints)
     holds(mo.solve(WALLS[0], "mcp"))
 
 
 def test_scenes_of_very_many_joints_are_for_the_loop(monkeypatch):
-    monkeypatch.setattr(method, "_PASSES_UP_TO", 82)
+    monkeypatch.setattr(method, "PASSES_UP_TO", 82)
     result, loop = mo.solve(WALLS[0], "mcp"), solved(WALLS[0], "nonassociative")
     assert [r.code for r in result.reasons] == [Code.TOO_LARGE, *(r.code for r in loop.reasons)]
     assert values(result, Code.TOO_LARGE) == {"joints": 83}
@@ -127,8 +127,8 @@ def test_scenes_of_very_many_joints_are_for_the_loop(monkeypatch):
 @pytest.fixture
 def far_at_once(monkeypatch):
     """The loop begins on wall 1, and leaves it to a pass after its second sub-problem."""
-    monkeypatch.setattr(method, "_PASSES_UP_TO", 82)
-    monkeypatch.setattr(method, "_FAR", {2: 0.0})
+    monkeypatch.setattr(method, "PASSES_UP_TO", 82)
+    monkeypatch.setattr(method, "FAR", {2: 0.0})
 
 
 def steps_of(result):
@@ -157,7 +157,7 @@ def test_a_pass_takes_over_where_the_loop_is_far_from_the_true_law(far_at_once):
 def test_a_pass_that_stalls_near_a_state_ends_in_exact_forces(far_at_once, monkeypatch):
     near = Rules(**vars(method.OF_LARGE) | {"patience": 0})
     monkeypatch.setattr(method, "OF_LARGE", near)
-    monkeypatch.setattr(method, "_NEARLY", 1.0)
+    monkeypatch.setattr(method, "NEARLY", 1.0)
     result = mo.solve(WALLS[0])
     assert [r.code for r in result.reasons] == [Code.LOOP_FAR, Code.PASS_NEAR]
     told = values(result, Code.PASS_NEAR)
@@ -180,8 +180,8 @@ def test_the_loop_has_the_scene_again_where_the_pass_ends_in_nothing(far_at_once
 
 
 def test_the_loop_keeps_a_large_scene_whose_flow_is_soon_near_the_true_law(monkeypatch):
-    monkeypatch.setattr(method, "_PASSES_UP_TO", 82)
-    monkeypatch.setattr(method, "_FAR", {2: 1.0})
+    monkeypatch.setattr(method, "PASSES_UP_TO", 82)
+    monkeypatch.setattr(method, "FAR", {2: 1.0})
     result = mo.solve(WALLS[0])
     assert result.reasons[0].code is Code.TOO_LARGE
     assert "gap" not in result.history
@@ -205,7 +205,7 @@ def test_shears_that_nothing_determines_end_no_pass():
 @pytest.mark.slow
 def test_a_solid_wall_of_thousands_of_blocks_that_the_loop_leaves_ends_in_a_pass(monkeypatch):
     """2898 blocks, 8543 joints, of more than which passes are not tried first."""
-    monkeypatch.setattr(method, "_FAR", {2: 0.0})
+    monkeypatch.setattr(method, "FAR", {2: 0.0})
     scene = small_wall(36, 80)
     result, static = mo.solve(scene), mo.solve(scene, "static")
     assert (result.size.blocks, result.size.joints) == (2898, 8543)

@@ -76,7 +76,7 @@ def test_threads_of_one_worker_share_no_session(method):
 
 
 def test_a_scheduler_without_workers_is_told(monkeypatch):
-    monkeypatch.setattr("masonry_opt.studies.runner._PATIENCE", 1)
+    monkeypatch.setattr("masonry_opt.studies.runner.PATIENCE", 1)
     with (
         distributed.LocalCluster(
             n_workers=0, processes=False, dashboard_address=None, silence_logs="ERROR"

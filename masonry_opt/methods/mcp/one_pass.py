@@ -24,28 +24,20 @@ from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.loop.run import Iteration
 from masonry_opt.methods.mcp.interior_point import NewtonStep, Outcome
 from masonry_opt.methods.mcp.passes import NEAR, Passes, passes_of
-from masonry_opt.methods.mcp.rules import ATTEMPTS, OF_LARGE, Rules
+from masonry_opt.methods.mcp.rules import (
+    ATTEMPTS,
+    DESCENT_UP_TO,
+    FAR,
+    NEARLY,
+    OF_LARGE,
+    PASSES_UP_TO,
+    Rules,
+)
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.registry import find_solver
-
-#: Joints up to which a pass is tried before the loop: on façades of more (3 × 9 openings) it lingers.
-_PASSES_UP_TO = 8000
-
-#: By number of the loop's sub-problem, energy by which its sliding joints are off the true law, over λ, from
-#: which on a pass takes a larger scene over. Façades of up to 10 × 30 openings leave 0.04, and end after
-#: eight at most; solid walls of 2,900 blocks leave 0.04 and 0.08, and end after 24; of 5,000 blocks 0.05 and
-#: 0.16, and end after 46; of 10,000 blocks 0.10, and are farther off after fourteen.
-_FAR = {2: 0.07, 12: 0.12}
-
-#: Gap up to which the last iterate of such a pass is brought to exact forces, as the loop's sub-problems are.
-_NEARLY = 5e-3
-
-#: Joints up to which an exact state is sought from a pass's: beyond, the linear programs for it take longer
-#: than the pass.
-_DESCENT_UP_TO = 500
 
 
 class McpOptions(Options):
@@ -76,7 +68,7 @@ def mcp(task: Task) -> Solution:
     problem, effort, options = task.problem, task.effort, task.options or McpOptions()
     if problem.dilatancy_depends_on_stress:
         return _by_loop(task, Solution(Status.SOLVER_FAILED, Kind.ONE_PASS), Code.DILATANCY_FALLS)
-    if problem.joints > _PASSES_UP_TO and options.fallback:
+    if problem.joints > PASSES_UP_TO and options.fallback:
         return _large(task)
     solution = Solution(Status.SOLVER_FAILED, Kind.ONE_PASS)
     passes = _passes_over(task)
@@ -86,7 +78,7 @@ def mcp(task: Task) -> Solution:
         if answer is not None:
             solution.found = answer
             solution.end(Status.CONVERGED, Code.ONE_PASS, steps=len(solution.history), attempt=attempt)
-            if options.descent and problem.joints <= _DESCENT_UP_TO:
+            if options.descent and problem.joints <= DESCENT_UP_TO:
                 return _descended(task, passes, solution)
             return solution
         if passes.outcome is Outcome.LOST:
@@ -147,7 +139,7 @@ def _large(task: Task) -> Solution:
     def follow(step: Iteration) -> None:
         task.progress(step)
         first.append(replace(step, solved=None))
-        if step.attempt == 1 and step.mismatch > _FAR.get(step.iteration, inf) * abs(step.load_factor):
+        if step.attempt == 1 and step.mismatch > FAR.get(step.iteration, inf) * abs(step.load_factor):
             raise _FarError
 
     try:
@@ -156,7 +148,7 @@ def _large(task: Task) -> Solution:
         solution.history, solution.associative = [*first], first[0].load_factor
         off = first[-1].mismatch / abs(first[-1].load_factor)
     passes = _passes_over(task)
-    last = _run(task, passes, OF_LARGE, solution, near=_NEARLY)
+    last = _run(task, passes, OF_LARGE, solution, near=NEARLY)
     steps = len(solution.history) - len(first)
     if last is not None and passes.gap <= NEAR and (answer := _exact(problem, last, effort)):
         solution.found = answer

@@ -1,4 +1,4 @@
-"""The parameters of a pass, in one table, and the rules that are tried one after another."""
+"""The parameters of passes, in one table, and the rules that are tried one after another."""
 
 from __future__ import annotations
 
@@ -101,3 +101,19 @@ MOST_STEPS = 300
 #: to nothing), or this work of the live load over the sum of dead loads (one at least), a pass has left what
 #: can be an answer.
 LOST_GAP, LOST_GROWTH, LOST_LOAD = 1e9, 1e3, 1e8
+
+#: Joints up to which a pass is tried before the loop: on façades of more (3 × 9 openings) it lingers.
+PASSES_UP_TO = 8000
+
+#: By number of the loop's sub-problem, energy by which its sliding joints are off the true law, over λ, from
+#: which on a pass takes a larger scene over. Façades of up to 10 × 30 openings leave 0.04, and end after
+#: eight at most; solid walls of 2,900 blocks leave 0.04 and 0.08, and end after 24; of 5,000 blocks 0.05 and
+#: 0.16, and end after 46; of 10,000 blocks 0.10, and are farther off after fourteen.
+FAR = {2: 0.07, 12: 0.12}
+
+#: Gap up to which the last iterate of such a pass is brought to exact forces, as the loop's sub-problems are.
+NEARLY = 5e-3
+
+#: Joints up to which an exact state is sought from a pass's: beyond, the linear programs for it take longer
+#: than the pass.
+DESCENT_UP_TO = 500

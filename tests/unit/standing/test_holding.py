@@ -149,7 +149,7 @@ def test_where_joints_without_friction_slide_no_factor_helps():
 
 
 def test_of_large_scenes_no_factor_is_looked_for(monkeypatch):
-    monkeypatch.setattr(holding, "_FACTOR_UP_TO", 0)
+    monkeypatch.setattr(holding, "FACTOR_UP_TO", 0)
     found = values_of(mo.solve(on_slope(30, 0.4), "static"), Code.FRICTION_WOULD_HOLD)
     assert found == {"pairs": [["A", "ramp"]], "factor": None, "above": 1.0, "hangs": False}
 
