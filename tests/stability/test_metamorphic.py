@@ -64,13 +64,13 @@ def descended(wall):
 
 @pytest.mark.slow
 def test_one_pass_of_a_wall_that_slides_at_many_joints_is_nearly_unmoved():
-    """Wall 6: rounding is magnified to 3e-6 of λ in some 20 steps, and the descent may end in either of two
-    states as near to each other."""
+    """Wall 6: rounding is magnified to 3e-6 of λ in some 20 steps, and the descent from there ends in either of
+    two states 6e-5 apart, .296006 and .296023."""
     scene = mo.load(WALLS[5])
-    for descent in (False, True):
+    for descent, apart in ((False, 1e-5), (True, 1e-4)):
         one = mo.solve(scene, "mcp", descent=descent)
         for name in ("moved", "turned by 37°", "turned by 90°", "mirrored", "renumbered"):
-            same(one, mo.solve(SAME[name](scene), "mcp", descent=descent), 1e-5)
+            same(one, mo.solve(SAME[name](scene), "mcp", descent=descent), apart)
 
 
 @pytest.mark.parametrize("path", [None, WALLS[0]], ids=["wall", "wall_1"])
