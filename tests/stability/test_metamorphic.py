@@ -64,7 +64,7 @@ def descended(wall):
 
 @pytest.mark.slow
 def test_one_pass_of_a_wall_that_slides_at_many_joints_is_nearly_unmoved():
-    """Wall 6: rounding is magnified to 3e-6 of λ in some 20 steps, and the descent from there ends in either of
+    """Wall 6: rounding is magnified to 3e-6 of λ in some 20 steps, and the descent from there ends in one of
     two states 6e-5 apart, .296006 and .296023."""
     scene = mo.load(WALLS[5])
     for descent, apart in ((False, 1e-5), (True, 1e-4)):
