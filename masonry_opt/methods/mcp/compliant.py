@@ -7,7 +7,6 @@ contacts stiffen, λ comes to a plateau that hardly depends on them.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
@@ -19,8 +18,7 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import PLATEAU
-from masonry_opt.methods.mcp.interior_point import NewtonStep
-from masonry_opt.methods.mcp.passes import Passes, passes_of
+from masonry_opt.methods.mcp.passes import follow, prepared
 from masonry_opt.methods.mcp.rules import GIVING
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.problem import Problem
@@ -54,9 +52,7 @@ def compliant(task: Task) -> Solution:
     """
     options = task.options or CompliantOptions()
     solution = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT)
-    task.effort.uses(task.solver.name, "complementarity problem")
-    with task.effort.measure("build"):
-        contacts = _Contacts(task, passes_of(task), solution)
+    contacts = _Contacts(task, solution)
     change: float | None = None
     for give in STIFF if options.give is None else (options.give,):
         answer, before = contacts.answer(give), solution.load_factor
@@ -106,31 +102,21 @@ class _Contacts:
     word: how the last one ended.
     """
 
-    def __init__(self, task: Task, passes: Passes, solution: Solution) -> None:
-        self._task, self._passes, self._solution = task, passes, solution
-        self._unit = unit_compliance(task.problem, passes.least_forces)
+    def __init__(self, task: Task, solution: Solution) -> None:
+        self._task, self._passes, self._history = task, prepared(task), solution.history
+        self._unit = unit_compliance(task.problem, self._passes.least_forces)
         self.tried, self.word = 0, ""
 
     def answer(self, give: float) -> Answer | None:
         """The answer with this compliance; None if no pass ends in one."""
-        task, effort = self._task, self._task.effort
         self.tried += 1
-        effort.begins(f"contacts that give by {give:.0e}")
-
-        def follow(step: NewtonStep) -> None:
-            self._solution.history.append(replace(step, attempt=self.tried))
-            effort.iterations += 1
-            effort.add("solve", step.seconds)
-            task.progress(self._solution.history[-1])
-
-        compliance = give * self._unit
-        passes = self._passes.giving(compliance)
-        state = passes.run(GIVING, follow)
+        self._task.effort.begins(f"contacts that give by {give:.0e}")
+        passes = self._passes.giving(give * self._unit)
+        state = follow(self._task, passes, GIVING, self._history, self.tried)
         self.word = str(passes.outcome)
         if state is None:
             return None
-        soft = replace(task.problem, compliance=compliance)
-        answer = certified(soft, state.load_factor, state.q, state.d)
+        answer = certified(passes.problem, state.load_factor, state.q, state.d)
         return None if answer.failing(Kind.COMPLIANT) else answer
 
 

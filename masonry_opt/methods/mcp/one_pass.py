@@ -22,8 +22,8 @@ from masonry_opt.methods.loop.exact_end import rough_end
 from masonry_opt.methods.loop.nonassociative import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.loop.run import Iteration
-from masonry_opt.methods.mcp.interior_point import NewtonStep, Outcome
-from masonry_opt.methods.mcp.passes import NEAR, Passes, passes_of
+from masonry_opt.methods.mcp.interior_point import Outcome
+from masonry_opt.methods.mcp.passes import NEAR, Passes, follow, prepared
 from masonry_opt.methods.mcp.rules import (
     ATTEMPTS,
     DESCENT_UP_TO,
@@ -71,7 +71,7 @@ def mcp(task: Task) -> Solution:
     if problem.joints > PASSES_UP_TO and options.fallback:
         return _large(task)
     solution = Solution(Status.SOLVER_FAILED, Kind.ONE_PASS)
-    passes = _passes_over(task)
+    passes = prepared(task)
     for attempt, rules in enumerate(ATTEMPTS, start=1):
         last = _run(task, passes, rules, solution, attempt)
         answer = None if last is None else _exact(problem, last, effort)
@@ -103,26 +103,12 @@ def mcp(task: Task) -> Solution:
     return solution
 
 
-def _passes_over(task: Task) -> Passes:
-    task.effort.uses(task.solver.name, "complementarity problem")
-    with task.effort.measure("build"):
-        return passes_of(task)
-
-
 def _run(
     task: Task, passes: Passes, rules: Rules, solution: Solution, attempt: int = 1, near: float = NEAR
 ) -> State | None:
     """What a pass ends in, its steps told and recorded."""
-    effort = task.effort
-    effort.begins(f"pass {attempt}")
-
-    def follow(step: NewtonStep) -> None:
-        solution.history.append(replace(step, attempt=attempt))
-        effort.iterations += 1
-        effort.add("solve", step.seconds)
-        task.progress(solution.history[-1])
-
-    return passes.run(rules, follow, near)
+    task.effort.begins(f"pass {attempt}")
+    return follow(task, passes, rules, solution.history, attempt, near)
 
 
 class _FarError(Exception):
@@ -136,18 +122,18 @@ def _large(task: Task) -> Solution:
     solution = Solution(Status.SOLVER_FAILED, Kind.ONE_PASS)
     first: list[Iteration] = []
 
-    def follow(step: Iteration) -> None:
+    def watch(step: Iteration) -> None:
         task.progress(step)
         first.append(replace(step, solved=None))
         if step.attempt == 1 and step.mismatch > FAR.get(step.iteration, inf) * abs(step.load_factor):
             raise _FarError
 
     try:
-        return _by_loop(replace(task, progress=follow), solution, Code.TOO_LARGE, joints=problem.joints)
+        return _by_loop(replace(task, progress=watch), solution, Code.TOO_LARGE, joints=problem.joints)
     except _FarError:
         solution.history, solution.associative = [*first], first[0].load_factor
         off = first[-1].mismatch / abs(first[-1].load_factor)
-    passes = _passes_over(task)
+    passes = prepared(task)
     last = _run(task, passes, OF_LARGE, solution, near=NEARLY)
     steps = len(solution.history) - len(first)
     if last is not None and passes.gap <= NEAR and (answer := _exact(problem, last, effort)):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from copy import copy
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +27,7 @@ class Passes:
 
     Attributes
     ----------
+    problem: with the law or the compliance of these passes.
     outcome, gap: how the last one ended, and its last iterate's gap.
     """
 
@@ -33,13 +35,13 @@ class Passes:
     gap: float
 
     def __init__(self, problem: Problem) -> None:
-        self._problem, self._unit = problem, _unit_of_load(problem)
+        self.problem, self._unit = problem, _unit_of_load(problem)
         self._elimination = Elimination(EdgeForm(replace(problem, live=self._unit * problem.live)))
 
     def under(self, problem: Problem, effort: Effort | None = None) -> Passes:
         """Passes over a problem that differs in friction, cohesion and dilatancy alone."""
         other = copy(self)
-        other._problem = problem
+        other.problem = problem
         other._elimination = self._elimination.of(self._elimination.form.under(problem.law))
         return other
 
@@ -51,7 +53,7 @@ class Passes:
     def giving(self, compliance: np.ndarray) -> Passes:
         """Passes over the same problem with contacts that give, shape (3c,)."""
         other = copy(self)
-        other._problem = replace(self._problem, compliance=compliance)
+        other.problem = replace(self.problem, compliance=compliance)
         other._elimination = self._elimination.of(self._elimination.form.giving(compliance))
         return other
 
@@ -78,13 +80,34 @@ class Passes:
 
     def over(self, problem: Problem, follow: Callable[[NewtonStep], None]) -> State | None:
         """The state that the first pass over a problem of other loads or law ends in."""
-        same = problem.same_program(self._problem)
+        same = problem.same_program(self.problem)
         return (self.under(problem) if same else Passes(problem)).run(ATTEMPTS[0], follow)
 
 
 def passes_of(task: Task) -> Passes:
     """Passes over a task's problem, their matrices kept."""
     return task.kept.of("passes", task.problem, task.effort, lambda: Passes(task.problem))
+
+
+def prepared(task: Task) -> Passes:
+    """The same, with the solver named and the time to build them counted."""
+    task.effort.uses(task.solver.name, "complementarity problem")
+    with task.effort.measure("build"):
+        return passes_of(task)
+
+
+def follow(
+    task: Task, passes: Passes, rules: Rules, history: list[Any], attempt: int, near: float = NEAR
+) -> State | None:
+    """The state that a pass ends in (see :meth:`Passes.run`), its steps reported and recorded."""
+
+    def record(step: NewtonStep) -> None:
+        history.append(replace(step, attempt=attempt))
+        task.effort.iterations += 1
+        task.effort.add("solve", step.seconds)
+        task.progress(history[-1])
+
+    return passes.run(rules, record, near)
 
 
 def _unit_of_load(problem: Problem) -> float:
