@@ -35,13 +35,14 @@ def test_results_come_in_the_order_of_their_tasks(cores, monkeypatch):
 
 
 def test_tasks_run_beside_each_other_and_are_taken_as_workers_become_free():
-    """The first is begun first and ends last; of many only a few are made ahead."""
-    made = []
+    """The first is begun first and ends last; of many only a few are made ahead. The third takes long enough
+    for the end of the second to be seen before its own."""
+    made, seconds = [], {0: 0.5, 2: 0.3}
 
     def tasks():
         for number in range(40):
             made.append(number)
-            yield partial(time.sleep, 0.0 if number else 0.5)
+            yield partial(time.sleep, seconds.get(number, 0.0))
 
     with Workers(count=2) as workers:
         ends = [(number, len(made)) for number, _ in workers.map(tasks())]
