@@ -59,13 +59,13 @@ def solve(
     tolerance:
         Feasibility and gap tolerance asked of the solver, for the same three (default 1e-9).
     progress:
-        Called with every step: :class:`~.mcp.interior_point.NewtonStep`,
+        Called with every step: :class:`~.mcp.schedule.NewtonStep`,
         :class:`~.loop.run.Iteration` of the loop, :class:`~.mpec.RelaxationStep`,
         :class:`~.refined.Refinement`, :class:`~.bracket.relaxation.BoundStep` of "global".
     phases:
         Called with a few words as each phase begins, such as "finding joints" or "sub-problem 3".
     **options:
-        The method's own: :class:`~.mcp.one_pass.McpOptions`, :class:`~.loop.options.LoopOptions`,
+        The method's own: :class:`~.mcp.method.McpOptions`, :class:`~.loop.options.LoopOptions`,
         :class:`~.mpec.MpecOptions`, :class:`~.refined.RefinedOptions`,
         :class:`~.bracket.bracket.GlobalOptions`.
 

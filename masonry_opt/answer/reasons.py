@@ -47,19 +47,14 @@ class Code(StrEnum):
 
     # The one pass.
     ONE_PASS = "one pass"  # steps of all attempts, attempt: the last
-    OTHER_STARTS = "other starts"  # word
     PASS_STOPPED = "pass stopped"  # word, attempts
     PASS_LOST = "pass lost"
-    LOOP_TOOK_OVER = "loop took over"  # word
     DILATANCY_FALLS = "dilatancy falls"
-    TOO_LARGE = "too large"  # joints
-    LOOP_FAR = "loop far"  # joints, count: of sub-problems, off: by what share of λ
-    PASS_NEAR = "pass near"  # steps, gap
 
     # Contacts that give.
     PLATEAU = "plateau"  # give, change: of λ from softer contacts; steps
     NO_PLATEAU = "no plateau"  # give, change: None where only one pass ended; steps
-    GROWS_WITH_STIFFNESS = "grows with stiffness"  # change, load_factor
+    GROWS_WITH_STIFFNESS = "grows with stiffness"  # give, load_factor, elastic: share of the work
 
     # The MPEC.
     LOCAL_MINIMUM = "local minimum"  # epsilon

@@ -137,7 +137,7 @@ class Result:
     @cached_property
     def history(self) -> pd.DataFrame:
         """A row a step: a sub-problem of the loop (see :class:`~.loop.run.Iteration`), a Newton step
-        (:class:`~.mcp.interior_point.NewtonStep`), a relaxation of the MPEC (:class:`~.mpec.RelaxationStep`),
+        (:class:`~.mcp.schedule.NewtonStep`), a relaxation of the MPEC (:class:`~.mpec.RelaxationStep`),
         a lower state of the refinement (:class:`~.refined.Refinement`); empty for a single linear program."""
         from masonry_opt.answer.frames import history_frame
 

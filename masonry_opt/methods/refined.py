@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from itertools import islice
 from math import inf
 from typing import Annotated, Any
 
@@ -16,7 +15,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.exact.refiner import ExactState, OutOfTime, Refiner, refiner_of
 from masonry_opt.methods.exact.search import Candidate, Met, Search, lower_of
-from masonry_opt.methods.mcp.one_pass import McpOptions, mcp
+from masonry_opt.methods.mcp.method import mcp
 from masonry_opt.methods.mcp.passes import passes_of
 from masonry_opt.methods.task import Options, Task, of_same_scene
 from masonry_opt.solvers.registry import find_solver
@@ -78,7 +77,7 @@ def refined(task: Task) -> Solution:
     search ends when its time is over or the user interrupts it, with the lowest state found so far."""
     problem, options = task.problem, task.options or RefinedOptions()
     if options.start is None:
-        first = mcp(task.with_options(McpOptions(descent=False), find_solver("pyomo", "newton")))
+        first = mcp(task.with_options(None, find_solver("pyomo", "newton")))
     else:
         first = of_same_scene(options.start, problem)
     if first.proven_none or (first.q is None and options.search is None):
@@ -90,10 +89,7 @@ def refined(task: Task) -> Solution:
         refiner.deadline = time.perf_counter() + options.search
     try:
         if first.q is not None:
-            # Of a result that is handed in its own descent is wanted, and no other pass's.
-            candidates = search.few(first.q)
-            for candidate in islice(candidates, None if options.start is None else 1):
-                lowest.see(candidate)
+            lowest.see(search.start(first.q))
         if options.search is not None:
             candidates = search.endless(lowest.state, options.seed)
             until = -inf if options.until is None else options.until

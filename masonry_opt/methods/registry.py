@@ -17,8 +17,8 @@ _ALL = (
     ),
     Method(
         "mcp",
-        "mcp.one_pass:mcp",
-        "mcp.one_pass:McpOptions",
+        "mcp.method:mcp",
+        "mcp.method:McpOptions",
         {"pyomo": capable("pyomo", lambda solver: solver.complementarity)},
         own_tolerances=True,
     ),

@@ -277,24 +277,14 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"in {counted(v['steps'], 'Newton step')}"
         + (f", at attempt {v['attempt']}" if v["attempt"] > 1 else "")
     ),
-    Code.OTHER_STARTS: "no pass over the scene itself ended in a state ({word}), but one from another start",
     Code.PASS_STOPPED: (
         "no pass ended in a state ({attempts} tried, the last: {word}): method 'nonassociative' "
         "goes another way"
     ),
     Code.PASS_LOST: "the load factor of a pass grew without end",
-    Code.LOOP_TOOK_OVER: "no pass ended in a state ({word}), so the loop, method 'nonassociative', took over",
     Code.DILATANCY_FALLS: (
         "dilatancy falls with stress, which only the loop, method 'nonassociative', follows"
     ),
-    Code.LOOP_FAR: lambda v: (
-        f"with {counted(v['joints'], 'joint')} the loop began, and left the scene to a pass: after "
-        f"{counted(v['count'], 'sub-problem')} its sliding was off the true law by {v['off']:.0%} of λ"
-    ),
-    Code.PASS_NEAR: (
-        "in {steps} Newton steps to a gap of {gap:.1e}, then exact forces and a mechanism near it"
-    ),
-    Code.TOO_LARGE: lambda v: f"with {counted(v['joints'], 'joint')} the loop is quicker than a pass",
     Code.PLATEAU: lambda v: (
         f"in {counted(v['steps'], 'Newton step')}, with contacts that give by {v['give']:.0e} of the motion; "
         f"ten times softer ones change λ by {v['change']:.2%}"

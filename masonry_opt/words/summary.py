@@ -28,7 +28,7 @@ _BOUNDS = (
 )
 
 #: Codes that tell what was tried, and nothing of the scene.
-_TRIED = (Code.PASS_LOST, Code.LOOP_TOOK_OVER, Code.BEGAN_AGAIN)
+_TRIED = (Code.PASS_LOST, Code.GROWS_WITH_STIFFNESS, Code.BEGAN_AGAIN)
 
 #: Width of the labels.
 _LABEL = 16

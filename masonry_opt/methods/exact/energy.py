@@ -16,11 +16,11 @@ WEIGHT = 30.0
 
 
 def forces_for(
-    scaled: Scaled, p: np.ndarray, solver: Solver, effort: Effort, purpose: str
+    scaled: Scaled, p: np.ndarray, solver: Solver, effort: Effort, purpose: str, weight: float = WEIGHT
 ) -> tuple[float, np.ndarray] | None:
     """λ and forces (3c,) of a low λ that leave little energy for rates p (faces,) of a problem in units of
     its load; None if the solver finds none."""
-    forces = CvxpyForces(scaled.problem, energy_costs(scaled.problem, p, WEIGHT))
+    forces = CvxpyForces(scaled.problem, energy_costs(scaled.problem, p, weight))
     if not has_optimum(forces.program, solver, effort, purpose):
         return None
     return forces.statics.forces()

@@ -73,22 +73,27 @@ class Search:
         self.refiner, self.problem, self.met = refiner, refiner.problem, met
         self._other_pass = other_pass
 
-    def few(self, q: np.ndarray | None) -> Iterator[Candidate]:
-        """The state that forces (3c,) lead to, if there are any; on small scenes those of further starts and
-        neighbours too, until a number of them bring nothing new."""
+    def start(self, q: np.ndarray) -> ExactState | None:
+        """The state that forces (3c,) lead to."""
+        return self.met.seen("start", self._settled(q)).state
+
+    def few(self, lowest: ExactState | None, q: np.ndarray | None) -> Iterator[Candidate]:
+        """Further starts of a small scene, and neighbours of the lowest state known, until a number of them
+        bring nothing new.
+
+        Parameters
+        ----------
+        q: forces (3c,) that led to the lowest, if any.
+        """
         met = self.met
-        lower = self._settled(q)
-        yield met.seen("start", lower)
-        if self.problem.joints > SMALL:
-            return
         if q is not None:
             # The same forces from the basis found now: Goodman & Bray's slope falls by 6 %.
             again = self._settled(q)
             yield met.seen("start", again)
-            lower = lower_of(lower, again)
+            lowest = lower_of(lowest, again)
         states, last_new = len(met.load_factors), 0
-        kinds = _FOR_A_FIRST if lower is None else _ROUND_OF_SMALL
-        for number, candidate in enumerate(self._series(lower, 0, kinds), start=1):
+        kinds = _FOR_A_FIRST if lowest is None else _ROUND_OF_SMALL
+        for number, candidate in enumerate(self._series(lowest, 0, kinds), start=1):
             yield candidate
             if len(met.load_factors) > states:
                 states, last_new = len(met.load_factors), number

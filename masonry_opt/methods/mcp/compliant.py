@@ -7,28 +7,31 @@ contacts stiffen, λ comes to a plateau that hardly depends on them.
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field, Strict
 
-from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.acceptance import SMALLEST, Kind
 from masonry_opt.answer.answer import Answer, Found, certified
-from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.reasons import Code, Reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import PLATEAU
 from masonry_opt.methods.mcp.passes import follow, prepared
-from masonry_opt.methods.mcp.rules import GIVING
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.state import State
 
 #: Compliances of the passes that look for the plateau, from soft to stiff; softer ones, where none ends.
 STIFF, SOFT = (1e-3, 1e-4, 1e-5, 1e-6), (1e-2, 1e-1)
 
-#: Share of λ from which on a change between two compliances means that there is no load factor: where nothing
-#: collapses λ grows with the stiffness.
-_GROWS = 0.8
+#: The same, of the passes whose forces alone are wanted: the first that ends.
+_FIRST = (1e-4, 1e-5, 1e-3)
+
+#: Elastic share of the live load's work above which nothing collapses: λ grows with the stiffness. At a
+#: collapse the share falls with the compliance; where friction jams the blocks it stays near one.
+_ELASTIC = 0.5
 
 
 class CompliantOptions(Options):
@@ -47,54 +50,41 @@ class CompliantOptions(Options):
 def compliant(task: Task) -> Solution:
     """Load factor with contacts so stiff that ten times softer ones change it by ``PLATEAU`` at most.
 
-    Where they change it more, or only one pass ends, the reason says so; where they change it five-fold
+    Where they change it more, or only one pass ends, the reason says so; where nearly all work is elastic
     there is no load factor.
     """
     options = task.options or CompliantOptions()
     solution = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT)
     contacts = _Contacts(task, solution)
-    change: float | None = None
     for give in STIFF if options.give is None else (options.give,):
-        answer, before = contacts.answer(give), solution.load_factor
-        if answer is None:
-            continue
-        if before is not None:
-            change = abs(answer.load_factor - before) / abs(answer.load_factor)
-        _end(solution, answer, give, change)
-        if change is not None and change <= PLATEAU:
+        if contacts.settles(give):
             return solution
     if solution.answer is None and options.give is None:
         for give in SOFT:
-            if answer := contacts.answer(give):
-                _end(solution, answer, give, None)
+            if contacts.settles(give) or solution.answer:
                 return solution
     if solution.answer is None:
         solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, word=contacts.word, attempts=contacts.tried)
-    elif change is not None and change > _GROWS:
-        grown = {"load_factor": solution.load_factor, "change": change}
-        solution.found = Found()  # elastic motion, of no mechanism
-        solution.end(Status.SOLVER_FAILED, Code.GROWS_WITH_STIFFNESS, **grown)
     return solution
 
 
-def unit_compliance(problem: Problem, least_forces: np.ndarray) -> np.ndarray:
-    """Compliance of each joint by kind of force, shape (3c,): a contact of mean length moves by one under the
-    mean contact force.
+def pushed(task: Task, history: list[Any]) -> State | None:
+    """The first state that a pass with contacts that give ends in, for its forces alone."""
+    passes = prepared(task)
+    for attempt, give in enumerate(_FIRST, start=1):
+        if state := follow(task, passes.giving(give), history, attempt):
+            return state
+    return None
 
-    A contact is an edge of a joint. Its stiffness grows with its area, here its length; in shear a joint is
-    half as stiff as along its normal, about as stone is.
 
-    Parameters
-    ----------
-    least_forces: least forces at edges and in shear that carry the dead load, shape (3, c).
-    """
-    force = float(np.abs(least_forces[:2]).mean()) or 1.0
-    contact = problem.half_length.mean() / problem.half_length / force
-    return np.concatenate([contact / 2, contact, contact / (2 * problem.lever**2)])
+def jams(task: Task) -> Reason | None:
+    """That the load factor grows with the stiffness of contacts; None if it does not."""
+    solution = task.expected or compliant(task.with_options(None))
+    return next((said for said in solution.reasons if said.code is Code.GROWS_WITH_STIFFNESS), None)
 
 
 class _Contacts:
-    """Passes over a problem with contacts that give.
+    """Passes over a problem with contacts that give, which a solution records.
 
     Attributes
     ----------
@@ -103,16 +93,32 @@ class _Contacts:
     """
 
     def __init__(self, task: Task, solution: Solution) -> None:
-        self._task, self._passes, self._history = task, prepared(task), solution.history
-        self._unit = unit_compliance(task.problem, self._passes.least_forces)
+        self._task, self._passes, self._solution = task, prepared(task), solution
         self.tried, self.word = 0, ""
 
-    def answer(self, give: float) -> Answer | None:
-        """The answer with this compliance; None if no pass ends in one."""
+    def settles(self, give: float) -> bool:
+        """Whether a pass with this compliance settles the load factor, or that there is none."""
+        answer, before = self._answer(give), self._solution.load_factor
+        if answer is None:
+            return False
+        elastic = elastic_share(answer, give * self._passes.unit_compliance, self._task.problem)
+        if elastic > _ELASTIC:
+            self._solution.found = Found()  # of no mechanism
+            values = {"load_factor": answer.load_factor, "give": give, "elastic": elastic}
+            self._solution.end(Status.SOLVER_FAILED, Code.GROWS_WITH_STIFFNESS, **values)
+            return True
+        change = None if before is None else abs(answer.load_factor - before) / abs(answer.load_factor)
+        settled = change is not None and change <= PLATEAU
+        code, steps = Code.PLATEAU if settled else Code.NO_PLATEAU, len(self._solution.history)
+        self._solution.found = answer
+        self._solution.end(Status.CONVERGED, code, give=give, change=change, steps=steps)
+        return settled
+
+    def _answer(self, give: float) -> Answer | None:
         self.tried += 1
         self._task.effort.begins(f"contacts that give by {give:.0e}")
-        passes = self._passes.giving(give * self._unit)
-        state = follow(self._task, passes, GIVING, self._history, self.tried)
+        passes = self._passes.giving(give)
+        state = follow(self._task, passes, self._solution.history, self.tried)
         self.word = str(passes.outcome)
         if state is None:
             return None
@@ -120,7 +126,7 @@ class _Contacts:
         return None if answer.failing(Kind.COMPLIANT) else answer
 
 
-def _end(solution: Solution, answer: Answer, give: float, change: float | None) -> None:
-    code = Code.PLATEAU if change is not None and change <= PLATEAU else Code.NO_PLATEAU
-    solution.found = answer
-    solution.end(Status.CONVERGED, code, give=give, change=change, steps=len(solution.history))
+def elastic_share(state: State | Answer, compliance: np.ndarray, problem: Problem) -> float:
+    """Elastic energy q·E q of a state, over the live load's work."""
+    work = abs(state.load_factor) * problem.live_norm
+    return float(state.q @ (compliance * state.q)) / max(work, SMALLEST)

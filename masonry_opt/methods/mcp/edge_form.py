@@ -139,10 +139,10 @@ class EdgeForm:
         np.add(normal, shear, out=both[1])
         return both
 
-    def follow(self, slip: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    def follow(self, slip: np.ndarray) -> np.ndarray:
         """Motion of edges and shear that sliding rates, shape (2, k), cause, shape (3, c)."""
         motion = np.zeros((3, self.problem.joints))
-        motion[:2, self.sliding] = slope * (slip[0] + slip[1])
+        motion[:2, self.sliding] = self.problem.dilatancy * (slip[0] + slip[1])
         motion[2, self.sliding] = slip[1] - slip[0]
         return motion
 
@@ -167,10 +167,10 @@ class EdgeForm:
         moved: np.ndarray = self.problem.by_kind(self.At @ d)
         return moved
 
-    def residuals(self, at: Iterate, slope: np.ndarray) -> IterateResiduals:
-        """What an iterate leaves under a flow rule that opens joints by ``slope`` per slip, shape (k,)."""
+    def residuals(self, at: Iterate) -> IterateResiduals:
+        """What an iterate leaves."""
         problem = self.problem
-        motion = self.moves(at.d) - self.follow(at.slip, slope)
+        motion = self.moves(at.d) - self.follow(at.slip)
         motion[:2] -= at.opening + self.crushes(at.crushed)
         motion += self.compliance * at.x
         return IterateResiduals(

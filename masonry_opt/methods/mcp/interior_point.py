@@ -1,9 +1,8 @@
 """The iteration: an infeasible primal-dual interior point for the complementarity problem.
 
 Predictor and centring of Mehrotra (1992), several centrality correctors of Gondzio (1996), lengths of their
-own for the steps of statics and of kinematics. What makes it find Coulomb states: sliding contracts a little,
-and less and less (as between the programs of the loop, section 4.2), and while the gap is large the matrix
-stands between Newton's and that of an associative program (see :class:`~.rules.Rules`).
+own for the steps of statics and of kinematics; what changes from step to step is a
+:class:`~.schedule.Schedule`.
 """
 
 from __future__ import annotations
@@ -12,29 +11,13 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from math import inf, isfinite, sqrt
+from math import isfinite
 
 import numpy as np
 
-from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate, IterateResiduals, Products, moved
+from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate, Products, moved
 from masonry_opt.methods.mcp.newton import Elimination, NewtonSystem, Parts, SingularError
-from masonry_opt.methods.mcp.rules import (
-    GAP,
-    HIGHEST_AT_FIRST,
-    KINEMATICS,
-    LONG,
-    LOST_GAP,
-    LOST_GROWTH,
-    LOST_LOAD,
-    MOST_STEPS,
-    NEWTON_BELOW,
-    OVERSHOOT,
-    RUNGS,
-    SHORT,
-    SHORTEST,
-    STATICS,
-    Rules,
-)
+from masonry_opt.methods.mcp.schedule import NewtonStep, Schedule
 
 #: Second-order terms are bounded by so many times the mean product, and correctors bring products to within
 #: this factor of the centre's (Gondzio: 0.1 to 10).
@@ -49,53 +32,14 @@ _AIM_FACTOR, _AIM_MORE = 1.08, 0.08
 #: Share of the way to the boundary that a step goes: at least, and at most.
 _LEAST_SHARE, _MOST_SHARE = 0.9, 0.9995
 
-#: On the matrix's diagonal: at least, at most, and the factors on it after a short and after a long step.
-_LEAST_DIAGONAL, _MOST_DIAGONAL, _MORE, _LESS = 1e-10, 1e-4, 100.0, 0.1
+#: Steps of a pass at most.
+_MOST_STEPS = 300
 
-#: The gap is measured at this λ at least.
-_LEAST_LOAD = 1e-3
+#: Error of a step's linear equations at which their refinement ends.
+_ACCURATE = 1e-12
 
 #: Projections onto kinematics at the end, and what they may leave, over the largest velocity.
 _PROJECTIONS, _ON_KINEMATICS = 3, 1e-12
-
-
-@dataclass(frozen=True)
-class NewtonStep:
-    """One step of a pass, as it began.
-
-    Attributes
-    ----------
-    iteration: counted from 1 in each attempt; a number is missing where the matrix had no factors and the
-        step was tried again.
-    load_factor: λ.
-    gap: energy z·p of all faces, over the live load's work at |λ| (at 1e-3 at least).
-    statics, yielding, motion: largest residuals: of equilibrium over the largest dead load (one at least), of
-        slacks in the same units, and of the flow rule over the largest velocity (one at least).
-    contraction: α.
-    blend: θ.
-    centring: σ, the share of the gap that is aimed at; NaN where the pass ended.
-    forces, velocities: lengths of the step in statics and in kinematics.
-    error: of the solution of the linear equations.
-    full: whether they took a full factorisation.
-    seconds: the step's time.
-    attempt: which set of rules it belongs to.
-    """
-
-    iteration: int
-    load_factor: float
-    gap: float
-    statics: float
-    yielding: float
-    motion: float
-    contraction: float
-    blend: float
-    centring: float = np.nan
-    forces: float = np.nan
-    velocities: float = np.nan
-    error: float = np.nan
-    full: bool = False
-    seconds: float = 0.0
-    attempt: int = 1
 
 
 class Outcome(StrEnum):
@@ -151,7 +95,7 @@ def start(form: EdgeForm) -> Iterate:
     )
 
 
-def run(elimination: Elimination, rules: Rules, follow: Callable[[NewtonStep], None]) -> Pass:
+def run(elimination: Elimination, follow: Callable[[NewtonStep], None]) -> Pass:
     """One pass from the start to the end or to where it is given up.
 
     Parameters
@@ -159,16 +103,16 @@ def run(elimination: Elimination, rules: Rules, follow: Callable[[NewtonStep], N
     follow: called with every step.
     """
     form = elimination.form
-    at, schedule = start(form), _Schedule(form, rules)
-    most = max(LOST_GAP, LOST_GROWTH * _gap(form, at))
+    at = start(form)
+    schedule = Schedule(form, at)
 
     def ended(outcome: Outcome) -> Pass:
-        return Pass(outcome, at, _gap(form, at))
+        return Pass(outcome, at, schedule.gap(at))
 
-    for iteration in range(1, MOST_STEPS + 1):
+    for iteration in range(1, _MOST_STEPS + 1):
         began = time.perf_counter()
         step = schedule.look(at, iteration)
-        if not isfinite(step.gap) or step.gap > most or schedule.lost(at):
+        if schedule.lost(step):
             follow(step)
             return ended(Outcome.LOST)
         try:
@@ -178,127 +122,22 @@ def run(elimination: Elimination, rules: Rules, follow: Callable[[NewtonStep], N
                 return ended(Outcome.SOLVED)
             at, step = _advance(elimination, at, schedule, step)
         except SingularError:
-            if schedule.diagonal >= _MOST_DIAGONAL:
+            if schedule.singular():
                 return ended(Outcome.SINGULAR)
-            schedule.diagonal = min(_MORE * schedule.diagonal, _MOST_DIAGONAL)
             continue
         follow(replace(step, seconds=time.perf_counter() - began))
-        if schedule.learn(min(step.forces, step.velocities)) >= rules.most_short_steps:
+        if schedule.stalls(min(step.forces, step.velocities)):
             return ended(Outcome.STALLED)
         if schedule.lingers(step):
             return ended(Outcome.STEPS)
     return ended(Outcome.STEPS)
 
 
-def _gap(form: EdgeForm, at: Iterate) -> float:
-    return at.energy / (form.problem.live_norm * max(abs(at.load_factor), _LEAST_LOAD))
-
-
-class _Schedule:
-    """What changes from step to step: contraction, blend, diagonal.
-
-    Attributes
-    ----------
-    slope, friction: of the flow rule, and of the shear limits in the matrix, shape (k,).
-    residuals: of the iterate looked at.
-    """
-
-    def __init__(self, form: EdgeForm, rules: Rules) -> None:
-        self.form, self.rules, problem = form, rules, form.problem
-        self.diagonal, self._rung, self._short = _LEAST_DIAGONAL, 0, 0
-        self._contraction = inf
-        self._halved = (0, inf)
-        self._turns = problem.dilatancy < problem.friction
-        self._largest = max(float(np.abs(problem.dead).max()), 1.0)
-        self._most_load = LOST_LOAD * max(float(np.abs(problem.dead).sum()), 1.0) / problem.live_norm
-        self.slope = self.friction = problem.dilatancy
-        self.residuals: IterateResiduals
-
-    def look(self, at: Iterate, iteration: int) -> NewtonStep:
-        """Set slopes by the gap, and record what the iterate leaves."""
-        problem, gap = self.form.problem, _gap(self.form, at)
-        alpha, theta = self._contracts(gap), self._blends(gap)
-        self.slope = problem.dilatancy - np.where(self._turns, alpha * problem.friction, 0.0)
-        self.friction = theta * problem.friction + (1 - theta) * self.slope
-        left = self.residuals = self.form.residuals(at, self.slope)
-        return NewtonStep(
-            iteration,
-            at.load_factor,
-            gap,
-            float(np.abs(left.statics).max()) / self._largest,
-            max(float(np.abs(of).max(initial=0.0)) for of in (left.yielding, left.crushing)) / self._largest,
-            float(np.abs(left.motion).max()) / max(float(np.abs(at.d).max()), 1.0),
-            alpha,
-            theta,
-        )
-
-    def _contracts(self, gap: float) -> float:
-        rules = self.rules
-        if not self._turns.any() or gap < rules.dilates_truly:
-            return 0.0
-        alpha = max(rules.least_contraction, rules.contraction * min(1.0, sqrt(gap)))
-        # Near the end a gap that grows for a step must not undo what was reached.
-        self._contraction = min(alpha, self._contraction) if gap < NEWTON_BELOW else alpha
-        return self._contraction
-
-    def _blends(self, gap: float) -> float:
-        if not self.rules.ladder:
-            return self.rules.blend if gap > self.rules.blend_above else 1.0
-        if gap < NEWTON_BELOW:
-            return 1.0
-        if gap > self.rules.blend_above:
-            self._rung = max(self._rung, HIGHEST_AT_FIRST)
-        return RUNGS[self._rung]
-
-    def lost(self, at: Iterate) -> bool:
-        """Whether λ has left what can be an answer."""
-        return abs(at.load_factor) > self._most_load
-
-    def ended(self, step: NewtonStep) -> bool:
-        """Whether the iterate is an answer."""
-        exact = max(step.statics, step.yielding) < STATICS and step.motion < KINEMATICS
-        return step.gap < GAP and step.contraction == 0 and exact
-
-    def centre(self, at: Iterate, predicted: float, gap: float) -> float:
-        """σ: the share of the gap to aim at, given the predictor's energy."""
-        energy = at.energy
-        sigma = min(max((predicted / energy) ** 3, OVERSHOOT * GAP / gap), 1.0)
-        if self.rules.brake and gap > NEWTON_BELOW:
-            left = self.residuals
-            weighs = (
-                np.abs(left.yielding * at.slip).sum()
-                + np.abs(left.crushing * at.crushed).sum()
-                + np.abs(left.motion * at.x).sum()
-                + np.abs(left.statics * at.d).sum()
-            )
-            sigma = max(sigma, min(1.0, self.rules.brake * float(weighs) / energy))
-        return sigma
-
-    def lingers(self, step: NewtonStep) -> bool:
-        """Whether the gap has not halved for longer than the rules allow."""
-        if step.gap < self._halved[1] / 2:
-            self._halved = (step.iteration, step.gap)
-        return step.iteration - self._halved[0] > self.rules.patience
-
-    def learn(self, length: float) -> int:
-        """Adapt to the length of a step; the number of very short ones in a row."""
-        if length < SHORT:
-            self._rung = min(self._rung + 1, len(RUNGS) - 1)
-            self.diagonal = min(_MORE * self.diagonal, _MOST_DIAGONAL)
-        elif length > LONG:
-            self._rung = max(self._rung - 1, 0)
-            self.diagonal = max(_LESS * self.diagonal, _LEAST_DIAGONAL)
-        self._short = self._short + 1 if length < SHORTEST else 0
-        return self._short
-
-
 def _advance(
-    elimination: Elimination, at: Iterate, schedule: _Schedule, step: NewtonStep
+    elimination: Elimination, at: Iterate, schedule: Schedule, step: NewtonStep
 ) -> tuple[Iterate, NewtonStep]:
     """Predict, centre, correct, and go."""
-    system = NewtonSystem(
-        elimination, at, schedule.slope, schedule.friction, schedule.diagonal, schedule.rules.exact
-    )
+    system = NewtonSystem(elimination, at, schedule.friction, schedule.diagonal, _ACCURATE)
     products = at.products
     predictor = _direction(system, at, schedule, Products(*(-own for own in products)))
     predicted = moved(at, predictor.lengths, predictor.step).energy
@@ -327,7 +166,7 @@ def _advance(
 def _corrected(
     system: NewtonSystem,
     at: Iterate,
-    schedule: _Schedule,
+    schedule: Schedule,
     aims: Products,
     direction: _Direction,
     centre: float,
@@ -353,7 +192,7 @@ def _back(products: np.ndarray, low: float, high: float) -> np.ndarray:
     return np.maximum(np.clip(products, low, high) - products, -high)
 
 
-def _direction(system: NewtonSystem, at: Iterate, schedule: _Schedule, by: Products) -> _Direction:
+def _direction(system: NewtonSystem, at: Iterate, schedule: Schedule, by: Products) -> _Direction:
     """The step that makes the residuals vanish and changes the products so."""
     left, form = schedule.residuals, schedule.form
     motion = -left.motion
@@ -383,17 +222,16 @@ def _to_boundary(values: tuple[np.ndarray, ...], steps: tuple[np.ndarray, ...]) 
     return min(1 / fastest, 1 - 1e-12) if fastest > 1 - 1e-12 else 1.0
 
 
-def _onto_kinematics(elimination: Elimination, at: Iterate, schedule: _Schedule) -> Iterate:
+def _onto_kinematics(elimination: Elimination, at: Iterate, schedule: Schedule) -> Iterate:
     """The nearest motion that follows the flow rule, rates weighted by p/z: large where faces move, next to
     nothing where they stand still. The same equations as a step's, with the flow rule's slope in both."""
-    form, slope = elimination.form, schedule.slope
+    form = elimination.form
     nothing = np.zeros_like(schedule.residuals.statics)
-    system = NewtonSystem(
-        elimination, at, slope, slope, schedule.diagonal, _ON_KINEMATICS, full=True, rigid=True
-    )
+    slope, diagonal = form.problem.dilatancy, schedule.diagonal
+    system = NewtonSystem(elimination, at, slope, diagonal, _ON_KINEMATICS, full=True, rigid=True)
     moves = at
     for _ in range(_PROJECTIONS):
-        left = form.residuals(moves, slope)
+        left = form.residuals(moves)
         if np.abs(left.motion).max() <= _ON_KINEMATICS * max(float(np.abs(moves.d).max()), 1.0):
             break
         solution, _ = system.solve(Parts(nothing, np.zeros_like(at.slip), -left.motion, -left.work))

@@ -151,7 +151,6 @@ class NewtonSystem:
     ----------
     elimination: of the scene.
     at: the iterate.
-    slope: opening per unit slip of the flow rule, shape (k,).
     friction: slope of the shear limits in the matrix, shape (k,); the true one is Newton's.
     regularisation: added to the diagonal of the blocks' matrix.
     exact: error of a solution at which its refinement ends.
@@ -162,7 +161,6 @@ class NewtonSystem:
 
     elimination: Elimination
     at: Iterate
-    slope: np.ndarray
     friction: np.ndarray
     regularisation: float
     exact: float
@@ -173,6 +171,7 @@ class NewtonSystem:
         self._form = self.elimination.form
         self._compliance = np.zeros((3, 1)) if self.rigid else self._form.compliance
         problem = self._form.problem
+        self._slope = problem.dilatancy
         self._affordable = problem.joints <= _FULL_UP_TO
         self.full = self.full and problem.joints <= _FULL_ONCE_UP_TO
         self._rocking = self.at.opening / self.at.x[:2]
@@ -208,7 +207,7 @@ class NewtonSystem:
     def apply(self, of: Parts) -> Parts:
         """The left-hand sides: rocking and crushing eliminated, sliding explicit."""
         problem, at = self._form.problem, self.at
-        joints = self._form.moves(of.blocks) - self._form.follow(of.sliding, self.slope)
+        joints = self._form.moves(of.blocks) - self._form.follow(of.sliding)
         joints[:2] += self._rocking * of.joints[:2]
         joints += self._compliance * of.joints
         if self._crushing is not None:
@@ -229,7 +228,7 @@ class NewtonSystem:
 
     def _by_elimination(self, right: Parts) -> Parts:
         rates = right.sliding / self.at.z
-        drive = right.joints + self._form.follow(rates, self.slope)
+        drive = right.joints + self._form.follow(rates)
         blocks = self._form.A @ self._stiff(drive).ravel() - right.blocks
         velocities, load = self._factors.solve(blocks, right.load)
         forces = self._stiff(drive - self._form.moves(velocities))
@@ -274,9 +273,9 @@ class NewtonSystem:
         stiffness[2, 2] = self._most / (1 + gives * self._most)  # of joints whose friction is unlimited
         of, faces = self._form.sliding, np.minimum(self.at.z / self.at.slip, self._most)
         mean, half, both = faces.sum(axis=0) / 2, (faces[0] - faces[1]) / 2, (edges + across)[:, of]
-        wedges = 2 * self.friction * self.slope * (both[0] + both[1])
+        wedges = 2 * self.friction * self._slope * (both[0] + both[1])
         along = faces[0] * faces[1] + mean * wedges
-        follows = 2 * self.friction * self.slope * (1 + gives[of] * mean / 2)
+        follows = 2 * self.friction * self._slope * (1 + gives[of] * mean / 2)
         mean += gives[of] * faces[0] * faces[1] / 2
         wedges = follows * (both[0] + both[1])
         share, wedged = 1 / (mean + wedges), follows * determinant[of]
@@ -284,7 +283,7 @@ class NewtonSystem:
         stiffness[1, 1, of] = (edges[1, of] * mean + wedged) * share
         stiffness[0, 1, of] = (across[of] * mean - wedged) * share
         stiffness[1, 0] = stiffness[0, 1]
-        stiffness[:2, 2][:, of] = -self.slope * half * share * both
+        stiffness[:2, 2][:, of] = -self._slope * half * share * both
         stiffness[2, :2][:, of] = -self.friction * half * share * both
         stiffness[2, 2, of] = along * share / 2
         return stiffness
@@ -329,7 +328,7 @@ class NewtonSystem:
         sliding, loaded = np.broadcast_to(slip[:, None], (2, 2, k)), np.broadcast_to(edges, (2, 2, k))
         entries = [
             (np.arange(3 * c), np.arange(3 * c), diagonal),
-            (loaded, sliding, -self.slope),
+            (loaded, sliding, -self._slope),
             (shear, slip, np.array([[1.0], [-1.0]])),
             (A.col, block[A.row], A.data),
             (sliding, loaded, at.slip[:, None] * self.friction),

@@ -11,19 +11,22 @@ import numpy as np
 
 from masonry_opt.effort import Effort
 from masonry_opt.methods.mcp.edge_form import EdgeForm
-from masonry_opt.methods.mcp.interior_point import NewtonStep, Outcome, run
+from masonry_opt.methods.mcp.interior_point import Outcome, run
 from masonry_opt.methods.mcp.newton import Elimination
-from masonry_opt.methods.mcp.rules import ATTEMPTS, Rules
+from masonry_opt.methods.mcp.schedule import NewtonStep
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
+
+#: Compliance of contacts in passes of a search, which more often end than those with rigid ones.
+_OTHERS_GIVE = 1e-3
 
 #: From this gap on a pass that stalls may have forces that a mechanism goes with.
 NEAR = 1e-4
 
 
 class Passes:
-    """Passes over a problem by one set of rules after another.
+    """Passes over a problem and those that differ in law or compliance.
 
     Attributes
     ----------
@@ -46,20 +49,18 @@ class Passes:
         return other
 
     @property
-    def least_forces(self) -> np.ndarray:
-        """Least forces at edges and in shear that carry the dead load, shape (3, c)."""
-        return self._elimination.form.least_forces
+    def unit_compliance(self) -> np.ndarray:
+        """Compliance of contacts that give by one, shape (3c,)."""
+        return unit_compliance(self.problem, self._elimination.form.least_forces)
 
-    def giving(self, compliance: np.ndarray) -> Passes:
-        """Passes over the same problem with contacts that give, shape (3c,)."""
-        other = copy(self)
+    def giving(self, give: float) -> Passes:
+        """Passes over the same problem with contacts that give so much."""
+        other, compliance = copy(self), give * self.unit_compliance
         other.problem = replace(self.problem, compliance=compliance)
         other._elimination = self._elimination.of(self._elimination.form.giving(compliance))
         return other
 
-    def run(
-        self, rules: Rules, follow: Callable[[NewtonStep], None] = lambda _: None, near: float = NEAR
-    ) -> State | None:
+    def run(self, follow: Callable[[NewtonStep], None] = lambda _: None, near: float = NEAR) -> State | None:
         """The state that a pass ends in; None if it ends in none, or far from one.
 
         Parameters
@@ -71,7 +72,7 @@ class Passes:
         def in_whole(step: NewtonStep) -> None:
             follow(replace(step, load_factor=self._unit * step.load_factor))
 
-        end = run(self._elimination, rules, in_whole)
+        end = run(self._elimination, in_whole)
         self.outcome, self.gap = end.outcome, end.gap
         if end.outcome is Outcome.LOST or (end.outcome is not Outcome.SOLVED and not end.gap < near):
             return None
@@ -79,9 +80,25 @@ class Passes:
         return replace(state, load_factor=self._unit * state.load_factor)
 
     def over(self, problem: Problem, follow: Callable[[NewtonStep], None]) -> State | None:
-        """The state that the first pass over a problem of other loads or law ends in."""
+        """The state that a pass over a problem of other loads or law ends in, with contacts that give."""
         same = problem.same_program(self.problem)
-        return (self.under(problem) if same else Passes(problem)).run(ATTEMPTS[0], follow)
+        return (self.under(problem) if same else Passes(problem)).giving(_OTHERS_GIVE).run(follow)
+
+
+def unit_compliance(problem: Problem, least_forces: np.ndarray) -> np.ndarray:
+    """Compliance of each joint by kind of force, shape (3c,): a contact of mean length moves by one under the
+    mean contact force.
+
+    A contact is an edge of a joint. Its stiffness grows with its area, here its length; in shear a joint is
+    half as stiff as along its normal, about as stone is.
+
+    Parameters
+    ----------
+    least_forces: least forces at edges and in shear that carry the dead load, shape (3, c).
+    """
+    force = float(np.abs(least_forces[:2]).mean()) or 1.0
+    contact = problem.half_length.mean() / problem.half_length / force
+    return np.concatenate([contact / 2, contact, contact / (2 * problem.lever**2)])
 
 
 def passes_of(task: Task) -> Passes:
@@ -97,7 +114,7 @@ def prepared(task: Task) -> Passes:
 
 
 def follow(
-    task: Task, passes: Passes, rules: Rules, history: list[Any], attempt: int, near: float = NEAR
+    task: Task, passes: Passes, history: list[Any], attempt: int = 1, near: float = NEAR
 ) -> State | None:
     """The state that a pass ends in (see :meth:`Passes.run`), its steps reported and recorded."""
 
@@ -107,7 +124,7 @@ def follow(
         task.effort.add("solve", step.seconds)
         task.progress(history[-1])
 
-    return passes.run(rules, record, near)
+    return passes.run(record, near)
 
 
 def _unit_of_load(problem: Problem) -> float:
