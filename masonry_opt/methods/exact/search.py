@@ -73,9 +73,9 @@ class Search:
         self.refiner, self.problem, self.met = refiner, refiner.problem, met
         self._other_pass = other_pass
 
-    def start(self, q: np.ndarray) -> ExactState | None:
+    def start(self, q: np.ndarray) -> Candidate:
         """The state that forces (3c,) lead to."""
-        return self.met.seen("start", self._settled(q)).state
+        return self.met.seen("start", self._settled(q))
 
     def few(self, lowest: ExactState | None, q: np.ndarray | None) -> Iterator[Candidate]:
         """Further starts of a small scene, and neighbours of the lowest state known, until a number of them

@@ -63,7 +63,7 @@ def mcp(task: Task) -> Solution:
     for start in _starts(task, passes, solution.history):
         first = first or start
         effort.begins("exact states nearby")
-        lowest = search.start(start.q) if search else None
+        lowest = search.start(start.q).state if search else None
         answer = lowest.answer if lowest else alternated(problem, start.load_factor, start.q, effort)
         if answer is not None:
             break

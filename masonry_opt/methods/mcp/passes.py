@@ -19,7 +19,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 
 #: Compliance of contacts in passes of a search, which more often end than those with rigid ones.
-_OTHERS_GIVE = 1e-3
+_OTHERS_GIVE = 1e-4
 
 #: From this gap on a pass that stalls may have forces that a mechanism goes with.
 NEAR = 1e-4
