@@ -59,6 +59,7 @@ class Code(StrEnum):
     # Contacts that give.
     PLATEAU = "plateau"  # give, change: of λ from softer contacts; steps
     NO_PLATEAU = "no plateau"  # give, change: None where only one pass ended; steps
+    NOT_EXPECTED = "not expected"  # joints: too many for passes
     GROWS_WITH_STIFFNESS = "grows with stiffness"  # change, load_factor
 
     # The MPEC.

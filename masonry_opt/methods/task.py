@@ -37,6 +37,7 @@ class Task:
     options: the method's own; None if it has none.
     effort: where time, programs and solvers are counted.
     kept: programs of earlier analyses, of problems that differ in the joints' law alone.
+    expected: what method "compliant" found of the problem; None where it was not wanted.
     """
 
     problem: Problem
@@ -45,6 +46,7 @@ class Task:
     effort: Effort = field(default_factory=Effort)
     progress: Progress = lambda _: None
     kept: Kept = field(default_factory=Kept)
+    expected: Solution | None = None
 
     def with_options(self, options: Any, solver: Solver | None = None) -> Task:
         """The same task for another method, its effort counted with this one's."""

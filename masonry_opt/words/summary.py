@@ -12,11 +12,10 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.stressed_joints import stressed_joints
-from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.case_file import CaseFile
-from masonry_opt.words.sentences import BY_CHORDS, numeral, sentences, verb
+from masonry_opt.words.sentences import BY_CHORDS, message, numeral, sentences, verb
 
 #: Codes that tell what is known of lower states.
 _BOUNDS = (
@@ -65,7 +64,7 @@ def facts(result: Result) -> dict[str, str]:
         "falls" if result.status is Status.UNSTABLE else "moves": _mechanism(result),
         "live load": _live_load(result),
         "how sure": _certainty(result),
-        "dilatancy": _dilatancy(result),
+        "load factors": load_factors(result),
         "crushing": _crushing(result),
         "not credible": _stressed(result),
         "reference": _reference(result),
@@ -180,19 +179,22 @@ def _left(result: Result) -> str:
     return f"what its certificate leaves ({named})" if named else "what its certificate leaves"
 
 
-def _dilatancy(result: Result) -> str:
-    """What dilatancy would add to a Coulomb answer."""
-    if result.associative is None or result.load_factor is None:
+def load_factors(result: Result) -> str:
+    """The load factors that a Coulomb answer comes with, and what each is for."""
+    if result.kind is Kind.ASSOCIATIVE:
         return ""
-    if result.kind is Kind.ASSOCIATIVE or _is_associative(result):
-        return ""
-    value, words = numeral(result.associative, ".7f"), "joints that open as they slide would carry"
-    if result.associative <= max(result.load_factor, ZERO) or same(result.associative, result.load_factor):
-        return f"{words} no more than this state"
-    if result.load_factor < ZERO:
-        return f"{words} λ = {value}"
-    adds = 100 * (result.associative / result.load_factor - 1)
-    return f"{words} {adds:.3g} % more (associative λ = {value})"
+    said = []
+    if result.load_factor is not None and result.kind is not Kind.COMPLIANT:
+        said.append(f"least known {numeral(result.load_factor, '.5g')} (with the worst self-stress or fit)")
+    if result.expected is not None:
+        told = [reason for reason in result.expected_reasons if reason.code is Code.NO_PLATEAU]
+        doubt = f"; {message(told)}" if told else ""
+        said.append(f"to expect {numeral(result.expected, '.5g')} (pushed from rest, contacts alike{doubt})")
+    elif result.expected_reasons:
+        said.append(f"to expect none ({message(result.expected_reasons)})")
+    if result.associative is not None:
+        said.append(f"associative {numeral(result.associative, '.5g')} (if joints opened as they slide)")
+    return " · ".join(said)
 
 
 def _crushing(result: Result) -> str:
