@@ -55,7 +55,7 @@ class Answer(Found):
         return LIMITS[kind].failing(self.residuals)
 
     def under(self, problem: Problem, slope: np.ndarray) -> Answer:
-        """The same state under a problem's contacts and a flow rule, shape (k,): itself if they are its own."""
+        """The same state under a flow rule, shape (k,), and the contacts of a problem: itself if its own."""
         if self.compliance is problem.compliance and np.array_equal(self.slope, slope):
             return self
         return certified(problem, self.load_factor, self.q, self.d, slope, self.parabola)

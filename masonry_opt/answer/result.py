@@ -204,9 +204,8 @@ class Result:
             return self
         if (found := self.solution.expected) is None:
             return None
-        how = {"method": "compliant", "model": "pyomo", "solver": "newton"}
-        steps = {"iterations": len(found.history), "lp_solves": 0, "nlp_solves": 0}
-        return replace(self, **how, **steps, solution=found)
+        of = replace(self, method="compliant", model="pyomo", solver="newton", solution=found)
+        return replace(of, iterations=len(found.history), lp_solves=0, nlp_solves=0)
 
     @property
     def associative(self) -> float | None:

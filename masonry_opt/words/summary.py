@@ -12,6 +12,7 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.stressed_joints import stressed_joints
+from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.case_file import CaseFile
@@ -165,6 +166,10 @@ def _certainty(result: Result) -> str:
     return f"{', '.join([state, *met])}; lower ones may exist ({looks})"
 
 
+def _known(load_factor: float) -> str:
+    return numeral(0.0 if abs(load_factor) <= ZERO else load_factor, ".5g")
+
+
 def _is_associative(result: Result) -> bool:
     """Whether the joints' own flow rule is the associative one: then all exact states have one load factor,
     by the bound theorems."""
@@ -185,15 +190,15 @@ def load_factors(result: Result) -> str:
         return ""
     said = []
     if result.load_factor is not None and result.kind is not Kind.COMPLIANT:
-        said.append(f"least known {numeral(result.load_factor, '.5g')} (with the worst self-stress or fit)")
+        said.append(f"least known {_known(result.load_factor)} (with the worst self-stress or fit)")
     if result.expected is not None:
         told = [reason for reason in result.expected_reasons if reason.code is Code.NO_PLATEAU]
         doubt = f"; {message(told)}" if told else ""
-        said.append(f"to expect {numeral(result.expected, '.5g')} (pushed from rest, contacts alike{doubt})")
+        said.append(f"to expect {_known(result.expected)} (pushed from rest, contacts alike{doubt})")
     elif result.expected_reasons:
         said.append(f"to expect none ({message(result.expected_reasons)})")
     if result.associative is not None:
-        said.append(f"associative {numeral(result.associative, '.5g')} (if joints opened as they slide)")
+        said.append(f"associative {_known(result.associative)} (if joints opened as they slide)")
     return " · ".join(said)
 
 

@@ -71,7 +71,7 @@ class Comparison:
     ----------
     bounds: certified bounds of the associative load factor, by scene name.
     best: lowest exact Coulomb state known, by scene name.
-    to_expect: load factor to expect, by scene name, where Coulomb methods are compared; None if there is none.
+    to_expect: load factor to expect, by scene name, where Coulomb methods are compared; None: there is none.
     results: one row a run (see :data:`~.runs.COLUMNS`).
     summary: one row a scene and pair (see :func:`~.frames.summary`), with the load factor to expect.
     notes: further remarks, a line each.
