@@ -12,7 +12,7 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.stressed_joints import stressed_joints
-from masonry_opt.answer.thresholds import ZERO
+from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.case_file import CaseFile
@@ -188,13 +188,16 @@ def load_factors(result: Result) -> str:
     """The load factors that a Coulomb answer comes with, and what each is for."""
     if result.kind is Kind.ASSOCIATIVE:
         return ""
-    said = []
-    if result.load_factor is not None and result.kind is not Kind.COMPLIANT:
-        said.append(f"least known {_known(result.load_factor)} (with the worst self-stress or fit)")
-    if result.expected is not None:
+    said, found, expected = [], result.load_factor, result.expected
+    if found is not None and result.kind is not Kind.COMPLIANT:
+        if expected is None or expected >= found or same(expected, found):
+            said.append(f"least known {_known(found)} (with the worst self-stress or fit)")
+        else:
+            said.append(f"found {_known(found)} (lower ones are likely)")
+    if expected is not None:
         told = [reason for reason in result.expected_reasons if reason.code is Code.NO_PLATEAU]
         doubt = f"; {message(told)}" if told else ""
-        said.append(f"to expect {_known(result.expected)} (pushed from rest, contacts alike{doubt})")
+        said.append(f"to expect {_known(expected)} (pushed from rest, contacts alike{doubt})")
     elif result.expected_reasons:
         said.append(f"to expect none ({message(result.expected_reasons)})")
     if result.associative is not None:

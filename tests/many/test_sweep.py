@@ -79,7 +79,7 @@ def test_an_interrupted_sweep_goes_on(swept, tmp_path):
     written = pd.read_csv(
         tmp_path / "runs.csv",
         keep_default_na=False,
-        na_values=dict.fromkeys(("load_factor", "expected", "states"), [""]),
+        na_values={name: [""] for name in ("load_factor", "expected", "states")},
     )
     same(written.astype(swept.dtypes.to_dict()), swept)
 

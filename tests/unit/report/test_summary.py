@@ -52,6 +52,18 @@ def test_the_three_load_factors_stand_in_one_line():
     assert "load factors" not in facts(mo.solve(two_blocks(), "static"))
 
 
+def test_what_is_above_the_load_to_expect_is_not_called_the_least_known():
+    """But by rounding, where all are one."""
+    result = mo.solve(two_blocks(), "mcp")
+
+    def said(load_factor):
+        found = replace(result.solution.answer, load_factor=load_factor)
+        line = facts(replace(result, solution=replace(result.solution, found=found)))["load factors"]
+        return line.split(" · ")[0].split(" 0.")[0]
+
+    assert said(0.15) == said((1 + 1e-8) * result.expected) != said(0.2)
+
+
 @pytest.mark.parametrize("code", [Code.NO_PLATEAU, Code.GROWS_WITH_STIFFNESS, Code.NOT_EXPECTED])
 def test_no_plateau_and_none_are_said_by_their_reason(code):
     result = mo.solve(two_blocks(), "mcp")
