@@ -11,7 +11,7 @@ from typing import Any
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Found
 from masonry_opt.answer.motion import moving_names
-from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.result import Result, make_result
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
@@ -135,13 +135,11 @@ class Session:
         if not self.expected or self.method.name in (*_ASSOCIATIVE, _EXPECTED):
             return None
         method, problem = METHODS[_EXPECTED], assembly.problem
-        solution = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT)
         if method.constant_dilatancy and problem.dilatancy_depends_on_stress:
-            solution.end(Status.SOLVER_FAILED, Code.DILATANCY_FALLS)
-            return solution
+            return Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, [reason(Code.DILATANCY_FALLS)])
         if problem.joints > PASSES_UP_TO:
-            solution.end(Status.SOLVER_FAILED, Code.NOT_EXPECTED, joints=problem.joints)
-            return solution
+            why = reason(Code.NOT_EXPECTED, joints=problem.joints)
+            return Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, [why])
         effort.begins("load to expect")
         solver = find_solver("pyomo", "newton")
         effort.uses(solver.name, "load to expect")

@@ -166,10 +166,6 @@ def _certainty(result: Result) -> str:
     return f"{', '.join([state, *met])}; lower ones may exist ({looks})"
 
 
-def _known(load_factor: float) -> str:
-    return numeral(0.0 if abs(load_factor) <= ZERO else load_factor, ".5g")
-
-
 def _is_associative(result: Result) -> bool:
     """Whether the joints' own flow rule is the associative one: then all exact states have one load factor,
     by the bound theorems."""
@@ -203,6 +199,11 @@ def load_factors(result: Result) -> str:
     if result.associative is not None:
         said.append(f"associative {_known(result.associative)} (if joints opened as they slide)")
     return " · ".join(said)
+
+
+def _known(load_factor: float) -> str:
+    """A load factor, zero without the digits of its rounding."""
+    return numeral(0.0 if abs(load_factor) <= ZERO else load_factor, ".5g")
 
 
 def _crushing(result: Result) -> str:

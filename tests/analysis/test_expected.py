@@ -61,7 +61,7 @@ def test_where_forces_are_determinate_all_three_are_one(scene, by_hand):
 
 @pytest.mark.parametrize("wall", WALLS, ids=lambda wall: wall.stem)
 def test_on_the_walls_it_is_what_method_compliant_finds(wall):
-    result, alone = solved(wall), solved(wall, "compliant")
+    result, alone = solved(wall, expected=True), solved(wall, "compliant")
     assert result.expected == alone.load_factor == alone.expected
     assert result.expected_reasons == alone.reasons
     assert result.load_factor * (1 - 1e-6) <= result.expected < result.associative
@@ -122,7 +122,7 @@ def test_where_there_is_none_the_reason_says_why(monkeypatch, asked):
 
 
 def test_json_has_it_and_whether_it_is_on_a_plateau():
-    told = json.loads(solved(WALLS[0]).to_json())
+    told = json.loads(solved(WALLS[0], expected=True).to_json())
     assert told["expected"] == solved(WALLS[0], "compliant").load_factor
     (why,) = told["expected_reasons"]
     assert why["code"] == "plateau"
@@ -150,7 +150,7 @@ def test_the_command_draws_the_mechanism_of_either(monkeypatch, capsys, tmp_path
         arguments = ("solve", WALLS[0], "--plot", page, "--mechanism", which)
         assert run_command(monkeypatch, capsys, *arguments)[0] == 0
         pages[which] = page.read_text("utf-8")
-    solved(WALLS[0]).at_expected.save(alone := tmp_path / "alone.html")
+    solved(WALLS[0], expected=True).at_expected.save(alone := tmp_path / "alone.html")
     assert pages["expected"] == alone.read_text("utf-8") != pages["least"]
 
 
