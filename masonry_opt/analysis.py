@@ -22,7 +22,7 @@ from masonry_opt.session import Session
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, SolverEntry, find_entry, find_solver
 
 #: Arguments of :func:`solve` that are no options of a method.
-_ARGUMENTS = ("scene", "method", "model", "solver", "tolerance", "progress", "phases")
+_ARGUMENTS = ("scene", "method", "model", "solver", "tolerance", "expected", "progress", "phases")
 
 
 def solve(
@@ -32,6 +32,7 @@ def solve(
     model: str | None = None,
     solver: str | None = None,
     tolerance: float | None = None,
+    expected: bool = True,
     progress: Progress = lambda _: None,
     phases: Phases = lambda _: None,
     **options: Any,
@@ -58,8 +59,10 @@ def solve(
         (Pyomo's default for the loop), or any solver that CVXPY finds. The others bring their own.
     tolerance:
         Feasibility and gap tolerance asked of the solver, for the same three (default 1e-9).
+    expected:
+        Whether Coulomb methods also tell the load to expect, by method "compliant" (up to 8000 joints).
     progress:
-        Called with every step: :class:`~.mcp.schedule.NewtonStep`,
+        Called with every step of the method: :class:`~.mcp.schedule.NewtonStep`,
         :class:`~.loop.run.Iteration` of the loop, :class:`~.mpec.RelaxationStep`,
         :class:`~.refined.Refinement`, :class:`~.bracket.relaxation.BoundStep` of "global".
     phases:
@@ -85,7 +88,7 @@ def solve(
     for name, given in (("progress", progress), ("phases", phases)):
         if not callable(given):
             raise OptionError(f"{name} must be a function (found {given!r})")
-    session = prepare(method, model=model, solver=solver, tolerance=tolerance, **options)
+    session = prepare(method, model=model, solver=solver, tolerance=tolerance, expected=expected, **options)
     effort = Effort(phases)
     effort.begins("reading blocks")
     with effort.measure("scene"):
@@ -99,6 +102,7 @@ def prepare(
     model: str | None = None,
     solver: str | None = None,
     tolerance: float | None = None,
+    expected: bool = True,
     keeps: bool = False,
     **options: Any,
 ) -> Session:
@@ -107,18 +111,20 @@ def prepare(
     Parameters
     ----------
     keeps: whether it keeps geometry and compiled programs for scenes that differ in joint properties alone.
-    method, model, solver, tolerance, options: as of :func:`solve`.
+    method, model, solver, tolerance, expected, options: as of :func:`solve`.
 
     Raises
     ------
     OptionError
         If one of these is unknown or not available, whatever the scene.
     """
+    if not isinstance(expected, bool):
+        raise OptionError(f"expected must be True or False (found {expected!r})")
     chosen, own_options = _choose(method, options)
     named = _solver(chosen, model, solver, tolerance)
     # Where the method brings its own solver, a quick one decides whether the scene stands.
     dead_load = find_solver("cvxpy", None) if solver is None and chosen.own_tolerances else named
-    return Session(chosen, named, own_options, dead_load, Kept(keeps))
+    return Session(chosen, named, own_options, dead_load, expected, Kept(keeps))
 
 
 def refuse_options(

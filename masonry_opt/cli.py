@@ -63,6 +63,9 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+#: Load factors whose mechanism can be drawn.
+_DRAWN = "least", "expected"
+
 Case = Annotated[Path, typer.Argument(help="Case file (.toml or .json).", show_default=False)]
 
 
@@ -95,6 +98,9 @@ def solve(
             show_default=False,
         ),
     ] = None,
+    expected: Annotated[
+        bool, typer.Option(help="Beside a Coulomb answer, also the load to expect (up to 8000 joints).")
+    ] = True,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
     verbose: Annotated[
         bool,
@@ -112,6 +118,12 @@ def solve(
         str | None,
         typer.Option(metavar="KIND", help="What a picture shows: mechanism (default), thrust, utilisation."),
     ] = None,
+    mechanism: Annotated[
+        str | None,
+        typer.Option(
+            metavar="WHICH", help=f"Whose mechanism --plot draws: {', '.join(_DRAWN)}. Default: {_DRAWN[0]}."
+        ),
+    ] = None,
     names: Annotated[bool, typer.Option("--names", help="With --plot: write the blocks' names.")] = False,
     force: Force = False,
     option: Annotated[
@@ -125,8 +137,14 @@ def solve(
     """
     if json + verbose + quiet > 1:
         raise OptionError("--json, --verbose and --quiet say each what is printed: give one of them")
-    if plot is None and (names or force or plot_kind is not None):
-        raise OptionError("--plot-kind, --names and --force say how to draw: give --plot FILE too")
+    if plot is None and (names or force or plot_kind is not None or mechanism is not None):
+        raise OptionError(
+            "--plot-kind, --mechanism, --names and --force say how to draw: give --plot FILE too"
+        )
+    if mechanism not in (None, *_DRAWN):
+        raise OptionError(f"--mechanism '{mechanism}' is unknown; choose from: {', '.join(_DRAWN)}")
+    if mechanism == _DRAWN[1] and (not expected or method in ("static", "kinematic")):
+        raise OptionError(f"--mechanism {mechanism}: goes with a Coulomb method, and not with --no-expected")
     kind = plot_kind or "mechanism"
     if plot is not None:  # refused now, not after the solve
         from masonry_opt.drawing.saved import refuse_saving
@@ -158,6 +176,7 @@ def solve(
                 model=model,
                 solver=solver,
                 tolerance=tolerance,
+                expected=expected,
                 progress=progress,
                 phases=begun,
                 **options,
@@ -174,8 +193,9 @@ def solve(
     elif result.status.usable:
         print_text(numeral(result.required(), ".10g"))
     if plot is not None:
+        drawn = result.at_expected if mechanism == _DRAWN[1] else result
         with _writing(plot):
-            result.save(plot, kind, names, force)
+            (drawn or result).save(plot, kind, names, force)
     if quiet:
         result.required()
     if not result.status.usable:

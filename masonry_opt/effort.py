@@ -10,7 +10,7 @@ from contextlib import contextmanager
 Phases = Callable[[str], None]
 
 #: The parts, in the order in which they happen.
-PARTS = ("scene", "dead_load", "build", "compile", "solve", "read", "associative")
+PARTS = ("scene", "dead_load", "expected", "build", "compile", "solve", "read", "associative")
 
 
 class Effort:
@@ -18,9 +18,10 @@ class Effort:
 
     Attributes
     ----------
-    seconds: by part: ``scene`` (reading, joints, matrices), ``dead_load`` (does the scene stand?), ``build``
-        (declaring the model), ``compile`` (to solver data, updates included), ``solve`` (the solver's own
-        time), ``read`` (its answer to arrays), ``associative`` (the program beside a Coulomb answer).
+    seconds: by part: ``scene`` (reading, joints, matrices), ``dead_load`` (does the scene stand?),
+        ``expected`` (the load to expect beside a Coulomb answer), ``build`` (declaring the model),
+        ``compile`` (to solver data, updates included), ``solve`` (the solver's own time), ``read`` (its
+        answer to arrays), ``associative`` (the program beside a Coulomb answer).
     lp_solves, nlp_solves: linear and nonlinear programs solved.
     iterations: of the solvers, summed.
     solvers: names of the solvers by what they did, such as "dead load" or "sub-problems".

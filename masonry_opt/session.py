@@ -11,25 +11,27 @@ from typing import Any
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Found
 from masonry_opt.answer.motion import moving_names
-from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.result import Result, make_result
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.methods.mcp.passes import PASSES_UP_TO
+from masonry_opt.methods.registry import METHODS
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble, with_joints_of
 from masonry_opt.problem.kept import Kept
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solvers.registry import Solver
+from masonry_opt.solvers.registry import Solver, find_solver
 
 #: Joints up to which the associative load factor is computed where a method leaves none. (Larger scenes go to
 #: the loop, which begins with it.)
 _BESIDE_UP_TO = 8000
 
-#: Methods whose answer is associative itself.
-_ASSOCIATIVE = ("static", "kinematic")
+#: Methods whose answer is associative itself; the method whose answer is the load to expect.
+_ASSOCIATIVE, _EXPECTED = ("static", "kinematic"), "compliant"
 
 
 @dataclass
@@ -40,6 +42,7 @@ class Session:
     ----------
     method, solver, options: as chosen; see :func:`~masonry_opt.analysis.prepare`.
     dead_load: the solver that decides whether a scene stands.
+    expected: whether Coulomb methods tell the load to expect too.
     kept: geometry and compiled programs, if it keeps them for scenes that differ in joint properties alone.
         No answer depends on earlier scenes; but their forces may show that a scene stands.
     """
@@ -48,6 +51,7 @@ class Session:
     solver: Solver
     options: Any
     dead_load: Solver
+    expected: bool = True
     kept: Kept = field(default_factory=Kept)
     _last: Assembly | None = None
 
@@ -75,9 +79,11 @@ class Session:
         refuse_unsuited(self.method, assembly)
         solution = self._unless_it_stands(assembly, effort)
         if solution is None:
+            expected = self._to_expect(assembly, effort)
             effort.begins(f"method '{self.method.name}'")
-            task = Task(problem, self.solver, self.options, effort, progress, self.kept)
+            task = Task(problem, self.solver, self.options, effort, progress, self.kept, expected)
             solution = self.method.run(task)
+            solution.expected = expected
             solution.accept()
             _judge(assembly, task, solution, is_associative=self.method.name in _ASSOCIATIVE)
             if solution.status is Status.SOLVER_FAILED:
@@ -123,6 +129,28 @@ class Session:
             solution.reasons += what_would_hold(assembly, falling, solver, own)
         return solution
 
+    def _to_expect(self, assembly: Assembly, effort: Effort) -> Solution | None:
+        """What method "compliant" finds, or why it is not asked; None where nobody wants to know. Its steps
+        and time stand apart from those of the method."""
+        if not self.expected or self.method.name in (*_ASSOCIATIVE, _EXPECTED):
+            return None
+        method, problem = METHODS[_EXPECTED], assembly.problem
+        if method.constant_dilatancy and problem.dilatancy_depends_on_stress:
+            return Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, [reason(Code.DILATANCY_FALLS)])
+        if problem.joints > PASSES_UP_TO:
+            why = reason(Code.NOT_EXPECTED, joints=problem.joints)
+            return Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, [why])
+        effort.begins("load to expect")
+        solver = find_solver("pyomo", "newton")
+        effort.uses(solver.name, "load to expect")
+        with effort.measure("expected"):
+            solution = method.run(Task(problem, solver, effort=Effort(effort.begins), kept=self.kept))
+        if solution.load_factor is not None and solution.load_factor < -ZERO:
+            from masonry_opt.standing.no_load_factor import withdraw_wedged
+
+            withdraw_wedged(assembly, solution)
+        return solution
+
 
 def refuse_unsuited(method: Method, assembly: Assembly) -> None:
     """Raise CaseError if nothing carries a live load, OptionError if the method does not know such joints."""
@@ -149,6 +177,8 @@ def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: b
     """Set the associative load factor beside a Coulomb answer; without a load factor ≥ 0, explain why."""
     if not is_associative:
         _set_beside(task, solution)
+    if solution.expected is not None:
+        solution.expected.associative = solution.associative_value
     if solution.load_factor is not None and solution.load_factor >= -ZERO:
         return
     from masonry_opt.standing.no_load_factor import explain

@@ -91,11 +91,14 @@ _SOLVED: dict[tuple[object, ...], Result] = {}
 
 
 def solved(scene: mo.Scene | Path, method: str = "mcp", **options: Any) -> Result:
-    """``mo.solve``, once for each scene, method and options: results do not change."""
+    """``mo.solve``, once for each scene, method and options: results do not change.
+
+    The load to expect is left out unless asked for.
+    """
     scene = _loaded(scene) if isinstance(scene, Path) else scene
     key = (repr(scene), method, *sorted(options.items()))
     if key not in _SOLVED:
-        _SOLVED[key] = mo.solve(scene, method, **options)
+        _SOLVED[key] = mo.solve(scene, method, **({"expected": False} | options))
     return _SOLVED[key]
 
 

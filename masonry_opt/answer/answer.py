@@ -37,6 +37,7 @@ class Answer(Found):
     Attributes
     ----------
     load_factor: λ.
+    compliance: of the contacts under which it was certified (see :class:`~.problem.Problem`).
     certificate: residuals of the scene as a whole.
     residuals: everything that the limits of acceptance are for (see :func:`~.certificate.residuals`).
     """
@@ -45,6 +46,7 @@ class Answer(Found):
     q: np.ndarray
     d: np.ndarray
     slope: np.ndarray
+    compliance: np.ndarray | None
     certificate: Certificate
     residuals: dict[str, float]
 
@@ -53,8 +55,8 @@ class Answer(Found):
         return LIMITS[kind].failing(self.residuals)
 
     def under(self, problem: Problem, slope: np.ndarray) -> Answer:
-        """The same state under a flow rule, shape (k,): itself if that is its own."""
-        if np.array_equal(self.slope, slope):
+        """The same state under a flow rule, shape (k,), and the contacts of a problem: itself if its own."""
+        if self.compliance is problem.compliance and np.array_equal(self.slope, slope):
             return self
         return certified(problem, self.load_factor, self.q, self.d, slope, self.parabola)
 
@@ -79,6 +81,7 @@ def certified(
         d=d,
         slope=slope,
         parabola=parabola,
+        compliance=problem.compliance,
         certificate=certificate,
         residuals=residuals(problem, certificate, load_factor, q, d, parabola),
     )

@@ -55,6 +55,7 @@ class Code(StrEnum):
     PLATEAU = "plateau"  # give, change: of λ from softer contacts; steps
     NO_PLATEAU = "no plateau"  # give, change: None where only one pass ended; steps
     GROWS_WITH_STIFFNESS = "grows with stiffness"  # give, load_factor, elastic: share of the work
+    NOT_EXPECTED = "not expected"  # joints: too many for passes
 
     # The MPEC.
     LOCAL_MINIMUM = "local minimum"  # epsilon

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 _TOLD = (
     *("case", "method", "model", "solver", "status", "message", "reasons", "warnings", "kind", "crushing"),
     *("load_factor", "tilt_angle", "blocks", "joints", "flow_rule_matters", "iterations", "lp_solves"),
-    *("nlp_solves", "stationary", "associative", "exact", "range", "bound", "seconds", "solvers"),
-    *("certificate", "infeasibility", "size", "history"),
+    *("nlp_solves", "stationary", "expected", "expected_reasons", "associative", "exact", "range", "bound"),
+    *("seconds", "solvers", "certificate", "infeasibility", "size", "history"),
 )
 
 
@@ -76,6 +76,11 @@ class Result:
     lp_solves, nlp_solves: linear and nonlinear programs solved (without the check of the dead load).
     stationary: of a refined answer: True if no mechanism tried among the faces at yield lowers λ, False if
         the solver could not tell for some; None for other methods.
+    expected: load factor to expect of a scene that stands and is then pushed, that of method "compliant";
+        None of an associative answer, where it was not asked for, and where there is none.
+    expected_reasons: in codes whether it depends on how stiff contacts are, or why there is none.
+    at_expected: the result of the state to expect, with its mechanism, tables and pictures, and the seconds
+        and solvers of all; None where it was not asked for.
     associative: load factor with associative flow, which no Coulomb answer exceeds; None where unlimited.
     exact: whether all residuals under the joints' own flow rule are within the limits of exact answers.
     bound: lower bound of λ, of method "global", below the rates (and forces) that ``reasons`` say it assumes,
@@ -184,6 +189,23 @@ class Result:
     @property
     def stationary(self) -> bool | None:
         return self.solution.stationary
+
+    @property
+    def expected(self) -> float | None:
+        return _unsigned(self.solution.expected_value)
+
+    @property
+    def expected_reasons(self) -> tuple[Reason, ...]:
+        return self.at_expected.reasons if self.at_expected else ()
+
+    @cached_property
+    def at_expected(self) -> Result | None:
+        if self.kind is Kind.COMPLIANT:
+            return self
+        if (found := self.solution.expected) is None:
+            return None
+        of = replace(self, method="compliant", model="pyomo", solver="newton", solution=found)
+        return replace(of, iterations=len(found.history), lp_solves=0, nlp_solves=0)
 
     @property
     def associative(self) -> float | None:

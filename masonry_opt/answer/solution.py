@@ -33,6 +33,8 @@ class Solution:
     history: one record a step of the method.
     stationary: of a refined state: True if no mechanism tried among the faces at yield lowers λ.
     associative: associative load factor; None where it is unlimited, or was not computed.
+    expected: of a Coulomb method, what method "compliant" found, or why it was not asked; None where it is
+        switched off, and of scenes that fall.
     bound: lower bound of λ, of the bracket; what it assumes, if anything, stands in the reasons.
     bound_derived: whether it assumes nothing.
     infeasibility: what is proven where there is no λ; None if no proof was tried.
@@ -48,6 +50,7 @@ class Solution:
     history: list[Any] = field(default_factory=list)
     stationary: bool | None = None
     associative: float | None = None
+    expected: Solution | None = None
     bound: float | None = None
     bound_derived: bool = False
     infeasibility: InfeasibilityCertificate | None = None
@@ -79,6 +82,13 @@ class Solution:
         return self.load_factor if self.kind is Kind.ASSOCIATIVE else self.associative
 
     @property
+    def expected_value(self) -> float | None:
+        """Load factor to expect: its own if it is that; None if there is none, or it was not computed."""
+        if self.kind is Kind.COMPLIANT:
+            return self.load_factor
+        return self.expected.load_factor if self.expected else None
+
+    @property
     def proven_none(self) -> bool:
         """Whether it is proven that no load factor exists."""
         return self.infeasibility is not None and self.infeasibility.proven
@@ -106,9 +116,7 @@ class Solution:
     def is_exact(self, problem: Problem) -> bool:
         """Whether the answer is an exact state under the joints' own flow rule."""
         answer = self.answer
-        if answer is None or self.kind is Kind.COMPLIANT:
-            return False  # the certificate is of contacts that give
-        return not answer.under(problem, problem.dilatancy).failing(Kind.EXACT)
+        return answer is not None and not answer.under(problem, problem.dilatancy).failing(Kind.EXACT)
 
     def end(self, status: Status, code: Code, **values: Any) -> None:
         """Set the status, and the one reason for it."""

@@ -8,6 +8,7 @@ from masonry_opt.drawing.page import caption
 from masonry_opt.drawing.svg import Canvas, blocks_svg, legend_svg, marks_svg
 from masonry_opt.words.page import headline, text
 from masonry_opt.words.sentences import numeral
+from masonry_opt.words.summary import load_factors
 
 #: Blocks above which there is no picture: a notebook keeps all that it shows.
 MOST_BLOCKS = 2000
@@ -24,6 +25,7 @@ def notebook_html(result: Result) -> str:
         f"<b>{text(elements.title)}</b>",
         f'<span style="font-size:1.4em">{headline(result)}</span>',
         status,
+        text(load_factors(result)),
         *(f"Warning: {text(words)}" for words in result.warning_sentences),
     ]
     if result.size.blocks <= MOST_BLOCKS:

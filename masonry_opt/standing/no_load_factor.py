@@ -25,8 +25,7 @@ def explain(
     proven as far as possible, and the joints that carry the load are named.
     """
     if solution.load_factor is not None:
-        moving = [] if solution.d is None else moving_names(assembly, solution.d)
-        solution.withdraw(Status.UNSTABLE, Code.WEDGED, blocks=moving)
+        withdraw_wedged(assembly, solution)
     if solution.infeasibility is None:
         solution.infeasibility = existence(assembly.problem, effort, of_mechanism=not associative)
     if not associative:
@@ -38,6 +37,12 @@ def explain(
     found = locking_joints(assembly.problem, solution.status, solution.q, solver, Effort())
     if len(found):
         solution.add(Code.JOINTS, status=str(solution.status), pairs=assembly.pairs(found))
+
+
+def withdraw_wedged(assembly: Assembly, solution: Solution) -> None:
+    """Withdraw a load factor below zero."""
+    moving = [] if solution.d is None else moving_names(assembly, solution.d)
+    solution.withdraw(Status.UNSTABLE, Code.WEDGED, blocks=moving)
 
 
 def _settle(solution: Solution) -> None:

@@ -298,6 +298,9 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
             else f"ten times softer ones change λ by {v['change']:.2%}"
         )
     ),
+    Code.NOT_EXPECTED: lambda v: (
+        f"not looked for with {counted(v['joints'], 'joint')}: method 'compliant' takes long"
+    ),
     Code.GROWS_WITH_STIFFNESS: (
         "the load factor grows with the stiffness of contacts (the last was {load_factor:.4g}), as it does "
         "where nothing collapses"

@@ -16,7 +16,7 @@ from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.case_file import CaseFile
-from masonry_opt.words.sentences import BY_CHORDS, numeral, sentences, verb
+from masonry_opt.words.sentences import BY_CHORDS, message, numeral, sentences, verb
 
 #: Codes that tell what is known of lower states.
 _BOUNDS = (
@@ -65,7 +65,7 @@ def facts(result: Result) -> dict[str, str]:
         "falls" if result.status is Status.UNSTABLE else "moves": _mechanism(result),
         "live load": _live_load(result),
         "how sure": _certainty(result),
-        "dilatancy": _dilatancy(result),
+        "load factors": load_factors(result),
         "crushing": _crushing(result),
         "not credible": _stressed(result),
         "reference": _reference(result),
@@ -180,19 +180,30 @@ def _left(result: Result) -> str:
     return f"what its certificate leaves ({named})" if named else "what its certificate leaves"
 
 
-def _dilatancy(result: Result) -> str:
-    """What dilatancy would add to a Coulomb answer."""
-    if result.associative is None or result.load_factor is None:
+def load_factors(result: Result) -> str:
+    """The load factors that a Coulomb answer comes with, and what each is for."""
+    if result.kind is Kind.ASSOCIATIVE:
         return ""
-    if result.kind is Kind.ASSOCIATIVE or _is_associative(result):
-        return ""
-    value, words = numeral(result.associative, ".7f"), "joints that open as they slide would carry"
-    if result.associative <= max(result.load_factor, ZERO) or same(result.associative, result.load_factor):
-        return f"{words} no more than this state"
-    if result.load_factor < ZERO:
-        return f"{words} λ = {value}"
-    adds = 100 * (result.associative / result.load_factor - 1)
-    return f"{words} {adds:.3g} % more (associative λ = {value})"
+    said, found, expected = [], result.load_factor, result.expected
+    if found is not None and result.kind is not Kind.COMPLIANT:
+        if expected is None or expected >= found or same(expected, found):
+            said.append(f"least known {_known(found)} (with the worst self-stress or fit)")
+        else:
+            said.append(f"found {_known(found)} (lower ones are likely)")
+    if expected is not None:
+        told = [reason for reason in result.expected_reasons if reason.code is Code.NO_PLATEAU]
+        doubt = f"; {message(told)}" if told else ""
+        said.append(f"to expect {_known(expected)} (pushed from rest, contacts alike{doubt})")
+    elif result.expected_reasons:
+        said.append(f"to expect none ({message(result.expected_reasons)})")
+    if result.associative is not None:
+        said.append(f"associative {_known(result.associative)} (if joints opened as they slide)")
+    return " · ".join(said)
+
+
+def _known(load_factor: float) -> str:
+    """A load factor, zero without the digits of its rounding."""
+    return numeral(0.0 if abs(load_factor) <= ZERO else load_factor, ".5g")
 
 
 def _crushing(result: Result) -> str:

@@ -43,6 +43,9 @@ def test_each_sub_problem_is_told_before_it_is_solved():
 def test_a_pass_and_what_follows_it():
     assert phases_of(WALLS[0], "mcp")[1] == [
         *FIRST,
+        "load to expect",
+        "contacts that give by 1e-03",
+        "contacts that give by 1e-04",
         "method 'mcp'",
         "pass 1",
         "exact states nearby",

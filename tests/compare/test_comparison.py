@@ -7,7 +7,7 @@ import sys
 
 import pandas as pd
 import pytest
-from scenes import CASES, two_blocks
+from scenes import CASES, solved, two_blocks
 from typer.testing import CliRunner
 
 import masonry_opt as mo
@@ -171,6 +171,8 @@ def test_the_report_tells_what_ends_apart(tmp_path, monkeypatch):
         def solve(task, *limits, low=low):
             if task.func is comparison.bound_scene:
                 return BOUNDS
+            if task.func is comparison.scene_to_expect:
+                return End(FINISHED, value={"load_factor": 0.22})
             load_factor = low if task.args[1].method == "refined" else 0.25
             value = VALUE | {"status": "converged", "kind": "exact", "load_factor": load_factor}
             return End(FINISHED, value=value)
@@ -211,6 +213,9 @@ def test_the_command_compares_for_real(tmp_path):
     assert found["static", "clarabel"] == pytest.approx(0.25, rel=1e-6)
     assert found["static", "highs"] == pytest.approx(0.25, rel=1e-6)
     assert found["nonassociative", "clarabel"] == pytest.approx(0.15, rel=1e-3)
+    assert (rows["expected_seconds"] == 0).all()  # found once for the scene, and no part of any run
+    told = pd.read_csv(tmp_path / "summary.csv")["to_expect"]
+    assert told.to_numpy() == pytest.approx(solved(two_blocks(), "compliant").load_factor, rel=1e-9)
     assert (tmp_path / "report.html").stat().st_size > 800_000  # the script is inside
 
 

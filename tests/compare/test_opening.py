@@ -40,6 +40,7 @@ def test_load_factors_are_those_of_the_frames(comparison):
         assert float(shown[scene, f"{question} λ, {method}"].value) == pytest.approx(load_factor, rel=5e-5)
     assert shown[BLOCKS, "lowest Coulomb λ known"] == Cell("0.15000", ("by hand",))
     assert shown[BLOCKS, "b × c"].value == "50 × 100"
+    assert [shown[scene, "λ to expect"].value for scene in (BLOCKS, WALL)] == ["–", "0.64154"]
 
 
 def test_gap_time_and_spread_stand_below(comparison):

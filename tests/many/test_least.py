@@ -95,6 +95,15 @@ def test_least_friction_that_carries_a_load(method):
     assert found.fails.number < 0.3 <= found.holds.number + 1e-9
     assert found.history.columns.tolist() == ["value", "holds", "number", *COLUMNS]
     assert found.history["load_factor"].tolist() == [trial.number for trial in found.trials]
+    assert found.history["expected"].isna().all()
+
+
+def test_the_load_to_expect_is_told_where_asked_for():
+    found = mo.least(
+        lambda mu: block_on_floor(friction=mu), 0.05, 1, load=0.3, samples=0, tolerance=0.5, expected=True
+    )
+    history = found.history
+    assert history["expected"].tolist() == pytest.approx(history["load_factor"].tolist(), rel=1e-6)
 
 
 def test_a_load_factor_that_jumps_is_named():

@@ -42,6 +42,15 @@ def test_load_factors_are_those_by_hand(swept):
     assert (swept["status"] == "optimal").all()
 
 
+def test_the_load_to_expect_is_a_column(swept):
+    """That of a single block is its load factor; associative methods have none."""
+    assert swept["expected"].isna().all()
+    told, off = (sweep(method="mcp", expected=expected) for expected in (True, False))
+    assert told["expected"].to_numpy() == pytest.approx(swept["load_factor"].to_numpy(), rel=1e-6)
+    assert off["expected"].isna().all()
+    same(off.drop(columns="expected"), told.drop(columns="expected"))
+
+
 def test_order_and_workers_change_nothing(swept):
     same(sweep(workers=2), swept)
     points = grid(VARY)[::-1]
@@ -68,7 +77,9 @@ def test_an_interrupted_sweep_goes_on(swept, tmp_path):
     same(sweep(out=tmp_path), swept)
     assert kept.read_text() == before  # nothing was made again
     written = pd.read_csv(
-        tmp_path / "runs.csv", keep_default_na=False, na_values={"load_factor": [""], "states": [""]}
+        tmp_path / "runs.csv",
+        keep_default_na=False,
+        na_values={name: [""] for name in ("load_factor", "expected", "states")},
     )
     same(written.astype(swept.dtypes.to_dict()), swept)
 

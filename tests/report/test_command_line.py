@@ -35,7 +35,7 @@ def test_json_is_one_object_with_everything_asked_for(monkeypatch, capsys, metho
     assert answer["status"] == "converged"
     assert (answer["blocks"], answer["joints"]) == (33, 83)
     assert set(answer["certificate"]) == {"equilibrium", "yield", "flow", "complementarity"}
-    parts = {"scene", "dead_load", "build", "compile", "solve", "read", "associative"}
+    parts = {"scene", "dead_load", "expected", "build", "compile", "solve", "read", "associative"}
     assert set(answer["seconds"]) == parts
     assert answer["associative"] == pytest.approx(0.64286, abs=5e-6)
     assert answer["range"] == [None, answer["load_factor"] if answer["exact"] else answer["associative"]]
@@ -91,7 +91,7 @@ def test_text_says_what_moves_at_what_load_and_how_sure_that_is(monkeypatch, cap
     assert (code, err) == (0, "")
     assert "33 blocks, 83 joints" in out.splitlines()[0]
     assert "λ = 0.6398" in out.splitlines()[1]
-    assert labels(out)[2:] == ["moves", "live load", "how sure", "dilatancy", "reference"]
+    assert labels(out)[2:] == ["moves", "live load", "how sure", "load factors", "reference"]
     # The loop's sliding contracts by 10⁻³ μ: no exact state, and what is left is told.
     assert re.search(r"^how sure .*flow \d\.\de-0[34]", out, re.MULTILINE)
     assert "\x1b" not in out

@@ -50,7 +50,7 @@ def ends_in_one_pass(family: str, stones: int, seed: int) -> bool:
     """Whether a pass ends; then in a state that meets every condition, at or below the associative λ, which
     is solved to 1e-9."""
     scene = large_scene(family, stones, seed)
-    result = mo.solve(scene, "mcp", fallback=False)
+    result = mo.solve(scene, "mcp", expected=False, fallback=False)
     if result.status is mo.Status.SOLVER_FAILED:
         assert [reason.code for reason in result.reasons] == [Code.PASS_STOPPED, Code.AT_MOST]
         return False

@@ -52,7 +52,10 @@ def mcp(task: Task) -> Solution:
         solution = nonassociative(task.with_options(LoopOptions(), find_solver("cvxpy", None)))
         solution.reasons.insert(0, reason(Code.DILATANCY_FALLS))
         return solution
-    solution = Solution(Status.SOLVER_FAILED, Kind.EXACT)
+    # The passes of the load to expect are the first of this method.
+    history = list(task.expected.history) if task.expected else []
+    effort.iterations += len(history)
+    solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, history=history)
     passes = prepared(task)
     search = None
     if problem.joints <= _SIMPLEX_UP_TO:

@@ -18,6 +18,9 @@ from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 
+#: Joints up to which the load to expect is told beside the answers of other methods.
+PASSES_UP_TO = 8000
+
 #: Compliance of contacts in passes of a search, which more often end than those with rigid ones.
 _OTHERS_GIVE = 1e-4
 

@@ -17,9 +17,16 @@ from masonry_opt.studies.cases import case_folder
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown, best_known, improve, lowest_exact, merged
-from masonry_opt.studies.compare.judge import ANSWER, ASSOCIATIVE
+from masonry_opt.studies.compare.judge import ANSWER, ASSOCIATIVE, COULOMB, question_of
 from masonry_opt.studies.compare.plan import CaseScene, Pair, Plan, find_scenes, plan
-from masonry_opt.studies.compare.runs import COLUMNS, bound_scene, key_of, row_of, run_pair
+from masonry_opt.studies.compare.runs import (
+    COLUMNS,
+    bound_scene,
+    key_of,
+    row_of,
+    run_pair,
+    scene_to_expect,
+)
 from masonry_opt.studies.journal import Journal, digest
 from masonry_opt.studies.machine import versions_hash
 from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TIME_LIMIT, run_alone
@@ -37,8 +44,8 @@ OUT = Path("results/compare")
 #: Runs that take longer (seconds) are not repeated: their scatter is relatively small.
 REPEATED_BELOW = 5.0
 
-#: Seconds that the certified bounds of a scene may take at least.
-_BOUNDS_TIME = 120.0
+#: Seconds that what is computed once for a scene may take at least.
+_SCENE_TIME = 120.0
 
 
 class NoRunEndedError(MasonryError):
@@ -64,8 +71,9 @@ class Comparison:
     ----------
     bounds: certified bounds of the associative load factor, by scene name.
     best: lowest exact Coulomb state known, by scene name.
+    to_expect: load factor to expect, by scene name, where Coulomb methods are compared; None: there is none.
     results: one row a run (see :data:`~.runs.COLUMNS`).
-    summary: one row a scene and pair (see :func:`~.frames.summary`).
+    summary: one row a scene and pair (see :func:`~.frames.summary`), with the load factor to expect.
     notes: further remarks, a line each.
     interrupted: whether runs are missing.
     text: the report that ``print`` shows.
@@ -76,6 +84,7 @@ class Comparison:
     limits: RunLimits
     bounds: dict[str, CertifiedBounds]
     best: dict[str, BestKnown]
+    to_expect: dict[str, float | None]
     results: pd.DataFrame
     summary: pd.DataFrame
     notes: tuple[str, ...] = ()
@@ -174,13 +183,19 @@ def run_plan(
     known = best_known(scenes)
     journal = Journal(folder, {"columns": digest(COLUMNS)})
     bounds: dict[str, CertifiedBounds] = {}
+    to_expect: dict[str, float | None] = {}
+    coulomb = any(question_of(pair.method) == COULOMB for pair in plan.pairs)
     rows: list[dict[str, Any]] = []
     notes: list[str] = []
     interrupted = False
     try:
         for scene in scenes:
-            if scene.expected.get(ASSOCIATIVE, ANSWER) == ANSWER:  # else there is no λ to bound
-                bounds |= _bounds(scene, journal, limits, progress, notes)
+            once = partial(_once, scene, journal, limits, progress, notes)
+            known_without = scene.expected.get(ASSOCIATIVE, ANSWER) != ANSWER  # then there is no λ to bound
+            if not known_without and (found := once("certified bounds", bound_scene)):
+                bounds[scene.name] = CertifiedBounds(**found)
+            if coulomb and (found := once("load to expect", scene_to_expect)):
+                to_expect[scene.name] = found["load_factor"]
         for row in _runs(scenes, plan, limits, journal, progress):
             rows.append(row)  # those before an interrupt stay
     except KeyboardInterrupt:
@@ -195,8 +210,12 @@ def run_plan(
     notes += improve(scenes, found, update_best_known)
     best = merged(known, found)
     summary = frames.summary(rows, bounds, best, {scene.name: scene.expected for scene in scenes})
+    if len(summary):
+        summary["to_expect"] = summary["scene"].map(to_expect).astype(float)
     results = pd.DataFrame(rows, columns=COLUMNS)
-    return Comparison(tuple(scenes), plan, limits, bounds, best, results, summary, tuple(notes), interrupted)
+    return Comparison(
+        tuple(scenes), plan, limits, bounds, best, to_expect, results, summary, tuple(notes), interrupted
+    )
 
 
 def _runs(
@@ -234,18 +253,23 @@ def _ended_by_less(row: dict[str, Any], limits: RunLimits) -> bool:
     return now.get(row["ended"], False)
 
 
-def _bounds(
-    scene: CaseScene, journal: Journal, limits: RunLimits, progress: Callable[[str], None], notes: list[str]
-) -> dict[str, CertifiedBounds]:
-    """Certified bounds by the scene's name, read or computed; nothing, and a note, where that failed."""
-    key = f"bounds · {scene.content}"
+def _once(
+    scene: CaseScene,
+    journal: Journal,
+    limits: RunLimits,
+    progress: Callable[[str], None],
+    notes: list[str],
+    what: str,
+    function: Callable[[Path], dict[str, Any]],
+) -> dict[str, Any] | None:
+    """What a function finds of a case file, read or computed; None, and a note, where that failed."""
+    key = f"{what} · {scene.content}"
     found = journal.find(key)
     if found is None:
-        progress(f"certified bounds of {scene.name}")
-        time_limit = max(limits.time, _BOUNDS_TIME)
-        end = run_alone(partial(bound_scene, scene.path), time_limit, limits.memory)
+        progress(f"{what} of {scene.name}")
+        end = run_alone(partial(function, scene.path), max(limits.time, _SCENE_TIME), limits.memory)
         if end.how != FINISHED:
-            notes.append(f"{scene.name}: no certified bounds: {end.how}: {end.reason}")
-            return {}
+            notes.append(f"{scene.name}: no {what}: {end.how}: {end.reason}")
+            return None
         journal.add(key, found := end.value)
-    return {scene.name: CertifiedBounds(**found)}
+    return found

@@ -177,6 +177,10 @@ def opening(comparison: Comparison) -> tuple[list[str], list[SceneRow]]:
         known = comparison.best.get(scene)
         return Cell(_lambda(known.load_factor), (known.method,)) if known else _UNKNOWN
 
+    def to_expect(scene: str) -> Cell:
+        load_factor = comparison.to_expect.get(scene)
+        return _UNKNOWN if load_factor is None else Cell(_lambda(load_factor))
+
     def spread(scene: str) -> Cell:
         if (row := apart.get(scene)) is None:
             return _UNKNOWN
@@ -193,7 +197,7 @@ def opening(comparison: Comparison) -> tuple[list[str], list[SceneRow]]:
 
     columns = {"b × c": size} | (of_methods(ASSOCIATIVE) or {"associative λ, certified": certified})
     if coulomb := of_methods(COULOMB):
-        columns |= {"lowest Coulomb λ known": best} | coulomb
+        columns |= {"lowest Coulomb λ known": best, "λ to expect": to_expect} | coulomb
         columns |= {f"spread of Coulomb λ, if over {100 * APART:g} %": spread}
     rows = [
         SceneRow(

@@ -71,6 +71,7 @@ def least(
         Load factor to be carried, as ``method`` finds it. Without it live loads are ignored.
     method, **options:
         As of :func:`~masonry_opt.analysis.solve`, ``model`` and ``solver`` too; only with ``load``.
+        ``expected`` is False unless given: the search asks for λ of the method alone.
     tolerance:
         Distance of the two ends of the answer, relative to their value.
     samples:
@@ -132,7 +133,7 @@ class _Search:
             raise OptionError(f"{named}: goes with 'load', such as load=1; dead load alone needs no method")
         self.make, self.progress, self.least = make, progress, least
         self.load = None if load is None else _number("load", load)
-        self.session = prepare(method, keeps=True, **options)
+        self.session = prepare(method, keeps=True, **({"expected": False} | options))
         self.trials: dict[float, Trial] = {}
 
     def threshold(self, lower: float, upper: float, tolerance: float, samples: int) -> Threshold:

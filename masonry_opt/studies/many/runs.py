@@ -30,7 +30,8 @@ COLUMNS = {
     **dict.fromkeys(("status", "reason"), "object"),
     **dict.fromkeys(("any_load", "exact"), "boolean"),
     "states": "Int64",
-    **dict.fromkeys(("associative", "equilibrium", "yield", "flow", "complementarity"), "float64"),
+    **dict.fromkeys(("expected", "associative"), "float64"),
+    **dict.fromkeys(("equilibrium", "yield", "flow", "complementarity"), "float64"),
     "mechanism": "object",
     **dict.fromkeys(("slides", "hinges", "separates", "crushes", "blocks", "joints"), "Int64"),
     "message": "object",
@@ -54,6 +55,7 @@ class Study:
     model: str | None = None
     solver: str | None = None
     tolerance: float | None = None
+    expected: bool = True
     options: Mapping[str, Any] = field(default_factory=dict)
 
     def identity(self) -> dict[str, str]:
@@ -61,7 +63,7 @@ class Study:
         options = {name: repr(value) for name, value in sorted(self.options.items())}
         return {
             "scene": "" if self.scene is None else _of_scene(self.scene),
-            "method": digest((self.method, self.model, self.solver, self.tolerance)),
+            "method": digest((self.method, self.model, self.solver, self.tolerance, self.expected)),
             "options": digest(options),
             "versions": digest(versions()),
         }
@@ -91,6 +93,7 @@ class Solves:
             model=study.model,
             solver=study.solver,
             tolerance=study.tolerance,
+            expected=study.expected,
             keeps=True,
             **study.options,
         )
@@ -120,6 +123,7 @@ def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
         "any_load": solution.carries_any_load,
         "exact": solution.is_exact(problem),
         "states": solution.states_met,
+        "expected": solution.expected_value,
         "associative": solution.associative_value,
         "blocks": problem.blocks,
         "joints": problem.joints,

@@ -34,6 +34,7 @@ def sample(
     model: str | None = None,
     solver: str | None = None,
     tolerance: float | None = None,
+    expected: bool = True,
     out: str | Path | None = None,
     parquet: bool = False,
     force: bool = False,
@@ -72,7 +73,7 @@ def sample(
     sequence:
         "sobol", scrambled (the default up to 10 numbers), or "random", independent points (the default
         above: of many numbers Sobol's points correlate some unless there are thousands of runs).
-    method, model, solver, tolerance, **options:
+    method, model, solver, tolerance, expected, **options:
         Of :func:`~masonry_opt.analysis.solve`.
     out:
         Folder for ``runs.csv``, ``quantiles.csv``, ``fragility.csv``, ``sensitivity.csv`` and a chart of
@@ -103,7 +104,7 @@ def sample(
     values = draws.table(n, seed, sequence)
     folder = None if out is None else Path(out)
     runs = table(
-        Study(None if draws.varied else scene, method, model, solver, tolerance, options),
+        Study(None if draws.varied else scene, method, model, solver, tolerance, expected, options),
         values.to_dict("records"),  # type: ignore[arg-type]  # names of columns are texts
         make=draws.scene if draws.varied else None,
         folder=folder,

@@ -31,6 +31,7 @@ def sweep(
     model: str | None = None,
     solver: str | None = None,
     tolerance: float | None = None,
+    expected: bool = True,
     out: str | Path | None = None,
     parquet: bool = False,
     force: bool = False,
@@ -48,7 +49,7 @@ def sweep(
     vary:
         Values by name. Of a scene: ``joints.friction``, ``block.A.weight``, ``arch.thickness``, ... (see
         :mod:`~masonry_opt.studies.many.parameters`). Of a function: its arguments.
-    method, model, solver, tolerance, options:
+    method, model, solver, tolerance, expected, options:
         As of :func:`~masonry_opt.analysis.solve`.
     out:
         Folder for ``runs.csv`` and charts (with the extra ``studies``). Runs that it holds are not made
@@ -69,12 +70,13 @@ def sweep(
     pandas.DataFrame
         One row a run, the last of ``vary`` changing fastest: the values, ``load_factor`` (NaN without one),
         ``status``, ``reason`` (code), ``any_load`` (whether the scene carries any load; of a Coulomb method,
-        proven), ``exact``, ``states`` (number of different exact states met), ``associative``, the residuals
-        of its certificate (``equilibrium``, ``yield``, ``flow``, ``complementarity``), ``mechanism``
-        ("sliding", "hinging", "crushing", "mixed", "separating" or "none"), the numbers of joints that do so
-        (``slides``, ``hinges``, ``separates``, ``crushes``), ``blocks``, ``joints``, ``message`` and
-        ``seconds``. A run that fails is a row too, with status "refused" if its values make no scene. (Any
-        other error of a function ends the sweep; with ``out`` the runs before it are kept.)
+        proven), ``exact``, ``states`` (number of different exact states met), ``expected`` (NaN where it is
+        switched off), ``associative``, the residuals of its certificate (``equilibrium``, ``yield``,
+        ``flow``, ``complementarity``), ``mechanism`` ("sliding", "hinging", "crushing", "mixed", "separating"
+        or "none"), the numbers of joints that do so (``slides``, ``hinges``, ``separates``, ``crushes``),
+        ``blocks``, ``joints``, ``message`` and ``seconds``. A run that fails is a row too, with status
+        "refused" if its values make no scene. (Any other error of a function ends the sweep; with ``out`` the
+        runs before it are kept.)
 
     Raises
     ------
@@ -95,7 +97,7 @@ def sweep(
         Parameters(of).check_names(vary)
     folder = None if out is None else Path(out)
     frame = table(
-        Study(of, method, model, solver, tolerance, options),
+        Study(of, method, model, solver, tolerance, expected, options),
         points,
         make=make,
         folder=folder,

@@ -78,6 +78,9 @@ def sweep(
     model: Annotated[str | None, typer.Option(help="As of solve.")] = None,
     solver: Annotated[str | None, typer.Option(help="As of solve.")] = None,
     tolerance: Annotated[float | None, typer.Option(help="As of solve.", show_default=False)] = None,
+    expected: Annotated[
+        bool, typer.Option(help="Also the load to expect of each run, a column of the table.")
+    ] = True,
     option: Annotated[
         list[str] | None,
         typer.Option("--option", "-o", help="The method's own, as NAME=VALUE; may be repeated."),
@@ -113,6 +116,7 @@ def sweep(
         "model": model,
         "solver": solver,
         "tolerance": tolerance,
+        "expected": expected,
         "out": out,
         "parquet": parquet,
         "force": force,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pickle
 from collections import Counter
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, replace
 
 import pytest
 from scenes import WALLS, block_on_floor, overhanging, pressed_down, two_blocks
@@ -52,6 +52,20 @@ def test_an_associative_answer_is_judged_under_both_flow_rules():
     assert found.under(problem, problem.friction) is found
     left = found.under(problem, problem.dilatancy).failing(Kind.EXACT)
     assert left == {"complementarity": pytest.approx(1.0)}
+    assert not result.exact
+
+
+def test_an_answer_of_contacts_that_give_is_judged_with_them_and_with_rigid_ones():
+    """Contacts that give by a hundredth leave as much of the flow rule of rigid ones."""
+    result = mo.solve(two_blocks(), "compliant", give=0.01)
+    found, problem = result.solution.answer, result.assembly.problem
+    soft = replace(problem, compliance=found.compliance)
+    assert not found.failing(Kind.EXACT)
+    assert found.under(soft, problem.dilatancy) is found
+    left = found.under(problem, problem.dilatancy)
+    assert left.compliance is None
+    assert left.failing(Kind.EXACT).keys() == {"flow", "complementarity"}
+    assert 1e-3 < left.certificate.flow < 1e-1
     assert not result.exact
 
 

@@ -96,6 +96,8 @@ def test_wedging_alone_names_what_moves():
     skewbacks = [block for block in scene.blocks if block.fixed]
     result = mo.solve(scene.model_copy(update={"blocks": [*skewbacks, key]}))
     assert result.status is Status.UNSTABLE
+    assert result.expected is None
+    assert values_of(result.at_expected, Code.WEDGED)["blocks"] == ["plug"]
     wedged = values_of(result, Code.WEDGED)
     assert wedged["blocks"] == ["plug"]
     assert wedged["load_factor"] < 0

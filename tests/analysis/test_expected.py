@@ -1,0 +1,174 @@
+"""The load to expect beside every Coulomb answer: found once, counted apart, left out where not wanted."""
+
+from __future__ import annotations
+
+import json
+
+import pandas as pd
+import pytest
+from scenes import (
+    CASES,
+    WALLS,
+    block_on_floor,
+    overhanging,
+    pressed_down,
+    run_command,
+    small_wall,
+    solved,
+    two_blocks,
+    values_of,
+)
+
+import masonry_opt as mo
+from masonry_opt import session
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.reasons import Code
+from masonry_opt.errors import OptionError
+from masonry_opt.methods.mcp import compliant
+
+TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
+
+
+def column() -> mo.Scene:
+    """Three cubes, one on the other: it tips about the foot at λ = (3 · ½) / (½ + 1½ + 2½) = 1/3."""
+    drums = [
+        mo.Block(name=f"drum {y}", vertices=[(0, y), (1, y), (1, y + 1), (0, y + 1)], weight=1, live=(1, 0))
+        for y in range(3)
+    ]
+    floor = mo.Block(name="floor", vertices=[(-3, -1), (4, -1), (4, 0), (-3, 0)], fixed=True)
+    return mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=[*drums, floor])
+
+
+@pytest.fixture
+def asked(monkeypatch):
+    """The tasks that passes over contacts that give were asked for."""
+    tasks, run = [], compliant.compliant
+    monkeypatch.setattr(compliant, "compliant", lambda task: tasks.append(task) or run(task))
+    return tasks
+
+
+@pytest.mark.parametrize(
+    ("scene", "by_hand"),
+    [(block_on_floor(friction=0.3), 0.3), (block_on_floor(friction=0.6), 0.5), (column(), 1 / 3)],
+    ids=["slides", "tips", "column"],
+)
+def test_where_forces_are_determinate_all_three_are_one(scene, by_hand):
+    result = mo.solve(scene)
+    three = [result.load_factor, result.expected, result.associative]
+    assert three == pytest.approx([by_hand] * 3, rel=1e-6)
+    assert result.expected_reasons[0].code is Code.PLATEAU
+
+
+@pytest.mark.parametrize("wall", WALLS, ids=lambda wall: wall.stem)
+def test_on_the_walls_it_is_what_method_compliant_finds(wall):
+    result, alone = solved(wall, expected=True), solved(wall, "compliant")
+    assert result.expected == alone.load_factor == alone.expected
+    assert result.expected_reasons == alone.reasons
+    assert result.load_factor * (1 - 1e-6) <= result.expected < result.associative
+    state = result.at_expected
+    assert (state.kind, state.load_factor, state.associative) == (
+        Kind.COMPLIANT,
+        alone.load_factor,
+        result.associative,
+    )
+    pd.testing.assert_frame_equal(state.joints, alone.joints, check_exact=True)
+    assert (state.iterations, alone.at_expected) == (alone.iterations, alone)
+
+
+@pytest.mark.parametrize("method", ["mcp", "nonassociative", "mpec", "refined", "global"])
+def test_every_coulomb_method_tells_it_and_nothing_else_changes(method, asked):
+    """It is asked for once, whatever methods are asked on the way; steps are the method's own."""
+    steps, without = [], []
+    result = mo.solve(two_blocks(), method, progress=steps.append)
+    assert len(asked) == 1
+    off = mo.solve(two_blocks(), method, expected=False, progress=without.append)
+    assert len(asked) == 1
+    assert (off.expected, off.at_expected, off.expected_reasons) == (None, None, ())
+    assert result.expected == solved(two_blocks(), "compliant").load_factor
+    assert off.seconds["expected"] == 0 < result.seconds["expected"]
+    assert len(steps) == len(without)
+    for name in ("load_factor", "iterations", "lp_solves", "nlp_solves", "exact", "associative"):
+        assert getattr(result, name) == getattr(off, name)
+    pd.testing.assert_frame_equal(
+        result.history.drop(columns="seconds", errors="ignore"),
+        off.history.drop(columns="seconds", errors="ignore"),
+    )
+
+
+@pytest.mark.parametrize("method", ["static", "kinematic"])
+def test_of_an_associative_answer_it_is_not_asked(method, asked):
+    result = mo.solve(two_blocks(), method)
+    assert (result.expected, result.at_expected, asked) == (None, None, [])
+
+
+def test_nor_of_a_scene_that_falls(asked):
+    result = mo.solve(overhanging())
+    assert (result.expected, result.at_expected, asked) == (None, None, [])
+
+
+def test_where_there_is_none_the_reason_says_why(monkeypatch, asked):
+    endless = mo.solve(pressed_down())
+    assert endless.expected is None
+    assert endless.expected_reasons == tuple(endless.at_expected.solution.reasons)
+    assert endless.at_expected.load_factor is None
+    monkeypatch.setattr(session, "PASSES_UP_TO", 2)
+    large = mo.solve(two_blocks(), "nonassociative")
+    assert (large.expected, len(asked)) == (None, 1)
+    assert values_of(large.at_expected, Code.NOT_EXPECTED) == {"joints": 3}
+    stressed = small_wall(dilatancy=0.2, dilatancy_stress=(0.1, 1.0))
+    falling = mo.solve(stressed, "nonassociative")
+    assert [reason.code for reason in falling.expected_reasons] == [Code.DILATANCY_FALLS]
+    assert len(asked) == 1
+
+
+def test_json_has_it_and_whether_it_is_on_a_plateau():
+    told = json.loads(solved(WALLS[0], expected=True).to_json())
+    assert told["expected"] == solved(WALLS[0], "compliant").load_factor
+    (why,) = told["expected_reasons"]
+    assert why["code"] == "plateau"
+    assert 0 <= why["change"] < 3e-3
+    off = json.loads(mo.solve(two_blocks(), expected=False).to_json())
+    assert (off["expected"], off["expected_reasons"]) == (None, [])
+
+
+def test_the_command_tells_it_and_leaves_it_out(monkeypatch, capsys, tmp_path):
+    said = {}
+    for flag in ("--expected", "--no-expected"):
+        code, out, _ = run_command(monkeypatch, capsys, "solve", TWO_BLOCKS, "--json", flag)
+        assert code == 0
+        said[flag] = json.loads(out)["expected"]
+    assert said == {"--expected": solved(two_blocks(), "compliant").load_factor, "--no-expected": None}
+    mo.save(pressed_down(), case := tmp_path / "pressed.toml")
+    assert run_command(monkeypatch, capsys, "solve", case)[0] == 1
+
+
+def test_the_command_draws_the_mechanism_of_either(monkeypatch, capsys, tmp_path):
+    """Wall 1 comes to another mechanism as it is pushed from rest."""
+    pages = {}
+    for which in ("least", "expected"):
+        page = tmp_path / f"{which}.html"
+        arguments = ("solve", WALLS[0], "--plot", page, "--mechanism", which)
+        assert run_command(monkeypatch, capsys, *arguments)[0] == 0
+        pages[which] = page.read_text("utf-8")
+    solved(WALLS[0], expected=True).at_expected.save(alone := tmp_path / "alone.html")
+    assert pages["expected"] == alone.read_text("utf-8") != pages["least"]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--mechanism", "expected"],
+        ["--plot", "a.png", "--mechanism", "most"],
+        ["--plot", "a.png", "--mechanism", "expected", "--no-expected"],
+        ["--plot", "a.png", "--mechanism", "expected", "--method", "static"],
+    ],
+)
+def test_a_mechanism_that_cannot_be_drawn_is_refused_before(monkeypatch, capsys, asked, options):
+    code, out, error = run_command(monkeypatch, capsys, "solve", TWO_BLOCKS, *options)
+    assert (code, out, asked) == (2, "", [])
+    assert "--mechanism" in error
+
+
+def test_the_switch_is_true_or_false():
+    with pytest.raises(OptionError, match="expected"):
+        mo.solve(two_blocks(), expected="no")
