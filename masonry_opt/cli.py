@@ -110,7 +110,9 @@ def solve(
     ] = None,
     plot_kind: Annotated[
         str | None,
-        typer.Option(metavar="KIND", help="What a picture shows: mechanism (default), thrust, utilisation."),
+        typer.Option(
+            metavar="KIND", help="What a picture shows: mechanism (default), thrust, utilisation, curve."
+        ),
     ] = None,
     names: Annotated[bool, typer.Option("--names", help="With --plot: write the blocks' names.")] = False,
     force: Force = False,
@@ -133,6 +135,8 @@ def solve(
 
         refuse_saving(plot, kind, names, force)
     options = method_options(option, solve_scene)
+    if kind == "curve" and not options.get("curve"):
+        raise OptionError("--plot-kind curve needs --method compliant and --option curve=true")
     errors = Console(stderr=True)
     steps: list[str] = []
     told: list[str] = []

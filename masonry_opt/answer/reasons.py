@@ -59,6 +59,7 @@ class Code(StrEnum):
     # Contacts that give.
     PLATEAU = "plateau"  # give, change: of λ from softer contacts; steps
     NO_PLATEAU = "no plateau"  # give, change: None where only one pass ended; steps
+    CURVE = "curve"  # states, left_out: passes that ended in none; peak, last: load factors
     GROWS_WITH_STIFFNESS = "grows with stiffness"  # change, load_factor
 
     # The MPEC.

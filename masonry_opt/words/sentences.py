@@ -8,7 +8,7 @@ from typing import Any
 
 from masonry_opt.answer.reasons import Code, Reason
 from masonry_opt.answer.status import Status
-from masonry_opt.answer.thresholds import LOWER
+from masonry_opt.answer.thresholds import LOWER, PLATEAU
 from masonry_opt.errors import counted, rounded_up
 from masonry_opt.problem.chords import CHORDS, MISSED
 
@@ -306,6 +306,15 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
             "no pass ended with softer or stiffer ones"
             if v["change"] is None
             else f"ten times softer ones change λ by {v['change']:.2%}"
+        )
+    ),
+    Code.CURVE: lambda v: (
+        f"λ over displacement, in {counted(v['states'], 'state')}"
+        + (f" ({v['left_out']} more were not found)" if v["left_out"] else "")
+        + (
+            f", falls from {numeral(v['peak'], '.4g')} to {numeral(v['last'], '.4g')}"
+            if v["peak"] - v["last"] > PLATEAU * v["peak"]
+            else ", does not fall"
         )
     ),
     Code.GROWS_WITH_STIFFNESS: (
