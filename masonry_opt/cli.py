@@ -116,7 +116,9 @@ def solve(
     ] = None,
     plot_kind: Annotated[
         str | None,
-        typer.Option(metavar="KIND", help="What a picture shows: mechanism (default), thrust, utilisation."),
+        typer.Option(
+            metavar="KIND", help="What a picture shows: mechanism (default), thrust, utilisation, curve."
+        ),
     ] = None,
     mechanism: Annotated[
         str | None,
@@ -151,6 +153,8 @@ def solve(
 
         refuse_saving(plot, kind, names, force)
     options = method_options(option, solve_scene)
+    if kind == "curve" and not options.get("curve"):
+        raise OptionError("--plot-kind curve needs --method compliant and --option curve=true")
     errors = Console(stderr=True)
     steps: list[str] = []
     told: list[str] = []

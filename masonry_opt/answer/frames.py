@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 
-from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.motion import joint_motion
+from masonry_opt.answer.solution import GivingState, Solution
+from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.chords import parabola
@@ -76,6 +82,34 @@ def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
             }
         )
     )
+
+
+def curve_frame(assembly: Assembly, states: Iterable[GivingState]) -> pd.DataFrame:
+    """A row a state of contacts that give less and less; joints that start are those of no row before."""
+    problem = assembly.problem
+    rows, started = [], np.zeros((2, problem.joints), dtype=bool)
+    # Velocities are scaled by a sum over components, which depends on the axes: a displacement must not.
+    work = problem.live_norm / (problem.force_sizes(problem.live).sum() or problem.live_norm)
+    for state in states:
+        solution = Solution(Status.CONVERGED, Kind.COMPLIANT, found=state.answer)
+        motion = joint_motion(replace(assembly, problem=state.problem), solution)
+        n = state.problem.normal_forces(state.answer.q)
+        pressed = n > IDLE * np.abs(n).max(initial=0.0)  # joints without force slip as they please
+        moves = np.stack([motion.slides & pressed, motion.hinges | motion.separates])
+        slide, part = (assembly.pairs(joints) for joints in moves & ~started)
+        started |= moves
+        rows.append(
+            {
+                "displacement": work / state.give,
+                "load_factor": state.answer.load_factor,
+                "give": state.give,
+                "sliding": int(moves[0].sum()),
+                "opening": int(moves[1].sum()),
+                "starts_sliding": slide,
+                "starts_opening": part,
+            }
+        )
+    return pd.DataFrame(rows)
 
 
 def _utilisation(problem: Problem, q: np.ndarray) -> np.ndarray:

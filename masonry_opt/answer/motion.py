@@ -35,6 +35,7 @@ class JointMotion:
 def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
     """Which joints slide, hinge, separate and crush, in a solution that has a mechanism.
 
+    What contacts give elastically, where they do, is no such motion.
     Opening by the answer's flow rule counts neither as hinging nor as separating. A joint without force that
     opens in the middle while one edge stays separates if it slips, else it hinges about that edge.
     """
@@ -44,14 +45,14 @@ def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
     # Blocks that fall under their dead load do so by associative flow.
     own = problem.friction if solution.load_factor is None else problem.dilatancy
     slope[problem.sliding] = own if solution.found.slope is None else solution.found.slope
-    opening, slip, _ = problem.by_kind(problem.B.T @ solution.d)
+    opening, slip, rotation = problem.by_kind(problem.motion(solution.d, solution.q))
     slip = np.abs(slip)
     omega = np.zeros(len(assembly.scene.blocks))
     omega[assembly.movable] = problem.moments(solution.d)[:, 0] / problem.length_unit
     # Turning of a corner on an edge is measured on a joint of usual length.
     in_a_point = joints.length == 0
-    half = np.where(in_a_point, problem.length_unit, joints.length / 2)
-    turning = (omega[joints.first] - omega[joints.second]) * half
+    of_corners = (omega[joints.first] - omega[joints.second]) * problem.length_unit
+    turning = np.where(in_a_point, of_corners, rotation * problem.half_length)
     speed = fastest(assembly, solution.d)
     # Opening of the edge that opens less: the first block's edge runs from start to end.
     apart = opening - slope * slip

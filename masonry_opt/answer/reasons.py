@@ -56,6 +56,7 @@ class Code(StrEnum):
     NO_PLATEAU = "no plateau"  # give, change: None where only one pass ended; steps
     GROWS_WITH_STIFFNESS = "grows with stiffness"  # give, load_factor, elastic: share of the work
     NOT_EXPECTED = "not expected"  # joints: too many for passes
+    CURVE = "curve"  # states, left_out: passes that ended in none; peak, last: load factors
 
     # The MPEC.
     LOCAL_MINIMUM = "local minimum"  # epsilon

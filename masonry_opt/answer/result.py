@@ -148,6 +148,22 @@ class Result:
 
         return history_frame(self.solution)
 
+    @cached_property
+    def curve(self) -> pd.DataFrame | None:
+        """λ over displacement, where method "compliant" was asked for it (``curve=True``); else None.
+
+        A row a state with λ ≥ 0 of contacts that give less and less: ``displacement`` of the live load (its
+        work over its forces, in what a contact of mean length gives under the mean contact force of the dead
+        load, counted from contacts without force), ``load_factor``, ``give`` (see
+        :class:`~.mcp.compliant.CompliantOptions`), how many joints are ``sliding`` under pressure and
+        ``opening`` (about an edge, or wholly), and the names of the two blocks of each joint that
+        ``starts_sliding`` or ``starts_opening``: in none of the rows before. In the first row these are also
+        the joints that move as the scene settles under its weight."""
+        from masonry_opt.answer.frames import curve_frame
+
+        states = self.solution.curve
+        return None if states is None else curve_frame(self.assembly, states)
+
     @property
     def case(self) -> str:
         return self.assembly.scene.called
@@ -287,13 +303,14 @@ class Result:
         ----------
         kind: "mechanism" (blocks displaced, with their loads; joints by how they move), "thrust" (the
             resultant of each joint where it acts; through arches and columns the line of thrust) or
-            "utilisation" (of each joint the force over its limit, in colours).
+            "utilisation" (of each joint the force over its limit, in colours), or "curve" (λ over
+            displacement, where there is a ``curve``).
         names: whether to write each block's name into it.
 
         Raises
         ------
         OptionError
-            If there is no such kind.
+            If there is no such kind, of this result, or it shows no names.
         """
         # Drawing comes after results, and takes matplotlib: both are loaded where a picture is asked for.
         from masonry_opt.drawing.pictures import result_picture
@@ -308,7 +325,7 @@ class Result:
 
         Parameters
         ----------
-        kind: as in ``plot``; of a page, what it shows first.
+        kind: as in ``plot``; of a page, what joints show first (a curve it shows below).
         names: as in ``plot``; a page tells them of each joint.
         force: whether to replace a file that was not written here, which is known by a mark in it.
 
@@ -333,6 +350,8 @@ class Result:
         told["history"] = self.history.to_dict("records")
         told["block_results"] = self.blocks.to_dict("records")
         told["joint_results"] = self.joints.to_dict("records")
+        if self.curve is not None:
+            told["curve"] = self.curve.to_dict("records")
         return _plain(told)
 
     def to_json(self) -> str:

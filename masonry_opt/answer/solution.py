@@ -16,6 +16,22 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.lp import LpSize
 
 
+@dataclass(frozen=True, eq=False)
+class GivingState:
+    """A state of contacts that give elastically.
+
+    Attributes
+    ----------
+    give: how much, over the motion of the live load.
+    problem: with that compliance.
+    answer: λ, forces and motion.
+    """
+
+    give: float
+    problem: Problem
+    answer: Answer
+
+
 @dataclass
 class Solution:
     """How an analysis ended, in the problem's dimensionless units.
@@ -39,6 +55,7 @@ class Solution:
     bound_derived: whether it assumes nothing.
     infeasibility: what is proven where there is no λ; None if no proof was tried.
     size: of the linear program.
+    curve: states of contacts that give less and less, if they were asked for.
     """
 
     status: Status
@@ -55,6 +72,7 @@ class Solution:
     bound_derived: bool = False
     infeasibility: InfeasibilityCertificate | None = None
     size: LpSize | None = None
+    curve: list[GivingState] | None = None
 
     @property
     def answer(self) -> Answer | None:

@@ -24,6 +24,9 @@ from masonry_opt.words.sentences import numeral
 #: Kinds of pictures of a result: what its joints show.
 KINDS = ("mechanism", "thrust", "utilisation")
 
+#: A kind of picture that shows no joints but the curve of contacts that give.
+CURVE = "curve"
+
 #: What a legend says of the colours of utilisation.
 UTILISATION_LABEL = "utilisation of joints (1: about to slide, hinge or crush)"
 
@@ -137,10 +140,13 @@ def has_mechanism(result: Result) -> bool:
     return bool(result.blocks["vx"].notna().all())
 
 
-def refuse_kind(kind: object) -> None:
-    """Raise OptionError if results have no such kind of picture."""
-    if kind not in KINDS:
-        raise OptionError(f"there is no picture of kind '{kind}': choose from {', '.join(KINDS)}")
+def refuse_kind(kind: object, names: bool = False) -> None:
+    """Raise OptionError if results have no such kind of picture, or it shows no names."""
+    if kind not in (*KINDS, CURVE):
+        known = ", ".join((*KINDS, CURVE))
+        raise OptionError(f"there is no picture of kind '{kind}': choose from {known}")
+    if kind == CURVE and names:
+        raise OptionError("a picture of kind 'curve' has no blocks whose names to write")
 
 
 def scene_elements(assembly: Assembly) -> Elements:

@@ -58,11 +58,18 @@ def style() -> Any:
     return mpl.rc_context({"font.size": 10, "svg.hashsalt": "masonry_opt", "hatch.linewidth": 0.6})
 
 
+def entitle(axes: Axes, title: str, heading: str) -> None:
+    """Write a title, which may hold dollar signs, and a line below it."""
+    axes.set_title(f"{textwrap.fill(title, 60)}\n{heading}", parse_math=False)
+
+
 def fit(figure: Figure, axes: Axes, below: float = _ALONG) -> None:
-    """Size the figure so that the scene fills the axes in its own proportions, with room below."""
+    """Size the figure so that the axes have their own proportions, or the scene's that fills them, with room
+    below."""
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    tall = min(_WIDTH * (top - bottom) / (right - left), _TALLEST)
-    wide = tall * (right - left) / (top - bottom)
+    slope = axes.get_box_aspect() or (top - bottom) / (right - left)
+    tall = min(_WIDTH * slope, _TALLEST)
+    wide = tall / slope
     width, height = _WIDTH + 2 * _BESIDE, tall + _ABOVE + below
     figure.set_size_inches(width, height)
     axes.set_position(((width - wide) / 2 / width, below / height, wide / width, tall / height))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from base64 import b64encode
 from html import escape
 from importlib.metadata import version
 from importlib.resources import files
@@ -13,6 +14,7 @@ import numpy as np
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.drawing.colours import UTILISATION
+from masonry_opt.drawing.curve import curve_picture
 from masonry_opt.drawing.elements import KINDS, START, UTILISATION_LABEL, Elements, result_elements
 from masonry_opt.drawing.found import counts
 from masonry_opt.drawing.svg import Canvas, blocks_svg, group, legend_svg, marks_svg
@@ -53,7 +55,7 @@ def page(result: Result, kind: str = "mechanism") -> str:
         still="" if elements.movement else " disabled",
         legends=_legends(elements),
         last=result.size.joints - 1,
-        details=certificate(result) + described(result) + _foot(result),
+        details=_curve(result) + certificate(result) + described(result) + _foot(result),
         data=_data(result, canvas),
         script=folder.joinpath("page.js").read_text(encoding="utf-8"),
     )
@@ -93,6 +95,14 @@ def _legends(elements: Elements) -> str:
         items = "".join(f"<li>{entry}</li>" for entry in entries)
         written += f'<ul class="{kind}">{items}</ul>\n'
     return written
+
+
+def _curve(result: Result) -> str:
+    """λ over displacement, if it was asked for, as a picture that brings nothing into the page but itself."""
+    if result.curve is None or result.curve.empty:
+        return ""
+    source = b64encode(curve_picture(result).image("svg")).decode()
+    return f'<img class="curve" alt="λ over displacement" src="data:image/svg+xml;base64,{source}">\n'
 
 
 def _foot(result: Result) -> str:

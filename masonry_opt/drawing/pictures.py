@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import textwrap
 from pathlib import Path as FilePath
 from typing import Any
 
@@ -19,7 +18,9 @@ from matplotlib.patheffects import withStroke
 
 from masonry_opt.answer.result import Result
 from masonry_opt.drawing.colours import AT_REST, BLOCK, FIXED, HATCH, UTILISATION
+from masonry_opt.drawing.curve import curve_picture
 from masonry_opt.drawing.elements import (
+    CURVE,
     NO_FORCES,
     START,
     UTILISATION_LABEL,
@@ -30,7 +31,7 @@ from masonry_opt.drawing.elements import (
     result_elements,
     scene_elements,
 )
-from masonry_opt.drawing.figure import Handle, Picture, finish, fit, refuse_picture, style
+from masonry_opt.drawing.figure import Handle, Picture, entitle, finish, fit, refuse_picture, style
 from masonry_opt.drawing.found import doubts
 from masonry_opt.drawing.marks import Marks, moved
 from masonry_opt.errors import printable
@@ -92,7 +93,9 @@ def scene_picture(assembly: Assembly, names: bool = False) -> Picture:
 
 def result_picture(result: Result, kind: str = "mechanism", names: bool = False) -> Picture:
     """Draw a result; see :meth:`Result.plot`."""
-    refuse_kind(kind)
+    refuse_kind(kind, names)
+    if kind == CURVE:
+        return curve_picture(result)
     return _picture(result_elements(result), kind, names)
 
 
@@ -133,8 +136,7 @@ def _frame(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> 
     axes.set_aspect("equal")
     axes.set_xlabel("x, y in the length unit of the case")
     axes.set_ylabel("y")
-    # A title may hold dollar signs.
-    axes.set_title(f"{textwrap.fill(elements.title, 60)}\n{elements.heading}", parse_math=False)
+    entitle(axes, elements.title, elements.heading)
 
 
 def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> list[Handle]:

@@ -15,7 +15,7 @@ from masonry_opt.files import refuse_unwritable, write_whole
 
 def refuse_saving(path: str | Path, kind: str, names: bool, force: bool = False) -> None:
     """Raise OptionError if a result could not be written so, before long work."""
-    refuse_kind(kind)
+    refuse_kind(kind, names)
     ending = Path(path).suffix.lower().removeprefix(".")
     if ending == "html":
         if names:

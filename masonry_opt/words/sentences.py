@@ -8,7 +8,7 @@ from typing import Any
 
 from masonry_opt.answer.reasons import Code, Reason
 from masonry_opt.answer.status import Status
-from masonry_opt.answer.thresholds import LOWER
+from masonry_opt.answer.thresholds import LOWER, PLATEAU
 from masonry_opt.errors import counted, rounded_up
 from masonry_opt.problem.chords import CHORDS, MISSED
 
@@ -300,6 +300,15 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.NOT_EXPECTED: lambda v: (
         f"not looked for with {counted(v['joints'], 'joint')}: method 'compliant' takes long"
+    ),
+    Code.CURVE: lambda v: (
+        f"λ over displacement, in {counted(v['states'], 'state')}"
+        + (f" ({v['left_out']} more were not found)" if v["left_out"] else "")
+        + (
+            f", falls from {numeral(v['peak'], '.4g')} to {numeral(v['last'], '.4g')}"
+            if v["peak"] - v["last"] > PLATEAU * v["peak"]
+            else ", does not fall"
+        )
     ),
     Code.GROWS_WITH_STIFFNESS: (
         "the load factor grows with the stiffness of contacts (the last was {load_factor:.4g}), as it does "

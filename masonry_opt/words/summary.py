@@ -28,7 +28,7 @@ _BOUNDS = (
 )
 
 #: Codes that tell what was tried, and nothing of the scene.
-_TRIED = (Code.PASS_LOST, Code.GROWS_WITH_STIFFNESS, Code.BEGAN_AGAIN)
+_TRIED = (Code.PASS_LOST, Code.GROWS_WITH_STIFFNESS, Code.BEGAN_AGAIN, Code.CURVE)
 
 #: Width of the labels.
 _LABEL = 16
@@ -65,6 +65,7 @@ def facts(result: Result) -> dict[str, str]:
         "falls" if result.status is Status.UNSTABLE else "moves": _mechanism(result),
         "live load": _live_load(result),
         "how sure": _certainty(result),
+        "curve": "".join(sentences([said for said in result.reasons if said.code is Code.CURVE])),
         "load factors": load_factors(result),
         "crushing": _crushing(result),
         "not credible": _stressed(result),

@@ -10,7 +10,7 @@ from atlas.random_scenes import random_scene
 from contact_dynamics import load_carried
 from mappings import SAME
 from residuals import residuals
-from scenes import CASES, KINDS_OF_JOINTS, WALLS, small_wall, solved
+from scenes import CASES, KINDS_OF_JOINTS, WALLS, block_on_floor, small_wall, solved, values_of
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
@@ -89,6 +89,79 @@ def test_a_stated_compliance_is_taken():
     soft, stiff = (solved(WALLS[1], "compliant", give=give) for give in (0.1, 1e-3))
     assert soft.load_factor < 0.5 * stiff.load_factor
     assert code(stiff) is Code.NO_PLATEAU
+
+
+#: A block of weight 1, so wide and high, on a floor: over what a mean contact gives under half the weight, a
+#: force through its centroid moves it by twice the force along the joint, and as it turns by (h/b)² times it.
+WIDE, HIGH = 1.0, 2.0
+SOFT = 2 + (HIGH / WIDE) ** 2
+
+
+@pytest.mark.parametrize(("friction", "moves"), [(0.3, "sliding"), (0.7, "opening")])
+def test_a_block_is_elastic_and_then_slides_or_rocks(friction, moves):
+    result = solved(block_on_floor(WIDE, HIGH, friction), "compliant", curve=True)
+    curve, collapse = result.curve, min(friction, WIDE / HIGH)
+    expected = np.minimum(curve["displacement"] / SOFT, collapse)
+    assert 5 < (expected < collapse).sum() < len(curve) == 21
+    np.testing.assert_allclose(curve["load_factor"], expected, rtol=1e-7)
+    still = "opening" if moves == "sliding" else "sliding"
+    assert (curve[moves] == (expected == collapse)).all()
+    assert not curve[still].any()
+    (first,) = np.flatnonzero(curve[f"starts_{moves}"])
+    assert first == (expected < collapse).sum()
+    assert curve[f"starts_{moves}"][first] == [["A", "floor"]]
+
+
+def test_a_curve_starts_from_where_the_weight_has_brought_the_load():
+    """A load aslant does work as the block settles: states before that, with λ < 0, are none of a push."""
+    across, down = 1.0, 0.25
+    curve = solved(block_on_floor(WIDE, HIGH, 0.3, live=(across, -down)), "compliant", curve=True).curve
+    way = np.hypot(across, down) * curve["displacement"]
+    collapse = 0.3 / (across - 0.3 * down)
+    expected = np.minimum((way - down) / (across**2 * SOFT + down**2), collapse)
+    assert 0 < expected[0] < 0.1
+    np.testing.assert_allclose(curve["load_factor"], expected, rtol=1e-7)
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_a_curve_ends_in_the_load_to_expect(number):
+    plain, result = (solved(WALLS[number - 1], "compliant", **given) for given in ({}, {"curve": True}))
+    curve = result.curve
+    assert plain.curve is None
+    assert result.load_factor == plain.load_factor == curve["load_factor"].iloc[-1]
+    assert values_of(result, Code.PLATEAU)["give"] == curve["give"].iloc[-1]
+    assert curve["displacement"].to_numpy() == pytest.approx(1 / curve["give"])
+    told = values_of(result, Code.CURVE)
+    assert (told["states"], told["left_out"]) == (len(curve), 0)
+    for column, moves in (("starts_sliding", "sliding"), ("starts_opening", "opening")):
+        started = [tuple(pair) for pairs in curve[column] for pair in pairs]
+        assert len(started) == len(set(started)) >= curve[moves].max()
+    assert "does not fall" in result.summary
+
+
+@pytest.mark.parametrize("name", [name for name in SAME if name != "supports split"])
+def test_a_curve_is_unmoved(name):
+    """On other axes its states are others, which begin in the same elastic branch."""
+    base = small_wall(6, 4)
+    one, other = (solved(scene, "compliant", curve=True).curve for scene in (base, SAME[name](base)))
+    soft = [curve["load_factor"] / curve["displacement"] for curve in (one, other)]
+    np.testing.assert_allclose(soft[0][:3], soft[1][:3], rtol=1e-6)
+    if name != "turned by 37°":
+        np.testing.assert_allclose(one["displacement"], other["displacement"], rtol=1e-12)
+        np.testing.assert_allclose(one["load_factor"], other["load_factor"], rtol=1e-6)
+        assert one[["sliding", "opening"]].equals(other[["sliding", "opening"]])
+
+
+@pytest.mark.slow
+def test_a_curve_softens_and_tells_how_many_states_it_lacks():
+    """A heap that clings, and slips off."""
+    result = solved(random_scene("tessellation", 5), "compliant", curve=True)
+    told = values_of(result, Code.CURVE)
+    assert told["peak"] == result.curve["load_factor"].max() > 5 * told["last"]
+    passes = result.history["attempt"].nunique()
+    assert told["states"] + told["left_out"] == passes == 29
+    assert told["left_out"] > 0
+    assert f"({told['left_out']} more were not found), falls from " in result.message
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 from scenes import CASES, WALLS, block_on_floor, overhanging, pressed_down, run_command, two_blocks
 
@@ -267,6 +268,19 @@ def test_kind_of_plot_and_names_can_be_chosen(monkeypatch, capsys, tmp_path):
     # Letters are drawn as paths, each with its text as a comment.
     assert "<!-- support -->" in picture.read_text()
     assert "<!-- utilisation of joints" in picture.read_text()
+
+
+def test_a_curve_can_be_asked_for_and_drawn(monkeypatch, capsys, tmp_path):
+    case, picture = tmp_path / "case.toml", tmp_path / "curve.svg"
+    mo.save(block_on_floor(), case)
+    asked = ["--method", "compliant", "-o", "curve=true", "--json", "--plot", picture, "--plot-kind", "curve"]
+    code, out, _ = run_command(monkeypatch, capsys, "solve", case, *asked)
+    assert code == 0
+    curve = json.loads(out)["curve"]
+    assert [state["give"] for state in curve] == pytest.approx(np.logspace(1, -4, 21))
+    (first,) = [state for state in curve if state["starts_opening"]]
+    assert first["starts_opening"] == [["A", "floor"]]
+    assert "<!-- the first joints open -->" in picture.read_text()
 
 
 def test_draw_command(monkeypatch, capsys, tmp_path):

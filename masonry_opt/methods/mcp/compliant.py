@@ -7,20 +7,19 @@ contacts stiffen, λ comes to a plateau that hardly depends on them.
 
 from __future__ import annotations
 
+from math import log10
 from typing import Annotated, Any
 
-import numpy as np
-from pydantic import Field, Strict
+from pydantic import Field, Strict, model_validator
 
 from masonry_opt.answer.acceptance import SMALLEST, Kind
-from masonry_opt.answer.answer import Answer, Found, certified
+from masonry_opt.answer.answer import Found, certified
 from masonry_opt.answer.reasons import Code, Reason
-from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.solution import GivingState, Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import PLATEAU
 from masonry_opt.methods.mcp.passes import follow, prepared
 from masonry_opt.methods.task import Options, Task
-from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 
 #: Compliances of the passes that look for the plateau, from soft to stiff; softer ones, where none ends.
@@ -28,6 +27,9 @@ STIFF, SOFT = (1e-3, 1e-4, 1e-5, 1e-6), (1e-2, 1e-1)
 
 #: The same, of the passes whose forces alone are wanted: the first that ends.
 _FIRST = (1e-4, 1e-5, 1e-3)
+
+#: The softest compliance of a curve, and its passes a decade.
+_SOFTEST, _A_DECADE = 10.0, 4
 
 #: Elastic share of the live load's work above which nothing collapses: λ grows with the stiffness. At a
 #: collapse the share falls with the compliance; where friction jams the blocks it stays near one.
@@ -42,9 +44,17 @@ class CompliantOptions(Options):
     give: motion of a contact of mean length under the mean contact force of the dead load, as a share of the
         motion at collapse (in which the live load does the work Σ|f_L|); by default, as little as brings λ to
         its plateau.
+    curve: whether to follow λ over displacement too: ``result.curve``, some twenty passes more.
     """
 
     give: Annotated[float, Strict(), Field(gt=0, le=1e3)] | None = None
+    curve: Annotated[bool, Strict()] = False
+
+    @model_validator(mode="after")
+    def _has_a_plateau(self) -> CompliantOptions:
+        if self.curve and self.give is not None:
+            raise ValueError("'curve' goes through all compliances: leave 'give' out")
+        return self
 
 
 def compliant(task: Task) -> Solution:
@@ -56,15 +66,9 @@ def compliant(task: Task) -> Solution:
     options = task.options or CompliantOptions()
     solution = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT)
     contacts = _Contacts(task, solution)
-    for give in STIFF if options.give is None else (options.give,):
-        if contacts.settles(give):
-            return solution
-    if solution.answer is None and options.give is None:
-        for give in SOFT:
-            if contacts.settles(give) or solution.answer:
-                return solution
-    if solution.answer is None:
-        solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, word=contacts.word, attempts=contacts.tried)
+    _look_for_plateau(solution, contacts, options)
+    if options.curve:
+        _follow_curve(solution, contacts)
     return solution
 
 
@@ -83,50 +87,84 @@ def jams(task: Task) -> Reason | None:
     return next((said for said in solution.reasons if said.code is Code.GROWS_WITH_STIFFNESS), None)
 
 
+def _look_for_plateau(solution: Solution, contacts: _Contacts, options: CompliantOptions) -> None:
+    for give in STIFF if options.give is None else (options.give,):
+        if contacts.settle(give):
+            return
+    if solution.answer is None and options.give is None:
+        for give in SOFT:
+            if contacts.settle(give) or solution.answer:
+                return
+    if solution.answer is None:
+        attempts = len(contacts.states)
+        solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, word=contacts.word, attempts=attempts)
+
+
+def _follow_curve(solution: Solution, contacts: _Contacts) -> None:
+    """States from the softest contacts to the stiffest of the passes before. (At λ < 0 the live load would
+    pull back what the dead load has moved: such states are none of a scene that is pushed.)"""
+    decades = round(log10(_SOFTEST / min(contacts.states)))
+    gives = [_SOFTEST / 10 ** (number / _A_DECADE) for number in range(decades * _A_DECADE + 1)]
+    states = [state for give in gives if (state := contacts.state(give))]
+    solution.curve = [state for state in states if state.answer.load_factor >= 0]
+    if solution.curve:
+        load_factors = [state.answer.load_factor for state in solution.curve]
+        told = {"peak": max(load_factors), "last": load_factors[-1], "left_out": len(gives) - len(states)}
+        solution.add(Code.CURVE, states=len(load_factors), **told)
+
+
 class _Contacts:
     """Passes over a problem with contacts that give, which a solution records.
 
     Attributes
     ----------
-    tried: passes so far.
-    word: how the last one ended.
+    states: that the passes so far ended in, by compliance; None of those that ended in none.
+    word: how the last pass ended.
     """
 
     def __init__(self, task: Task, solution: Solution) -> None:
         self._task, self._passes, self._solution = task, prepared(task), solution
-        self.tried, self.word = 0, ""
+        self.states: dict[float, GivingState | None] = {}
+        self.word = ""
 
-    def settles(self, give: float) -> bool:
-        """Whether a pass with this compliance settles the load factor, or that there is none."""
-        answer, before = self._answer(give), self._solution.load_factor
-        if answer is None:
-            return False
-        elastic = elastic_share(answer, give * self._passes.unit_compliance, self._task.problem)
-        if elastic > _ELASTIC:
-            self._solution.found = Found()  # of no mechanism
-            values = {"load_factor": answer.load_factor, "give": give, "elastic": elastic}
-            self._solution.end(Status.SOLVER_FAILED, Code.GROWS_WITH_STIFFNESS, **values)
-            return True
-        change = None if before is None else abs(answer.load_factor - before) / abs(answer.load_factor)
-        settled = change is not None and change <= PLATEAU
-        code, steps = Code.PLATEAU if settled else Code.NO_PLATEAU, len(self._solution.history)
-        self._solution.found = answer
-        self._solution.end(Status.CONVERGED, code, give=give, change=change, steps=steps)
-        return settled
+    def state(self, give: float) -> GivingState | None:
+        """The state with this compliance; None if no pass ends in one."""
+        if give not in self.states:
+            self.states[give] = self._ended(give)
+        return self.states[give]
 
-    def _answer(self, give: float) -> Answer | None:
-        self.tried += 1
+    def _ended(self, give: float) -> GivingState | None:
         self._task.effort.begins(f"contacts that give by {give:.0e}")
         passes = self._passes.giving(give)
-        state = follow(self._task, passes, self._solution.history, self.tried)
+        state = follow(self._task, passes, self._solution.history, len(self.states) + 1)
         self.word = str(passes.outcome)
         if state is None:
             return None
         answer = certified(passes.problem, state.load_factor, state.q, state.d)
-        return None if answer.failing(Kind.COMPLIANT) else answer
+        return None if answer.failing(Kind.COMPLIANT) else GivingState(give, passes.problem, answer)
+
+    def settle(self, give: float) -> bool:
+        """Whether a pass with this compliance decides on the load factor, or that there is none."""
+        state, solution = self.state(give), self._solution
+        if state is None:
+            return False
+        answer, before = state.answer, solution.load_factor
+        elastic = _elastic_share(state)
+        if elastic > _ELASTIC:
+            solution.found = Found()  # of no mechanism
+            values = {"load_factor": answer.load_factor, "give": give, "elastic": elastic}
+            solution.end(Status.SOLVER_FAILED, Code.GROWS_WITH_STIFFNESS, **values)
+            return True
+        change = None if before is None else abs(answer.load_factor - before) / abs(answer.load_factor)
+        decided = change is not None and change <= PLATEAU
+        code = Code.PLATEAU if decided else Code.NO_PLATEAU
+        solution.found = answer
+        solution.end(Status.CONVERGED, code, give=give, change=change, steps=len(solution.history))
+        return decided
 
 
-def elastic_share(state: State | Answer, compliance: np.ndarray, problem: Problem) -> float:
-    """Elastic energy q·E q of a state, over the live load's work."""
-    work = abs(state.load_factor) * problem.live_norm
-    return float(state.q @ (compliance * state.q)) / max(work, SMALLEST)
+def _elastic_share(state: GivingState) -> float:
+    """Elastic energy q·E q, over the live load's work."""
+    answer, problem = state.answer, state.problem
+    work = max(abs(answer.load_factor), SMALLEST) * problem.live_norm
+    return float(answer.q @ (problem.compliance * answer.q)) / work

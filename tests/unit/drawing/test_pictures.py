@@ -131,6 +131,41 @@ def test_a_notebook_shows_a_picture_without_pyplot(result):
     assert not _pylab_helpers.Gcf.get_all_fig_managers()
 
 
+@pytest.fixture(scope="module")
+def curved():
+    return mo.solve(block_on_floor(), "compliant", curve=True)
+
+
+def test_a_curve_is_drawn_with_its_plateau_and_the_first_joints_that_move(curved):
+    figure, curve = curved.plot("curve"), curved.curve
+    axes = figure.axes[0]
+    drawn = {line.get_label(): line.get_xydata() for line in axes.lines}
+    states = curve[["displacement", "load_factor"]].to_numpy()
+    assert any(np.array_equal(points, states) for points in drawn.values())
+    assert any((points[:, 1] == curved.load_factor).all() for points in drawn.values())
+    (first,) = np.flatnonzero(curve["starts_opening"])
+    assert any(np.array_equal(points, states[first : first + 1]) for points in drawn.values())
+    assert {text.get_text() for text in axes.texts} == {"1", "start to open"}
+    told = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert told == ["plateau λ = 0.5", "associative λ = 0.5", "the first joints open"]
+    assert axes.get_xscale() == "log"
+
+
+@pytest.mark.parametrize("ending", BEGINS)
+def test_a_curve_is_written_in_every_format(curved, ending, tmp_path):
+    curved.save(tmp_path / f"curve.{ending}", "curve")
+    written = (tmp_path / f"curve.{ending}").read_bytes()
+    assert written.startswith(BEGINS[ending])
+    assert (b'src="data:image/svg+xml;base64,' in written) == (ending == "HTML")
+
+
+def test_without_a_curve_or_with_names_there_is_no_such_picture(result, curved):
+    with pytest.raises(mo.OptionError, match="curve=True"):
+        result.plot("curve")
+    with pytest.raises(mo.OptionError, match="names"):
+        curved.plot("curve", names=True)
+
+
 def test_unknown_kinds_are_refused_and_the_known_ones_named(result):
     with pytest.raises(mo.OptionError) as error:
         result.plot("stress")

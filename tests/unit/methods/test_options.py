@@ -15,6 +15,7 @@ OUT_OF_RANGE = [
         ("always", 1), ("remedies", "some"), ("revise", 0.1),
     )),
     *(("mcp", name, value) for name in ("fallback", "descent") for value in ("no", 1)),
+    ("compliant", "curve", 1),
     *(("refined", "search", value) for value in (0, -1.0, "10", float("inf"))),
     ("mpec", "epsilon", 1e-10),
 ]  # fmt: skip
@@ -42,6 +43,8 @@ NOT_TAKEN = [
     ({"tolerance": 1e-6}, ["'tolerance'", "static", "kinematic", "nonassociative"]),
     ({"method": "refined", "tolerance": 1e-6}, ["'tolerance'"]),
     ({"method": "refined", "until": 0.21}, ["'search'"]),
+    ({"method": "compliant", "curve": True, "give": 0.1}, ["'curve'", "'give'"]),
+    ({"curve": True}, ["mcp", "'curve'", "compliant"]),
     (STATIC | NEWTON, ["mcp"]),
     *(({"method": name} | NEWTON, []) for name in ("kinematic", "mpec", "refined", "global")),
     (LOOP | NEWTON, []),
