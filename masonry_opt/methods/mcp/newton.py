@@ -21,7 +21,8 @@ from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate
 
 #: Stiffnesses are cut off so far above what the gap lets a mechanism have: beyond, the rounding of what
 #: stands still (1e-16 of it) would drown the stiffness of what moves, which falls with the gap. The cut acts
-#: like a proximal term: what it leaves, refinement takes off, or the next step.
+#: like a proximal term: what it leaves, refinement takes off, or the next step. Contacts that give bound
+#: stiffnesses themselves, and a cut below theirs leaves errors that no refinement takes off.
 _CUT = 1e12
 
 #: Refinements of a solution at most, and the error beyond which a full factorisation is made instead.
@@ -180,7 +181,8 @@ class NewtonSystem:
             crushing = sp.diags_array(self.at.crushed / self.at.room)
             self._crushing = (self._form.G.T @ crushing @ self._form.G).tocsr()
         self._scale = 1 / np.maximum(self.at.z, self.at.slip)
-        self._most = _CUT * self.at.energy / max(float(self.at.d @ self.at.d), 1.0)
+        cut = _CUT * self.at.energy / max(float(self.at.d @ self.at.d), 1.0)
+        self._most = np.inf if self._compliance.all() else cut
 
     def solve(self, right: Parts) -> tuple[Parts, float]:
         """A solution and its error: the largest residual over the largest entry of the right-hand side.
@@ -270,7 +272,7 @@ class NewtonSystem:
         stiffness = np.zeros((3, 3, len(across)))
         stiffness[0, 0], stiffness[1, 1], stiffness[0, 1] = *edges, across
         gives = np.broadcast_to(self._compliance[2], len(across))
-        stiffness[2, 2] = self._most / (1 + gives * self._most)  # of joints whose friction is unlimited
+        stiffness[2, 2] = 1 / (1 / self._most + gives)  # of joints whose friction is unlimited
         of, faces = self._form.sliding, np.minimum(self.at.z / self.at.slip, self._most)
         mean, half, both = faces.sum(axis=0) / 2, (faces[0] - faces[1]) / 2, (edges + across)[:, of]
         wedges = 2 * self.friction * self._slope * (both[0] + both[1])
