@@ -7,7 +7,7 @@ contacts stiffen, λ comes to a plateau that hardly depends on them.
 
 from __future__ import annotations
 
-from math import log10
+from math import inf, log10
 from typing import Annotated, Any
 
 from pydantic import Field, Strict, model_validator
@@ -31,8 +31,8 @@ _FIRST = (1e-4, 1e-5, 1e-3)
 #: The softest compliance of a curve, and its passes a decade.
 _SOFTEST, _A_DECADE = 10.0, 4
 
-#: Elastic share of the live load's work above which nothing collapses: λ grows with the stiffness. At a
-#: collapse the share falls with the compliance; where friction jams the blocks it stays near one.
+#: Elastic share of the live load's work above which a state is of no collapse; where λ changes by such a share
+#: from softer contacts, too, nothing collapses: friction jams the blocks, and λ grows with their stiffness.
 _ELASTIC = 0.5
 
 
@@ -98,6 +98,8 @@ def _look_for_plateau(solution: Solution, contacts: _Contacts, options: Complian
     if solution.answer is None:
         attempts = len(contacts.states)
         solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, word=contacts.word, attempts=attempts)
+    elif contacts.elastic > _ELASTIC:
+        contacts.withdraw()
 
 
 def _follow_curve(solution: Solution, contacts: _Contacts) -> None:
@@ -120,12 +122,13 @@ class _Contacts:
     ----------
     states: that the passes so far ended in, by compliance; None of those that ended in none.
     word: how the last pass ended.
+    elastic: elastic share of the work in the last state.
     """
 
     def __init__(self, task: Task, solution: Solution) -> None:
         self._task, self._passes, self._solution = task, prepared(task), solution
         self.states: dict[float, GivingState | None] = {}
-        self.word = ""
+        self.word, self.elastic, self._give = "", 0.0, inf
 
     def state(self, give: float) -> GivingState | None:
         """The state with this compliance; None if no pass ends in one."""
@@ -149,18 +152,22 @@ class _Contacts:
         if state is None:
             return False
         answer, before = state.answer, solution.load_factor
-        elastic = _elastic_share(state)
-        if elastic > _ELASTIC:
-            solution.found = Found()  # of no mechanism
-            values = {"load_factor": answer.load_factor, "give": give, "elastic": elastic}
-            solution.end(Status.SOLVER_FAILED, Code.GROWS_WITH_STIFFNESS, **values)
-            return True
+        self._give, self.elastic = give, _elastic_share(state)
         change = None if before is None else abs(answer.load_factor - before) / abs(answer.load_factor)
         decided = change is not None and change <= PLATEAU
         code = Code.PLATEAU if decided else Code.NO_PLATEAU
         solution.found = answer
         solution.end(Status.CONVERGED, code, give=give, change=change, steps=len(solution.history))
+        if change is not None and min(change, self.elastic) > _ELASTIC:
+            self.withdraw()
+            return True
         return decided
+
+    def withdraw(self) -> None:
+        """End without the last state, whose work is elastic."""
+        told = {"load_factor": self._solution.load_factor, "give": self._give, "elastic": self.elastic}
+        self._solution.found = Found()
+        self._solution.end(Status.SOLVER_FAILED, Code.GROWS_WITH_STIFFNESS, **told)
 
 
 def _elastic_share(state: GivingState) -> float:

@@ -100,16 +100,17 @@ def start(form: EdgeForm) -> Iterate:
     )
 
 
-def run(elimination: Elimination, follow: Callable[[NewtonStep], None]) -> Pass:
+def run(elimination: Elimination, brake: float, follow: Callable[[NewtonStep], None]) -> Pass:
     """One pass from the start to the end or to where it is given up.
 
     Parameters
     ----------
+    brake: see :data:`~.schedule.BRAKES`.
     follow: called with every step.
     """
     form = elimination.form
     at = start(form)
-    schedule = Schedule(form, at)
+    schedule = Schedule(form, at, brake)
 
     def ended(outcome: Outcome) -> Pass:
         return Pass(outcome, at, schedule.gap(at))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Annotated, Any
+from typing import Annotated
 
 from pydantic import Strict
 
@@ -20,6 +20,7 @@ from masonry_opt.methods.loop.nonassociative import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.mcp.compliant import jams, pushed
 from masonry_opt.methods.mcp.passes import Passes, follow, prepared
+from masonry_opt.methods.mcp.schedule import BRAKES
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.registry import find_solver
@@ -63,21 +64,16 @@ def mcp(task: Task) -> Solution:
     lowest: ExactState | None = None
     answer: Answer | None = None
     first: Answer | State | None = None
-    for start in _starts(task, passes, solution.history):
+    for start in _starts(task, passes, solution):
         first = first or start
         effort.begins("exact states nearby")
         lowest = search.start(start.q).state if search else None
         answer = lowest.answer if lowest else alternated(problem, start.load_factor, start.q, effort)
         if answer is not None:
             break
-    if answer is None:
-        # Declared in Pyomo, which takes .3 s to import.
-        from masonry_opt.standing.existence import existence
-
-        solution.infeasibility = existence(problem, effort)
-        if solution.proven_none:
-            solution.end(Status.SOLVER_FAILED, Code.PASS_LOST)
-            return solution
+    if solution.proven_none:
+        solution.end(Status.SOLVER_FAILED, Code.PASS_LOST)
+        return solution
     if search and options.descent and problem.joints <= SMALL:
         for candidate in search.few(lowest, first.q if first else None):
             lowest = lower_of(lowest, candidate.state)
@@ -103,12 +99,24 @@ def mcp(task: Task) -> Solution:
     return solution
 
 
-def _starts(task: Task, passes: Passes, history: list[Any]) -> Iterator[Answer | State]:
-    """Forces under contacts that give, then those of a pass with rigid ones, each if a pass ends."""
-    task.effort.begins("contacts that give")
+def _starts(task: Task, passes: Passes, solution: Solution) -> Iterator[Answer | State]:
+    """Forces under contacts that give, then those of passes with rigid ones, of those that end; without any
+    proof that there is no load factor, which is sought after the first of these."""
+    effort, history = task.effort, solution.history
+    effort.begins("contacts that give")
     given = task.expected.answer if task.expected else pushed(task, history)
     if given is not None:
         yield given
-    task.effort.begins("rigid contacts")
-    if last := follow(task, passes, history, attempt=0):
-        yield last
+    attempt = history[-1].attempt if history else 0
+    for brake in BRAKES:
+        effort.begins("rigid contacts")
+        attempt += 1
+        if last := follow(task, passes, history, attempt, brake):
+            yield last
+        if brake == BRAKES[0]:
+            # Declared in Pyomo, which takes .3 s to import.
+            from masonry_opt.standing.existence import existence
+
+            solution.infeasibility = existence(task.problem, effort)
+            if solution.proven_none or task.problem.joints <= SMALL:
+                return

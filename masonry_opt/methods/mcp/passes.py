@@ -13,7 +13,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.methods.mcp.edge_form import EdgeForm
 from masonry_opt.methods.mcp.interior_point import Outcome, run
 from masonry_opt.methods.mcp.newton import Elimination
-from masonry_opt.methods.mcp.schedule import NewtonStep
+from masonry_opt.methods.mcp.schedule import BRAKES, NewtonStep
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
@@ -25,7 +25,7 @@ PASSES_UP_TO = 8000
 _OTHERS_GIVE = 1e-4
 
 #: From this gap on a pass that stalls may have forces that a mechanism goes with.
-NEAR = 1e-4
+_NEAR = 1e-4
 
 
 class Passes:
@@ -63,21 +63,23 @@ class Passes:
         other._elimination = self._elimination.of(self._elimination.form.giving(compliance))
         return other
 
-    def run(self, follow: Callable[[NewtonStep], None] = lambda _: None, near: float = NEAR) -> State | None:
-        """The state that a pass ends in; None if it ends in none, or far from one.
+    def run(
+        self, follow: Callable[[NewtonStep], None] = lambda _: None, brake: float = BRAKES[0]
+    ) -> State | None:
+        """The state that a pass ends in, or the last iterate of one that stalls near a state; else None.
 
         Parameters
         ----------
         follow: called with every step, its λ that of the problem.
-        near: gap from which on the last iterate of a pass that stalls is taken for a state.
+        brake: see :data:`~.schedule.BRAKES`.
         """
 
         def in_whole(step: NewtonStep) -> None:
             follow(replace(step, load_factor=self._unit * step.load_factor))
 
-        end = run(self._elimination, in_whole)
+        end = run(self._elimination, brake, in_whole)
         self.outcome, self.gap = end.outcome, end.gap
-        if end.outcome is Outcome.LOST or (end.outcome is not Outcome.SOLVED and not end.gap < near):
+        if end.outcome is Outcome.LOST or (end.outcome is not Outcome.SOLVED and not end.gap < _NEAR):
             return None
         state = self._elimination.form.state(end.iterate)
         return replace(state, load_factor=self._unit * state.load_factor)
@@ -117,7 +119,7 @@ def prepared(task: Task) -> Passes:
 
 
 def follow(
-    task: Task, passes: Passes, history: list[Any], attempt: int = 1, near: float = NEAR
+    task: Task, passes: Passes, history: list[Any], attempt: int, brake: float = BRAKES[0]
 ) -> State | None:
     """The state that a pass ends in (see :meth:`Passes.run`), its steps reported and recorded."""
 
@@ -127,7 +129,7 @@ def follow(
         task.effort.add("solve", step.seconds)
         task.progress(history[-1])
 
-    return passes.run(record, near)
+    return passes.run(record, brake)
 
 
 def _unit_of_load(problem: Problem) -> float:
