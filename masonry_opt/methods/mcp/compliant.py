@@ -31,8 +31,8 @@ _FIRST = (1e-4, 1e-5, 1e-3)
 #: The softest compliance of a curve, and its passes a decade.
 _SOFTEST, _A_DECADE = 10.0, 4
 
-#: Elastic share of the live load's work above which a state is of no collapse; where λ changes by such a share
-#: from softer contacts, too, nothing collapses: friction jams the blocks, and λ grows with their stiffness.
+#: Elastic share of the live load's work above which a state is of no collapse; where λ changes by such a
+#: share from softer contacts, too, nothing collapses: friction jams the blocks, λ grows with their stiffness.
 _ELASTIC = 0.5
 
 
