@@ -50,6 +50,8 @@ class Code(StrEnum):
     PASS_STOPPED = "pass stopped"  # word, attempts
     PASS_LOST = "pass lost"
     DILATANCY_FALLS = "dilatancy falls"
+    TOO_LARGE = "too large"  # joints
+    LOOP_FAR = "loop far"  # joints, count: of sub-problems, off: by what share of λ
 
     # Contacts that give.
     PLATEAU = "plateau"  # give, change: of λ from softer contacts; steps

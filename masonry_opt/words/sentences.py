@@ -282,6 +282,11 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "goes another way"
     ),
     Code.PASS_LOST: "the load factor of a pass grew without end",
+    Code.LOOP_FAR: lambda v: (
+        f"with {counted(v['joints'], 'joint')} the loop began, and left the scene to passes: after "
+        f"{counted(v['count'], 'sub-problem')} its sliding was off the true law by {v['off']:.0%} of λ"
+    ),
+    Code.TOO_LARGE: lambda v: f"with {counted(v['joints'], 'joint')} the loop is quicker than passes",
     Code.DILATANCY_FALLS: (
         "dilatancy falls with stress, which only the loop, method 'nonassociative', follows"
     ),

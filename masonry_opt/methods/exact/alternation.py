@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.acceptance import Kind, over_load_factor
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.energy import forces_for, motion_for
@@ -20,16 +20,19 @@ from masonry_opt.solvers.registry import find_solver
 #: Weights of the energy over λ, in turn. The first lets λ fall far, the last leaves hardly any energy.
 _WEIGHTS = (1e3, 1e4)
 
-#: Tolerance of the solver: forces within 1e-8 of yield are wanted.
-_TOLERANCE = 1e-10
+#: Tolerance of the solver: at 1e-10 forces of façades exceed yield by 3e-8.
+_TOLERANCE = 1e-11
+
+#: Energy that a state may leave, over λ: with more another start is better.
+_LEFT = 1e-5
 
 #: What a solver does here, as a result tells it.
 _PURPOSE = "exact state"
 
 
 def alternated(problem: Problem, load_factor: float, q: np.ndarray, effort: Effort) -> Answer | None:
-    """The last state, exact but for a pass's complementarity, that λ and forces (3c,) lead to; None if they
-    lead to none."""
+    """The state that λ and forces (3c,) lead to, exact but for an energy z·p up to 1e-5 of λ; None if there
+    is none."""
     scaled, solver = in_units_of_load(problem), find_solver("cvxpy", None, _TOLERANCE)
     forces: tuple[float, np.ndarray] | None = load_factor / scaled.load_factor, q / scaled.force
     found: Answer | None = None
@@ -41,7 +44,8 @@ def alternated(problem: Problem, load_factor: float, q: np.ndarray, effort: Effo
         if d is None:
             break
         answer = certified(problem, scaled.load_factor * forces[0], scaled.force * forces[1], d)
-        found = found if answer.failing(Kind.ONE_PASS) else answer
+        left = over_load_factor(answer.certificate.complementarity, answer.load_factor)
+        found = found if left > _LEFT or answer.failing(Kind.ONE_PASS) else answer
         if weight is not None:
             p = problem.rates(d, problem.dilatancy)
             forces = forces_for(scaled, p, solver, effort, _PURPOSE, weight)

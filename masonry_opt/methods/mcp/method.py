@@ -10,20 +10,18 @@ from pydantic import Strict
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.infeasibility import Existence
-from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.exact.alternation import alternated
 from masonry_opt.methods.exact.refiner import ExactState, refiner_of
 from masonry_opt.methods.exact.search import SMALL, Met, Search, lower_of
-from masonry_opt.methods.loop.nonassociative import nonassociative
-from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.mcp.compliant import jams, pushed
-from masonry_opt.methods.mcp.passes import Passes, follow, prepared
+from masonry_opt.methods.mcp.large import by_loop
+from masonry_opt.methods.mcp.passes import PASSES_UP_TO, Passes, follow, prepared
 from masonry_opt.methods.mcp.schedule import BRAKES
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.state import State
-from masonry_opt.solvers.registry import find_solver
 
 #: Joints up to which simplex makes states exact and descends: beyond, it takes longer than all else.
 _SIMPLEX_UP_TO = 500
@@ -43,16 +41,27 @@ class McpOptions(Options):
 
 def mcp(task: Task) -> Solution:
     """Load factor of an exact state that forces under contacts that give lead to, on small scenes the lowest
-    of several; where they lead to none, of one that those of a pass with rigid contacts lead to.
+    of several; where they lead to none, of one that those of passes with rigid contacts lead to.
 
-    Where these lead to none either, a proof is sought that there is none, and on small scenes further starts
-    are tried. Dilatancy that falls with stress is for the loop.
+    Scenes of more than 8000 joints are for the loop, as long as its sub-problems come near the true law;
+    dilatancy that falls with stress always.
     """
+    if task.problem.dilatancy_depends_on_stress:
+        return by_loop(task, Code.DILATANCY_FALLS)
+    if task.problem.joints <= PASSES_UP_TO:
+        return _by_passes(task)
+    begun = by_loop(task, Code.TOO_LARGE, to_its_end=False)
+    if isinstance(begun, Solution):
+        return begun
+    solution = _by_passes(task)
+    if solution.answer is None:
+        return by_loop(task, Code.TOO_LARGE)
+    solution.reasons.insert(0, begun)
+    return solution
+
+
+def _by_passes(task: Task) -> Solution:
     problem, effort, options = task.problem, task.effort, task.options or McpOptions()
-    if problem.dilatancy_depends_on_stress:
-        solution = nonassociative(task.with_options(LoopOptions(), find_solver("cvxpy", None)))
-        solution.reasons.insert(0, reason(Code.DILATANCY_FALLS))
-        return solution
     # The passes of the load to expect are the first of this method.
     history = list(task.expected.history) if task.expected else []
     effort.iterations += len(history)
@@ -79,16 +88,10 @@ def mcp(task: Task) -> Solution:
             lowest = lower_of(lowest, candidate.state)
         answer = lowest.answer if lowest else answer
     if answer is None:
-        endless = solution.infeasibility and solution.infeasibility.existence is Existence.UNBOUNDED
-        if endless and (grows := jams(task)):
-            # Not proven; but from rest no multiple of the load brings the blocks down.
-            solution.status, solution.reasons = Status.JAMMED, [grows]
-            return solution
-        attempts = len({step.attempt for step in solution.history})
-        solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, word=str(passes.outcome), attempts=attempts)
+        _end_without(task, solution, str(passes.outcome))
         return solution
     solution.found = answer
-    steps, attempt = len(solution.history), max(step.attempt for step in solution.history)
+    steps, attempt = len(history), max((step.attempt for step in history), default=0)
     solution.end(Status.CONVERGED, Code.ONE_PASS, steps=steps, attempt=attempt)
     if answer.failing(Kind.EXACT):
         solution.kind = Kind.ONE_PASS
@@ -100,23 +103,35 @@ def mcp(task: Task) -> Solution:
 
 
 def _starts(task: Task, passes: Passes, solution: Solution) -> Iterator[Answer | State]:
-    """Forces under contacts that give, then those of passes with rigid ones, of those that end; without any
-    proof that there is no load factor, which is sought after the first of these."""
-    effort, history = task.effort, solution.history
+    """Forces under contacts that give, then those of passes with rigid ones. After the first of these a proof
+    is sought that there is no load factor; without it others follow under other brakes, where a pass takes
+    longer than further starts."""
+    effort, history, joints = task.effort, solution.history, task.problem.joints
     effort.begins("contacts that give")
-    given = task.expected.answer if task.expected else pushed(task, history)
+    given = task.expected.answer if task.expected and history else pushed(task, history)
     if given is not None:
         yield given
     attempt = history[-1].attempt if history else 0
-    for brake in BRAKES:
+    for number, brake in enumerate(BRAKES, start=1):
         effort.begins("rigid contacts")
-        attempt += 1
-        if last := follow(task, passes, history, attempt, brake):
+        if last := follow(task, passes, history, attempt + number, brake):
             yield last
-        if brake == BRAKES[0]:
+        if number == 1:
             # Declared in Pyomo, which takes .3 s to import.
             from masonry_opt.standing.existence import existence
 
             solution.infeasibility = existence(task.problem, effort)
-            if solution.proven_none or task.problem.joints <= SMALL:
+            if solution.proven_none or not SMALL < joints <= PASSES_UP_TO:
                 return
+
+
+def _end_without(task: Task, solution: Solution, word: str) -> None:
+    """End without a load factor: none was found, or friction jams the blocks, which is not proven; but from
+    rest no multiple of the load brings them down."""
+    found = solution.infeasibility
+    endless = found is not None and found.existence is Existence.UNBOUNDED
+    if endless and (grows := jams(task)):
+        solution.status, solution.reasons = Status.JAMMED, [grows]
+    else:
+        attempts = len({step.attempt for step in solution.history})
+        solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, word=word, attempts=attempts)

@@ -25,7 +25,7 @@ PASSES_UP_TO = 8000
 _OTHERS_GIVE = 1e-4
 
 #: From this gap on a pass that stalls may have forces that a mechanism goes with.
-_NEAR = 1e-4
+_NEAR = 1e-2
 
 
 class Passes:
