@@ -87,7 +87,8 @@ class Mechanism:
     Parameters
     ----------
     slope: opening per unit slip, as parameters or numbers.
-    forces: joint forces q, where contacts give elastically: Bᵀ d + E q takes the place of Bᵀ d.
+    forces: joint forces q, where contacts give elastically: Bᵀ d + E (q - q₀) takes the place of Bᵀ d, q₀ the
+        forces of the settled problem.
 
     Attributes
     ----------
@@ -101,8 +102,9 @@ class Mechanism:
         d, p = list(self.d.values()), list(self.p.values())
         motion = list(rows(problem.B.T.tocsr(), d))
         if problem.compliance is not None:
-            gives = zip(problem.compliance.tolist(), forces.values(), strict=True)
-            motion = [moved + give * force for moved, (give, force) in zip(motion, gives, strict=True)]
+            settled = np.zeros(len(motion)) if problem.settled is None else problem.settled
+            gives = zip(motion, problem.compliance.tolist(), forces.values(), settled.tolist(), strict=True)
+            motion = [moved + give * (force - before) for moved, give, force, before in gives]
         without_dilatancy = list(rows(problem.D(np.zeros_like(problem.friction)), p))
         self.slip = list(rows(problem.limit_factors.T.tocsr(), p))
         self.crushing = dot(problem.crushing_moment, p) if len(problem.crushing) else 0.0

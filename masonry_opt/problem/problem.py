@@ -91,6 +91,7 @@ class Problem:
     force_unit: what a dimensionless force is multiplied by.
     compliance: motion of a joint per unit of each of its forces where contacts give elastically, shape (3c,);
         None where they are rigid.
+    settled: forces from which on contacts give, shape (3c,); None: from zero.
     """
 
     matrices: Matrices
@@ -99,6 +100,7 @@ class Problem:
     live: np.ndarray
     force_unit: float
     compliance: np.ndarray | None = None
+    settled: np.ndarray | None = None
 
     B = _Of[sp.csr_array]("matrices")
     half_length = _Of[np.ndarray]("matrices")
@@ -143,7 +145,7 @@ class Problem:
         take as parameters."""
         same_loads = self.dead is other.dead and self.live is other.live
         same_strength = np.array_equal(self.crushing_force, other.crushing_force)
-        same_contacts = self.compliance is other.compliance
+        same_contacts = self.compliance is other.compliance and self.settled is other.settled
         return self.table is other.table and same_loads and same_strength and same_contacts
 
     @property
@@ -183,7 +185,10 @@ class Problem:
         """Motion of the joints that the flow rule must explain, shape (3c,): Bᵀd, and what elastic contacts
         give under forces q, shape (3c,)."""
         moved: np.ndarray = self.B.T @ d
-        return moved if self.compliance is None or q is None else moved + self.compliance * q
+        if self.compliance is None or q is None:
+            return moved
+        given: np.ndarray = moved + self.compliance * (q if self.settled is None else q - self.settled)
+        return given
 
     def _motion(self, d: np.ndarray, q: np.ndarray | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Opening (c,), slip (shears, c), and rotation, 0 where no moment acts, (c,)."""

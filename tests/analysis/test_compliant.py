@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from atlas.random_scenes import random_scene
@@ -15,8 +13,7 @@ from scenes import CASES, KINDS_OF_JOINTS, WALLS, block_on_floor, small_wall, so
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.reasons import Code
-from masonry_opt.methods.mcp.compliant import unit_compliance
-from masonry_opt.methods.mcp.edge_form import EdgeForm
+from masonry_opt.methods.mcp.passes import Passes
 from masonry_opt.models.pyomo_mcp import PyomoMcp
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.state import State
@@ -50,21 +47,31 @@ def test_walls_come_to_the_plateau_of_another_program(number):
 
 @pytest.mark.parametrize("name", KINDS_OF_JOINTS)
 def test_the_certificate_is_of_contacts_that_give(name):
-    """The declared equations with E q, in Pyomo, leave nothing; without it they leave just E q."""
+    """The declared equations with E (q - q₀), in Pyomo, leave nothing; without it they leave just that."""
     result = mo.solve(KINDS_OF_JOINTS[name], "compliant", give=0.01)
     problem, found = result.assembly.problem, result.solution.found
     assert not LIMITS[Kind.COMPLIANT].failing(result.solution.answer.residuals)
     assert not result.exact
-    unit = unit_compliance(problem, EdgeForm(problem).least_forces)
-    soft = replace(problem, compliance=0.01 * unit)
+    rigid = Passes(problem)
+    soft = rigid.giving(0.01, rigid.settled_forces()).problem
     p = soft.rates(found.d, soft.dilatancy, found.q)
     left = residuals(PyomoMcp(soft), State(result.load_factor, found.q, found.d, p))
     np.testing.assert_allclose(left.compatibility, 0, atol=1e-8 * np.abs(found.d).max())
     given = residuals(PyomoMcp(problem), State(result.load_factor, found.q, found.d, p)).compatibility
-    np.testing.assert_allclose(given, -soft.compliance * found.q, atol=1e-8 * np.abs(found.d).max())
+    gives = soft.compliance * (found.q - soft.settled)
+    np.testing.assert_allclose(given, -gives, atol=1e-8 * np.abs(found.d).max())
 
 
-@pytest.mark.parametrize("name", ["two_leaves", "pulled_stone", "dam_slides", "dam_overturns", "buttress"])
+@pytest.mark.parametrize("name", KINDS_OF_JOINTS)
+def test_settled_forces_carry_the_dead_load(name):
+    problem = assemble(KINDS_OF_JOINTS[name]).problem
+    settled = Passes(problem).settled_forces()
+    off = 1e-2 if problem.cohesion.any() or len(problem.crushing) else 1e-7
+    assert np.abs(problem.unbalanced(0.0, settled)).max() < 1e-7
+    assert problem.slacks(settled).min() > -off
+
+
+@pytest.mark.parametrize("name", ["two_leaves", "dam_slides", "dam_overturns", "buttress"])
 def test_closed_forms_where_forces_are_determinate(name):
     result = solved(CASES / "closed_forms" / f"{name}.toml", "compliant")
     known = result.assembly.scene.reference
@@ -187,6 +194,8 @@ def pile(boxes, friction):
     "scene",
     [
         *(pytest.param(mo.load(path), id=path.stem, marks=pytest.mark.slow) for path in WALLS),
+        # It slips under the dead load; exact states from 1.3 on.
+        pytest.param(mo.load(CASES / "closed_forms" / "pulled_stone.toml"), id="pulled_stone"),
         *(
             pytest.param(
                 random_scene("wall", seed), id=str(seed), marks=[] if seed == OTHER else pytest.mark.slow

@@ -1,8 +1,9 @@
 """Method "compliant": the load to expect of a scene that stands under its weight and is then pushed.
 
 Coulomb's problem has many states. Where contacts give a little, forces are unique and a pass is easy: with a
-small elastic compliance E of each joint, Bᵀd in eqs (5) and (6) becomes Bᵀd + E q, and all else stays. As
-contacts stiffen, λ comes to a plateau that hardly depends on them.
+small elastic compliance E of each joint, Bᵀd in eqs (5) and (6) becomes Bᵀd + E (q - q₀), and all else stays:
+q₀ are the forces under the dead load alone, whose slip is past when the live load comes. As contacts stiffen,
+λ comes to a plateau that hardly depends on them.
 """
 
 from __future__ import annotations
@@ -127,6 +128,8 @@ class _Contacts:
 
     def __init__(self, task: Task, solution: Solution) -> None:
         self._task, self._passes, self._solution = task, prepared(task), solution
+        with task.effort.measure("solve"):
+            self._settled = self._passes.settled_forces()
         self.states: dict[float, GivingState | None] = {}
         self.word, self.elastic, self._give = "", 0.0, inf
 
@@ -138,7 +141,7 @@ class _Contacts:
 
     def _ended(self, give: float) -> GivingState | None:
         self._task.effort.begins(f"contacts that give by {give:.0e}")
-        passes = self._passes.giving(give)
+        passes = self._passes.giving(give, self._settled)
         state = follow(self._task, passes, self._solution.history, len(self.states) + 1)
         self.word = str(passes.outcome)
         if state is None:
@@ -171,7 +174,8 @@ class _Contacts:
 
 
 def _elastic_share(state: GivingState) -> float:
-    """Elastic energy q·E q, over the live load's work."""
+    """Elastic energy E (q - q₀)·(q - q₀), over the live load's work."""
     answer, problem = state.answer, state.problem
     work = max(abs(answer.load_factor), SMALLEST) * problem.live_norm
-    return float(answer.q @ (problem.compliance * answer.q)) / work
+    more = answer.q if problem.settled is None else answer.q - problem.settled
+    return float(more @ (problem.compliance * more)) / work

@@ -96,6 +96,7 @@ class EdgeForm:
     sliding: which joints can slide, as an index.
     compliance: motion of edges and shear per unit of x where contacts give, shape (3, c); zero, shape (3, 1),
         where they are rigid.
+    settled: x from which on contacts give, shape (3, c); zero, shape (3, 1), where they give from zero.
     least_forces: least x that carries the dead load, whatever the joints' law, shape (3, c).
     """
 
@@ -111,7 +112,7 @@ class EdgeForm:
         self.G = (problem.R[rocking:] @ self.from_edges)[:, :rocking].tocsr()
         self._whole_moment = problem.crushing_moment[problem.table.chords]
         self._lengths = problem.face_length[problem.table.rocks]
-        self.compliance = np.zeros((3, 1))
+        self.compliance = self.settled = np.zeros((3, 1))
         # Nothing of the joints' law, so that forms under other laws share them.
         least = lsqr(self.A, -problem.dead, atol=1e-8, btol=1e-8, iter_lim=300)[0]
         self.least_forces = problem.by_kind(least)
@@ -122,14 +123,20 @@ class EdgeForm:
         other.problem = replace(self.problem, law=law)
         return other
 
-    def giving(self, compliance: np.ndarray) -> EdgeForm:
-        """The same, of contacts that give by so much per unit of each joint force, shape (3c,)."""
+    def giving(self, compliance: np.ndarray, settled: np.ndarray | None = None) -> EdgeForm:
+        """The same, of contacts that give by so much per unit of each joint force from settled ones on, shape
+        (3c,) each."""
         other = copy(self)
-        other.problem = replace(self.problem, compliance=compliance)
+        other.problem = replace(self.problem, compliance=compliance, settled=settled)
         of_normal, of_shear, _ = self.problem.by_kind(compliance)
         # The two edges of a joint share its normal force.
         other.compliance = np.stack([2 * of_normal, 2 * of_normal, of_shear])
+        if settled is not None:
+            other.settled = self._edges_and_shear(settled)
         return other
+
+    def _edges_and_shear(self, q: np.ndarray) -> np.ndarray:
+        return np.stack([*self.problem.edge_forces(q), self.problem.by_kind(q)[1]])
 
     def slacks(self, x: np.ndarray, slope: np.ndarray) -> np.ndarray:
         """Slope · n ∓ s of the joints that can slide, shape (2, k); the true slacks but for cohesion."""
@@ -172,7 +179,7 @@ class EdgeForm:
         problem = self.problem
         motion = self.moves(at.d) - self.follow(at.slip)
         motion[:2] -= at.opening + self.crushes(at.crushed)
-        motion += self.compliance * at.x
+        motion += self.compliance * (at.x - self.settled)
         return IterateResiduals(
             self.A @ at.x.ravel() + at.load_factor * problem.live + problem.dead,
             at.z - problem.cohesion - self.slacks(at.x, problem.friction),
@@ -190,7 +197,7 @@ class EdgeForm:
     def iterate(self, state: State) -> Iterate:
         """A state as an iterate, whose slacks are those of its forces."""
         problem, table, p = self.problem, self.problem.table, state.p
-        x = np.stack([*problem.edge_forces(state.q), problem.by_kind(state.q)[1]])
+        x = self._edges_and_shear(state.q)
         z = problem.cohesion + self.slacks(x, problem.friction)
         edges, slip = (p[table.rocks] * self._lengths).reshape(2, -1), p[table.slides].reshape(z.shape)
         return Iterate(state.load_factor, x, z, state.d, edges, slip, self.room(x), p[table.chords])

@@ -56,12 +56,26 @@ class Passes:
         """Compliance of contacts that give by one, shape (3c,)."""
         return unit_compliance(self.problem, self._elimination.form.least_forces)
 
-    def giving(self, give: float) -> Passes:
-        """Passes over the same problem with contacts that give so much."""
+    def giving(self, give: float, settled: np.ndarray | None = None) -> Passes:
+        """Passes over the same problem with contacts that give so much, from settled forces (3c,) on."""
         other, compliance = copy(self), give * self.unit_compliance
-        other.problem = replace(self.problem, compliance=compliance)
-        other._elimination = self._elimination.of(self._elimination.form.giving(compliance))
+        other.problem = replace(self.problem, compliance=compliance, settled=settled)
+        other._elimination = self._elimination.of(self._elimination.form.giving(compliance, settled))
         return other
+
+    def settled_forces(self) -> np.ndarray | None:
+        """Joint forces under the dead load alone of contacts that give, shape (3c,); None if no pass ends.
+
+        A scene without cohesion and strength that carries λ times its dead load besides has 1 + λ times
+        these forces. One with them is asked once more, of contacts that give 1 + λ times as much: then λ is
+        about 0.
+        """
+        problem = self.problem
+        passes = Passes(replace(problem, live=problem.dead))
+        state = passes.giving(1.0).run()
+        if state is not None and (problem.cohesion.any() or len(problem.crushing)):
+            state = passes.giving(1 + state.load_factor).run()
+        return None if state is None else state.q / (1 + state.load_factor)
 
     def run(
         self, follow: Callable[[NewtonStep], None] = lambda _: None, brake: float = BRAKES[0]
