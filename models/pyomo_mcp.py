@@ -21,7 +21,7 @@ class PyomoMcp:
         0 ≤ z = C(μ) q + c  ⟂  p ≥ 0    for each face
 
     There are as many equations and complementary pairs as unknowns λ, q, d, p, and no objective: several λ
-    may meet them. Where contacts give, Bᵀ d + E q takes the place of Bᵀ d: forces are then unique.
+    may meet them. Where contacts give, Bᵀ d + E (q - q₀) takes the place of Bᵀ d: forces are then unique.
     """
 
     def __init__(self, problem: Problem) -> None:
