@@ -99,20 +99,19 @@ def _look_for_plateau(solution: Solution, contacts: _Contacts, options: Complian
     if solution.answer is None:
         attempts = len(contacts.states)
         solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, word=contacts.word, attempts=attempts)
-    elif contacts.elastic > _ELASTIC:
+    elif options.give is None and contacts.elastic > _ELASTIC:
         contacts.withdraw()
 
 
 def _follow_curve(solution: Solution, contacts: _Contacts) -> None:
-    """States from the softest contacts to the stiffest of the passes before. (At λ < 0 the live load would
-    pull back what the dead load has moved: such states are none of a scene that is pushed.)"""
+    """States from the softest contacts to the stiffest of the passes before."""
     decades = round(log10(_SOFTEST / min(contacts.states)))
     gives = [_SOFTEST / 10 ** (number / _A_DECADE) for number in range(decades * _A_DECADE + 1)]
-    states = [state for give in gives if (state := contacts.state(give))]
-    solution.curve = [state for state in states if state.answer.load_factor >= 0]
+    solution.curve = [state for give in gives if (state := contacts.state(give))]
     if solution.curve:
         load_factors = [state.answer.load_factor for state in solution.curve]
-        told = {"peak": max(load_factors), "last": load_factors[-1], "left_out": len(gives) - len(states)}
+        left_out = len(gives) - len(load_factors)
+        told = {"peak": max(load_factors), "last": load_factors[-1], "left_out": left_out}
         solution.add(Code.CURVE, states=len(load_factors), **told)
 
 

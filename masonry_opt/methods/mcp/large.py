@@ -24,31 +24,28 @@ class _FarError(Exception):
     """The loop's sub-problems are far from the true law."""
 
 
-def by_loop(task: Task, code: Code, to_its_end: bool = True) -> Solution | Reason:
-    """The loop's solution, or that it was left because its sub-problems stay far from the true law.
+def by_loop(task: Task, code: Code) -> Solution:
+    """The loop's solution; the code, with the number of joints, tells why it was asked."""
+    solution = nonassociative(task.with_options(LoopOptions(), find_solver("cvxpy", None)))
+    solution.reasons.insert(0, reason(code, joints=task.problem.joints))
+    return solution
 
-    Parameters
-    ----------
-    code: why the loop is asked, told with the number of joints.
-    to_its_end: whether it goes on however far they stay.
-    """
+
+def by_loop_unless_far(task: Task) -> Solution | Reason:
+    """The same of a large scene, or the reason why the loop was left."""
     last: Iteration | None = None
 
     def watch(step: Iteration) -> None:
         nonlocal last
         last = step
         task.progress(step)
-        far = inf if to_its_end or step.attempt > 1 else _FAR.get(step.iteration, inf)
+        far = _FAR.get(step.iteration, inf) if step.attempt == 1 else inf
         if step.mismatch > far * abs(step.load_factor):
             raise _FarError
 
-    joints = task.problem.joints
     try:
-        own = task.with_options(LoopOptions(), find_solver("cvxpy", None))
-        solution = nonassociative(replace(own, progress=watch))
+        return by_loop(replace(task, progress=watch), Code.TOO_LARGE)
     except _FarError:
         assert last is not None
         off = last.mismatch / abs(last.load_factor)
-        return reason(Code.LOOP_FAR, joints=joints, count=last.iteration, off=off)
-    solution.reasons.insert(0, reason(code, joints=joints))
-    return solution
+        return reason(Code.LOOP_FAR, joints=task.problem.joints, count=last.iteration, off=off)

@@ -17,7 +17,7 @@ from masonry_opt.methods.exact.alternation import alternated
 from masonry_opt.methods.exact.refiner import ExactState, refiner_of
 from masonry_opt.methods.exact.search import SMALL, Met, Search, lower_of
 from masonry_opt.methods.mcp.compliant import jams, pushed
-from masonry_opt.methods.mcp.large import by_loop
+from masonry_opt.methods.mcp.large import by_loop, by_loop_unless_far
 from masonry_opt.methods.mcp.passes import PASSES_UP_TO, Passes, follow, prepared
 from masonry_opt.methods.mcp.schedule import BRAKES
 from masonry_opt.methods.task import Options, Task
@@ -50,7 +50,7 @@ def mcp(task: Task) -> Solution:
         return by_loop(task, Code.DILATANCY_FALLS)
     if task.problem.joints <= PASSES_UP_TO:
         return _by_passes(task)
-    begun = by_loop(task, Code.TOO_LARGE, to_its_end=False)
+    begun = by_loop_unless_far(task)
     if isinstance(begun, Solution):
         return begun
     solution = _by_passes(task)
