@@ -292,7 +292,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.PLATEAU: lambda v: (
         f"in {counted(v['steps'], 'Newton step')}, with contacts that give by {v['give']:.0e} of the motion; "
-        f"ten times softer ones change λ by {v['change']:.2%}"
+        f"softer ones, at least ten times, change λ by {v['change']:.2%}"
     ),
     Code.NO_PLATEAU: lambda v: (
         f"with contacts that give by {v['give']:.0e} of the motion; that λ does not depend on their "
@@ -300,7 +300,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         + (
             "no pass ended with softer or stiffer ones"
             if v["change"] is None
-            else f"ten times softer ones change λ by {v['change']:.2%}"
+            else f"softer ones, at least ten times, change λ by {v['change']:.2%}"
         )
     ),
     Code.NOT_EXPECTED: lambda v: (

@@ -36,6 +36,10 @@ _SOFTEST, _A_DECADE = 10.0, 4
 #: share from softer contacts, too, nothing collapses: friction jams the blocks, λ grows with their stiffness.
 _ELASTIC = 0.5
 
+#: The same share, which falls with the compliance, above which λ is far from its plateau: such a pass is left
+#: out, which on façades takes longest.
+_STILL_ELASTIC = 0.05
+
 
 class CompliantOptions(Options):
     """Options of contacts that give.
@@ -90,7 +94,7 @@ def jams(task: Task) -> Reason | None:
 
 def _look_for_plateau(solution: Solution, contacts: _Contacts, options: CompliantOptions) -> None:
     for give in STIFF if options.give is None else (options.give,):
-        if contacts.settle(give):
+        if contacts.elastic * give / contacts.give <= _STILL_ELASTIC and contacts.settle(give):
             return
     if solution.answer is None and options.give is None:
         for give in SOFT:
@@ -122,7 +126,7 @@ class _Contacts:
     ----------
     states: that the passes so far ended in, by compliance; None of those that ended in none.
     word: how the last pass ended.
-    elastic: elastic share of the work in the last state.
+    give, elastic: compliance of the last state, and the elastic share of the work there.
     """
 
     def __init__(self, task: Task, solution: Solution) -> None:
@@ -130,7 +134,7 @@ class _Contacts:
         with task.effort.measure("solve"):
             self._settled = self._passes.settled_forces()
         self.states: dict[float, GivingState | None] = {}
-        self.word, self.elastic, self._give = "", 0.0, inf
+        self.word, self.elastic, self.give = "", 0.0, inf
 
     def state(self, give: float) -> GivingState | None:
         """The state with this compliance; None if no pass ends in one."""
@@ -154,7 +158,7 @@ class _Contacts:
         if state is None:
             return False
         answer, before = state.answer, solution.load_factor
-        self._give, self.elastic = give, _elastic_share(state)
+        self.give, self.elastic = give, _elastic_share(state)
         change = None if before is None else abs(answer.load_factor - before) / abs(answer.load_factor)
         decided = change is not None and change <= PLATEAU
         code = Code.PLATEAU if decided else Code.NO_PLATEAU
@@ -167,7 +171,7 @@ class _Contacts:
 
     def withdraw(self) -> None:
         """End without the last state, whose work is elastic."""
-        told = {"load_factor": self._solution.load_factor, "give": self._give, "elastic": self.elastic}
+        told = {"load_factor": self._solution.load_factor, "give": self.give, "elastic": self.elastic}
         self._solution.found = Found()
         self._solution.end(Status.SOLVER_FAILED, Code.GROWS_WITH_STIFFNESS, **told)
 
