@@ -44,9 +44,9 @@ def solve(
     scene:
         A scene, or the path of a case file.
     method:
-        "mcp" (the default: an exact state of Coulomb friction by one interior-point pass; the loop takes over
-        where no pass ends in one or dilatancy falls with stress, and begins above 8000 joints), "compliant"
-        (the load to expect of a scene that stands and is then pushed: contacts give a little),
+        "mcp" (the default: an exact state of Coulomb friction next to the load to expect, on small scenes the
+        lowest of a few; where dilatancy falls with stress the loop's), "compliant" (the load to expect of a
+        scene that stands and is then pushed: contacts give a little),
         "nonassociative" (Coulomb: the loop of linear programs), "static" or "kinematic" (associative: one
         linear program), "mpec" (the least load factor near the loop's, by IPOPT), "refined" (an exact state
         of Coulomb friction, by linear programs from passes' states down, and by search if asked), or "global"

@@ -26,8 +26,8 @@ from masonry_opt.problem.kept import Kept
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import Solver, find_solver
 
-#: Joints up to which the associative load factor is computed where a method leaves none. (Larger scenes go to
-#: the loop, which begins with it.)
+#: Joints up to which the associative load factor is computed where a method leaves none: beyond, it takes
+#: from some seconds to minutes.
 _BESIDE_UP_TO = 8000
 
 #: Methods whose answer is associative itself; the method whose answer is the load to expect.

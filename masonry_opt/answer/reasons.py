@@ -45,7 +45,7 @@ class Code(StrEnum):
     LOCKED_ALL_THE_SAME = "locked all the same"
     LEAST_BORNE_OUT = "least borne out"  # load_factor, None if there is none
 
-    # The one pass.
+    # Passes.
     ONE_PASS = "one pass"  # steps of all attempts, attempt: the last
     PASS_STOPPED = "pass stopped"  # word, attempts
     PASS_LOST = "pass lost"

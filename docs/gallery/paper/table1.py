@@ -49,7 +49,7 @@ results = dict(zip(parts, in_processes(solves), strict=True))
 found = {at: result.required() for at, result in results.items()}
 
 # %%
-# The table, walls as rows. The Coulomb problem has many states: the MCP's solver, the one pass (`mcp`), the
+# The table, walls as rows. The Coulomb problem has many states: the MCP's solver, the default (`mcp`), the
 # loop and the MPEC each end in one of their own; contacts that give (`compliant`) single one out.
 table = pd.DataFrame(
     {
@@ -96,7 +96,7 @@ print(table_residuals.to_string(index=False, float_format="{:.2g}".format))
 
 # %%
 # Associative load factors to the five published digits; the loop within 3e-4 (wall 5: 2e-3); the MPEC
-# within 1e-4; the load to expect, on its plateau, within 3e-3 of the published loop; the one pass nowhere
+# within 1e-4; the load to expect, on its plateau, within 3e-3 of the published loop; the default nowhere
 # above the published MCP by more than 5e-4; the search at the lowest state known on walls 1 to 5. On wall 6
 # the machine decides how far its seconds take it: to 2e-4 above the lowest known or, where they are few, to
 # the MPEC's state.
