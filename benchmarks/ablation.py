@@ -6,10 +6,11 @@ was not tuned on, and what that loses is printed; what loses nothing can go.
     python benchmarks/ablation.py rough-sub-problems --random 0 --large
 
 Scenes: small random ones (tests/atlas) from seed 90000 on, walls 1 to 6 of Ferris & Tin-Loi with other
-frictions, façades of up to 3 × 2 openings; with --large façades and walls of more than 1000 joints.
-Printed of each name, against the methods as they are: answers and exact states lost (and gained), how often
-and by how much λ is higher or lower (by more than 1e-6 of it; a Coulomb answer that is lower is better), and
-steps and processor time over those of the methods as they are. Constants of the passes are not listed yet.
+frictions, façades of up to 3 × 2 openings; with --large façades and walls of more than 1000 joints, with
+--rubble walls of 60 and 200 stones.
+Printed of each name, against the methods as they are: answers, loads to expect and exact states lost (and
+gained), how often and by how much λ is higher or lower (by more than 1e-6 of it; a Coulomb answer that is
+lower is better), and steps and processor time over those of the methods as they are.
 """
 
 from __future__ import annotations
@@ -31,6 +32,7 @@ import numpy as np
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
 
+from atlas.large_scenes import rubble  # noqa: E402
 from atlas.random_scenes import KINDS, random_scene  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
@@ -43,7 +45,7 @@ FIRST_SEED = 90_000
 MEASURED: dict[str, dict[str, Any]] = {
     "nonassociative": {},
     "rough": {"method": "nonassociative", "sub_problems": "rough"},
-    "mcp": {},
+    "mcp": {"expected": True},
     "search": {"method": "refined", "search": 2.0},
     "global": {"time_limit": 5.0},
 }
@@ -59,7 +61,12 @@ def _without(*names: Any) -> Callable[[Any], Any]:
     return reduced
 
 
+def _unbraked(defaults: tuple[Any, ...]) -> tuple[Any, ...]:
+    return (*defaults[:-1], 0.0)
+
+
 _SEARCH, _RUN, _BOUND = "exact.search:", "loop.run:", "bracket.relaxation:"
+_SCHEDULE, _PASS = "mcp.schedule:", "mcp.interior_point:"
 _REMEDIES, _ENERGY = "loop.nonassociative:REMEDIES", "exact.energy:WEIGHT"
 
 #: By name: attributes ("module:NAME" within ``masonry_opt.methods``) of a method, and their new values, or
@@ -82,7 +89,7 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "energy-weighs-100": ("rough", {_ENERGY: 100.0}),
     "rough-sub-problems": ("nonassociative", {"loop.options:ROUGH_FROM": inf}),
     "energy-weighs-100-in-repairs": ("mcp", {"exact.refiner:WEIGHT": 100.0}),
-    "further-starts": ("mcp", {_SEARCH + "SMALL": 0, "mcp.one_pass:SMALL": 0}),
+    "further-starts": ("mcp", {"mcp.method:SMALL": 0}),
     "fifteen-in-a-row": ("mcp", {_SEARCH + "_NOTHING_NEW": 10}),
     "neighbours": ("mcp", {_SEARCH + "_ROUND_OF_SMALL": _without("neighbour")}),
     "other-frictions": ("mcp", {_SEARCH + "_ROUND_OF_SMALL": _without("friction")}),
@@ -92,7 +99,33 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "far-and-near-frictions": ("mcp", {_SEARCH + "_FRICTIONS": (0.1, 0.1)}),
     "fixed-points-settle": ("mcp", {_SEARCH + "_FIXED_POINT": 1}),
     "two-repairs": ("mcp", {"exact.refiner:_REPAIRS": 1}),
-    "descent-of-larger-scenes": ("mcp", {"mcp.one_pass:DESCENT_UP_TO": 60}),
+    "descent-of-larger-scenes": ("mcp", {"mcp.method:_SIMPLEX_UP_TO": 60}),
+    "ladder": ("mcp", {_SCHEDULE + "_RUNGS": (1.0,) * 5}),
+    "brake": (
+        "mcp",
+        {_SCHEDULE + "BRAKES": (0.0,), "mcp.method:BRAKES": (0.0,), "mcp.passes:BRAKES": (0.0,)},
+    ),
+    "other-brakes": ("mcp", {"mcp.method:BRAKES": (1.0,)}),
+    "diagonal": ("mcp", {_SCHEDULE + "_MORE": 1.0, _SCHEDULE + "_LESS": 1.0}),
+    "patience": ("mcp", {_SCHEDULE + "_PATIENCE": 20}),
+    "thirteen-short-steps": ("mcp", {_SCHEDULE + "_MOST_SHORT": 6}),
+    "overshoot": ("mcp", {_SCHEDULE + "_OVERSHOOT": 0.0}),
+    "correctors": ("mcp", {_PASS + "_CORRECTORS": 0}),
+    "second-order-bound": ("mcp", {_PASS + "_NEAR_CENTRE": 1e9}),
+    "steps-alike-at-the-end": ("mcp", {_PASS + "_ALIKE_BELOW": 0.0}),
+    "motion-left": ("mcp", {_PASS + "_LEFT_IN_MOTION": 1e-12}),
+    "accurate-steps": ("mcp", {_PASS + "_ACCURATE": 1e-9}),
+    "cut-of-stiffness": ("mcp", {"mcp.newton:_CUT": 1e30}),
+    "full-factors": ("mcp", {"mcp.newton:_FULL_UP_TO": 0}),
+    "forces-of-stalled-passes": ("mcp", {"mcp.passes:_NEAR": 1e-4}),
+    "settled-forces": ("mcp", {"mcp.passes:Passes.settled_forces": lambda _: lambda self: None}),
+    "softest-contacts": ("mcp", {"mcp.compliant:SOFT": ()}),
+    "far-from-plateau": ("mcp", {"mcp.compliant:_STILL_ELASTIC": inf}),
+    "four-compliances": ("mcp", {"mcp.compliant:STIFF": (1e-4, 1e-5)}),
+    "others-give-more": ("mcp", {"mcp.passes:_OTHERS_GIVE": 1e-3}),
+    "others-give-less": ("mcp", {"mcp.passes:_OTHERS_GIVE": 1e-5}),
+    "one-alternation": ("mcp", {"exact.alternation:_WEIGHTS": (1e4,)}),
+    "light-energy-first": ("mcp", {"exact.alternation:_WEIGHTS": (30.0, 1e3)}),
     "search-neighbours": ("search", {_SEARCH + "_ROUND": _without("neighbour")}),
     "search-fixed-points": ("search", {_SEARCH + "_ROUND": _without("fixed point")}),
     "search-loads": ("search", {_SEARCH + "_ROUND": _without("loads")}),
@@ -110,6 +143,7 @@ class Measured:
 
     value: float | None
     exact: bool
+    expected: bool
     steps: int
     seconds: float
 
@@ -118,7 +152,9 @@ def measured(scene: mo.Scene, name: str) -> Measured:
     began = time.process_time()
     result = mo.solve(scene, **{"method": name, "expected": False} | MEASURED[name])
     value = result.bound if name == "global" else result.load_factor
-    return Measured(value, result.exact, result.iterations, time.process_time() - began)
+    return Measured(
+        value, result.exact, result.expected is not None, result.iterations, time.process_time() - began
+    )
 
 
 def scenes(asked: argparse.Namespace) -> Iterator[mo.Scene]:
@@ -129,6 +165,8 @@ def scenes(asked: argparse.Namespace) -> Iterator[mo.Scene]:
         for share in (0.6, 0.85, 1.2):
             joints = wall.joints.model_copy(update={"friction": share * wall.joints.friction})
             yield wall.model_copy(update={"joints": joints, "title": f"{wall.title}, {share} of friction"})
+    for stones in (60, 200) if asked.rubble else ():
+        yield from (rubble(stones, FIRST_SEED + number) for number in range(asked.rubble))
     sizes = [(1, 1, 3), (2, 1, 3), (2, 2, 3), (3, 2, 3)] if asked.facades else []
     common: Any = {"weight": 1, "live": (1, 0), "block": (3, 1)}
     common_facade = common | {"jamb": 1, "sill": 2, "spandrel": 2, "lintel_weight": 1}
@@ -152,7 +190,8 @@ def lost(before: list[Measured], after: list[Measured]) -> str:
     change = np.array([(new - old) / max(abs(old), 1e-9) for old, new in both])  # type: ignore[operator]
     answers = sum(new.value is not None for _, new in pairs) - sum(old.value is not None for old, _ in pairs)
     exact = sum(new.exact for new in after) - sum(old.exact for old in before)
-    told = [f"answers {answers:+d}", f"exact {exact:+d}"]
+    expected = sum(new.expected for new in after) - sum(old.expected for old in before)
+    told = [f"answers {answers:+d}", f"exact {exact:+d}", f"to expect {expected:+d}"]
     for word, part in (("higher", 100 * change[change > SAME]), ("lower", -100 * change[change < -SAME])):
         by = f" by {part.mean():.2g} %, at most {part.max():.2g}" if len(part) else ""
         told.append(f"λ {word} {len(part)}{by}")
@@ -171,8 +210,11 @@ def main(asked: argparse.Namespace) -> None:
             before[method] = [measured(scene, method) for scene in chosen]
         with ExitStack() as stack:
             for where, value in changes.items():
-                module, attribute = where.split(":")
-                of = import_module(f"masonry_opt.methods.{module}")
+                module, path = where.split(":")
+                *owners, attribute = path.split(".")
+                of: Any = import_module(f"masonry_opt.methods.{module}")
+                for owner in owners:
+                    of = getattr(of, owner)
                 new = value(getattr(of, attribute)) if callable(value) else value
                 stack.enter_context(patch.object(of, attribute, new))
             after = [measured(scene, method) for scene in chosen]
@@ -189,6 +231,7 @@ if __name__ == "__main__":
     parser.add_argument("names", nargs="*", choices=[[], *ABLATIONS], metavar="NAME", help="default: all")
     parser.add_argument("--list", action="version", version="\n".join(ABLATIONS), help="the names there are")
     parser.add_argument("--random", type=int, default=10, help="random scenes of each of the four kinds")
+    parser.add_argument("--rubble", type=int, default=0, help="rubble walls of 60 and of 200 stones")
     parser.add_argument("--walls", type=lambda text: text.split(",") if text else [], default=list("123"))
     parser.add_argument("--facades", action=argparse.BooleanOptionalAction, default=True)
     parser.add_argument("--large", action="store_true", help="scenes of more than 1000 joints too")

@@ -36,11 +36,15 @@ Handle = Line2D | Patch
 class Picture(Figure):
     """A figure that a notebook shows as it is, whether or not pyplot was imported."""
 
+    def savefig(self, fname: Any, **given: Any) -> None:
+        """Write the figure with all that stands beside its axes, see :meth:`matplotlib.figure.Figure.savefig`."""
+        super().savefig(fname, **{"bbox_inches": "tight"} | given)
+
     def image(self, kind: str) -> bytes:
         """The file's content, in one of ``FORMATS``."""
         stream = io.BytesIO()
         with style():
-            self.savefig(stream, format=kind, dpi=160, bbox_inches="tight", metadata=picture_metadata(kind))
+            self.savefig(stream, format=kind, dpi=160, metadata=picture_metadata(kind))
         return stream.getvalue()
 
     def save(self, path: str | Path, force: bool = False) -> None:

@@ -96,15 +96,16 @@ def _look_for_plateau(solution: Solution, contacts: _Contacts, options: Complian
     for give in STIFF if options.give is None else (options.give,):
         if contacts.elastic * give / contacts.give <= _STILL_ELASTIC and contacts.settle(give):
             return
-    if solution.answer is None and options.give is None:
+    if options.give is None:
         for give in SOFT:
-            if contacts.settle(give) or solution.answer:
+            if solution.answer is None and contacts.settle(give):
                 return
+        if solution.answer and contacts.elastic > _ELASTIC:
+            contacts.withdraw()
+            return
     if solution.answer is None:
         attempts = len(contacts.states)
         solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, word=contacts.word, attempts=attempts)
-    elif options.give is None and contacts.elastic > _ELASTIC:
-        contacts.withdraw()
 
 
 def _follow_curve(solution: Solution, contacts: _Contacts) -> None:
