@@ -37,7 +37,7 @@ class Picture(Figure):
     """A figure that a notebook shows as it is, whether or not pyplot was imported."""
 
     def savefig(self, fname: Any, **given: Any) -> None:
-        """Write the figure with what stands beside its axes; see :meth:`~matplotlib.figure.Figure.savefig`."""
+        """Write the figure with what stands beside its axes; as matplotlib does otherwise."""
         super().savefig(fname, **{"bbox_inches": "tight"} | given)
 
     def image(self, kind: str) -> bytes:
