@@ -10,7 +10,7 @@ from residuals import residuals
 from scenes import KINDS_OF_JOINTS
 
 import masonry_opt as mo
-from masonry_opt.methods.mcp.compliant import unit_compliance
+from masonry_opt.methods.mcp.passes import unit_compliance
 from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate, moved
 from masonry_opt.methods.mcp.newton import Elimination, NewtonSystem, Parts
 from masonry_opt.models.pyomo_mcp import PyomoMcp
