@@ -12,10 +12,10 @@ from atlas.expectations import (
     RAW,
     WITHOUT_HALVING,
     associative,
+    default,
     every_method,
     loops,
     one_answer,
-    default,
     references,
 )
 from atlas.small_scenes import (

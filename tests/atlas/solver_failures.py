@@ -11,8 +11,8 @@ from atlas.expectations import (
     TWO_FORMULATIONS,
     WITHOUT_HALVING,
     associative,
-    loops,
     default,
+    loops,
     references,
 )
 from atlas.small_scenes import (
