@@ -15,8 +15,8 @@ from scenes import CASES, KINDS_OF_JOINTS, WALLS, block_on_floor, small_wall, so
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.reasons import Code
+from masonry_opt.methods.mcp.compliant import unit_compliance
 from masonry_opt.methods.mcp.edge_form import EdgeForm
-from masonry_opt.methods.mcp.passes import unit_compliance
 from masonry_opt.models.pyomo_mcp import PyomoMcp
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.state import State

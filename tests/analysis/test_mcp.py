@@ -306,7 +306,7 @@ def test_interior_points_in_turn_end_near_where_simplex_does(name, no_simplex):
 @pytest.mark.slow
 def test_a_facade_is_answered_in_turn_below_the_load_to_expect():
     result = solved(FACADE, expected=True)
-    assert result.solution.size.joints > 500
+    assert result.size.joints > 500
     assert codes(result)[0] is Code.ONE_PASS
     assert result.certificate.complementarity <= ALTERNATED * result.load_factor
     assert 0.2069 < result.load_factor < 0.2071 < result.expected
