@@ -47,7 +47,7 @@ def test_a_pass_and_what_follows_it():
         "contacts that give by 1e-03",
         "contacts that give by 1e-04",
         "method 'mcp'",
-        "pass 1",
+        "contacts that give",
         "exact states nearby",
         "associative load factor",
     ]

@@ -19,7 +19,7 @@ COARSE = 1e-5
 #: IPOPT's last relaxation, ε = 3e-9.
 MPEC = 1e-7
 
-#: A pass ends in an exact state, near the least of them but seldom there: so far above at most.
+#: The default ends in an exact state, near the least of them: so far above at most.
 PASS = 1e-2
 
 #: Digits to which least load factors are given here.
@@ -31,7 +31,6 @@ RAW: dict[str, Any] = {"preset": "paper", "remedies": "none"}
 AGAIN = reason(Code.BEGAN_AGAIN, remedies="alpha=")
 LOCKS = reason(Code.BEGAN_AGAIN, first=Status.LOCKED, remedies="start=cohesive")
 REMEDIED = reason(Code.BEGAN_AGAIN)
-TOOK_OVER = reason(Code.LOOP_TOOK_OVER)
 NO_INFLUENCE = reason(Code.FLOW_RULE_IDLE)
 
 TWO_FORMULATIONS = "MPEC and refinement, which agree"
@@ -74,13 +73,12 @@ def loops(
     )
 
 
-def one_pass(
+def default(
     load_factor: float | tuple[float, float],
     source: str,
-    why: Reason | None = None,
     only: bool = False,
 ) -> Expectation:
-    """One interior-point pass, and not the loop in its place unless ``why`` says so.
+    """The default.
 
     Parameters
     ----------
@@ -91,7 +89,7 @@ def one_pass(
         load_factor = load_factor * (1 - LEAST), load_factor * (1 + PASS)
         source = f"{source}, to {100 * PASS:g} % above"
     return Expectation(
-        Status.CONVERGED, "mcp", load_factor=load_factor, source=source, why=why or reason(Code.ONE_PASS)
+        Status.CONVERGED, "mcp", load_factor=load_factor, source=source, why=reason(Code.EXACT)
     )
 
 
@@ -120,7 +118,7 @@ def one_answer(
         *associative(Status.OPTIMAL, load_factor, source),
         *loops(Status.CONVERGED, load_factor, source, **of_loop),
         *(() if proven is None else references(load_factor, source, proven)),
-        one_pass(load_factor, source, only=True),
+        default(load_factor, source, only=True),
     )
 
 

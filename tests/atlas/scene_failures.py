@@ -10,13 +10,12 @@ from atlas.expectations import (
     NO_INFLUENCE,
     OTHERS,
     RAW,
-    TOOK_OVER,
     WITHOUT_HALVING,
     associative,
+    default,
     every_method,
     loops,
     one_answer,
-    one_pass,
     references,
 )
 from atlas.small_scenes import (
@@ -52,7 +51,7 @@ ENTRIES: tuple[Entry, ...] = (
             *associative(Status.LOCKED),
             *loops(Status.CONVERGED, 0.5, "μ W", why=LOCKS),
             *references(0.5, "μ W", proven=False),
-            one_pass(0.5, "μ W"),
+            default(0.5, "μ W"),
         ),
     ),
     Entry(
@@ -65,7 +64,7 @@ ENTRIES: tuple[Entry, ...] = (
             *loops(Status.CONVERGED, 3.0, "2 μ P - W", why=LOCKS),
             *loops(Status.CONVERGED, 3.0, "2 μ P - W", (None,), options={"start": "cohesive"}),
             *references(3.0, "2 μ P - W", proven=False),
-            one_pass(3.0, "2 μ P - W"),
+            default(3.0, "2 μ P - W"),
         ),
     ),
     Entry(
@@ -129,7 +128,7 @@ ENTRIES: tuple[Entry, ...] = (
             *associative(Status.OPTIMAL, 20 / 10.5, "w / h", ("highs", "highs-ipm"), tolerance=COARSE),
             *loops(Status.CONVERGED, 20 / 10.5, "w / h", ("highs-ipm",)),
             *loops(Status.SOLVER_FAILED, solvers=("highs",), why=reason(Code.SUB_PROBLEM_FAILED)),
-            one_pass(20 / 10.5, "w / h", why=TOOK_OVER, only=True),
+            default(20 / 10.5, "w / h", only=True),
         ),
     ),
     Entry(
@@ -141,7 +140,7 @@ ENTRIES: tuple[Entry, ...] = (
             *loops(Status.NO_STATE, why=reason(Code.SUB_PROBLEM_EMPTY)),
             Expectation(Status.NO_STATE, options={"start": "cohesive"}, why=reason(Code.SUB_PROBLEM_EMPTY)),
             *associative(Status.OPTIMAL, 0.6833480, OTHERS),
-            one_pass((0.0, 0.6833480), "at most the associative λ"),
+            default((0.0, 0.6833480), "at most the associative λ"),
         ),
     ),
     Entry(
@@ -182,7 +181,7 @@ ENTRIES: tuple[Entry, ...] = (
             Expectation(
                 Status.CONVERGED, "refined", load_factor=0.4, source="μ", why=reason(Code.NOT_REFINED)
             ),
-            one_pass(0.4, "μ", only=True),
+            default(0.4, "μ", only=True),
             Expectation(Status.SOLVER_FAILED, "mpec", why=reason(Code.NOT_CERTIFIED)),
             Expectation(
                 Status.CONVERGED,
@@ -228,7 +227,7 @@ ENTRIES: tuple[Entry, ...] = (
             *associative(Status.OPTIMAL, 0.55401662, OTHERS),
             *loops(Status.CONVERGED, 0.5, "w / h"),
             *references(0.5, "w / h", proven=False),
-            one_pass(0.5, "w / h"),
+            default(0.5, "w / h"),
         ),
     ),
     Entry(
@@ -252,7 +251,7 @@ ENTRIES: tuple[Entry, ...] = (
             ),
             *loops(Status.CONVERGED, 0.15, "1.5 μ", tolerance=1e-3),
             *references(0.15, "1.5 μ", proven=True),
-            one_pass(0.15, "1.5 μ"),
+            default(0.15, "1.5 μ"),
         ),
     ),
 )

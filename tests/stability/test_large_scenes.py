@@ -46,18 +46,17 @@ def test_many_large_scenes_stand(family, stones, seeds):
         is_as_asked_and_stands(family, stones, seed)
 
 
-def ends_in_one_pass(family: str, stones: int, seed: int) -> bool:
-    """Whether a pass ends; then in a state that meets every condition, at or below the associative λ, which
-    is solved to 1e-9."""
+def has_an_answer(family: str, stones: int, seed: int) -> bool:
+    """Whether there is one; then a state that meets every condition, at or below the associative λ, which is
+    solved to 1e-9."""
     scene = large_scene(family, stones, seed)
-    result = mo.solve(scene, "mcp", expected=False, fallback=False)
+    result = mo.solve(scene, "mcp", expected=False)
     if result.status is mo.Status.SOLVER_FAILED:
         assert [reason.code for reason in result.reasons] == [Code.PASS_STOPPED, Code.AT_MOST]
         return False
     assert result.status is mo.Status.CONVERGED
     left = result.certificate
     assert max(left.equilibrium, left.yield_, left.flow) <= 1e-8
-    # 1e-9 of passes that end by themselves, 2e-5 of one that stalled and ended by exact motion (rubble 4).
     assert left.complementarity <= LIMITS[Kind.ONE_PASS].complementarity * result.load_factor
     assert 0 < result.load_factor <= mo.solve(scene, "static").load_factor * (1 + 1e-7)
     return True
@@ -65,17 +64,16 @@ def ends_in_one_pass(family: str, stones: int, seed: int) -> bool:
 
 @pytest.mark.parametrize("family", LARGE)
 @pytest.mark.parametrize("seed", range(2))
-def test_one_pass_solves_scenes_of_60_stones(family, seed):
-    assert ends_in_one_pass(family, 60, seed)
+def test_the_default_solves_scenes_of_60_stones(family, seed):
+    assert has_an_answer(family, 60, seed)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("family", "seeds", "most_left"), [("rubble", 8, 2), ("openings", 4, 0), ("piers", 4, 0)]
+    ("family", "seeds", "most_left"), [("rubble", 8, 0), ("openings", 4, 0), ("piers", 4, 0)]
 )
-def test_one_pass_solves_most_scenes_of_200_stones(family, seeds, most_left):
-    """Of rubble two are left to the loop (seeds 4 and 7), of the others none."""
-    ended = [ends_in_one_pass(family, 200, seed) for seed in range(seeds)]
+def test_the_default_solves_most_scenes_of_200_stones(family, seeds, most_left):
+    ended = [has_an_answer(family, 200, seed) for seed in range(seeds)]
     assert ended.count(False) <= most_left
 
 

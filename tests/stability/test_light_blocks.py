@@ -104,5 +104,5 @@ def test_a_pass_begins_however_light_what_carries_the_load(weight):
     slab = rectangle("slab", 0, 2, 1, 4, weight=weight, live=(weight, 0))
     floor = rectangle("floor", -1, -1, 80, 0)
     scene = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=[*stones, slab, floor])
-    result = mo.solve(scene, fallback=False)
+    result = mo.solve(scene)
     assert result.required() == pytest.approx(0.5, rel=1e-8)

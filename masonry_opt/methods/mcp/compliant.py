@@ -27,7 +27,7 @@ from masonry_opt.problem.state import State
 STIFF, SOFT = (1e-3, 1e-4, 1e-5, 1e-6), (1e-2, 1e-1)
 
 #: The same, of the passes whose forces alone are wanted: the first that ends.
-_FIRST = (1e-4, 1e-5, 1e-3)
+_FIRST = (1e-4, 1e-5, 1e-3, *SOFT)
 
 #: The softest compliance of a curve, and its passes a decade.
 _SOFTEST, _A_DECADE = 10.0, 4

@@ -69,6 +69,8 @@ def _by_passes(task: Task) -> Solution:
     # The passes of the load to expect are the first of this method.
     history = list(task.expected.history) if task.expected else []
     effort.iterations += len(history)
+    for step in history:
+        task.progress(step)
     solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, history=history)
     passes = prepared(task)
     search = None

@@ -10,9 +10,9 @@ from residuals import residuals
 from scenes import KINDS_OF_JOINTS
 
 import masonry_opt as mo
-from masonry_opt.methods.mcp.compliant import unit_compliance
 from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate, moved
 from masonry_opt.methods.mcp.newton import Elimination, NewtonSystem, Parts
+from masonry_opt.methods.mcp.passes import unit_compliance
 from masonry_opt.models.pyomo_mcp import PyomoMcp
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.state import State
@@ -67,9 +67,9 @@ def assert_same_iterate(one: Iterate, other: Iterate) -> None:
 
 
 def assert_as_declared(form: EdgeForm, at: Iterate) -> None:
-    """The residuals under the joints' own flow rule are the declared ones, of the same state."""
+    """The residuals are the declared ones, of the same state."""
     problem, k, c = form.problem, len(form.problem.sliding), form.problem.joints
-    ours = form.residuals(at, problem.dilatancy)
+    ours = form.residuals(at)
     declared = residuals(PyomoMcp(problem), form.state(at))
     np.testing.assert_allclose(ours.statics, declared.equilibrium, atol=ROUNDING)
     np.testing.assert_allclose(
@@ -100,7 +100,7 @@ def test_residuals_of_an_answer_are_the_declared_ones_and_vanish(name):
     form = EdgeForm(problem)
     at = form.iterate(State(result.load_factor, solution.q, solution.d, p))
     assert_as_declared(form, at)
-    left = form.residuals(at, problem.dilatancy)
+    left = form.residuals(at)
     np.testing.assert_allclose(left.yielding, 0, atol=ROUNDING)
     assert np.abs(left.statics).max() < 1e-8 * np.abs(problem.dead).sum()
     assert np.abs(left.motion).max() < 2e-8 * np.abs(solution.d).max()
@@ -112,21 +112,9 @@ def test_yielding_vanishes_just_where_slacks_are_those_of_the_forces(form, rng):
     at = interior(form, rng)
     true = form.iterate(form.state(at)).z
     exact = replace(at, z=true)
-    np.testing.assert_allclose(form.residuals(exact, form.problem.dilatancy).yielding, 0, atol=ROUNDING)
+    np.testing.assert_allclose(form.residuals(exact).yielding, 0, atol=ROUNDING)
     off = replace(at, z=true + 0.25)
-    np.testing.assert_allclose(form.residuals(off, form.problem.dilatancy).yielding, 0.25, atol=ROUNDING)
-
-
-def test_another_slope_is_another_flow_rule(form, rng):
-    """Motion under contraction is Bᵀd − D(slope) p of the problem."""
-    problem, at = form.problem, interior(form, rng)
-    slope = problem.dilatancy - 0.3 * problem.friction
-    state = form.state(at)
-    np.testing.assert_allclose(
-        form.residuals(at, slope).motion.ravel(),
-        form.from_edges.T @ problem.departure(state.d, state.p, slope, state.q),
-        atol=ROUNDING,
-    )
+    np.testing.assert_allclose(form.residuals(off).yielding, 0.25, atol=ROUNDING)
 
 
 def test_a_state_and_its_iterate_are_each_other_s(form, rng):
@@ -151,11 +139,9 @@ def test_steps_of_statics_and_of_kinematics_have_their_own_lengths(form, rng):
 
 
 def newton_system(form: EdgeForm, at: Iterate, full: bool = False, blend: float = 1.0) -> NewtonSystem:
-    """With a little contraction, as while the gap is large."""
     problem = form.problem
-    slope = problem.dilatancy - 0.1 * problem.friction
-    friction = blend * problem.friction + (1 - blend) * slope
-    return NewtonSystem(Elimination(form), at, slope, friction, 1e-10, 1e-12, full=full)
+    friction = blend * problem.friction + (1 - blend) * problem.dilatancy
+    return NewtonSystem(Elimination(form), at, friction, 1e-10, 1e-12, full=full)
 
 
 @pytest.mark.parametrize("blend", [1.0, 0.4])
@@ -204,8 +190,7 @@ def test_equations_are_the_derivatives_of_residuals_and_products(form, rng):
     """Central differences, exact for terms of second order: 1e-5 leaves rounding of some 1e-10. Slacks follow
     the true friction law and strength; openings and rates of crushing keep their products with forces."""
     problem, at, step = form.problem, interior(form, rng), random_parts(form, rng)
-    slope = problem.dilatancy - 0.1 * problem.friction
-    system = NewtonSystem(Elimination(form), at, slope, problem.friction, 1e-10, 1e-12)
+    system = newton_system(form, at)
 
     def value(length: float) -> np.ndarray:
         x = at.x + length * step.joints
@@ -219,8 +204,8 @@ def test_equations_are_the_derivatives_of_residuals_and_products(form, rng):
             room := at.room + length * (form.G @ step.joints[:2].ravel()),
             at.crushed * at.room / room,
         )
-        left = form.residuals(there, slope)
-        here = form.residuals(at, slope)
+        left = form.residuals(there)
+        here = form.residuals(at)
         np.testing.assert_allclose(left.yielding, here.yielding, atol=ROUNDING)
         np.testing.assert_allclose(left.crushing, here.crushing, atol=ROUNDING)
         return flat(Parts(left.statics, there.products.sliding, left.motion, left.work))
