@@ -3,7 +3,9 @@ What if friction is not known?
 ==============================
 
 Friction of masonry is known to some 15 %. What does that make of the load factor of a wall? Wall 5 of
-Ferris & Tin-Loi (2001) is solved for frictions drawn from a lognormal distribution with a mean of 0.65.
+Ferris & Tin-Loi (2001) is solved for frictions drawn from a lognormal distribution with a mean of 0.65: for
+the load to expect, which changes with friction as a wall does. (The least of its states may fall as friction
+grows: friction also clamps.)
 """
 
 import masonry_opt as mo
@@ -14,7 +16,8 @@ wall = case_folder() / "ferris_tinloi" / "wall_5.toml"
 # %%
 # Of so few runs the median is known within some per cent, and of the 5 % quantile no lower limit: for that
 # there must be 72. The same seed gives the same runs.
-known = mo.sample(wall, {"joints.friction": ("lognormal", 0.65, "15%")}, n=20, seed=0, workers=1)
+uncertain = {"joints.friction": ("lognormal", 0.65, "15%")}
+known = mo.sample(wall, uncertain, n=20, seed=0, method="compliant", workers=1)
 print(known)
 assert (known.falling, known.unlimited, known.undecided) == (0, 0, 0)
 
@@ -24,7 +27,7 @@ assert (known.falling, known.unlimited, known.undecided) == (0, 0, 0)
 fragility = known.plot("fragility")
 lower, median, upper = known.quantiles()["value"]
 print(f"5 % collapse below λ = {lower:.4f}, half below {median:.4f}")
-assert lower < 0.21386 < upper  # where friction is 0.65
+assert lower < 0.21451 < upper  # where friction is 0.65
 
 # %%
 # More friction, more load: the ranks of both are nearly the same.
@@ -32,12 +35,10 @@ correlation = known.sensitivity()["rank_correlation"][0]
 assert correlation > 0.9
 
 # %%
-# If every course has a friction of its own, one of them decides (a course: the joints at one height, counted
+# If every course has a friction of its own, two of them decide (a course: the joints at one height, counted
 # from below, bed joints and head joints by turns). Of the others as few runs cannot tell whether they matter.
-by_course = mo.sample(
-    wall, {"joints.friction": ("lognormal", 0.65, "15%")}, n=20, seed=0, by="course", workers=1
-)
+by_course = mo.sample(wall, uncertain, n=20, seed=0, by="course", method="compliant", workers=1)
 matters = by_course.sensitivity().query("lower > 0 or upper < 0")
 print(matters)
-assert matters["parameter"].tolist() == ["course.18.friction"]
+assert matters["parameter"].tolist() == ["course.18.friction", "course.16.friction"]
 by_course.plot("sensitivity")
