@@ -275,7 +275,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.LEAST_BORNE_OUT: _least_borne_out,
     Code.ONE_PASS: lambda v: (
         f"in {counted(v['steps'], 'Newton step')}"
-        + (f", at attempt {v['attempt']}" if v["attempt"] > 1 else "")
+        + (f" of {v['attempt']} passes" if v["attempt"] > 1 else "")
     ),
     Code.PASS_STOPPED: (
         "no pass ended in a state ({attempts} tried, the last: {word}): method 'nonassociative' "

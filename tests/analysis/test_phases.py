@@ -49,6 +49,7 @@ def test_a_pass_and_what_follows_it():
         "method 'mcp'",
         "contacts that give",
         "exact states nearby",
+        "softer contacts",
         "associative load factor",
     ]
 
