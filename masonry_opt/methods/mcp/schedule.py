@@ -27,13 +27,13 @@ _SHORT, _LONG = 0.1, 0.3
 #: many steps.
 _SHORTEST, _MOST_SHORT, _PATIENCE = 0.05, 13, 40
 
-#: On the matrix's diagonal: at first, at most, and the factor on it where the matrix has no factors.
-_LEAST_DIAGONAL, _MOST_DIAGONAL, _MORE = 1e-10, 1e-4, 100.0
+#: On the matrix's diagonal: at least, at most, and the factors on it after a short and after a long step.
+_LEAST_DIAGONAL, _MOST_DIAGONAL, _MORE, _LESS = 1e-10, 1e-4, 100.0, 0.1
 
 #: The end, which is no gate (the state must meet its kind's limits): gap, residual of statics and yield (over
 #: the largest dead load, one at least), residual of kinematics (over the largest velocity, one at least;
-#: projections at the end take off what is left of it).
-_GAP, _STATICS, _KINEMATICS = 1e-9, 1e-9, 1e-6
+#: projections at the end take off what is left of it), and how far below the gap the centre is set at most.
+_GAP, _STATICS, _KINEMATICS, _OVERSHOOT = 1e-9, 1e-9, 1e-6, 0.3
 
 #: Beyond this gap (or so many times that of the start, which is large where what carries the load weighs next
 #: to nothing), or this work of the live load over the sum of dead loads (one at least), a pass has left what
@@ -136,7 +136,7 @@ class Schedule:
         """σ: the share of the gap to aim at, given the predictor's energy. The brake keeps steps long
         until the residuals are gone."""
         energy = at.energy
-        sigma = min((predicted / energy) ** 3, 1.0)
+        sigma = min(max((predicted / energy) ** 3, _OVERSHOOT * _GAP / gap), 1.0)
         if gap > _NEWTON_BELOW:
             left = self.residuals
             weighs = (
@@ -164,7 +164,9 @@ class Schedule:
         """Adapt to the length of a step; whether it was the last of too many very short ones in a row."""
         if length < _SHORT:
             self._rung = min(self._rung + 1, len(_RUNGS) - 1)
+            self.diagonal = min(_MORE * self.diagonal, _MOST_DIAGONAL)
         elif length > _LONG:
             self._rung = max(self._rung - 1, 0)
+            self.diagonal = max(_LESS * self.diagonal, _LEAST_DIAGONAL)
         self._short = self._short + 1 if length < _SHORTEST else 0
         return self._short >= _MOST_SHORT
