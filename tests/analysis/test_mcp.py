@@ -6,7 +6,6 @@ import warnings
 
 import numpy as np
 import pytest
-from atlas.large_scenes import large_scene
 from atlas.random_scenes import random_scene
 from atlas.small_scenes import four_in_a_point
 from scenes import (
@@ -40,7 +39,7 @@ ASSOCIATIVE = 1e-8
 #: Coulomb states are many; this far above the loop's an exact state may lie.
 ABOVE_LOOP = 1e-6
 #: How far above the state that simplex descends to interior points end, where they end in another.
-IN_TURN = {"wall_2": 7e-3, "wall_6": 2.1e-2, "cohesion": 4e-3}
+IN_TURN = {"wall_2": 7e-3, "wall_3": 1.3e-2, "wall_6": 2.1e-2, "cohesion": 4e-3}
 #: Programs are solved to some 1e-12 of λ on these scenes.
 CLOSED_FORM = 1e-9
 
@@ -267,15 +266,15 @@ def test_another_brake_follows_where_a_rigid_pass_stalls(no_giving_ends, brakes,
     assert set(result.history["attempt"]) == {1, 2, 3}
 
 
-def test_where_no_pass_ends_there_is_no_load_factor(all_stall, brakes):
-    """Wall 1 has more joints than are searched from random starts. Six passes with contacts that give are
-    given up, and one under each brake; the existence proof, which finds a state, is none of Coulomb's."""
+def test_where_no_pass_ends_there_is_no_load_factor(all_stall, brakes, no_simplex):
+    """Five passes with contacts that give are given up, and one under each brake; the existence proof, which
+    finds a state, is none of Coulomb's."""
     result = mo.solve(WALLS[0], expected=False)
     assert brakes == list(BRAKES)
     assert (result.status, result.load_factor) == (mo.Status.SOLVER_FAILED, None)
     assert codes(result) == [Code.PASS_STOPPED, Code.AT_MOST]
     assert result.range == (None, pytest.approx(0.64286, abs=5e-6))
-    assert values(result, Code.PASS_STOPPED)["attempts"] == 6 + len(BRAKES) == result.history["attempt"].max()
+    assert values(result, Code.PASS_STOPPED)["attempts"] == 5 + len(BRAKES) == result.history["attempt"].max()
 
 
 def test_further_starts_answer_on_small_scenes_where_no_pass_ends(all_stall, brakes):
@@ -314,15 +313,6 @@ def test_a_facade_is_answered_in_turn_below_the_load_to_expect():
     assert codes(result)[0] is Code.ONE_PASS
     assert result.certificate.complementarity <= ALTERNATED * result.load_factor
     assert 0.2069 < result.load_factor < 0.2071 < result.expected
-
-
-@pytest.mark.slow
-def test_rubble_whose_pass_stalls_ends_under_another_brake(brakes):
-    result = mo.solve(large_scene("rubble", 200, 5004), expected=False)
-    assert len(brakes) > 1
-    assert result.status is mo.Status.CONVERGED
-    assert not result.solution.answer.failing(result.kind)
-    assert 0 < result.load_factor < result.associative
 
 
 def test_a_state_above_its_limits_is_no_answer(monkeypatch, no_simplex):

@@ -128,7 +128,7 @@ ENTRIES: tuple[Entry, ...] = (
             *associative(Status.OPTIMAL, 20 / 10.5, "w / h", ("highs", "highs-ipm"), tolerance=COARSE),
             *loops(Status.CONVERGED, 20 / 10.5, "w / h", ("highs-ipm",)),
             *loops(Status.SOLVER_FAILED, solvers=("highs",), why=reason(Code.SUB_PROBLEM_FAILED)),
-            default(20 / 10.5, "w / h", only=True),
+            Expectation(Status.SOLVER_FAILED, "mcp", why=reason(Code.PASS_STOPPED)),
         ),
     ),
     Entry(

@@ -136,7 +136,7 @@ class Schedule:
         """σ: the share of the gap to aim at, given the predictor's energy. The brake keeps steps long
         until the residuals are gone."""
         energy = at.energy
-        sigma = min(max((predicted / energy) ** 3, _OVERSHOOT * _GAP / gap), 1.0)
+        sigma = min(max(min(predicted / energy, 1.0) ** 3, _OVERSHOOT * _GAP / gap), 1.0)
         if gap > _NEWTON_BELOW:
             left = self.residuals
             weighs = (
