@@ -67,7 +67,7 @@ def _unbraked(defaults: tuple[Any, ...]) -> tuple[Any, ...]:
 
 _SEARCH, _RUN, _BOUND = "exact.search:", "loop.run:", "bracket.relaxation:"
 _SCHEDULE, _PASS = "mcp.schedule:", "mcp.interior_point:"
-_REMEDIES, _ENERGY = "loop.nonassociative:REMEDIES", "exact.energy:WEIGHT"
+_REMEDIES, _ENERGY = "loop.nonassociative:REMEDIES", "exact.energy:forces_for.__defaults__"
 
 #: By name: attributes ("module:NAME" within ``masonry_opt.methods``) of a method, and their new values, or
 #: functions of their old ones.
@@ -85,8 +85,8 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "early-end": ("rough", {_RUN + "_NEARLY_TRUE": 0.0}),
     "early-end-not-before": ("rough", {_RUN + "_NEARLY_TRUE": inf}),
     "pause-between-ends": ("rough", {_RUN + "_PAUSE": 1}),
-    "energy-weighs-10": ("rough", {_ENERGY: 10.0}),
-    "energy-weighs-100": ("rough", {_ENERGY: 100.0}),
+    "energy-weighs-10": ("rough", {_ENERGY: (10.0,)}),
+    "energy-weighs-100": ("rough", {_ENERGY: (100.0,)}),
     "rough-sub-problems": ("nonassociative", {"loop.options:ROUGH_FROM": inf}),
     "energy-weighs-100-in-repairs": ("mcp", {"exact.refiner:WEIGHT": 100.0}),
     "further-starts": ("mcp", {"mcp.method:SMALL": 0}),
@@ -103,9 +103,12 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "ladder": ("mcp", {_SCHEDULE + "_RUNGS": (1.0,) * 5}),
     "brake": (
         "mcp",
-        {_SCHEDULE + "BRAKES": (0.0,), "mcp.method:BRAKES": (0.0,), "mcp.passes:BRAKES": (0.0,)},
+        {"mcp.method:BRAKES": (0.0,)}
+        | dict.fromkeys(("mcp.passes:Passes.run.__defaults__", "mcp.passes:follow.__defaults__"), _unbraked),
     ),
     "other-brakes": ("mcp", {"mcp.method:BRAKES": (1.0,)}),
+    "diagonal": ("mcp", {_SCHEDULE + "_MORE": 1.0, _SCHEDULE + "_LESS": 1.0}),
+    "overshoot": ("mcp", {_SCHEDULE + "_OVERSHOOT": 0.0}),
     "patience": ("mcp", {_SCHEDULE + "_PATIENCE": 20}),
     "thirteen-short-steps": ("mcp", {_SCHEDULE + "_MOST_SHORT": 6}),
     "correctors": ("mcp", {_PASS + "_CORRECTORS": 0}),

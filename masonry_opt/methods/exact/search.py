@@ -192,4 +192,4 @@ _ROUND = tuple(
 
 #: Turns on small scenes: while no state is known, and then; a neighbour takes a tenth of a pass's time.
 _FOR_A_FIRST = (_FIXED, _FIXED, _FRICTION)
-_ROUND_OF_SMALL = (*(_NEIGHBOUR,) * 4, _FRICTION, *(_NEIGHBOUR,) * 4, _FIXED)
+_ROUND_OF_SMALL = (*(_NEIGHBOUR,) * 3, _FRICTION, *(_NEIGHBOUR,) * 3, _FIXED)
