@@ -101,8 +101,7 @@ def _by_passes(task: Task) -> Solution:
         _end_without(task, solution, str(passes.outcome))
         return solution
     solution.found = answer
-    steps = len(history)
-    solution.end(Status.CONVERGED, Code.ONE_PASS, steps=steps, attempt=_passes_in(history))
+    solution.end(Status.CONVERGED, Code.ONE_PASS, steps=len(history), attempt=_passes_in(history))
     if answer.failing(Kind.EXACT):
         solution.kind = Kind.ONE_PASS
     else:

@@ -34,11 +34,10 @@ class Passes:
     Attributes
     ----------
     problem: with the law or the compliance of these passes.
-    outcome, gap: how the last one ended, and its last iterate's gap.
+    outcome: how the last one ended.
     """
 
     outcome: Outcome
-    gap: float
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self._unit = problem, _unit_of_load(problem)
@@ -51,14 +50,10 @@ class Passes:
         other._elimination = self._elimination.of(self._elimination.form.under(problem.law))
         return other
 
-    @property
-    def unit_compliance(self) -> np.ndarray:
-        """Compliance of contacts that give by one, shape (3c,)."""
-        return unit_compliance(self.problem, self._elimination.form.least_forces)
-
     def giving(self, give: float, settled: np.ndarray | None = None) -> Passes:
         """Passes over the same problem with contacts that give so much, from settled forces (3c,) on."""
-        other, compliance = copy(self), give * self.unit_compliance
+        other = copy(self)
+        compliance = give * unit_compliance(self.problem, self._elimination.form.least_forces)
         other.problem = replace(self.problem, compliance=compliance, settled=settled)
         other._elimination = self._elimination.of(self._elimination.form.giving(compliance, settled))
         return other
@@ -92,7 +87,7 @@ class Passes:
             follow(replace(step, load_factor=self._unit * step.load_factor))
 
         end = run(self._elimination, brake, in_whole)
-        self.outcome, self.gap = end.outcome, end.gap
+        self.outcome = end.outcome
         if end.outcome is Outcome.LOST or (end.outcome is not Outcome.SOLVED and not end.gap < _NEAR):
             return None
         state = self._elimination.form.state(end.iterate)
