@@ -29,6 +29,7 @@ _HOMES = {
     "scene.drawings.dxf": ("read_dxf", "write_dxf"),
     "scene.loads": ("EdgeLoad", "Load"),
     "scene.scene": ("Scene",),
+    "scene.solids": ("Part", "Solid", "box"),
     "scene.walls": ("Column", "Facade", "Wall"),
     "studies.compare.comparison": ("compare",),
     "studies.many.least": ("least", "most"),

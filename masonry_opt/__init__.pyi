@@ -26,6 +26,9 @@ from masonry_opt.scene.drawings.dxf import write_dxf as write_dxf
 from masonry_opt.scene.loads import EdgeLoad as EdgeLoad
 from masonry_opt.scene.loads import Load as Load
 from masonry_opt.scene.scene import Scene as Scene
+from masonry_opt.scene.solids import Part as Part
+from masonry_opt.scene.solids import Solid as Solid
+from masonry_opt.scene.solids import box as box
 from masonry_opt.scene.walls import Column as Column
 from masonry_opt.scene.walls import Facade as Facade
 from masonry_opt.scene.walls import Wall as Wall

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeVar
 
 import numpy as np
 from pydantic import (
@@ -111,7 +111,56 @@ class Record(BaseModel, metaclass=_RecordType):
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
 
-class Block(Record):
+class Body(Record):
+    """What a block in the plane and one in space have in common: weight, loads, support.
+
+    The fields are those of the records below it, each with as many numbers as its points have.
+    """
+
+    #: Keys of its loads: what a fixed block has none of, and what does not tilt.
+    LOADS: ClassVar[tuple[str, ...]] = ("live", "live_per_weight", "dead")
+
+    if TYPE_CHECKING:
+        name: str
+        weight: float | None
+        unit_weight: float | None
+        weight_at: tuple[float, ...] | None
+        live_per_weight: tuple[float, ...]
+        live_at: tuple[float, ...] | None
+        dead_at: tuple[float, ...] | None
+        fixed: bool
+
+    @model_validator(mode="after")
+    def _one_shape_and_weight(self) -> Self:
+        if mistake := self._wrong_shape() or self._wrong_load():
+            raise ValueError(mistake)
+        return self
+
+    def _wrong_shape(self) -> str | None:
+        raise NotImplementedError
+
+    def _wrong_load(self) -> str | None:
+        weights = (self.weight is not None) + (self.unit_weight is not None)
+        if self.fixed and any(any(getattr(self, load)) for load in self.LOADS):
+            *keys, last = [f"'{load}'" for load in self.LOADS]
+            return f"a fixed block carries no load: take {', '.join(keys)} and {last} away"
+        if weights == 2:
+            return "give 'weight' or 'unit_weight', not both"
+        if not self.fixed and not weights:
+            return "give 'weight' or 'unit_weight' (or 'fixed = true' for a support)"
+        if self.weight_at is not None and not weights:
+            return "'weight_at' needs a 'weight' or 'unit_weight'"
+        for force, at in (("live", self.live_at), ("dead", self.dead_at)):
+            if at is not None and not any(getattr(self, force)):
+                return f"'{force}_at' needs a force '{force}'"
+        return None
+
+    def weight_of(self, size: float) -> float:
+        """Weight of the block, 0 if it has none, given what ``unit_weight`` refers to: its area or volume."""
+        return (self.weight or 0.0) if self.unit_weight is None else self.unit_weight * size
+
+
+class Block(Body):
     """One rigid block, or a fixed support.
 
     Lengths and forces are in any consistent units.
@@ -162,27 +211,9 @@ class Block(Record):
     dead_at: Point | None = None
     fixed: YesNo = False
 
-    @model_validator(mode="after")
-    def _one_shape_and_weight(self) -> Block:
-        weights = (self.weight is not None) + (self.unit_weight is not None)
-        if (self.vertices is None) == (self.parts is None):
-            raise ValueError("give 'vertices', or 'parts' for a block of several polygons")
-        if self.fixed and any(map(any, (self.live, self.live_per_weight, self.dead))):
-            raise ValueError("a fixed block carries no load: take 'live', 'live_per_weight' and 'dead' away")
-        if weights == 2:
-            raise ValueError("give 'weight' or 'unit_weight', not both")
-        if not self.fixed and not weights:
-            raise ValueError("give 'weight' or 'unit_weight' (or 'fixed = true' for a support)")
-        if self.weight_at is not None and not weights:
-            raise ValueError("'weight_at' needs a 'weight' or 'unit_weight'")
-        for force, at in (("live", self.live_at), ("dead", self.dead_at)):
-            if at is not None and not any(getattr(self, force)):
-                raise ValueError(f"'{force}_at' needs a force '{force}'")
-        return self
-
-    def weight_of(self, size: float) -> float:
-        """Weight of the block, 0 if it has none, given what ``unit_weight`` refers to: its area or volume."""
-        return (self.weight or 0.0) if self.unit_weight is None else self.unit_weight * size
+    def _wrong_shape(self) -> str | None:
+        both_or_neither = (self.vertices is None) == (self.parts is None)
+        return "give 'vertices', or 'parts' for a block of several polygons" if both_or_neither else None
 
     @property
     def rings(self) -> list[list[Point]]:

@@ -1,0 +1,191 @@
+"""Blocks in space: records that are the Python interface and the schema of the case file alike."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar, NamedTuple
+
+import numpy as np
+from pydantic import BeforeValidator, Field, Strict, model_validator
+
+from masonry_opt.scene.blocks import Body, Name, NonNegative, Number, Record, YesNo
+
+
+def _three(value: Any) -> Any:
+    """Lists of three told apart from others in words of their own: pydantic's would be those of the plane."""
+    if not isinstance(value, list | tuple) or len(value) != 3:
+        raise ValueError("needs three numbers, [x, y, z]")
+    return value
+
+
+def _interval(value: Any) -> Any:
+    if not isinstance(value, list | tuple) or len(value) != 2:
+        raise ValueError("needs two numbers, [from, to]")
+    return value
+
+
+def _three_intervals(value: Any) -> Any:
+    if not isinstance(value, list | tuple) or len(value) != 3:
+        raise ValueError("needs three intervals, [[x0, x1], [y0, y1], [z0, z1]]")
+    return value
+
+
+#: A point, force, moment or direction in space.
+Vector = Annotated[tuple[Number, Number, Number], BeforeValidator(_three)]
+Interval = Annotated[tuple[Number, Number], BeforeValidator(_interval)]
+Box = Annotated[tuple[Interval, Interval, Interval], BeforeValidator(_three_intervals)]
+#: Indices of vertices, in order round the face.
+Face = Annotated[list[Annotated[int, Strict(), Field(ge=0)]], Field(min_length=3)]
+#: The fewest of either that enclose a volume.
+Corners = Annotated[list[Vector], Field(min_length=4)]
+Faces = Annotated[list[Face], Field(min_length=4)]
+
+#: Faces of a box, each counter-clockwise seen from outside: bottom, top, front, right, back, left; its corners
+#: counter-clockwise seen from above, those of the bottom first.
+_BOX_FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+
+
+class Polyhedron(NamedTuple):
+    """Corners, shape (v, 3), and faces as lists of their indices, in order round each face."""
+
+    vertices: np.ndarray
+    faces: list[list[int]]
+
+
+class Part(Record):
+    """One of several convex parts of a solid, by ``vertices`` and ``faces``, or by a ``box``, as there.
+
+    Raises
+    ------
+    CaseError
+        If the shape is missing, doubled, or no shape.
+    """
+
+    vertices: Corners | None = None
+    faces: Faces | None = None
+    box: Box | None = None
+
+    @model_validator(mode="after")
+    def _one_shape(self) -> Part:
+        if (self.vertices is None) == (self.box is None):
+            raise ValueError("give 'vertices' with 'faces', or a 'box'")
+        if mistake := _wrong_faces(self):
+            raise ValueError(mistake)
+        return self
+
+
+class Solid(Body):
+    """One rigid block in space, or a fixed support.
+
+    Lengths and forces are in any consistent units.
+
+    Parameters
+    ----------
+    name:
+        Unique within the scene.
+    vertices, faces:
+        Corners ``[[x, y, z], ...]``, and faces as lists of indices of corners, the first of which is 0, in
+        order round each face: all faces counter-clockwise seen from outside, or all clockwise.
+    box:
+        In place of them, ``[[x0, x1], [y0, y1], [z0, z1]]``.
+    parts:
+        In place of them, several convex :class:`Part` records that are one rigid block.
+    weight:
+        Dead weight, acting along the scene's gravity.
+    unit_weight:
+        Weight per unit volume, in place of ``weight``.
+    weight_at:
+        The point where the weight acts (default: the centroid).
+    live, live_at:
+        Live force ``[fx, fy, fz]`` (scaled by the load factor) and the point where it acts
+        (default: the centroid).
+    live_per_weight:
+        Beside it, a live force as a multiple of the block's weight, ``[fx, fy, fz]``, where the weight acts.
+    live_moment:
+        Live moment ``[mx, my, mz]`` beside what the forces have, right-handed about the axes.
+    dead, dead_at, dead_moment:
+        Further dead force beside the weight, the point where it acts (default: the centroid), and dead moment.
+    fixed:
+        A support: it does not move and needs no weight.
+
+    Raises
+    ------
+    CaseError
+        If a key is unknown, a value is no finite number, shape or weight are missing or doubled, or a face
+        names a corner twice or one that there is not.
+    """
+
+    LOADS: ClassVar[tuple[str, ...]] = ("live", "live_per_weight", "live_moment", "dead", "dead_moment")
+
+    name: Name
+    vertices: Corners | None = None
+    faces: Faces | None = None
+    box: Box | None = None
+    parts: Annotated[list[Part], Field(min_length=1)] | None = None
+    weight: NonNegative | None = None
+    unit_weight: NonNegative | None = None
+    weight_at: Vector | None = None
+    live: Vector = (0.0, 0.0, 0.0)
+    live_at: Vector | None = None
+    live_per_weight: Vector = (0.0, 0.0, 0.0)
+    live_moment: Vector = (0.0, 0.0, 0.0)
+    dead: Vector = (0.0, 0.0, 0.0)
+    dead_at: Vector | None = None
+    dead_moment: Vector = (0.0, 0.0, 0.0)
+    fixed: YesNo = False
+
+    def _wrong_shape(self) -> str | None:
+        given = [shape for shape in (self.vertices, self.box, self.parts) if shape is not None]
+        if len(given) != 1:
+            return (
+                "give one of 'vertices' with 'faces', 'box', and 'parts' for a block of several convex parts"
+            )
+        return _wrong_faces(self)
+
+    @property
+    def polyhedra(self) -> list[Polyhedron]:
+        """Its parts, one if it is given by corners and faces or as a box."""
+        return [_polyhedron(part) for part in self.parts or [self]]
+
+    def corners(self) -> np.ndarray:
+        """Corners of its parts, shape (corners, 3)."""
+        return np.concatenate([part.vertices for part in self.polyhedra])
+
+
+def box(
+    name: str,
+    x: tuple[float, float],
+    y: tuple[float, float],
+    z: tuple[float, float],
+    **keys: Any,
+) -> Solid:
+    """A block with faces square to the axes, between two values of each coordinate.
+
+    ``keys`` are the other parameters of :class:`Solid`: weight, loads, ``fixed``.
+
+    Raises CaseError if one of the values is wrong.
+    """
+    return Solid(name=name, box=(x, y, z), **keys)
+
+
+def _wrong_faces(shape: Part | Solid) -> str | None:
+    """What is wrong with the faces or the box of a shape, of which there is one kind."""
+    if (shape.vertices is None) != (shape.faces is None):
+        return "'vertices' and 'faces' go together: give both"
+    for axis, (low, high) in zip("xyz", shape.box or (), strict=False):
+        if not low < high:
+            return f"'box' has no extent along {axis}: give rising numbers (found [{low:g}, {high:g}])"
+    count = len(shape.vertices or ())
+    for number, face in enumerate(shape.faces or (), start=1):
+        if beyond := [index for index in face if index >= count]:
+            return f"face no. {number} has a corner {beyond[0]}; there are 'vertices' 0 to {count - 1}"
+        if len(set(face)) < len(face):
+            return f"face no. {number} goes through a corner twice: 'faces' need each once, in order round the face"
+    return None
+
+
+def _polyhedron(shape: Part | Solid) -> Polyhedron:
+    if shape.box is None:
+        return Polyhedron(np.array(shape.vertices, dtype=float), [list(face) for face in shape.faces or ()])
+    (x0, x1), (y0, y1), (z0, z1) = shape.box
+    corners = [(x, y, z) for z in (z0, z1) for x, y in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))]
+    return Polyhedron(np.array(corners, dtype=float), [list(face) for face in _BOX_FACES])
