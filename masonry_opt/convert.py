@@ -9,6 +9,7 @@ import typer
 
 from masonry_opt.command_options import Force
 from masonry_opt.errors import OptionError, OutputError, counted
+from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.case_file import load, save
 from masonry_opt.scene.contact import find_joints
 from masonry_opt.scene.drawings.compas import read_compas
@@ -125,7 +126,7 @@ def _refuse_case_file(path: Path) -> None:
 
 
 def _tell(scene: Scene, out: Path, more: str = "") -> None:
-    holes = sum(len(block.holes) for block in scene.blocks)
+    holes = sum(len(block.holes) for block in scene.blocks if isinstance(block, Block))
     supports = sum(block.fixed for block in scene.blocks)
     blocks = counted(len(scene.blocks), "block")
     print_text(f"{out}: {blocks} ({supports} fixed), {counted(holes, 'hole')}{more}")

@@ -4,16 +4,36 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 
-from masonry_opt.scene.blocks import Point
-from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.scene import Scene
 
+#: Two numbers in the plane, three in space.
+_Vector = tuple[float, ...]
+
 #: Row of the block, force, and point where it acts (None: the centroid).
-_Force = tuple[int, Point, Point | None]
+_Force = tuple[int, _Vector, _Vector | None]
+
+
+class Shapes(Protocol):
+    """What loads need to know of the blocks' shapes, in the plane and in space (dim is 2 or 3).
+
+    Attributes
+    ----------
+    origin: shape (dim,).
+    centroid: of each block, relative to ``origin``, shape (blocks, dim).
+    size: of each block, what a ``unit_weight`` refers to: its area, that of a thickness of 1, or its volume,
+        shape (blocks,).
+    """
+
+    @property
+    def origin(self) -> np.ndarray: ...
+    @property
+    def centroid(self) -> np.ndarray: ...
+    @property
+    def size(self) -> np.ndarray: ...
 
 
 @dataclass(frozen=True)
@@ -23,21 +43,30 @@ class Forces:
     Attributes
     ----------
     block: which of the movable blocks each acts on, shape (f,).
-    force: in the case's unit of force, shape (f, 2).
-    point: where it acts, relative to the geometry's origin, shape (f, 2).
+    force: in the case's unit of force, shape (f, dim).
+    point: where it acts, relative to the origin of the shapes, shape (f, dim).
+    couple: moments on each movable block beside those of the forces, shape (b, 1), in space (b, 3).
     """
 
     block: np.ndarray
     force: np.ndarray
     point: np.ndarray
+    couple: np.ndarray
 
     def about(self, centroid: np.ndarray) -> np.ndarray:
-        """Their sums on the blocks, and their moments about the blocks' centroids, shape (3b,)."""
-        arm = self.point - centroid[self.block]
-        moment = arm[:, 0] * self.force[:, 1] - arm[:, 1] * self.force[:, 0]
-        total = np.zeros((len(centroid), 3))
+        """Their sums on the blocks, and their moments about the blocks' centroids, shape (3b,): fx, fy, m of
+        each block; in space (6b,): fx, fy, fz, mx, my, mz."""
+        moment = moment_of(self.point - centroid[self.block], self.force)
+        total = np.hstack([np.zeros_like(centroid), self.couple])
         np.add.at(total, self.block, np.column_stack([self.force, moment]))
         return total.ravel()
+
+
+def moment_of(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
+    """Moments of forces with these arms, shape (f, dim) each: shape (f,), in space (f, 3)."""
+    if arm.shape[1] == 3:
+        return np.cross(arm, force)
+    return arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
 
 
 @dataclass(frozen=True)
@@ -50,49 +79,57 @@ class Loads:
     live: Forces
 
 
-def weights(scene: Scene, shapes: Geometry, movable: np.ndarray) -> np.ndarray:
+def weights(scene: Scene, shapes: Shapes, movable: np.ndarray) -> np.ndarray:
     """Weights of the blocks with these indices, shape (b,)."""
     instead = {load.block: load.weight for load in scene.loads if load.weight is not None}
     blocks = [scene.blocks[index] for index in movable]
     return np.array(
         [
-            instead.get(block.name, block.weight_of(area * scene.thickness))
-            for block, area in zip(blocks, shapes.area[movable], strict=True)
+            instead.get(block.name, block.weight_of(size * scene.thickness))
+            for block, size in zip(blocks, shapes.size[movable], strict=True)
         ]
     )
 
 
-def loads(scene: Scene, shapes: Geometry, movable: np.ndarray) -> Loads:
+def loads(scene: Scene, shapes: Shapes, movable: np.ndarray) -> Loads:
     """The loads of the blocks with these indices."""
     blocks = [scene.blocks[index] for index in movable]
     row_of = {block.name: row for row, block in enumerate(blocks)}
-    size = float(np.hypot(*scene.gravity))
-    gravity = (scene.gravity[0] / size, scene.gravity[1] / size)
     weight = weights(scene, shapes, movable).tolist()
 
-    def of_weights(times: Iterable[Point]) -> list[_Force]:
+    def of_weights(times: Iterable[_Vector]) -> list[_Force]:
         each = zip(blocks, weight, times, strict=True)
-        return [(row, (x * own, y * own), block.weight_at) for row, (block, own, (x, y)) in enumerate(each)]
+        return [
+            (row, tuple(part * own for part in parts), block.weight_at)
+            for row, (block, own, parts) in enumerate(each)
+        ]
 
     def given(kind: Literal["dead", "live"]) -> list[_Force]:
         own = [(row, getattr(block, kind), getattr(block, f"{kind}_at")) for row, block in enumerate(blocks)]
         on = [(row_of[load.block], getattr(load, kind), load.at) for load in scene.loads]
         return own + [(row, force, at) for row, force, at in on if force is not None]
 
-    def forces(listed: list[_Force]) -> Forces:
+    def couples(kind: Literal["weight", "dead", "live"]) -> np.ndarray:
+        if scene.dimension == 2:
+            return np.zeros((len(blocks), 1))
+        total = np.array([getattr(block, f"{kind}_moment", (0.0, 0.0, 0.0)) for block in blocks])
+        for load in scene.loads:
+            total[row_of[load.block]] += getattr(load, f"{kind}_moment", None) or 0.0
+        return total
+
+    def forces(kind: Literal["weight", "dead", "live"], listed: list[_Force]) -> Forces:
         acting = [(row, force, at) for row, force, at in listed if any(force)]
         row = np.array([row for row, _, _ in acting], dtype=int)
         point = shapes.centroid[movable[row]]
         for number, (_, _, at) in enumerate(acting):
             if at is not None:
                 point[number] = np.array(at) - shapes.origin
-        return Forces(row, np.array([force for _, force, _ in acting], dtype=float).reshape(-1, 2), point)
+        force = np.array([force for _, force, _ in acting], dtype=float).reshape(point.shape)
+        return Forces(row, force, point, couples(kind))
 
-    if scene.tilt:
-        x, y = gravity
-        live = of_weights([(-y, x) if scene.tilt == "right" else (y, -x)] * len(blocks))
+    if (sideways := scene.tilt_direction) is not None:
+        live = of_weights([tuple(sideways.tolist())] * len(blocks))
     else:
         live = given("live") + of_weights([block.live_per_weight for block in blocks])
-    return Loads(
-        weight=forces(of_weights([gravity] * len(blocks))), dead=forces(given("dead")), live=forces(live)
-    )
+    down = of_weights([tuple(scene.down.tolist())] * len(blocks))
+    return Loads(forces("weight", down), forces("dead", given("dead")), forces("live", live))

@@ -40,6 +40,11 @@ class CaseFile(SceneKeys):
     def _can_be_built(self) -> CaseFile:
         if (size := sum(generator.size for generator in self._generators())) > MOST_BLOCKS:
             raise ValueError(f"its generators together build some {size} blocks; the most is {MOST_BLOCKS}")
+        if self.dimension == 3 and (generators := self._generators()):
+            table = type(generators[0]).__name__.lower()
+            raise ValueError(
+                f"[{table}] builds blocks in the plane; block '{self.blocks[0].name}' is a solid"
+            )
         return self
 
     def _generators(self) -> list[Generator]:

@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 
 from masonry_opt.errors import CaseError
+from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.scene import Scene
 
 #: Lengths below this fraction of the diagonal round the movable blocks are nothing: gaps, overlaps,
@@ -42,6 +43,11 @@ class Geometry:
     area: np.ndarray
     centroid: np.ndarray
 
+    @property
+    def size(self) -> np.ndarray:
+        """What a ``unit_weight`` refers to, over the scene's thickness: the area."""
+        return self.area
+
     def edges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Edges of all outlines and holes, each with its block's interior to the left: their ends, shape
         (edges, 2) each, and their blocks, shape (edges,), rising."""
@@ -64,20 +70,19 @@ def geometry(scene: Scene) -> Geometry:
     CaseError
         If a polygon has no area or crosses itself, or a hole is not inside; the message names the block.
     """
-    corners_of = [block.corners() for block in scene.blocks]
+    blocks = scene.in_plane()
+    corners_of = [block.corners() for block in blocks]
     corners = np.concatenate(corners_of)
     # Supports may reach far beyond what stands on them: the movable blocks give the size.
-    movable = np.concatenate(
-        [own for own, block in zip(corners_of, scene.blocks, strict=True) if not block.fixed]
-    )
+    movable = np.concatenate([own for own, block in zip(corners_of, blocks, strict=True) if not block.fixed])
     low, high = movable.min(axis=0), movable.max(axis=0)
     origin = (low + high) / 2
     tolerance = scene.tolerance or RELATIVE_TOLERANCE * float(np.hypot(*(high - low)))
     # Digits already lost in the coordinates themselves bound what can be told apart.
     tolerance = max(tolerance, 8 * float(np.spacing(np.abs(corners).max())))
-    built_up = np.array([len(block.rings) > 1 or bool(block.holes) for block in scene.blocks])
-    outlines, polygons = (np.empty(len(scene.blocks), dtype=object) for _ in range(2))
-    convex = np.zeros(len(scene.blocks), dtype=bool)
+    built_up = np.array([len(block.rings) > 1 or bool(block.holes) for block in blocks])
+    outlines, polygons = (np.empty(len(blocks), dtype=object) for _ in range(2))
+    convex = np.zeros(len(blocks), dtype=bool)
     simple = np.flatnonzero(~built_up)
     if len(simple):
         owner = np.repeat(np.arange(len(simple)), [len(corners_of[index]) for index in simple])
@@ -87,7 +92,7 @@ def geometry(scene: Scene) -> Geometry:
         outlines[simple] = shapely.polygons(rings)
         polygons[simple], convex[simple] = _plain(rings, tolerance, scene, simple)
     for index in np.flatnonzero(built_up):
-        outlines[index] = _built_up(scene, int(index), origin, tolerance)
+        outlines[index] = _built_up(scene, blocks[index], int(index), origin, tolerance)
         plain = shapely.simplify(shapely.normalize(outlines[index]), _STRAIGHT * tolerance)
         polygons[index] = shapely.orient_polygons(plain)
     area = shapely.area(outlines)
@@ -96,9 +101,10 @@ def geometry(scene: Scene) -> Geometry:
     return Geometry(origin, tolerance, polygons, convex, area, centroid)
 
 
-def _built_up(scene: Scene, index: int, origin: np.ndarray, tolerance: float) -> shapely.Geometry:
+def _built_up(
+    scene: Scene, block: Block, index: int, origin: np.ndarray, tolerance: float
+) -> shapely.Geometry:
     """A block of several parts, or with holes, as one polygon or multipolygon."""
-    block = scene.blocks[index]
 
     def ring(points: list[tuple[float, float]], what: str) -> shapely.Polygon:
         polygon = shapely.Polygon(np.array(points) - origin)

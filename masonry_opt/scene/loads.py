@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, Tag, model_validator
 
 from masonry_opt.scene.blocks import ONE_OR_SEVERAL, Name, NonNegative, Number, Point, Record
+from masonry_opt.scene.solids import Direction, Vector
 
 Pressure = Annotated[Annotated[Number, Tag("<one>")] | Annotated[Point, Tag("<several>")], ONE_OR_SEVERAL]
 
@@ -19,13 +20,15 @@ class Load(Record):
     block:
         Name of a block that is not fixed.
     live:
-        Live force ``[fx, fy]``, scaled by the load factor.
+        Live force ``[fx, fy]``, in space ``[fx, fy, fz]``, scaled by the load factor.
     dead:
-        Dead force ``[fx, fy]`` beside the weight.
+        Dead force, as there, beside the weight.
     at:
-        The point where both act, ``[x, y]`` (default: the block's centroid).
+        The point where both act, ``[x, y]`` or ``[x, y, z]`` (default: the block's centroid).
     weight:
         In place of the block's own weight; once for each block.
+    live_moment, dead_moment:
+        Moments ``[mx, my, mz]`` on a :class:`Solid`, beside those of the forces.
 
     Raises
     ------
@@ -34,19 +37,27 @@ class Load(Record):
     """
 
     block: Name
-    live: Point | None = None
-    dead: Point | None = None
-    at: Point | None = None
+    live: Direction | None = None
+    dead: Direction | None = None
+    at: Direction | None = None
     weight: NonNegative | None = None
+    live_moment: Vector | None = None
+    dead_moment: Vector | None = None
 
     @model_validator(mode="after")
     def _says_something(self) -> Load:
         if self.live is None and self.dead is None:
             if self.at is not None:
                 raise ValueError("'at' needs a force: give 'live' or 'dead'")
-            if self.weight is None:
+            if self.weight is None and not self.is_force:
                 raise ValueError("has no force: give 'live', 'dead' or 'weight'")
         return self
+
+    @property
+    def is_force(self) -> bool:
+        """Whether it is a force or moment, not a weight alone."""
+        loads = (self.live, self.dead, self.live_moment, self.dead_moment)
+        return any(load is not None for load in loads)
 
 
 class EdgeLoad(Record):

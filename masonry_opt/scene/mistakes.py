@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import difflib
 import reprlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any, get_args
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, Tag, ValidationError
 from pydantic.fields import FieldInfo
 
 from masonry_opt.errors import CaseError, printable
@@ -53,7 +53,7 @@ _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
 
 #: Tags of keys that take either of two types, which pydantic names beside the keys.
-_TAGS = ("<one>", "<several>")
+_TAGS = ("<one>", "<several>", "<plane>", "<space>", "<block>", "<solid>")
 
 #: Tables of a case file that are written once for each entry.
 _LISTED = ("block", "joint", "edge_load", "load")
@@ -68,7 +68,7 @@ def wrong_file(
     def line(item: dict[str, Any]) -> str:
         loc, where = _keys(item), []
         table = str(loc[0]) if loc else ""
-        record = _held(schema, table)
+        record = _held(schema, table, item["loc"])
         if record and len(loc) > 1 and isinstance(loc[1], int):
             # A generator may be one table or several.
             several = isinstance(case.get(table), list)
@@ -91,7 +91,7 @@ def wrong_call(error: ValidationError, record: type[BaseModel], values: Mapping[
         loc, where = _keys(item), []
         name = str(field_names.get(loc[0], loc[0])) if loc else ""
         alias = record.model_fields[name].alias if name in record.model_fields else None
-        held = _held(record, name)
+        held = _held(record, name, item["loc"])
         if alias and held and len(loc) > 1 and isinstance(loc[1], int):
             where, loc = [_entry(alias, loc[1], values.get(loc[0]))], loc[2:]
         else:
@@ -187,11 +187,15 @@ def _fields(record: type[BaseModel]) -> dict[str, FieldInfo]:
     return {name if by_name else field.alias or name: field for name, field in record.model_fields.items()}
 
 
-def _held(record: type[BaseModel], key: str) -> type[BaseModel] | None:
-    """The class of the records that a key of another one holds; None if it holds plain values."""
+def _held(record: type[BaseModel], key: str, loc: Collection[str | int]) -> type[BaseModel] | None:
+    """The class of the records that a key of another one holds, of several kinds the one whose tag is in an
+    error's place; None if it holds plain values."""
     waiting: list[Any] = [field.annotation] if (field := _fields(record).get(key)) else []
+    found: list[tuple[bool, type[BaseModel]]] = []
     for annotation in waiting:  # which grows by the parts of each
-        if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-            return annotation
-        waiting += get_args(annotation)
-    return None
+        kind, *marks = get_args(annotation) or (annotation,)
+        if isinstance(kind, type) and issubclass(kind, BaseModel):
+            found.append((any(isinstance(mark, Tag) and mark.tag in loc for mark in marks), kind))
+        elif get_args(annotation):
+            waiting += [kind, *marks]
+    return max(found, key=lambda one: one[0])[1] if found else None

@@ -3,26 +3,35 @@
 from __future__ import annotations
 
 import difflib
-import math
+import functools
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, PrivateAttr, model_validator
+import numpy as np
+from pydantic import Field, PrivateAttr, Tag, model_validator
 
-from masonry_opt.errors import CaseError
+from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.scene.blocks import (
+    ONE_OR_SEVERAL,
     Block,
     Joint,
     JointDefaults,
     Name,
-    Point,
     Positive,
     Record,
     Reference,
     Text,
 )
 from masonry_opt.scene.loads import EdgeLoad, Load
+from masonry_opt.scene.solids import AnyBlock, Direction, Solid, Vector
+
+Tilt = Annotated[
+    Annotated[Literal["left", "right"], Tag("<one>")] | Annotated[Vector, Tag("<several>")], ONE_OR_SEVERAL
+]
+
+#: Sine of the angle to gravity below which the direction of a tilt is gravity's own.
+_ALONG_GRAVITY = 1e-9
 
 
 class SceneKeys(Record):
@@ -30,16 +39,27 @@ class SceneKeys(Record):
 
     title: Text = ""
     source: Text = ""
-    gravity: Point = (0.0, -1.0)
+    gravity: Direction = (0.0, -1.0)
     tolerance: Positive | None = None
     thickness: Positive = 1.0
-    tilt: Literal["left", "right"] | None = None
+    tilt: Tilt | None = None
     joints: JointDefaults
-    blocks: Annotated[list[Block], Field(alias="block")] = []
+    blocks: Annotated[list[AnyBlock], Field(alias="block")] = []
     exceptions: Annotated[list[Joint], Field(alias="joint")] = []
     edge_loads: Annotated[list[EdgeLoad], Field(alias="edge_load")] = []
     loads: Annotated[list[Load], Field(alias="load")] = []
     reference: dict[Name, Reference] = {}
+
+    @model_validator(mode="after")
+    def _down_by_default(self) -> Self:
+        if self.dimension == 3 and "gravity" not in self.model_fields_set:
+            self.__dict__["gravity"] = (0.0, 0.0, -1.0)  # records are frozen once they are made
+        return self
+
+    @property
+    def dimension(self) -> Literal[2, 3]:
+        """Numbers of a point: 3 if the blocks are solids."""
+        return 3 if self.blocks and isinstance(self.blocks[0], Solid) else 2
 
 
 class Scene(SceneKeys):
@@ -48,24 +68,26 @@ class Scene(SceneKeys):
     Parameters
     ----------
     blocks:
-        At least one fixed and one movable :class:`Block`, with unique names.
+        At least one fixed and one movable :class:`Block`, with unique names; for a scene in space
+        :class:`Solid` in place of each.
     joints:
         Properties of every joint (:class:`JointDefaults`, or a mapping with the same keys).
     exceptions:
         :class:`Joint` records for the joints that differ.
     gravity:
-        Direction in which weights act (only the direction counts), default straight down.
+        Direction in which weights act (only the direction counts), default straight down: -y, in space -z.
     tolerance:
         Length below which gaps and overlaps between blocks are nothing; raise it for coordinates that
         were rounded (default: 1e-6 of the diagonal round the movable blocks).
     thickness:
-        Out of the plane. What is per unit length in the plane is then per unit area, and what is per unit
-        area per unit volume: ``unit_weight``, cohesion, ``dilatancy_stress`` and edge loads are multiplied
-        by it. ``weight``, ``live`` and ``dead`` are forces as they are.
+        Out of the plane (solids have their own). What is per unit length in the plane is then per unit area,
+        and what is per unit area per unit volume: ``unit_weight``, cohesion, ``dilatancy_stress`` and edge
+        loads are multiplied by it. ``weight``, ``live`` and ``dead`` are forces as they are.
     tilt:
         "left" or "right": the ground is tilted until the scene falls to that side. The live load is every
         block's weight, turned a quarter from gravity to that side, and the load factor the tangent of the
-        tilt. Goes with weights and friction alone.
+        tilt. Goes with weights and friction alone. In space a direction ``[x, y, z]``, of which the part
+        square to gravity counts.
     edge_loads:
         :class:`EdgeLoad` records: loads along edges.
     loads:
@@ -79,7 +101,8 @@ class Scene(SceneKeys):
     ------
     CaseError
         If names repeat, no block is fixed or none can move, an exception or load names no block, a load a
-        fixed one, or a scene to be tilted has what does not tilt.
+        fixed one, a scene to be tilted has what does not tilt, or a scene in space what belongs in the plane
+        (edge loads, ``thickness``, ``strength``, ``dilatancy_stress``) or the other way round.
     """
 
     _origin: str = PrivateAttr(default="scene")
@@ -87,7 +110,7 @@ class Scene(SceneKeys):
 
     @model_validator(mode="after")
     def _consistent(self) -> Scene:
-        if math.hypot(*self.gravity) == 0:
+        if not any(self.gravity):
             raise ValueError("'gravity' needs a direction, such as [0, -1]")
         if not self.blocks:
             raise ValueError("the scene has no block: add [[block]] tables or a generator such as [wall]")
@@ -104,12 +127,55 @@ class Scene(SceneKeys):
         if all(fixed):
             raise ValueError("every block is fixed: nothing can move")
         known = {block.name: block for block in self.blocks}
-        for mistake in (self._wrong_exception(known), self._wrong_load(known), self._wrong_tilt()):
+        for mistake in (
+            self._wrong_dimension(),
+            self._wrong_exception(known),
+            self._wrong_load(known),
+            self._wrong_tilt(),
+        ):
             if mistake:
                 raise ValueError(mistake)
         return self
 
-    def _wrong_exception(self, known: Mapping[str, Block]) -> str | None:
+    def _wrong_dimension(self) -> str | None:
+        """What is of the plane in a scene in space, or the other way round."""
+        first, space = self.blocks[0], self.dimension == 3
+        for block in self.blocks:
+            if isinstance(block, Solid) != space:
+                solid, flat = (first, block) if space else (block, first)
+                return (
+                    f"block '{solid.name}' is a solid and block '{flat.name}' lies in the plane: give all of "
+                    "a scene the one or the other ('extrude' makes solids of a scene in the plane)"
+                )
+        needed = "needs three numbers, [x, y, z]" if space else "needs two numbers, [x, y]"
+        if len(self.gravity) != self.dimension:
+            return f"'gravity' {needed}, as block '{first.name}' does"
+        for number, load in enumerate(self.loads, start=1):
+            where = f"load no. {number} on block '{load.block}'"
+            for key in ("live", "dead", "at"):
+                if (value := getattr(load, key)) and len(value) != self.dimension:
+                    return f"{where}: '{key}' {needed}"
+            for key in ("live_moment", "dead_moment"):
+                if getattr(load, key) and not space:
+                    return f"{where}: '{key}' is for solids: take it away"
+        if self.tilt and isinstance(self.tilt, str) == space:
+            return "'tilt' needs a direction, [x, y, z]" if space else '\'tilt\' needs "left" or "right"'
+        return self._of_plane_alone() if space else None
+
+    def _of_plane_alone(self) -> str | None:
+        if self.thickness != 1:
+            return f"'thickness' is for scenes in the plane: block '{self.blocks[0].name}' is a solid"
+        if self.edge_loads:
+            return "an 'edge_load' is for scenes in the plane: give the resultants as 'load'"
+        properties: list[tuple[str, JointDefaults | Joint]] = [("'joints'", self.joints)]
+        properties += [(f"joint between {list(one.between)}", one) for one in self.exceptions]
+        for where, joint in properties:
+            for key in ("strength", "dilatancy_stress"):
+                if getattr(joint, key) is not None:
+                    return f"{where}: '{key}' is for joints in the plane: take it away"
+        return None
+
+    def _wrong_exception(self, known: Mapping[str, Block | Solid]) -> str | None:
         pairs: set[frozenset[str]] = set()
         for exception in self.exceptions:
             where, pair = f"joint between {list(exception.between)}", frozenset(exception.between)
@@ -126,7 +192,7 @@ class Scene(SceneKeys):
                 return f"{where}: {str(error).removeprefix('JointDefaults: ')}"
         return None
 
-    def _wrong_load(self, known: Mapping[str, Block]) -> str | None:
+    def _wrong_load(self, known: Mapping[str, Block | Solid]) -> str | None:
         weighed: set[str] = set()
         for number, load in enumerate(self.loads, start=1):
             if load.block not in known:
@@ -147,13 +213,13 @@ class Scene(SceneKeys):
         why = [
             f"block '{block.name}' has a force '{force}', which does not tilt"
             for block in self.blocks
-            for force in ("live", "live_per_weight", "dead")
+            for force in block.LOADS
             if any(getattr(block, force))
         ]
         why += [
             f"a 'load' on block '{load.block}' is a force, which does not tilt"
             for load in self.loads
-            if load.live is not None or load.dead is not None
+            if load.is_force
         ]
         why += ["an 'edge_load' does not tilt"] * len(self.edge_loads)
         properties: list[JointDefaults | Joint] = [self.joints, *self.exceptions]
@@ -164,7 +230,39 @@ class Scene(SceneKeys):
                 "dilatancy_stress": joint.dilatancy_stress and joint.dilatancy,
             }
             why += [f"'{key}' does not grow with the weights" for key, value in resisting.items() if value]
+        if self.tilt_direction is None:
+            return "'tilt' needs a direction that is not that of gravity"
         return f"'tilt' needs a scene of weights and friction alone: {why[0]}: take it away" if why else None
+
+    @property
+    def down(self) -> np.ndarray:
+        """Unit vector of gravity, shape (2,) or (3,)."""
+        return _unit(np.array(self.gravity))
+
+    @property
+    def tilt_direction(self) -> np.ndarray | None:
+        """Unit vector square to gravity, shape (2,) or (3,), in which a tilted scene is pushed; None if it is
+        not tilted, or only along gravity."""
+        if self.tilt is None:
+            return None
+        if isinstance(self.tilt, str):
+            x, y = self.down
+            return np.array((-y, x) if self.tilt == "right" else (y, -x))
+        towards = _unit(np.array(self.tilt)) if any(self.tilt) else self.down
+        sideways = towards - (towards @ self.down) * self.down
+        return _unit(sideways) if np.abs(sideways).max() > _ALONG_GRAVITY else None
+
+    def in_plane(self) -> list[Block]:
+        """The blocks of a scene in the plane. Raises OptionError of one in space."""
+        if self.dimension == 3:
+            raise OptionError(f"{self.origin}: its blocks are solids: this is for scenes in the plane")
+        return [block for block in self.blocks if isinstance(block, Block)]
+
+    def in_space(self) -> list[Solid]:
+        """The blocks of a scene in space. Raises OptionError of one in the plane."""
+        if self.dimension == 2:
+            raise OptionError(f"{self.origin}: its blocks lie in the plane: this is for solids")
+        return [block for block in self.blocks if isinstance(block, Solid)]
 
     @property
     def origin(self) -> str:
@@ -190,6 +288,10 @@ class Scene(SceneKeys):
     def __eq__(self, other: object) -> bool:
         """Scenes are equal if their keys are, wherever they were read from."""
         return isinstance(other, Scene) and self.model_dump() == other.model_dump()
+
+
+def _unit(vector: np.ndarray) -> np.ndarray:
+    return vector / functools.reduce(np.hypot, vector)
 
 
 def _no_block(name: str, known: Iterable[str]) -> str:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, NamedTuple
 
 import numpy as np
-from pydantic import BeforeValidator, Field, Strict, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag, model_validator
 
-from masonry_opt.scene.blocks import Body, Name, NonNegative, Number, Record, YesNo
+from masonry_opt.scene.blocks import Block, Body, Name, NonNegative, Number, Point, Record, YesNo
 
 
 def _three(value: Any) -> Any:
@@ -31,6 +32,13 @@ def _three_intervals(value: Any) -> Any:
 
 #: A point, force, moment or direction in space.
 Vector = Annotated[tuple[Number, Number, Number], BeforeValidator(_three)]
+#: In the plane or in space, as the blocks of a scene are.
+Direction = Annotated[
+    Annotated[Point, Tag("<plane>")] | Annotated[Vector, Tag("<space>")],
+    Discriminator(
+        lambda value: "<space>" if isinstance(value, list | tuple) and len(value) > 2 else "<plane>"
+    ),
+]
 Interval = Annotated[tuple[Number, Number], BeforeValidator(_interval)]
 Box = Annotated[tuple[Interval, Interval, Interval], BeforeValidator(_three_intervals)]
 #: Indices of vertices, in order round the face.
@@ -39,7 +47,7 @@ Face = Annotated[list[Annotated[int, Strict(), Field(ge=0)]], Field(min_length=3
 Corners = Annotated[list[Vector], Field(min_length=4)]
 Faces = Annotated[list[Face], Field(min_length=4)]
 
-#: Faces of a box, each counter-clockwise seen from outside: bottom, top, front, right, back, left; its corners
+#: Faces of a box, counter-clockwise seen from outside: bottom, top, front, right, back, left. Its corners go
 #: counter-clockwise seen from above, those of the bottom first.
 _BOX_FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 
@@ -103,7 +111,8 @@ class Solid(Body):
     live_moment:
         Live moment ``[mx, my, mz]`` beside what the forces have, right-handed about the axes.
     dead, dead_at, dead_moment:
-        Further dead force beside the weight, the point where it acts (default: the centroid), and dead moment.
+        Further dead force beside the weight, the point where it acts (default: the centroid), and a dead
+        moment.
     fixed:
         A support: it does not move and needs no weight.
 
@@ -144,11 +153,35 @@ class Solid(Body):
     @property
     def polyhedra(self) -> list[Polyhedron]:
         """Its parts, one if it is given by corners and faces or as a box."""
-        return [_polyhedron(part) for part in self.parts or [self]]
+        shapes: Sequence[Part | Solid] = self.parts or [self]
+        return [_polyhedron(shape) for shape in shapes]
 
     def corners(self) -> np.ndarray:
         """Corners of its parts, shape (corners, 3)."""
         return np.concatenate([part.vertices for part in self.polyhedra])
+
+
+def _is_solid(value: Any) -> bool:
+    """Whether a record, or a table of keys, means a block in space."""
+    if not isinstance(value, Mapping):
+        return isinstance(value, Solid)
+    if "box" in value or "faces" in value:
+        return True
+    parts, vertices = (_entries(value.get(key)) for key in ("parts", "vertices"))
+    return (
+        any(isinstance(part, Part | Mapping) for part in parts) or len(_entries((vertices or [None])[0])) == 3
+    )
+
+
+def _entries(value: Any) -> Sequence[Any]:
+    return value if isinstance(value, list | tuple) else ()
+
+
+#: A block of either kind, told apart by its keys, so that errors name only those of the kind that was meant.
+AnyBlock = Annotated[
+    Annotated[Block, Tag("<block>")] | Annotated[Solid, Tag("<solid>")],
+    Discriminator(lambda value: "<solid>" if _is_solid(value) else "<block>"),
+]
 
 
 def box(
@@ -179,7 +212,7 @@ def _wrong_faces(shape: Part | Solid) -> str | None:
         if beyond := [index for index in face if index >= count]:
             return f"face no. {number} has a corner {beyond[0]}; there are 'vertices' 0 to {count - 1}"
         if len(set(face)) < len(face):
-            return f"face no. {number} goes through a corner twice: 'faces' need each once, in order round the face"
+            return f"face no. {number} has a corner twice: 'faces' have each once, in order round the face"
     return None
 
 

@@ -129,8 +129,7 @@ def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
     down = np.zeros((count, 2))
     down[movable] = assembly.problem.forces(assembly.problem.dead)
     size = np.hypot(down[:, 0], down[:, 1])
-    gravity = np.array(scene.gravity) / np.hypot(*scene.gravity)
-    down = np.where(size[:, None] > 0, down / np.where(size > 0, size, 1.0)[:, None], gravity)
+    down = np.where(size[:, None] > 0, down / np.where(size > 0, size, 1.0)[:, None], scene.down)
     first_borne = (joints.normal * down[joints.first]).sum(axis=1) < -_BEARS
     second_borne = (joints.normal * down[joints.second]).sum(axis=1) > _BEARS
     # From what bears to what is borne, and from one node more to all supports.

@@ -224,9 +224,8 @@ def _weights(assembly: Assembly) -> list[Reason]:
     found = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, _OTHER_UNITS, _OTHER_UNITS)
     # A light block may carry what is much to it and little to the others, such as a jack's plate.
     weight_near = np.maximum(weight, np.median(weight[heavy]))
-    gravity = np.array(scene.gravity) / np.hypot(*scene.gravity)
     live, dead = (problem.forces(load) * problem.force_unit for load in (problem.live, problem.dead))
-    dead = dead - weight[:, None] * gravity
+    dead = dead - weight[:, None] * scene.down
     for name, force, least in (("live", live, np.inf), ("dead", dead, _NO_FORCE)):
         size = np.hypot(force[:, 0], force[:, 1])
         acts = size > _ROUNDING * weight

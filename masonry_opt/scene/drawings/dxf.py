@@ -217,7 +217,7 @@ def write_dxf(scene: Scene, path: str | Path, force: bool = False) -> None:
         document.layers.add(name)
     space = document.modelspace()
     geometry(scene)  # refuses what has no area or crosses itself
-    drawn = [(block, _drawn(block, scene)) for block in scene.blocks]
+    drawn = [(block, _drawn(block, scene)) for block in scene.in_plane()]
     # A block that fills a hole comes after it: of two outlines that are the same the first is the outer one.
     for block, polygon in sorted(drawn, key=lambda entry: not entry[1].interiors):
         layer = {"layer": "fixed" if block.fixed else "blocks"}

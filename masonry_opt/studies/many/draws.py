@@ -217,7 +217,7 @@ def _courses(scene: Scene) -> dict[tuple[str, str], int]:
     """Courses, 1 the lowest, by pairs of blocks that touch, in the order of the joints."""
     assembly = assemble(scene)
     joints = assembly.joints
-    height = joints.middle @ (-np.array(scene.gravity) / np.hypot(*scene.gravity))
+    height = joints.middle @ -scene.down
     lengths = joints.length[joints.length > 0]
     apart = _LEVEL * float(np.median(lengths) if len(lengths) else 1.0)
     order = np.argsort(height, kind="stable")

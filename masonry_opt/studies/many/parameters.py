@@ -38,10 +38,20 @@ _INSTEAD = {
     "dilatancy_angle": "dilatancy",
 }
 
-#: Points and forces: pairs whose two numbers are x and y.
+#: Points, forces and moments: their two or three numbers are x, y and z.
 _POINTS = (
-    *("at", "live", "live_at", "live_per_weight", "dead", "dead_at", "weight_at"),
-    *("force", "gravity", "start", "end"),
+    *(
+        "at",
+        "live",
+        "live_at",
+        "live_per_weight",
+        "live_moment",
+        "dead",
+        "dead_at",
+        "dead_moment",
+        "weight_at",
+    ),
+    *("force", "gravity", "start", "end", "tilt"),
 )
 
 #: Keys of a scene that no analysis follows steadily.
@@ -144,8 +154,8 @@ def _numbers(record: Record, prefix: str = "", way: _Way = ()) -> Iterator[tuple
                 yield from _numbers(entry, f"{prefix}{name}.", (*here, number))
         elif _is_number(value) or (value is None and _takes_number(about)):
             yield prefix + key, here
-        elif isinstance(value, tuple) and len(value) == 2 and all(map(_is_number, value)):
-            for number, place in enumerate("xy" if field in _POINTS else "12"):
+        elif isinstance(value, tuple) and all(map(_is_number, value)):
+            for number, place in enumerate(("xyz" if field in _POINTS else "123")[: len(value)]):
                 yield f"{prefix}{key}.{place}", (*here, number)
 
 
