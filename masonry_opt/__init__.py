@@ -27,6 +27,7 @@ _HOMES = {
     "scene.case_file": ("load", "save"),
     "scene.drawings.compas": ("read_compas",),
     "scene.drawings.dxf": ("read_dxf", "write_dxf"),
+    "scene.extrude": ("extrude",),
     "scene.loads": ("EdgeLoad", "Load"),
     "scene.scene": ("Scene",),
     "scene.solids": ("Part", "Solid", "box"),

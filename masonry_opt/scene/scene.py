@@ -127,14 +127,13 @@ class Scene(SceneKeys):
         if all(fixed):
             raise ValueError("every block is fixed: nothing can move")
         known = {block.name: block for block in self.blocks}
-        for mistake in (
-            self._wrong_dimension(),
-            self._wrong_exception(known),
-            self._wrong_load(known),
-            self._wrong_tilt(),
+        if mistake := (
+            self._wrong_dimension()
+            or self._wrong_exception(known)
+            or self._wrong_load(known)
+            or self._wrong_tilt()
         ):
-            if mistake:
-                raise ValueError(mistake)
+            raise ValueError(mistake)
         return self
 
     def _wrong_dimension(self) -> str | None:
@@ -160,11 +159,12 @@ class Scene(SceneKeys):
                     return f"{where}: '{key}' is for solids: take it away"
         if self.tilt and isinstance(self.tilt, str) == space:
             return "'tilt' needs a direction, [x, y, z]" if space else '\'tilt\' needs "left" or "right"'
-        return self._of_plane_alone() if space else None
+        if space and self.thickness != 1:
+            return f"'thickness' is for scenes in the plane: block '{first.name}' is a solid"
+        return self.of_plane_alone() if space else None
 
-    def _of_plane_alone(self) -> str | None:
-        if self.thickness != 1:
-            return f"'thickness' is for scenes in the plane: block '{self.blocks[0].name}' is a solid"
+    def of_plane_alone(self) -> str | None:
+        """What the scene has, beside its thickness, that none in space can have, in one sentence."""
         if self.edge_loads:
             return "an 'edge_load' is for scenes in the plane: give the resultants as 'load'"
         properties: list[tuple[str, JointDefaults | Joint]] = [("'joints'", self.joints)]

@@ -1,0 +1,128 @@
+"""Scenes in the plane as scenes in space."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import shapely
+
+from masonry_opt.errors import OptionError
+from masonry_opt.scene.blocks import Block, Joint, JointDefaults, Point
+from masonry_opt.scene.case_file import as_scene
+from masonry_opt.scene.convex_pieces import convex_pieces
+from masonry_opt.scene.geometry import Geometry, geometry
+from masonry_opt.scene.loads import Load
+from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.solids import Solid
+
+_Vector = tuple[float, float, float]
+
+
+def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
+    """A scene in the plane as one in space, from y = 0 to its thickness: the point (x, y) becomes (x, t, y).
+
+    Weights, loads and the cohesion of whole joints are what they were, whatever the thickness; forces act in
+    its middle. Friction, dilatancy, exceptions, gravity, tilt and tolerance are kept; published values, which
+    are of the scene in the plane, are left out. Blocks with notches, parts or holes become solids of several
+    convex parts.
+
+    Parameters
+    ----------
+    scene:
+        In the plane, or the path of its case file.
+    thickness:
+        Of the solids (default: that of the scene, with which unit weights and cohesion stay what they are).
+
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    CaseError
+        If a block's polygon is wrong (see :func:`~masonry_opt.scene.geometry.geometry`).
+    OptionError
+        If the thickness is no positive number, the scene is in space already, or it has what is of the plane
+        alone: edge loads, ``strength``, ``dilatancy_stress``.
+    """
+    scene = as_scene(scene)
+    depth = scene.thickness if thickness is None else thickness
+    if isinstance(depth, bool) or not isinstance(depth, int | float) or not 0 < depth < math.inf:
+        raise OptionError(f"'thickness' of solids is a positive number (found {depth!r})")
+    blocks, shapes = scene.in_plane(), geometry(scene)
+    if mistake := scene.of_plane_alone():
+        raise OptionError(f"{scene.origin}: {mistake}")
+    cohesion = scene.thickness / depth
+    sideways = scene.tilt_direction
+    return Scene(
+        title=scene.title,
+        source=scene.source,
+        gravity=_in_space(scene.gravity),
+        tolerance=scene.tolerance,
+        tilt=None if sideways is None else _in_space(sideways.tolist()),
+        joints=JointDefaults(**_joint(scene.joints, cohesion)),
+        blocks=[_solid(block, shapes, index, scene.thickness, depth) for index, block in enumerate(blocks)],
+        exceptions=[Joint(between=joint.between, **_joint(joint, cohesion)) for joint in scene.exceptions],
+        loads=[_load(load, depth) for load in scene.loads],
+    ).read_from(scene.origin)
+
+
+def _in_space(vector: Any, at: float = 0.0) -> _Vector:
+    x, y = vector
+    return (x, at, y)
+
+
+def _joint(joint: JointDefaults | Joint, times: float) -> dict[str, Any]:
+    """Properties of a joint, its cohesion per area that many times what it is, those not given left out."""
+    cohesion = None if joint.cohesion is None else joint.cohesion * times
+    given = {"friction": joint.friction, "cohesion": cohesion, "dilatancy": joint.dilatancy}
+    return {key: value for key, value in given.items() if value is not None}
+
+
+def _load(load: Load, depth: float) -> Load:
+    forces = {key: _in_space(force) for key in ("live", "dead") if (force := getattr(load, key)) is not None}
+    at = None if load.at is None else _in_space(load.at, depth / 2)
+    return Load(block=load.block, at=at, weight=load.weight, **forces)
+
+
+def _solid(block: Block, shapes: Geometry, index: int, thickness: float, depth: float) -> Solid:
+    keys: dict[str, Any] = {key: _in_space(getattr(block, key)) for key in Block.LOADS}
+    for key in ("weight_at", "live_at", "dead_at"):
+        if (point := getattr(block, key)) is not None:
+            keys[key] = _in_space(point, depth / 2)
+    if block.weight is not None or block.unit_weight is not None:
+        keys["weight"] = block.weight_of(float(shapes.area[index]) * thickness)
+    parts = [_prism(ring, depth) for ring in _rings(block, shapes, index)]
+    shape = parts[0] if len(parts) == 1 else {"parts": parts}
+    return Solid(name=block.name, fixed=block.fixed, **shape, **keys)
+
+
+def _rings(block: Block, shapes: Geometry, index: int) -> list[list[Point]]:
+    """Corners of a block's convex pieces, counter-clockwise, in the scene's own coordinates."""
+    polygon = shapes.polygons[index]
+    if shapes.convex[index]:
+        pieces = [shapely.get_coordinates(polygon)[:-1]]
+    else:
+        pieces = convex_pieces(polygon, shapes.tolerance)
+    # Corners to the digit as they are given; where outlines cross there is none.
+    given = np.array([point for ring in [*block.rings, *block.holes] for point in ring], dtype=float)
+    own = dict(zip(map(tuple, given - shapes.origin), map(tuple, given.tolist()), strict=True))
+    return [
+        [own.get(tuple(corner)) or tuple((corner + shapes.origin).tolist()) for corner in piece]
+        for piece in pieces
+    ]
+
+
+def _prism(ring: list[Point], depth: float) -> dict[str, Any]:
+    """A convex polygon, counter-clockwise, as a solid from y = 0 to a depth."""
+    x, y = ({point[axis] for point in ring} for axis in (0, 1))
+    if len(ring) == 4 and len(x) == len(y) == 2:
+        return {"box": (tuple(sorted(x)), (0.0, depth), tuple(sorted(y)))}
+    count = len(ring)
+    # The front counter-clockwise seen from outside, from -y; the back; sides.
+    sides = [[i, count + i, count + j, j] for i, j in ((i, (i + 1) % count) for i in range(count))]
+    faces = [list(range(count)), list(range(2 * count - 1, count - 1, -1)), *sides]
+    return {"vertices": [_in_space(point, at) for at in (0.0, depth) for point in ring], "faces": faces}
