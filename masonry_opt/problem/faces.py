@@ -20,8 +20,8 @@ class Layout:
     dimension: components of a force, on a block or in a joint.
     rows: rows of a block in B: ``dimension`` forces, then moments about its centroid.
     kinds: kinds of force in q: normal forces of all joints, then ``dimension`` − 1 shears, then moments.
-    senses: shear that resists each sense of sliding, shape (senses, dimension − 1): pairs of opposites along
-        perpendicular axes.
+    senses: shear that resists each sense of sliding, shape (senses, dimension − 1): in the plane two opposites,
+        in space directions all round, at equal angles from the first tangent on.
     factor: share of the shear limit that holds in each sense.
     edges: sign of the moment in each rocking face of a joint; a single 0 says n ≥ 0.
     """
@@ -33,9 +33,32 @@ class Layout:
     factor: float
     edges: np.ndarray
 
+    def rates(self, slip: np.ndarray) -> np.ndarray:
+        """Rates, shape (senses, k), of the senses that together slip so, shape (dimension − 1, k): of the one
+        or two next to its direction."""
+        if self.dimension == 2:
+            return np.maximum(-self.senses @ slip, 0.0)
+        sides, each = len(self.senses), np.arange(slip.shape[1])
+        angle = 2 * np.pi / sides
+        turned = np.arctan2(-slip[1], -slip[0]) / angle
+        before = np.floor(turned)
+        past, speed = angle * (turned - before), np.hypot(*slip) / np.sin(angle)
+        rates = np.zeros((sides, slip.shape[1]))
+        rates[before.astype(int) % sides, each] = speed * np.sin(angle - past)
+        rates[(before.astype(int) + 1) % sides, each] = speed * np.sin(past)
+        return rates
+
 
 #: Forces in x and y and one moment; n, s, m of a joint; two senses of sliding, two edges to turn about.
 PLANE = Layout(2, 3, 3, senses=np.array([[1.0], [-1.0]]), factor=1.0, edges=np.array([-1.0, 1.0]))
+
+
+def space(sides: int) -> Layout:
+    """Layout of space: three forces and three moments of a block; n and two shears of a contact point; so many
+    sides of a polygon inside the cone of friction, each ``cos(π/sides) (c + μ n) − e·(s, t) ≥ 0``."""
+    angles = 2 * np.pi / sides * np.arange(sides)
+    senses = np.column_stack([np.cos(angles), np.sin(angles)])
+    return Layout(3, 6, 3, senses=senses, factor=float(np.cos(np.pi / sides)), edges=np.zeros(1))
 
 
 class Faces:
@@ -96,7 +119,9 @@ class Faces:
     @cached_property
     def from_edges(self) -> sp.csr_array:
         """Turns the forces at the first and second edge of each joint, and its shear, into q, shape (3c, 3c):
-        n = x₂ + x₃, m = lever · (x₃ − x₂)."""
+        n = x₂ + x₃, m = lever · (x₃ − x₂); in space contact points are edges: q as it is."""
+        if len(self.layout.edges) == 1:
+            return sp.eye_array(self.layout.kinds * len(self.lever), format="csr")
         one, arm = sp.eye_array(len(self.lever)), sp.diags_array(self.lever)
         return sp.block_array([[one, one, None], [None, None, one], [-arm, arm, None]], format="csr")
 

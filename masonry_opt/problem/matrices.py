@@ -27,12 +27,14 @@ class Matrices:
         empty: there the two rocking faces say n ≥ 0, and m says nothing.
     length_unit: what a dimensionless length is multiplied by.
     layout: the numbers 3 and 3 above, and what goes with them.
+    areas: area that each contact point in space stands for, shape (c,); None in the plane.
     """
 
     B: sp.csr_array
     half_length: np.ndarray
     length_unit: float
     layout: Layout = PLANE
+    areas: np.ndarray | None = None
     _tables: dict[tuple[bytes, bytes], Faces] = field(default_factory=dict, init=False, repr=False)
 
     @property
@@ -44,6 +46,11 @@ class Matrices:
     def joints(self) -> int:
         """Number of joints, c."""
         return self.B.shape[1] // self.layout.kinds
+
+    @property
+    def extent(self) -> np.ndarray:
+        """What the stiffness of joints grows with, shape (c,): their length, or area."""
+        return self.half_length if self.areas is None else self.areas
 
     def faces(self, sliding: np.ndarray, crushing: np.ndarray) -> Faces:
         """Table of the faces of joints of which these slide and these crush, one for all laws that agree."""

@@ -260,7 +260,7 @@ class Problem:
         q: forces under which contacts give, shape (3c,), if they do.
         """
         layout, (opening, slip, rotation) = self.layout, self._motion(d, q)
-        slides = np.maximum(-layout.senses @ slip[:, self.sliding], 0.0)
+        slides = layout.rates(slip[:, self.sliding])
         opening[self.sliding] -= slope * (layout.factor * slides.sum(axis=0))
         apart, turned = opening / self.lever, np.multiply.outer(layout.edges, rotation)
         about = np.maximum((apart + turned) / len(turned), 0.0)

@@ -1,4 +1,4 @@
-"""The problem in forces at the two edges of each joint: rocking faces become bounds of variables."""
+"""The problem in forces at the edges of joints, or at contact points: rocking faces become bounds of variables."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from masonry_opt.problem.state import State
 
 
 class Products(NamedTuple):
-    """z p of the edges, shape (2, c), of the sliding faces, shape (2, k), and of the chords of crushing,
+    """z p of the e edges, shape (e, c), of the sliding faces, shape (senses, k), and of the chords of crushing,
     shape (chords,)."""
 
     edges: np.ndarray
@@ -30,11 +30,12 @@ class Iterate:
     Attributes
     ----------
     load_factor: λ.
-    x: forces at the first and second edge of each joint, > 0, and its shear, shape (3, c).
-    z: slacks of the sliding faces, > 0, shape (2, k).
+    x: forces at the edges of each joint, > 0, and its shears, shape (3, c): in the plane the two edges and one
+        shear, in space a contact point and two.
+    z: slacks of the sliding faces, > 0, shape (senses, k).
     d: block velocities, shape (3b,).
-    opening: rates with which the edges open beyond what sliding explains, > 0, shape (2, c).
-    slip: rates of the sliding faces, > 0, shape (2, k).
+    opening: rates with which the edges open beyond what sliding explains, > 0, shape (e, c).
+    slip: rates of the sliding faces, > 0, shape (senses, k).
     room: slacks of the chords of crushing, > 0, shape (chords,).
     crushed: rates of the chords of crushing, > 0, shape (chords,).
     """
@@ -51,7 +52,7 @@ class Iterate:
     @cached_property
     def products(self) -> Products:
         """z p of all faces."""
-        return Products(self.x[:2] * self.opening, self.z * self.slip, self.room * self.crushed)
+        return Products(self.x[: len(self.opening)] * self.opening, self.z * self.slip, self.room * self.crushed)
 
     @cached_property
     def energy(self) -> float:
@@ -66,9 +67,9 @@ class IterateResiduals:
     Attributes
     ----------
     statics: B q + λ f_L + f_D, shape (3b,).
-    yielding: z − (c + μ n ∓ s), shape (2, k).
+    yielding: z − (c + μ n ∓ s), shape (senses, k).
     crushing: room − (r + G x), shape (chords,).
-    motion: departure of the edges' and the shear's motion from the flow rule, shape (3, c).
+    motion: departure of the edges' and the shears' motion from the flow rule, shape (3, c).
     work: f_L·d − Σ|f_L|.
     """
 
@@ -87,14 +88,18 @@ class EdgeForm:
         A x + λ f_L + f_D = 0,    z = c + μ (x₂ + x₃) ∓ s,    f_L·d = Σ|f_L|,
         Aᵀd + ε x = (ψ (p₀ + p₁) + u₂, ψ (p₀ + p₁) + u₃, p₁ − p₀),    x₂ u₂ = x₃ u₃ = z₀ p₀ = z₁ p₁ = 0
 
+    In space a contact point is the one edge, with two shears, and each sense of sliding e_k has a slack
+    z_k = cos(π/P) (c + μ x₁) − e_k·(s, t).
+
     Attributes
     ----------
-    problem: the problem; its face order is sliding (+), (−), then the first edges, then the second.
+    problem: the problem; its face order is sliding by senses, then the first edges, then the second.
+    edges: edges of a joint, 2 in the plane, 1 in space.
     from_edges: turns x, flat, into joint forces q, shape (3c, 3c).
     A, At: equilibrium of blocks under x, shape (3b, 3c), and its transpose.
-    G: chords of crushing in the forces at the two edges, shape (chords, 2c).
+    G: chords of crushing in the forces at the edges, shape (chords, e c).
     sliding: which joints can slide, as an index.
-    compliance: motion of edges and shear per unit of x where contacts give, shape (3, c); zero, shape (3, 1),
+    compliance: motion of edges and shears per unit of x where contacts give, shape (3, c); zero, shape (3, 1),
         where they are rigid.
     settled: x from which on contacts give, shape (3, c); zero, shape (3, 1), where they give from zero.
     least_forces: least x that carries the dead load, whatever the joints' law, shape (3, c).
@@ -108,7 +113,8 @@ class EdgeForm:
         # Where all joints can slide a slice takes them, without a copy.
         every = len(problem.sliding) == problem.joints
         self.sliding: np.ndarray | slice = slice(None) if every else problem.sliding
-        rocking = 2 * problem.joints
+        self._layout, self.edges = problem.layout, len(problem.layout.edges)
+        rocking = self.edges * problem.joints
         self.G = (problem.R[rocking:] @ self.from_edges)[:, :rocking].tocsr()
         self._whole_moment = problem.crushing_moment[problem.table.chords]
         self._lengths = problem.face_length[problem.table.rocks]
@@ -128,49 +134,53 @@ class EdgeForm:
         (3c,) each."""
         other = copy(self)
         other.problem = replace(self.problem, compliance=compliance, settled=settled)
-        of_normal, of_shear, _ = self.problem.by_kind(compliance)
-        # The two edges of a joint share its normal force.
-        other.compliance = np.stack([2 * of_normal, 2 * of_normal, of_shear])
+        kinds, edges = self.problem.by_kind(compliance), self.edges
+        # The edges of a joint share its normal force.
+        other.compliance = np.stack([*edges * [edges * kinds[0]], *kinds[1 : self._layout.dimension]])
         if settled is not None:
             other.settled = self._edges_and_shear(settled)
         return other
 
     def _edges_and_shear(self, q: np.ndarray) -> np.ndarray:
-        return np.stack([*self.problem.edge_forces(q), self.problem.by_kind(q)[1]])
+        shears = self.problem.by_kind(q)[1 : self._layout.dimension]
+        return np.concatenate([self.problem.edge_forces(q), shears])
+
+    @property
+    def cohesion(self) -> np.ndarray:
+        """What cohesion adds to the slack of each sense, shape (k,)."""
+        return self._layout.factor * self.problem.cohesion
 
     def slacks(self, x: np.ndarray, slope: np.ndarray) -> np.ndarray:
-        """Slope · n ∓ s of the joints that can slide, shape (2, k); the true slacks but for cohesion."""
-        normal, shear = slope * (x[0] + x[1])[self.sliding], x[2, self.sliding]
-        both = np.empty((2, len(normal)))
-        np.subtract(normal, shear, out=both[0])
-        np.add(normal, shear, out=both[1])
-        return both
+        """Slope · n ∓ s of the joints that can slide, shape (senses, k); the true slacks but for cohesion."""
+        normal = self._layout.factor * (slope * x[: self.edges].sum(axis=0)[self.sliding])
+        slacks: np.ndarray = normal - self._layout.senses @ x[self.edges :, self.sliding]
+        return slacks
 
     def follow(self, slip: np.ndarray) -> np.ndarray:
-        """Motion of edges and shear that sliding rates, shape (2, k), cause, shape (3, c)."""
+        """Motion of edges and shears that sliding rates, shape (senses, k), cause, shape (3, c)."""
         motion = np.zeros((3, self.problem.joints))
-        motion[:2, self.sliding] = self.problem.dilatancy * (slip[0] + slip[1])
-        motion[2, self.sliding] = slip[1] - slip[0]
+        motion[: self.edges, self.sliding] = self.problem.dilatancy * (self._layout.factor * slip.sum(axis=0))
+        motion[self.edges :, self.sliding] = -self._layout.senses.T @ slip
         return motion
 
     def chords(self, x: np.ndarray) -> np.ndarray:
         """G x, shape (chords,): what forces add to the slacks of the chords of crushing."""
         # Most scenes have no chords, and products with an empty matrix are a fifth of their passes' time.
-        return self.G @ x[:2].ravel() if self.G.shape[0] else np.zeros(0)
+        return self.G @ x[: self.edges].ravel() if self.G.shape[0] else np.zeros(0)
 
     def room(self, x: np.ndarray) -> np.ndarray:
         """Slacks of the chords of crushing, shape (chords,)."""
         return self._whole_moment + self.chords(x)
 
     def crushes(self, rates: np.ndarray) -> np.ndarray:
-        """Motion of edges that rates of the chords cause, shape (2, c)."""
+        """Motion of edges that rates of the chords cause, shape (e, c)."""
         if not len(rates):
-            return np.zeros((2, self.problem.joints))
-        moved: np.ndarray = (self.G.T @ rates).reshape(2, -1)
+            return np.zeros((self.edges, self.problem.joints))
+        moved: np.ndarray = (self.G.T @ rates).reshape(self.edges, -1)
         return moved
 
     def moves(self, d: np.ndarray) -> np.ndarray:
-        """Motion of edges and shear under block velocities, shape (3, c)."""
+        """Motion of edges and shears under block velocities, shape (3, c)."""
         moved: np.ndarray = self.problem.by_kind(self.At @ d)
         return moved
 
@@ -178,11 +188,11 @@ class EdgeForm:
         """What an iterate leaves."""
         problem = self.problem
         motion = self.moves(at.d) - self.follow(at.slip)
-        motion[:2] -= at.opening + self.crushes(at.crushed)
+        motion[: self.edges] -= at.opening + self.crushes(at.crushed)
         motion += self.compliance * (at.x - self.settled)
         return IterateResiduals(
             self.A @ at.x.ravel() + at.load_factor * problem.live + problem.dead,
-            at.z - problem.cohesion - self.slacks(at.x, problem.friction),
+            at.z - self.cohesion - self.slacks(at.x, problem.friction),
             at.room - self.room(at.x),
             motion,
             float(problem.live @ at.d) - problem.live_norm,
@@ -198,8 +208,8 @@ class EdgeForm:
         """A state as an iterate, whose slacks are those of its forces."""
         problem, table, p = self.problem, self.problem.table, state.p
         x = self._edges_and_shear(state.q)
-        z = problem.cohesion + self.slacks(x, problem.friction)
-        edges, slip = (p[table.rocks] * self._lengths).reshape(2, -1), p[table.slides].reshape(z.shape)
+        z = self.cohesion + self.slacks(x, problem.friction)
+        edges, slip = (p[table.rocks] * self._lengths).reshape(self.edges, -1), p[table.slides].reshape(z.shape)
         return Iterate(state.load_factor, x, z, state.d, edges, slip, self.room(x), p[table.chords])
 
 

@@ -81,8 +81,9 @@ def start(form: EdgeForm) -> Iterate:
     forces = form.least_forces.copy()
     weight = float(problem.force_sizes(problem.dead).mean()) or 1.0
     least = max(weight, 0.1 * float(np.abs(forces).max()))
-    forces[:2] = np.maximum(forces[:2], least)
-    slacks = problem.cohesion + form.slacks(forces, problem.friction)
+    edges = forces[: form.edges]
+    np.maximum(edges, least, out=edges)
+    slacks = form.cohesion + form.slacks(forces, problem.friction)
     # f_L·d is a sum over components, which depends on the axes: unit rates are those along the live load.
     live, moments = problem.force_sizes(problem.live), problem.moments(problem.live)
     along = float(live.sum() + np.abs(moments).sum())
@@ -93,7 +94,7 @@ def start(form: EdgeForm) -> Iterate:
         forces,
         np.maximum(slacks, least),
         np.zeros_like(problem.dead),
-        np.full_like(forces[:2], rate),
+        np.full_like(edges, rate),
         np.full_like(slacks, rate),
         room,
         rate * least / room,
@@ -203,8 +204,8 @@ def _back(products: np.ndarray, low: float, high: float) -> np.ndarray:
 def _direction(system: NewtonSystem, at: Iterate, schedule: Schedule, by: Products) -> _Direction:
     """The step that makes the residuals vanish and changes the products so."""
     left, form = schedule.residuals, schedule.form
-    motion = -left.motion
-    motion[:2] += by.edges / at.x[:2] + form.crushes((by.crushing + at.crushed * left.crushing) / at.room)
+    motion, edges = -left.motion, slice(form.edges)
+    motion[edges] += by.edges / at.x[edges] + form.crushes((by.crushing + at.crushed * left.crushing) / at.room)
     sliding = by.sliding + at.slip * left.yielding
     solution, error = system.solve(Parts(-left.statics, sliding, motion, -left.work))
     room = form.chords(solution.joints) - left.crushing
@@ -213,12 +214,12 @@ def _direction(system: NewtonSystem, at: Iterate, schedule: Schedule, by: Produc
         solution.joints,
         form.slacks(solution.joints, schedule.friction) - left.yielding,
         solution.blocks,
-        (by.edges - at.opening * solution.joints[:2]) / at.x[:2],
+        (by.edges - at.opening * solution.joints[edges]) / at.x[edges],
         solution.sliding,
         room,
         (by.crushing - at.crushed * room) / at.room,
     )
-    forces = _to_boundary((at.x[:2], at.z, at.room), (step.x[:2], step.z, step.room))
+    forces = _to_boundary((at.x[edges], at.z, at.room), (step.x[edges], step.z, step.room))
     rates = _to_boundary((at.opening, at.slip, at.crushed), (step.opening, step.slip, step.crushed))
     return _Direction(step, error, (forces, rates))
 
@@ -248,7 +249,7 @@ def _onto_kinematics(elimination: Elimination, at: Iterate, schedule: Schedule) 
             np.zeros_like(at.x),
             np.zeros_like(at.z),
             solution.blocks,
-            -at.opening * solution.joints[:2] / at.x[:2],
+            -at.opening * solution.joints[: form.edges] / at.x[: form.edges],
             solution.sliding,
             np.zeros_like(at.room),
             -at.crushed * form.chords(solution.joints) / at.room,

@@ -1,8 +1,7 @@
 """The linear algebra of a Newton step: elimination onto the blocks, refinement, and a full factorisation.
 
 Of the faces only rocking and crushing are eliminated from what the solution must satisfy; sliding stays
-explicit (eliminated too, residuals stall near 1e-2). The joints' compliance is then inverted in closed form,
-joint by joint, which leaves a matrix of the blocks alone, 3b + 1 square with the pattern of a frame's
+explicit (eliminated too, residuals stall near 1e-2). The joints' compliance is then inverted joint by joint, which leaves a matrix of the blocks alone, 3b + 1 square with the pattern of a frame's
 stiffness. It is factorised by SuperLU (SciPy) without pivoting, in one order for the whole pass.
 """
 
@@ -40,8 +39,8 @@ class SingularError(ArithmeticError):
 class Parts(NamedTuple):
     """Right-hand sides, or unknowns, of a Newton step.
 
-    As right-hand sides: of statics (3b,), of z dp + p dz (2, k), of the motion of edges and shear (3, c), and
-    of the work. As unknowns: velocities (3b,), sliding rates (2, k), forces x (3, c), and λ.
+    As right-hand sides: of statics (3b,), of z dp + p dz (senses, k), of the motion of edges and shears (3, c),
+    and of the work. As unknowns: velocities (3b,), sliding rates (senses, k), forces x (3, c), and λ.
     """
 
     blocks: np.ndarray
@@ -175,7 +174,8 @@ class NewtonSystem:
         self._slope = problem.dilatancy
         self._affordable = problem.joints <= _FULL_UP_TO
         self.full = self.full and problem.joints <= _FULL_ONCE_UP_TO
-        self._rocking = self.at.opening / self.at.x[:2]
+        self._edges = slice(self._form.edges)
+        self._rocking = self.at.opening / self.at.x[self._edges]
         self._crushing: sp.csr_array | None = None
         if len(problem.crushing):
             crushing = sp.diags_array(self.at.crushed / self.at.room)
@@ -210,10 +210,11 @@ class NewtonSystem:
         """The left-hand sides: rocking and crushing eliminated, sliding explicit."""
         problem, at = self._form.problem, self.at
         joints = self._form.moves(of.blocks) - self._form.follow(of.sliding)
-        joints[:2] += self._rocking * of.joints[:2]
+        joints[self._edges] += self._rocking * of.joints[self._edges]
         joints += self._compliance * of.joints
         if self._crushing is not None:
-            joints[:2] += (self._crushing @ of.joints[:2].ravel()).reshape(2, -1)
+            crushed = self._crushing @ of.joints[self._edges].ravel()
+            joints[self._edges] += crushed.reshape(joints[self._edges].shape)
         return Parts(
             self._form.A @ of.joints.ravel() + of.load * problem.live,
             at.z * of.sliding + at.slip * self._form.slacks(of.joints, self.friction),
@@ -260,8 +261,37 @@ class NewtonSystem:
 
     @cached_property
     def _stiffness(self) -> np.ndarray:
-        """What turns motions of edges and shear into forces x, joint by joint, shape (3, 3, c): the inverse
-        of the joints' compliance.
+        """What turns motions of edges and shears into forces x, joint by joint, shape (3, 3, c): the inverse
+        of the joints' compliance."""
+        return self._between_two_limits() if self._form.problem.layout.dimension == 2 else self._in_a_cone()
+
+    def _in_a_cone(self) -> np.ndarray:
+        """The stiffness of contact points, by elimination with pivoting of each point's rates and forces."""
+        problem, at = self._form.problem, self.at
+        layout, sliding = problem.layout, problem.sliding
+        c, sides = problem.joints, len(layout.senses)
+        matrices = np.zeros((c, 3 + sides, 3 + sides))
+        diagonal = np.arange(3 + sides)
+        own = np.ones((3 + sides, c))
+        own[:3] = self._compliance
+        own[: self._form.edges] += self._rocking
+        own[:3] = np.maximum(own[:3], 1 / self._most)
+        own[3:, sliding] = at.z * self._scale
+        rate = np.maximum(at.slip, at.z / self._most) * self._scale
+        matrices[:, diagonal, diagonal] = own.T
+        matrices[sliding, 0, 3:] = -layout.factor * self._slope[:, None]
+        matrices[sliding, 1:3, 3:] = layout.senses.T
+        matrices[sliding, 3:, 0] = rate.T * (layout.factor * self.friction)[:, None]
+        matrices[sliding, 3:, 1:3] = -rate.T[:, :, None] * layout.senses
+        motions = np.eye(3 + sides, 3)
+        try:
+            forces = np.linalg.solve(matrices, np.broadcast_to(motions, (c, *motions.shape)))
+        except np.linalg.LinAlgError as error:
+            raise SingularError(str(error)) from None
+        return forces[:, :3].transpose(1, 2, 0)
+
+    def _between_two_limits(self) -> np.ndarray:
+        """The stiffness of joints in the plane, in closed form.
 
         With v = z/p of each sliding face and x/u of each edge, and T what these forces take off the sliding
         of both senses: x₂ = v₂ (u₂ − ψ T), x₃ = v₃ (u₃ − ψ T), and μ n ∓ s = v (T ∓ (u_s − ε s))/2. Entries
@@ -322,19 +352,20 @@ class NewtonSystem:
         problem, at, form = self._form.problem, self.at, self._form
         c, forces, slips = problem.joints, problem.B.shape[1], problem.table.slides.stop
         k, size = len(problem.sliding), forces + slips + self.elimination.size
-        edges = np.stack([problem.sliding, c + problem.sliding])
-        shear, slip = 2 * c + problem.sliding, forces + np.arange(slips).reshape(2, k)
+        layout, sides, of = problem.layout, len(problem.layout.senses), form.edges
+        kinds = problem.by_kind(np.arange(forces))[:, problem.sliding]
+        edges, shears, slip = kinds[:of], kinds[of:], forces + np.arange(slips).reshape(sides, k)
         block, load = forces + slips + np.arange(problem.dead.size), size - 1
         A, gives = form.A.tocoo(), np.broadcast_to(self._compliance, (3, c))
-        diagonal = np.concatenate([(self._rocking + gives[:2]).ravel(), gives[2]])
-        sliding, loaded = np.broadcast_to(slip[:, None], (2, 2, k)), np.broadcast_to(edges, (2, 2, k))
+        diagonal = np.concatenate([self._rocking + gives[:of], gives[of:]]).ravel()
+        sliding, senses = slip[:, None], layout.senses[:, :, None]
         entries = [
-            (np.arange(3 * c), np.arange(3 * c), diagonal),
-            (loaded, sliding, -self._slope),
-            (shear, slip, np.array([[1.0], [-1.0]])),
+            (np.arange(forces), np.arange(forces), diagonal),
+            (edges, sliding, -layout.factor * self._slope),
+            (shears, sliding, senses),
             (A.col, block[A.row], A.data),
-            (sliding, loaded, at.slip[:, None] * self.friction),
-            (slip, shear, at.slip * np.array([[-1.0], [1.0]])),
+            (sliding, edges, at.slip[:, None] * (layout.factor * self.friction)),
+            (sliding, shears, -at.slip[:, None] * senses),
             (slip, slip, at.z),
             (block[A.row], A.col, A.data),
             (block, load, problem.live),
@@ -343,7 +374,7 @@ class NewtonSystem:
         if self._crushing is not None:
             crushing = self._crushing.tocoo()
             entries.append((crushing.row, crushing.col, crushing.data))
-            diagonal = diagonal + np.append(self._crushing.diagonal(), np.zeros(c))
+            diagonal = diagonal + np.append(self._crushing.diagonal(), np.zeros(forces - of * c))
         row, column, value = (
             np.concatenate([part.ravel() for part in parts])
             for parts in zip(*(np.broadcast_arrays(*entry) for entry in entries), strict=True)

@@ -103,16 +103,19 @@ def unit_compliance(problem: Problem, least_forces: np.ndarray) -> np.ndarray:
     """Compliance of each joint by kind of force, shape (3c,): a contact of mean length moves by one under the
     mean contact force.
 
-    A contact is an edge of a joint. Its stiffness grows with its area, here its length; in shear a joint is
-    half as stiff as along its normal, about as stone is.
+    A contact is an edge of a joint, or a contact point. Its stiffness grows with its area, in the plane its
+    length; in shear a joint is half as stiff as along its normal, about as stone is.
 
     Parameters
     ----------
     least_forces: least forces at edges and in shear that carry the dead load, shape (3, c).
     """
-    force = float(np.abs(least_forces[:2]).mean()) or 1.0
-    contact = problem.half_length.mean() / problem.half_length / force
-    return np.concatenate([contact / 2, contact, contact / (2 * problem.lever**2)])
+    layout, extent = problem.layout, problem.matrices.extent
+    edges = len(layout.edges)
+    force = float(np.abs(least_forces[:edges]).mean()) or 1.0
+    each = extent.mean() / extent / force / edges
+    moments = (layout.kinds - layout.dimension) * [each / problem.lever**2]
+    return np.concatenate([each, *(layout.dimension - 1) * [2 * each], *moments])
 
 
 def passes_of(task: Task) -> Passes:

@@ -14,19 +14,12 @@ from masonry_opt.answer.certificate import certify
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.problem.faces import Layout
+from masonry_opt.problem.faces import space
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Law, Problem
 
-#: Three forces and three moments of a block; n and two shears of a contact point, four senses of sliding.
-SPACE = Layout(
-    dimension=3,
-    rows=6,
-    kinds=3,
-    senses=np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]),
-    factor=cos(pi / 4),
-    edges=np.zeros(1),
-)
+#: Four senses of sliding at a contact point.
+SPACE = space(4)
 
 FRICTION, COHESION, PUSH = 0.5, 0.05, np.array([0.6, 0.8, 0.0])
 
@@ -73,7 +66,7 @@ def test_yield_conditions_are_those_of_each_point(rng):
     problem, q = box(), rng.normal(size=12)
     n, s, t = problem.by_kind(q)
     limit = cos(pi / 4) * (COHESION + FRICTION * n)
-    expected = np.concatenate([limit - s, limit + s, limit - t, limit + t, n])
+    expected = np.concatenate([limit - s, limit - t, limit + s, limit + t, n])
     np.testing.assert_allclose(problem.slacks(q), expected, atol=1e-14)
     C, D = problem.C(problem.friction), problem.D(problem.friction)
     np.testing.assert_array_equal(C.toarray(), D.T.toarray())
