@@ -88,7 +88,7 @@ class Session:
             _judge(assembly, task, solution, is_associative=self.method.name in _ASSOCIATIVE)
             if solution.status is Status.SOLVER_FAILED:
                 # Nothing bears out what forces and velocities say.
-                solution.found = Found(parabola=solution.found.parabola)
+                solution.found = Found(curved=solution.found.curved)
         return assembly, solution
 
     def _assembled(self, scene: Scene) -> Assembly:

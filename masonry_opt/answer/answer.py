@@ -19,13 +19,13 @@ class Found:
     ----------
     q, d: joint forces (3c,) and block velocities (3b,).
     slope: opening per unit slip under the flow rule of the velocities, shape (k,).
-    parabola: whether crushing was limited by the parabola itself and not by its chords.
+    curved: whether friction was limited by the cone and crushing by the parabola, not by sides and chords.
     """
 
     q: np.ndarray | None = None
     d: np.ndarray | None = None
     slope: np.ndarray | None = None
-    parabola: bool = False
+    curved: bool = False
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -58,7 +58,7 @@ class Answer(Found):
         """The same state under a flow rule, shape (k,), and the contacts of a problem: itself if its own."""
         if self.compliance is problem.compliance and np.array_equal(self.slope, slope):
             return self
-        return certified(problem, self.load_factor, self.q, self.d, slope, self.parabola)
+        return certified(problem, self.load_factor, self.q, self.d, slope, self.curved)
 
 
 def certified(
@@ -67,21 +67,21 @@ def certified(
     q: np.ndarray,
     d: np.ndarray,
     slope: np.ndarray | None = None,
-    parabola: bool = False,
+    curved: bool = False,
 ) -> Answer:
     """A state under a flow rule, by default the joints' own at these forces, with its certificate.
 
     Parameters are those of :func:`~.certificate.certify`.
     """
     slope = problem.dilatancy_at(problem.normal_forces(q)) if slope is None else slope
-    certificate = certify(problem, load_factor, q, d, slope, parabola)
+    certificate = certify(problem, load_factor, q, d, slope, curved)
     return Answer(
         load_factor=load_factor,
         q=q,
         d=d,
         slope=slope,
-        parabola=parabola,
+        curved=curved,
         compliance=problem.compliance,
         certificate=certificate,
-        residuals=residuals(problem, certificate, load_factor, q, d, parabola),
+        residuals=residuals(problem, certificate, load_factor, q, d, curved),
     )

@@ -279,7 +279,7 @@ class Result:
     def crushing(self) -> str:
         """How joints of limited strength crush here: by the "parabola", or by "chords" inside it, whose
         moments are up to 0.65 % less; "" where none is limited."""
-        law = "parabola" if self.solution.found.parabola else "chords"
+        law = "parabola" if self.solution.found.curved else "chords"
         return law if len(self.assembly.problem.crushing) else ""
 
     @property

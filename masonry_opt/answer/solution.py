@@ -148,7 +148,7 @@ class Solution:
         """Set the status and the one reason for which the answer is none, and keep what was found."""
         self.end(status, code, load_factor=self.load_factor, **values)
         found = self.found
-        self.found = Found(q=found.q, d=found.d, slope=found.slope, parabola=found.parabola)
+        self.found = Found(q=found.q, d=found.d, slope=found.slope, curved=found.curved)
 
     def failing(self) -> dict[str, float | None]:
         """Residuals that exceed the limits of its kind; none without an answer."""

@@ -21,25 +21,26 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
         parabola.
     """
     problem = task.problem
-    parabola = bool(len(problem.crushing)) and task.solver.entry.conic and not by_chords
+    crushes = bool(len(problem.crushing)) and not by_chords
+    curved = task.solver.entry.conic and (crushes or problem.layout.round)
 
     def declared() -> Driver:
         repeats = task.kept.keeps
         return Driver(
-            problem, formulation, task.solver, task.effort, of_load=True, repeats=repeats, parabola=parabola
+            problem, formulation, task.solver, task.effort, of_load=True, repeats=repeats, curved=curved
         )
 
-    key = ("associative", formulation, task.solver.key, parabola)
+    key = ("associative", formulation, task.solver.key, curved)
     driver = task.kept.of(key, problem, task.effort, declared)
     answer = driver.solve()
     solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, size=driver.size())
     if answer.state is None:
-        solution.found = Found(parabola=parabola)
+        solution.found = Found(curved=curved)
         solution.status, why = no_optimum(problem, answer.solved.status, task.solver, task.effort)
         solution.reasons.append(why)
     else:
         state = answer.state
-        solution.found = certified(problem, state.load_factor, state.q, state.d, problem.friction, parabola)
+        solution.found = certified(problem, state.load_factor, state.q, state.d, problem.friction, curved)
     return solution
 
 

@@ -149,7 +149,7 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Refiner) ->
         size=refiner.size,
     )
     # The parabola's load factor is none of this law.
-    known = None if first.found.parabola else first.load_factor
+    known = None if first.found.curved else first.load_factor
     fall = None if known is None else known - best.load_factor
     solution.add(Code.EXACT, fall=fall)
     solution.reasons.append(lowest.met.reason)

@@ -33,6 +33,11 @@ class Layout:
     factor: float
     edges: np.ndarray
 
+    @property
+    def round(self) -> bool:
+        """Whether the senses are sides inside a cone."""
+        return self.dimension == 3
+
     def rates(self, slip: np.ndarray) -> np.ndarray:
         """Rates, shape (senses, k), of the senses that together slip so, shape (dimension − 1, k): of the one
         or two next to its direction."""

@@ -177,6 +177,11 @@ class Problem:
         """Moments, or rotations, of the blocks, shape (b, 1), in a load or motion, shape (3b,)."""
         return self.by_block(load)[:, self.layout.dimension :]
 
+    def _cone(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Shear limits c + μ n, shape (k,), and shears, shape (2, k), of the points that can slide."""
+        kinds = self.by_kind(q)[:, self.sliding]
+        return self.cohesion + self.friction * kinds[0], kinds[1:]
+
     def slip_speed(self, d: np.ndarray) -> np.ndarray:
         """Speed of slip in each joint, shape (c,), under block velocities, shape (3b,)."""
         return np.hypot.reduce(np.abs(self._motion(d, None)[1]), axis=0)
@@ -221,22 +226,32 @@ class Problem:
         """Constant part of each yield condition, shape (faces,)."""
         return self.limit_factors @ self.cohesion + self.crushing_moment
 
-    def slacks(self, q: np.ndarray, by_parabola: bool = False) -> np.ndarray:
+    def slacks(self, q: np.ndarray, curved: bool = False) -> np.ndarray:
         """Slack z of each face under forces q and the true friction law, eq. (4), shape (faces,): negative
-        is a violation. With ``by_parabola`` joints that crush are held to the parabola, not to its chords."""
+        is a violation. With ``curved`` joints that crush are held to the parabola, not to its chords, and
+        contact points in space to the cone of friction, not to its sides."""
         z = self.true_yield @ q + self.face_cohesion
-        if by_parabola:
+        if curved and self.layout.round:
+            limit, shears = self._cone(q)
+            z[self.table.slides] = np.tile(limit - np.hypot(*shears), len(self.layout.senses))
+        if curved and len(self.crushing):
             n, _, m = self.by_kind(q)[:, self.crushing]
             most = self.half_length[self.crushing] * parabola(n, self.crushing_force)
             z[self.bent] = np.stack([most - m, most + m])[..., None]
         return z
 
-    def energy(self, q: np.ndarray, p: np.ndarray, by_parabola: bool = False) -> float:
+    def energy(self, q: np.ndarray, p: np.ndarray, curved: bool = False) -> float:
         """Σ |z p|: energy of faces that move without being at yield, in rates p, shape (faces,);
-        ``by_parabola`` as in ``slacks``."""
+        ``curved`` as in ``slacks``."""
         z = self.slacks(q)
-        if not by_parabola:
+        if not curved:
             return float(np.abs(z * p).sum())
+        if self.layout.round:
+            limit, shears = self._cone(q)
+            slips = p[self.table.slides].reshape(len(self.layout.senses), -1)
+            wasted = limit * self.slip(p, curved) - (shears * (self.layout.senses.T @ slips)).sum(axis=0)
+            z[self.table.slides] = 0.0
+            return float(np.abs(wasted).sum() + np.abs(z * p).sum())
         joints, half = self.crushing, self.half_length[self.crushing]
         n, _, m = self.by_kind(q)[:, joints]
         bent = p[self.bent]
@@ -246,7 +261,9 @@ class Problem:
         z[self.bent] = 0.0
         return float(np.abs(z * p).sum() + np.abs(given - taken).sum())
 
-    def rates(self, d: np.ndarray, slope: np.ndarray, q: np.ndarray | None = None) -> np.ndarray:
+    def rates(
+        self, d: np.ndarray, slope: np.ndarray, q: np.ndarray | None = None, curved: bool = False
+    ) -> np.ndarray:
         """Rates p ≥ 0 with which the joints could follow Bᵀd under a flow rule, shape (faces,).
 
         Slip gives the sliding rates, of one sense only; rotation and the opening that sliding does not
@@ -258,10 +275,11 @@ class Problem:
         d: block velocities, shape (3b,).
         slope: opening per unit slip, shape (k,).
         q: forces under which contacts give, shape (3c,), if they do.
+        curved: as in ``slacks``.
         """
         layout, (opening, slip, rotation) = self.layout, self._motion(d, q)
         slides = layout.rates(slip[:, self.sliding])
-        opening[self.sliding] -= slope * (layout.factor * slides.sum(axis=0))
+        opening[self.sliding] -= slope * self._sliding(slides, curved)
         apart, turned = opening / self.lever, np.multiply.outer(layout.edges, rotation)
         about = np.maximum((apart + turned) / len(turned), 0.0)
         # Never more than the rotation demands when the joint cannot open that far.
@@ -284,16 +302,32 @@ class Problem:
         return self.B @ q + load_factor * self.live + self.dead
 
     def departure(
-        self, d: np.ndarray, p: np.ndarray, slope: np.ndarray, q: np.ndarray | None = None
+        self,
+        d: np.ndarray,
+        p: np.ndarray,
+        slope: np.ndarray,
+        q: np.ndarray | None = None,
+        curved: bool = False,
     ) -> np.ndarray:
         """What velocities and rates leave of the flow rule with that slope, Bᵀd − D p, shape (3c,), and what
-        elastic contacts give under forces q, shape (3c,)."""
+        elastic contacts give under forces q, shape (3c,); ``curved`` as in ``slacks``."""
         flow = self.true_yield if slope is self.friction else self.C(slope)
-        return self.motion(d, q) - flow.T @ p
+        left = self.motion(d, q) - flow.T @ p
+        if curved and self.layout.round:
+            left[self.sliding] += slope * (self.slip(p) - self.slip(p, curved))
+        return left
 
-    def slip(self, p: np.ndarray) -> np.ndarray:
-        """Sliding in all senses, shape (k,), in rates p, shape (faces,): what the shear limit dissipates."""
-        return self.limit_factors.T @ p
+    def slip(self, p: np.ndarray, curved: bool = False) -> np.ndarray:
+        """Sliding in all senses, shape (k,), in rates p, shape (faces,): what the shear limit dissipates;
+        ``curved`` as in ``slacks``."""
+        return self._sliding(p[self.table.slides].reshape(len(self.layout.senses), -1), curved)
+
+    def _sliding(self, slides: np.ndarray, curved: bool) -> np.ndarray:
+        """The same of rates of the senses, shape (senses, k)."""
+        if curved and self.layout.round:
+            return np.hypot(*(self.layout.senses.T @ slides))
+        sliding: np.ndarray = self.layout.factor * slides.sum(axis=0)
+        return sliding
 
     def normal_forces(self, q: np.ndarray) -> np.ndarray:
         """Normal forces of all joints, shape (c,), in forces q, shape (3c,)."""

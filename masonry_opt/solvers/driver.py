@@ -11,7 +11,7 @@ from masonry_opt.solvers.lp import LpAnswer, LpSize
 from masonry_opt.solvers.registry import Solver
 
 
-def _declared(language: str, parabola: bool) -> tuple[Any, dict[str, Any]]:
+def _declared(language: str, curved: bool, in_space: bool) -> tuple[Any, dict[str, Any]]:
     """The engine, and the models by formulation. Each language takes a second or more to import: only the one
     that is used is."""
     if language == "pyomo":
@@ -20,12 +20,15 @@ def _declared(language: str, parabola: bool) -> tuple[Any, dict[str, Any]]:
         from masonry_opt.solvers.pyomo_engine import PyomoEngine
 
         return PyomoEngine, {"static": PyomoStatic, "kinematic": PyomoKinematic}
+    from masonry_opt.models.cvxpy_cone import CvxpyConeKinematic, CvxpyConeStatic
     from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
     from masonry_opt.models.cvxpy_parabola import CvxpyParabolaKinematic, CvxpyParabolaStatic
     from masonry_opt.models.cvxpy_static import CvxpyStatic
     from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 
-    if parabola:
+    if curved and in_space:
+        return CvxpyEngine, {"static": CvxpyConeStatic, "kinematic": CvxpyConeKinematic}
+    if curved:
         return CvxpyEngine, {"static": CvxpyParabolaStatic, "kinematic": CvxpyParabolaKinematic}
     return CvxpyEngine, {"static": CvxpyStatic, "kinematic": CvxpyKinematic}
 
@@ -39,8 +42,8 @@ class Driver:
     limits: the first shear limits; by default the joints' own, with associative flow.
     of_load: whether the program is declared in units of the load, in which it is solved more accurately.
     purpose, repeats: as of :class:`~.cvxpy_engine.CvxpyEngine`.
-    parabola: whether crushing is declared as a parabola (in CVXPY, for a solver of conic programs), not by
-        its chords.
+    curved: whether friction in space is declared by cones and crushing as a parabola (in CVXPY, for a solver
+        of conic programs), not by sides and chords.
     """
 
     def __init__(
@@ -53,9 +56,9 @@ class Driver:
         of_load: bool = False,
         purpose: str = "load factor",
         repeats: bool = False,
-        parabola: bool = False,
+        curved: bool = False,
     ) -> None:
-        engine, models = _declared(solver.language, parabola)
+        engine, models = _declared(solver.language, curved, problem.layout.round)
         self.effort = effort
         self._scaled = in_units_of_load(problem) if of_load else Scaled(problem, 1.0, 1.0)
         limits = limits or ShearLimits.true(problem)

@@ -1,0 +1,143 @@
+"""Statics and mechanisms of contact points in space by cones of friction, in CVXPY."""
+
+from __future__ import annotations
+
+import cvxpy as cp
+import numpy as np
+
+from masonry_opt.models.cvxpy_terms import ShearParameters, Statics
+from masonry_opt.problem.faces import selection
+from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.problem.state import State
+
+
+class ConeStatics(Statics):
+    """Contact forces q, equilibrium, eq. (1), and at each contact point
+
+        n ≥ 0,    |(s, t)| ≤ c + slope · n
+
+    Attributes
+    ----------
+    within_yield: these conditions.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        limits: ShearParameters | ShearLimits,
+        load_factor: cp.Expression | None = None,
+    ) -> None:
+        super().__init__(problem, limits, load_factor)
+        normal, *shears = (self.q[of_kind] for of_kind in _kinds(problem))
+        limit = limits.cohesion + cp.multiply(limits.slope, normal)
+        pressed = self.q[: problem.joints] >= 0
+        self.within_yield = [pressed, cp.SOC(limit, cp.vstack(shears), axis=0)]
+
+
+class ConeMechanism:
+    """Block velocities d, openings u ≥ 0, slips w and their speeds γ:
+
+        Bᵀ d = (u + slope γ, w),    γ ≥ |w|,    f_L·d = Σ|f_L|
+
+    Parameters
+    ----------
+    slope: opening per unit slip, as a parameter or numbers.
+
+    Attributes
+    ----------
+    speed: γ of each point that can slide.
+    """
+
+    def __init__(self, problem: Problem, slope: cp.Parameter | np.ndarray) -> None:
+        self.d = cp.Variable(problem.B.shape[0], name="d")
+        self.opening = cp.Variable(problem.joints, nonneg=True, name="u")
+        self.slip = cp.Variable((2, slope.size), name="w")
+        self.speed = cp.Variable(slope.size, name="gamma")
+        width = problem.B.shape[1]
+        normal, *shears = (selection(of_kind, width).T for of_kind in _kinds(problem))
+        flow = selection(np.arange(problem.joints), width).T @ self.opening
+        flow += normal @ cp.multiply(slope, self.speed)
+        flow += sum(shear @ self.slip[axis] for axis, shear in enumerate(shears))
+        self.compatibility = problem.B.T @ self.d - flow == 0
+        self.live_work = problem.live @ self.d == problem.live_norm
+        self.at_speed = cp.SOC(self.speed, self.slip, axis=0)
+        self.rows = [self.compatibility, self.live_work, self.at_speed]
+
+
+class CvxpyConeStatic:
+    """Eq. (9) with cones:
+
+    max  λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    n ≥ 0,    |(s, t)| ≤ c + slope · n
+    """
+
+    def __init__(self, problem: Problem, limits: ShearLimits) -> None:
+        self._problem = problem
+        self.limits = ShearParameters(limits)
+        self.statics = ConeStatics(problem, self.limits)
+        objective = cp.Maximize(problem.live_norm * self.statics.load_factor)
+        self.program = cp.Problem(objective, [self.statics.equilibrium, *self.statics.within_yield])
+
+    def read(self) -> State:
+        """The state at the optimum: velocities are the duals of equilibrium."""
+        d = self.statics.equilibrium.dual_value
+        p = self._problem.rates(d, np.asarray(self.limits.slope.value), curved=True)
+        return State(*self.statics.forces(), d, p)
+
+
+class CvxpyConeKinematic:
+    """Eq. (10) with cones:
+
+    min  −f_D·d + c·γ    s.t.    Bᵀ d = (u + slope γ, w),    γ ≥ |w|,    u ≥ 0,    f_L·d = Σ|f_L|
+    """
+
+    def __init__(self, problem: Problem, limits: ShearLimits) -> None:
+        self._problem = problem
+        self.limits = ShearParameters(limits)
+        self.mechanism = mechanism = ConeMechanism(problem, self.limits.slope)
+        work = -problem.dead @ mechanism.d + self.limits.cohesion @ mechanism.speed
+        self.program = cp.Problem(cp.Minimize(work), mechanism.rows)
+
+    def read(self) -> State:
+        """The state at the optimum: forces and load factor are the duals of compatibility and of the live
+        work (CVXPY's sign of an equality's dual turned)."""
+        mechanism = self.mechanism
+        d, slope = mechanism.d.value, np.asarray(self.limits.slope.value)
+        load_factor, q = -mechanism.live_work.dual_value, -mechanism.compatibility.dual_value
+        return State(float(load_factor), q, d, self._problem.rates(d, slope, curved=True))
+
+
+def cone_forces(problem: Problem, p: np.ndarray, weight: float) -> tuple[ConeStatics, cp.Problem]:
+    """Forces of a low λ that leave little energy for the rates p, shape (faces,), of a mechanism:
+
+    min  λ Σ|f_L| + weight (γ·(c + μ n) + w·(s, t) + u·n)    within statics, γ = |w|
+
+    (without the constant γ·c).
+    """
+    statics = ConeStatics(problem, ShearLimits.true(problem))
+    slips = -problem.layout.senses.T @ p[problem.table.slides].reshape(len(problem.layout.senses), -1)
+    cost = np.concatenate([p[problem.table.rocks], np.zeros(2 * problem.joints)])
+    normal, *shears = _kinds(problem)
+    cost[normal] += problem.friction * np.hypot(*slips)
+    for of_kind, slip in zip(shears, slips, strict=True):
+        cost[of_kind] += slip
+    objective = problem.live_norm * statics.load_factor + weight * cost @ statics.q
+    return statics, cp.Problem(cp.Minimize(objective), [statics.equilibrium, *statics.within_yield])
+
+
+def cone_motion(problem: Problem, q: np.ndarray, slope: np.ndarray) -> tuple[ConeMechanism, cp.Problem]:
+    """A mechanism that leaves least energy for forces q, shape (3c,), with opening per unit slip (k,):
+
+    min  γ·(c + μ n) + w·(s, t) + u·n    within kinematics
+    """
+    mechanism = ConeMechanism(problem, slope)
+    normal, *shears = (q[of_kind] for of_kind in _kinds(problem))
+    limit = np.maximum(problem.cohesion + problem.friction * normal, np.hypot(*shears))
+    energy = limit @ mechanism.speed + cp.sum(cp.multiply(np.stack(shears), mechanism.slip))
+    energy += np.maximum(q[: problem.joints], 0.0) @ mechanism.opening
+    return mechanism, cp.Problem(cp.Minimize(energy), mechanism.rows)
+
+
+def _kinds(problem: Problem) -> np.ndarray:
+    """Indices of n, s and t of the points that can slide, shape (3, k)."""
+    kinds: np.ndarray = problem.by_kind(np.arange(problem.B.shape[1]))[:, problem.sliding]
+    return kinds
