@@ -8,6 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from masonry_opt.errors import CaseError
+from masonry_opt.problem import points
 from masonry_opt.problem.edge_loads import LoadedPiece, edge_forces
 from masonry_opt.problem.loads import loads
 from masonry_opt.problem.matrices import Matrices
@@ -15,6 +16,8 @@ from masonry_opt.problem.problem import Law, Problem
 from masonry_opt.scene.contact import Joints, find_joints, with_properties
 from masonry_opt.scene.geometry import Geometry, geometry
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.space.contacts import Contacts, find_contacts
+from masonry_opt.scene.space.shapes import Shapes, shapes
 
 #: Fields of a scene that matrices and loads depend on; the others are joint properties and words.
 _OF_GEOMETRY = ("gravity", "tolerance", "thickness", "tilt", "blocks", "edge_loads", "loads")
@@ -47,10 +50,32 @@ class Assembly:
         """Names of blocks by their indices in the scene."""
         return [self.scene.blocks[index].name for index in blocks]
 
-    def pairs(self, joints: np.ndarray) -> list[list[str]]:
-        """Names of the two blocks of each of some joints, by their indices."""
+    def joints_of(self, indices: np.ndarray) -> np.ndarray:
+        """Indices of the joints that some of the problem's joints are part of, each once, in their order."""
+        return indices
+
+    def pairs(self, indices: np.ndarray) -> list[list[str]]:
+        """Names of the two blocks of each of some of the problem's joints, by their indices."""
         ends = np.column_stack([self.joints.first, self.joints.second])
-        return [self.names(blocks) for blocks in ends[joints]]
+        return [self.names(blocks) for blocks in ends[self.joints_of(indices)]]
+
+
+@dataclass(frozen=True)
+class SpaceAssembly(Assembly):
+    """The same in space, where the joints of the problem are contact points.
+
+    Attributes
+    ----------
+    geometry: solids, their volumes and centroids.
+    joints: polygons, edges and points of contact.
+    """
+
+    geometry: Shapes  # type: ignore[assignment]
+    joints: Contacts  # type: ignore[assignment]
+
+    def joints_of(self, indices: np.ndarray) -> np.ndarray:
+        joints = self.joints.joint[indices]
+        return joints[np.sort(np.unique(joints, return_index=True)[1])]
 
 
 def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
@@ -64,12 +89,16 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     ------
     CaseError
         If a block, joint or edge load of the scene is wrong (see ``geometry``, ``find_joints`` and
-        ``edge_forces``), or loads differ by more than double precision carries.
+        ``edge_forces``, in space ``shapes`` and ``find_contacts``), or loads differ by more than double
+        precision carries.
     """
+    return _in_space(scene, floating) if scene.dimension == 3 else _in_the_plane(scene, floating)
+
+
+def _in_the_plane(scene: Scene, floating: bool) -> Assembly:
     shapes = geometry(scene)
     joints = find_joints(scene, shapes, floating=floating)
-    fixed = np.array([block.fixed for block in scene.blocks])
-    movable = np.flatnonzero(~fixed)
+    movable = _movable(scene)
     on_edges, bare, pieces = edge_forces(scene, shapes, joints)
     given, centroid = loads(scene, shapes, movable), shapes.centroid[movable]
     dead = given.dead.about(centroid) + given.weight.about(centroid) + on_edges["dead"][movable].ravel()
@@ -81,18 +110,7 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     in_a_point = joints.length == 0
     lengths = joints.length[~in_a_point]
     length_unit = float(np.median(lengths) if len(lengths) else np.sqrt(np.median(shapes.area[movable]))) / 2
-    block_loads = np.hypot(dead[0::3], dead[1::3])
-    force_unit = _median_of_positive(block_loads) or _median_of_positive(np.hypot(live[0::3], live[1::3]))
-    force_unit = force_unit or 1.0
-    # Moments are forces times lengths.
-    scale = np.tile([force_unit, force_unit, force_unit * length_unit], len(movable))
-    with np.errstate(over="ignore", invalid="ignore"):
-        dead, live = dead / scale, live / scale
-    if not (np.isfinite(dead).all() and np.isfinite(live).all()):
-        raise CaseError(
-            f"{scene.origin}: loads differ by more than double precision carries: the median block's is "
-            f"{force_unit:.3g}; give weights and loads in one unit"
-        )
+    dead, live, force_unit = _scaled(scene, dead, live, length_unit)
     matrices = Matrices(
         B=_equilibrium(joints, shapes, movable, len(scene.blocks), length_unit),
         half_length=np.where(in_a_point, 1.0, joints.length / 2 / length_unit),
@@ -100,6 +118,47 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     )
     problem = Problem(matrices, _law(joints, scene.thickness, force_unit), dead, live, force_unit)
     return Assembly(problem, scene, shapes, joints, movable, bare, pieces)
+
+
+def _in_space(scene: Scene, floating: bool) -> Assembly:
+    solids = shapes(scene)
+    contacts = find_contacts(scene, solids, floating=floating)
+    movable = _movable(scene)
+    given, centroid = loads(scene, solids, movable), solids.centroid[movable]
+    areas = contacts.area[contacts.area > 0]
+    usual = np.sqrt(np.median(areas)) if len(areas) else np.cbrt(np.median(solids.volume[movable]))
+    length_unit = float(usual) / 2
+    dead, live, force_unit = _scaled(
+        scene, given.dead.about(centroid) + given.weight.about(centroid), given.live.about(centroid), length_unit
+    )
+    matrices = points.matrices(contacts, solids, movable, length_unit)
+    problem = Problem(matrices, points.law(contacts, force_unit), dead, live, force_unit)
+    return SpaceAssembly(problem, scene, solids, contacts, movable)
+
+
+def _movable(scene: Scene) -> np.ndarray:
+    return np.flatnonzero([not block.fixed for block in scene.blocks])
+
+
+def _scaled(
+    scene: Scene, dead: np.ndarray, live: np.ndarray, length_unit: float
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Dead and live loads in units of force and length, and the unit of force: the median dead load of a block,
+    or live load where there is none."""
+    rows, dimension = (6, 3) if scene.dimension == 3 else (3, 2)
+    sizes = (np.hypot.reduce(load.reshape(-1, rows)[:, :dimension], axis=1) for load in (dead, live))
+    force_unit = next(filter(None, map(_median_of_positive, sizes)), 1.0)
+    # Moments are forces times lengths.
+    of_block = np.repeat([force_unit, force_unit * length_unit], [dimension, rows - dimension])
+    scale = np.tile(of_block, len(dead) // rows)
+    with np.errstate(over="ignore", invalid="ignore"):
+        dead, live = dead / scale, live / scale
+    if not (np.isfinite(dead).all() and np.isfinite(live).all()):
+        raise CaseError(
+            f"{scene.origin}: loads differ by more than double precision carries: the median block's is "
+            f"{force_unit:.3g}; give weights and loads in one unit"
+        )
+    return dead, live, force_unit
 
 
 def with_joints_of(assembly: Assembly, scene: Scene) -> Assembly | None:
@@ -110,8 +169,13 @@ def with_joints_of(assembly: Assembly, scene: Scene) -> Assembly | None:
     """
     if any(getattr(scene, name) != getattr(assembly.scene, name) for name in _OF_GEOMETRY):
         return None
+    force_unit = assembly.problem.force_unit
+    if isinstance(assembly, SpaceAssembly):
+        contacts = replace(assembly.joints, **properties(scene, assembly.joints.first, assembly.joints.second))
+        problem = replace(assembly.problem, law=points.law(contacts, force_unit))
+        return replace(assembly, problem=problem, scene=scene, joints=contacts)
     joints = with_properties(assembly.joints, scene)
-    law = _law(joints, scene.thickness, assembly.problem.force_unit)
+    law = _law(joints, scene.thickness, force_unit)
     return replace(assembly, problem=replace(assembly.problem, law=law), scene=scene, joints=joints)
 
 
