@@ -265,9 +265,10 @@ class Result:
         from masonry_opt.words.summary import left_out
 
         problem, lp, out = self.assembly.problem, self.solution.size, left_out(self.assembly)
-        of_program = (None, None, None) if lp is None else (lp.rows, lp.columns, lp.nonzeros)
+        rows, columns, nonzeros = (None, None, None) if lp is None else (lp.rows, lp.columns, lp.nonzeros)
         points = problem.joints if problem.layout.round else None
-        return Size(problem.blocks, len(self.assembly.joints.first), *of_program, out, points)
+        joints = len(self.assembly.joints.first)
+        return Size(problem.blocks, joints, rows, columns, nonzeros, out, points)
 
     @cached_property
     def warnings(self) -> tuple[Reason, ...]:
