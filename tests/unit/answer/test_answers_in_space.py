@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 import pytest
-from scenes import block_on_floor
+from scenes import CASES, block_on_floor
 from scenes_in_space import box_on_floor, corner_wall, pushed_box
 
 import masonry_opt as mo
-from masonry_opt.answer.motion import joint_motion
+from masonry_opt.answer.motion import joint_motion, moving_names
 
 #: Programs of one box leave less; cones are round, so that directions of slip are known to its root.
 EXACT, ROUND = {"rel": 1e-6, "abs": 1e-6}, {"rel": 1e-4, "abs": 1e-4}
@@ -197,3 +197,18 @@ def test_curve_counts_joints():
     assert curve["sliding"].iloc[-1] == 1
     assert [pair for started in curve["starts_sliding"] for pair in started] == [["B", "A"]]
     assert curve["load_factor"].iloc[-1] == pytest.approx(result.load_factor, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    "case", ["gilbert/two_blocks", "livesley/wedges", "oppenheim/seven_voussoirs", "ferris_tinloi/wall_1"]
+)
+def test_extruded_scenes_move_as_in_the_plane(case):
+    """Joint by joint and block by block."""
+    plane = mo.load(CASES / f"{case}.toml")
+    flat, solid = mo.solve(plane, "static"), mo.solve(mo.extrude(plane, 1.0), "static")
+    assert solid.load_factor == pytest.approx(flat.load_factor, rel=1e-7)
+    one, other = (joint_motion(result.assembly, result.solution) for result in (flat, solid))
+    for name in ("slides", "hinges", "separates", "crushes"):
+        assert getattr(other, name).tolist() == getattr(one, name).tolist()
+    names = (set(moving_names(result.assembly, result.solution.d)) for result in (flat, solid))
+    assert next(names) == next(names)
