@@ -13,7 +13,7 @@ from masonry_opt.problem.edge_loads import LoadedPiece, edge_forces
 from masonry_opt.problem.loads import loads
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Law, Problem
-from masonry_opt.scene.contact import Joints, find_joints, with_properties
+from masonry_opt.scene.contact import Joints, find_joints, joint_properties, with_properties
 from masonry_opt.scene.geometry import Geometry, geometry
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.contacts import Contacts, find_contacts
@@ -128,9 +128,8 @@ def _in_space(scene: Scene, floating: bool) -> Assembly:
     areas = contacts.area[contacts.area > 0]
     usual = np.sqrt(np.median(areas)) if len(areas) else np.cbrt(np.median(solids.volume[movable]))
     length_unit = float(usual) / 2
-    dead, live, force_unit = _scaled(
-        scene, given.dead.about(centroid) + given.weight.about(centroid), given.live.about(centroid), length_unit
-    )
+    dead = given.dead.about(centroid) + given.weight.about(centroid)
+    dead, live, force_unit = _scaled(scene, dead, given.live.about(centroid), length_unit)
     matrices = points.matrices(contacts, solids, movable, length_unit)
     problem = Problem(matrices, points.law(contacts, force_unit), dead, live, force_unit)
     return SpaceAssembly(problem, scene, solids, contacts, movable)
@@ -143,8 +142,8 @@ def _movable(scene: Scene) -> np.ndarray:
 def _scaled(
     scene: Scene, dead: np.ndarray, live: np.ndarray, length_unit: float
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Dead and live loads in units of force and length, and the unit of force: the median dead load of a block,
-    or live load where there is none."""
+    """Dead and live loads in units of force and length, and the unit of force: the median dead load of a
+    block, or live load where there is none."""
     rows, dimension = (6, 3) if scene.dimension == 3 else (3, 2)
     sizes = (np.hypot.reduce(load.reshape(-1, rows)[:, :dimension], axis=1) for load in (dead, live))
     force_unit = next(filter(None, map(_median_of_positive, sizes)), 1.0)
@@ -171,7 +170,9 @@ def with_joints_of(assembly: Assembly, scene: Scene) -> Assembly | None:
         return None
     force_unit = assembly.problem.force_unit
     if isinstance(assembly, SpaceAssembly):
-        contacts = replace(assembly.joints, **properties(scene, assembly.joints.first, assembly.joints.second))
+        found = joint_properties(scene, assembly.joints.first, assembly.joints.second)
+        own = {name: found[name] for name in ("friction", "cohesion", "dilatancy")}
+        contacts = replace(assembly.joints, **own)
         problem = replace(assembly.problem, law=points.law(contacts, force_unit))
         return replace(assembly, problem=problem, scene=scene, joints=contacts)
     joints = with_properties(assembly.joints, scene)

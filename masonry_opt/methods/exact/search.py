@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
+from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.thresholds import is_lower, same
 from masonry_opt.methods.exact.refiner import ExactState, Refiner
@@ -52,10 +53,14 @@ class Met:
 
     def seen(self, origin: str, state: ExactState | None) -> Candidate:
         """A candidate, counted."""
+        self.count(state)
+        return Candidate(origin, state)
+
+    def count(self, state: ExactState | Answer | None) -> None:
+        """Count a state, or a candidate without one."""
         self.candidates += 1
         if state is not None and not any(same(state.load_factor, known) for known in self.load_factors):
             self.load_factors.append(state.load_factor)
-        return Candidate(origin, state)
 
     @property
     def reason(self) -> Reason:
@@ -171,7 +176,10 @@ class Search:
         return weight * relaxed.q + (1 - weight) * state.q
 
 
-def lower_of(one: ExactState | None, other: ExactState | None) -> ExactState | None:
+_L = TypeVar("_L", ExactState, Answer)
+
+
+def lower_of(one: _L | None, other: _L | None) -> _L | None:
     """The lower state, the first if they are even; None if there is neither."""
     if one is None or (other is not None and is_lower(other.load_factor, one.load_factor)):
         return other

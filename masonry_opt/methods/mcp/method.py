@@ -23,7 +23,8 @@ from masonry_opt.methods.mcp.schedule import BRAKES
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.state import State
 
-#: Joints up to which simplex makes states exact and descends: beyond, it takes longer than all else.
+#: Joints in the plane up to which simplex makes states exact and descends: beyond, it takes longer than all
+#: else, and in space it knows no cones.
 _SIMPLEX_UP_TO = 500
 
 #: Compliance of the contacts whose forces lead to states that are sometimes lower: of wall 3 with a friction
@@ -36,8 +37,8 @@ class McpOptions(Options):
 
     Attributes
     ----------
-    descent: whether, on scenes of up to 500 joints, lower states are sought, and on small ones further starts
-        are tried; else the first state will do.
+    descent: whether, on scenes in space and of up to 500 joints in the plane, lower states are sought, and on
+        small ones further starts are tried; else the first state will do.
     """
 
     descent: Annotated[bool, Strict()] = True
@@ -72,10 +73,10 @@ def _by_passes(task: Task) -> Solution:
     for step in history:
         task.progress(step)
     solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, history=history)
-    passes = prepared(task)
+    passes, met = prepared(task), Met()
     search = None
-    if problem.joints <= _SIMPLEX_UP_TO:
-        search = Search(refiner_of(task), passes.over, Met())
+    if problem.joints <= _SIMPLEX_UP_TO and not problem.layout.round:
+        search = Search(refiner_of(task), passes.over, met)
     lowest: ExactState | None = None
     answer: Answer | None = None
     first: Answer | State | None = None
@@ -83,17 +84,20 @@ def _by_passes(task: Task) -> Solution:
         first = first or start
         effort.begins("exact states nearby")
         lowest = search.start(start.q).state if search else None
-        answer = lowest.answer if lowest else alternated(problem, start.load_factor, start.q, effort)
+        answer = lowest.answer if lowest else alternated(problem, start.load_factor, start.q, effort, met)
         if answer is not None:
             break
     if solution.proven_none:
         solution.end(Status.SOLVER_FAILED, Code.PASS_LOST)
         return solution
-    if search and options.descent:
+    if options.descent and (search or problem.layout.round):
         effort.begins("softer contacts")
-        if soft := follow(task, passes.giving(_SOFT), history, _passes_in(history) + 1):
+        soft = follow(task, passes.giving(_SOFT), history, _passes_in(history) + 1)
+        if soft and search:
             lowest = lower_of(lowest, search.start(soft.q).state)
-        if problem.joints <= SMALL:
+        elif soft:
+            answer = lower_of(answer, alternated(problem, soft.load_factor, soft.q, effort, met))
+        if search and problem.joints <= SMALL:
             for candidate in search.few(lowest, first.q if first else None):
                 lowest = lower_of(lowest, candidate.state)
         answer = lowest.answer if lowest else answer
@@ -106,8 +110,8 @@ def _by_passes(task: Task) -> Solution:
         solution.kind = Kind.ONE_PASS
     else:
         solution.add(Code.EXACT, fall=first.load_factor - answer.load_factor if first else None)
-    if search and search.met.load_factors:
-        solution.reasons.append(search.met.reason)
+    if met.load_factors and options.descent:
+        solution.reasons.append(met.reason)
     return solution
 
 
