@@ -110,7 +110,7 @@ def _by_passes(task: Task) -> Solution:
         solution.kind = Kind.ONE_PASS
     else:
         solution.add(Code.EXACT, fall=first.load_factor - answer.load_factor if first else None)
-    if met.load_factors and options.descent:
+    if met.load_factors:
         solution.reasons.append(met.reason)
     return solution
 
