@@ -60,6 +60,7 @@ def test_case_files_of_the_pages_are_some(tmp_path):
         ("The scene", keys_of(CaseFile)),
         ("Joints", keys_of(mo.JointDefaults) | keys_of(mo.Joint)),
         ("Blocks", keys_of(mo.Block)),
+        ("Solids", keys_of(mo.Solid)),
         ("Loads by name", keys_of(mo.Load)),
         ("Edge loads", keys_of(mo.EdgeLoad)),
         ("Generators", keys_of(Generator)),

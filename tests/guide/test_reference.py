@@ -13,7 +13,7 @@ pytest.importorskip("sphinx")
 
 RECORDS = [
     mo.Scene, mo.Block, mo.Joint, mo.JointDefaults, mo.EdgeLoad, mo.Load, mo.PointLoad, mo.Reference,
-    mo.Arch, mo.Wall, mo.Facade, mo.Column,
+    mo.Arch, mo.Wall, mo.Facade, mo.Column, mo.Solid, mo.Part,
 ]  # fmt: skip
 
 

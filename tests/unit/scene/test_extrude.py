@@ -1,0 +1,193 @@
+"""Scenes in the plane as scenes in space: what is kept of them, and what is refused."""
+
+from __future__ import annotations
+
+import pytest
+import shapely
+from scenes import CASES, block_on_floor, irregular, small_wall, two_blocks
+from scenes_in_space import volume
+
+import masonry_opt as mo
+from masonry_opt.scene.geometry import geometry
+
+FLOOR = mo.Block(name="floor", vertices=[(-9, -1), (9, -1), (9, 0), (-9, 0)], fixed=True)
+SQUARE = [(0, 0), (1, 0), (1, 1), (0, 1)]
+L_SHAPE = [(0, 0), (2, 0), (2, 1), (1, 1), (1, 3), (0, 3)]
+
+
+def on_floor(*blocks, joints=None, **keys):
+    return mo.Scene(joints=joints or {"friction": 0.5}, blocks=[*blocks, FLOOR], **keys)
+
+
+def outline(part):
+    """A convex part seen from the front: its corners' hull, the shape of all its cuts across y."""
+    return shapely.MultiPoint(part.vertices[:, [0, 2]]).convex_hull
+
+
+SCENES = {
+    "wall": small_wall(3, 2),
+    "no two edges alike": irregular(),
+    "clockwise": on_floor(mo.Block(name="A", vertices=SQUARE[::-1], weight=1, live=(1, 0))),
+    "notched": on_floor(mo.Block(name="A", vertices=L_SHAPE, unit_weight=2, live=(1, 0))),
+    "notched and clockwise": on_floor(mo.Block(name="A", vertices=L_SHAPE[::-1], unit_weight=2)),
+    "parts that overlap": on_floor(
+        mo.Block(name="A", parts=[SQUARE, [(0.5, 0.5), (3, 0.5), (3, 2), (0.5, 2)]], unit_weight=2)
+    ),
+    "parts apart": on_floor(mo.Block(name="A", parts=[SQUARE, [(3, 0), (4, 0), (3, 2)]], weight=2)),
+    "hole": on_floor(
+        mo.Block(
+            name="A",
+            vertices=[(0, 0), (3, 0), (3, 3), (0, 3)],
+            holes=[[(1, 1), (2, 1), (1.5, 2)]],
+            unit_weight=2,
+        )
+    ),
+    "straight corners": on_floor(mo.Block(name="A", vertices=[(0, 0), (0.5, 0), *SQUARE[1:]], weight=1)),
+    "arch": mo.load(CASES / "oppenheim" / "seven_voussoirs.toml"),
+    "far away": mo.Scene(
+        joints={"friction": 0.5},
+        blocks=[
+            mo.Block(name="A", vertices=[(1e4 + x, y - 1e4) for x, y in L_SHAPE], weight=1),
+            mo.Block(
+                name="floor", vertices=[(1e4 + x, y - 1e4) for x, y in FLOOR.vertices], fixed=True
+            ),
+        ],
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("thickness", [None, 0.7])
+@pytest.mark.parametrize("name", SCENES)
+def test_solids_are_the_polygons_with_a_thickness(name, thickness):
+    plane = SCENES[name]
+    space, shapes = mo.extrude(plane, thickness), geometry(plane)
+    depth = thickness or plane.thickness
+    assert [block.name for block in space.blocks] == [block.name for block in plane.blocks]
+    for index, block in enumerate(space.in_space()):
+        parts, flat = block.polyhedra, shapely.transform(shapes.polygons[index], lambda p: p + shapes.origin)
+        drawn = [outline(part) for part in parts]
+        assert shapely.union_all(drawn).symmetric_difference(flat).area <= 1e-9 * flat.area
+        # Parts do not overlap, are convex, and turned outwards: each encloses its outline times the depth.
+        assert sum(polygon.area for polygon in drawn) == pytest.approx(flat.area, rel=1e-9)
+        for part, polygon in zip(parts, drawn, strict=True):
+            assert volume(part) == pytest.approx(polygon.area * depth, rel=1e-9)
+            assert set(part.vertices[:, 1]) == {0.0, depth}
+        assert block.fixed == plane.blocks[index].fixed
+
+
+def test_corners_are_kept_to_the_digit():
+    plane = mo.load(CASES / "oppenheim" / "seven_voussoirs.toml")
+    for flat, solid in zip(plane.in_plane(), mo.extrude(plane).in_space(), strict=True):
+        assert {(x, z) for x, _, z in solid.vertices} <= set(flat.vertices)
+    (notched, _) = mo.extrude(SCENES["far away"]).in_space()
+    corners = notched.corners()
+    assert set(corners[:, 0]) == {1e4, 1e4 + 1, 1e4 + 2}
+    assert set(corners[:, 2]) == {-1e4, 1 - 1e4, 3 - 1e4}
+
+
+def test_upright_rectangles_are_boxes():
+    (block, floor) = mo.extrude(block_on_floor(1.5, 2.0), 0.25).in_space()
+    assert block.box == ((0, 1.5), (0, 0.25), (0, 2))
+    assert floor.box == ((-5, 6), (0, 0.25), (-1, 0))
+
+
+def test_weights_loads_and_cohesion_are_kept_in_total():
+    """Of a scene 0.5 thick: unit weight 6 × area 4 × 0.5; cohesion 0.8 a unit of area of joints 0.5 thick,
+    which in solids 0.2 thick take 0.8 × 0.5 / 0.2."""
+    stone = mo.Block(
+        name="A",
+        vertices=L_SHAPE,
+        unit_weight=6,
+        weight_at=(0.5, 1),
+        live=(1, 0.5),
+        live_at=(0, 3),
+        live_per_weight=(0.25, 0),
+        dead=(0, -3),
+    )
+    above = mo.Block(name="B", vertices=[(0, 3), (1, 3), (1, 4)], weight=2)
+    plane = on_floor(
+        stone,
+        above,
+        joints={"friction": 0.6, "cohesion": 0.8, "dilatancy": 0.1},
+        thickness=0.5,
+        gravity=(1, -2),
+        tolerance=1e-5,
+        exceptions=[
+            {"between": ("A", "floor"), "friction": float("inf")},
+            {"between": ("B", "A"), "cohesion": 0.1, "dilatancy": 0.2},
+        ],
+        loads=[
+            {"block": "A", "live": (2, 0), "at": (2, 1)},
+            {"block": "B", "weight": 5, "dead": (0, -1)},
+        ],
+        title="a stone",
+        source="by hand",
+        reference={"associative": {"value": 1, "source": "none"}},
+    )
+    space = mo.extrude(plane, 0.2)
+    solid, other, _ = space.in_space()
+    assert (solid.weight, solid.unit_weight, other.weight) == (12, None, 2)
+    assert (solid.weight_at, solid.live_at, solid.dead_at) == ((0.5, 0.1, 1), (0, 0.1, 3), None)
+    assert (solid.live, solid.live_per_weight, solid.dead) == ((1, 0, 0.5), (0.25, 0, 0), (0, 0, -3))
+    assert space.gravity == (1, 0, -2)
+    assert (space.joints.friction, space.joints.dilatancy) == (0.6, 0.1)
+    assert space.joints.cohesion == pytest.approx(2.0, rel=1e-15)
+    rough, weak = space.exceptions
+    assert (rough.between, rough.friction, rough.cohesion) == (("A", "floor"), float("inf"), None)
+    assert (weak.between, weak.friction, weak.dilatancy) == (("B", "A"), None, 0.2)
+    assert weak.cohesion == pytest.approx(0.25, rel=1e-15)
+    first, second = space.loads
+    assert (first.block, first.live, first.dead, first.at) == ("A", (2, 0, 0), None, (2, 0.1, 1))
+    assert (second.block, second.weight, second.dead, second.at) == ("B", 5, (0, 0, -1), None)
+    assert (space.title, space.source, space.tolerance) == ("a stone", "by hand", 1e-5)
+    assert (space.thickness, space.reference) == (1, {})
+    # By default as thick as the scene: the properties are those given.
+    as_thick = mo.extrude(plane)
+    assert as_thick.joints.cohesion == 0.8
+    assert as_thick.in_space()[0].corners()[:, 1].max() == 0.5
+
+
+@pytest.mark.parametrize(("side", "expected"), [("right", (0.8, 0, 0.6)), ("left", (-0.8, 0, -0.6))])
+def test_a_tilt_is_to_the_side_it_was(side, expected):
+    """A quarter turn from gravity, (0.6, -0.8)."""
+    plane = block_on_floor(live=(0, 0)).model_copy(update={"tilt": side, "gravity": (3.0, -4.0)})
+    space = mo.extrude(plane, 3)
+    assert space.tilt_direction == pytest.approx(expected, rel=1e-14)
+    assert space.tilt_direction[[0, 2]] == pytest.approx(plane.tilt_direction, rel=1e-14)
+
+
+def test_a_scene_is_taken_by_its_path_and_written_in_space(tmp_path):
+    path = CASES / "gilbert" / "two_blocks.toml"
+    space = mo.extrude(path, 2)
+    assert space.origin == str(path)
+    assert space == mo.extrude(mo.load(path), 2)
+    mo.save(space, tmp_path / "space.toml")
+    assert mo.load(tmp_path / "space.toml") == space
+
+
+@pytest.mark.parametrize("thickness", [0, -1, float("nan"), float("inf"), "1", True])
+def test_a_thickness_is_a_positive_number(thickness):
+    with pytest.raises(mo.OptionError, match="'thickness'"):
+        mo.extrude(two_blocks(), thickness)
+
+
+@pytest.mark.parametrize(
+    ("change", "key"),
+    [
+        ({"joints": mo.JointDefaults(friction=1, strength=3)}, "'strength'"),
+        ({"joints": mo.JointDefaults(friction=1, dilatancy_stress=(1, 2))}, "'dilatancy_stress'"),
+        ({"exceptions": [mo.Joint(between=("A", "floor"), strength=3)]}, "'strength'"),
+        ({"edge_loads": [mo.EdgeLoad(start=(0, 2), end=(1, 2), pressure=1)]}, "'edge_load'"),
+    ],
+)
+def test_what_belongs_in_the_plane_is_refused(change, key):
+    with pytest.raises(mo.OptionError, match=key):
+        mo.extrude(block_on_floor().model_copy(update=change))
+
+
+def test_what_is_in_space_or_no_shape_is_refused():
+    with pytest.raises(mo.OptionError):
+        mo.extrude(mo.extrude(two_blocks()))
+    crossed = mo.Block(name="crossed", vertices=[(0, 0), (1, 1), (1, 0), (0, 1.5)], weight=1)
+    with pytest.raises(mo.CaseError, match="'crossed'"):
+        mo.extrude(on_floor(crossed))
