@@ -12,8 +12,8 @@ import shapely
 from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.errors import CaseError, counted, rounded_up
-from masonry_opt.scene.blocks import JointDefaults
 from masonry_opt.scene.geometry import Geometry, raise_for
+from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.touching import NEAR_MISS, Edges, corners_on_edges, shared_edges
 
