@@ -26,6 +26,9 @@ from masonry_opt.problem.state import State
 #: Compliances of the passes that look for the plateau, from soft to stiff; softer ones, where none ends.
 STIFF, SOFT = (1e-3, 1e-4, 1e-5, 1e-6), (1e-2, 1e-1)
 
+#: The same of contact points in space, where a pass seldom ends with contacts ten times stiffer.
+_STIFF_IN_SPACE = (1e-3, 3e-4, 1e-4, 3e-5)
+
 #: The same, of the passes whose forces alone are wanted: the first that ends.
 _FIRST = (1e-4, 1e-5, 1e-3, *SOFT)
 
@@ -63,7 +66,8 @@ class CompliantOptions(Options):
 
 
 def compliant(task: Task) -> Solution:
-    """Load factor with contacts so stiff that ten times softer ones change it by ``PLATEAU`` at most.
+    """Load factor with contacts so stiff that ten times softer ones (in space three times) change it by
+    ``PLATEAU`` at most.
 
     Where they change it more, or only one pass ends, the reason says so; where nearly all work is elastic
     there is no load factor.
@@ -93,7 +97,8 @@ def jams(task: Task) -> Reason | None:
 
 
 def _look_for_plateau(solution: Solution, contacts: _Contacts, options: CompliantOptions) -> None:
-    for give in STIFF if options.give is None else (options.give,):
+    stiff = _STIFF_IN_SPACE if contacts.in_space else STIFF
+    for give in stiff if options.give is None else (options.give,):
         if contacts.elastic * give / contacts.give <= _STILL_ELASTIC and contacts.settle(give):
             return
     if options.give is None:
@@ -125,6 +130,7 @@ class _Contacts:
 
     Attributes
     ----------
+    in_space: whether they are contact points in space.
     states: that the passes so far ended in, by compliance; None of those that ended in none.
     word: how the last pass ended.
     give, elastic: compliance of the last state, and the elastic share of the work there.
@@ -132,6 +138,7 @@ class _Contacts:
 
     def __init__(self, task: Task, solution: Solution) -> None:
         self._task, self._passes, self._solution = task, prepared(task), solution
+        self.in_space = task.problem.layout.round
         with task.effort.measure("solve"):
             self._settled = self._passes.settled_forces()
         self.states: dict[float, GivingState | None] = {}
