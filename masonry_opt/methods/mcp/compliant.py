@@ -20,14 +20,16 @@ from masonry_opt.answer.solution import GivingState, Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import PLATEAU
 from masonry_opt.methods.mcp.passes import follow, prepared
+from masonry_opt.methods.mcp.schedule import BRAKES
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.state import State
 
 #: Compliances of the passes that look for the plateau, from soft to stiff; softer ones, where none ends.
 STIFF, SOFT = (1e-3, 1e-4, 1e-5, 1e-6), (1e-2, 1e-1)
 
-#: The same of contact points in space, where a pass seldom ends with contacts ten times stiffer.
-_STIFF_IN_SPACE = (1e-3, 3e-4, 1e-4, 3e-5)
+#: The same of contact points in space, where stiffer contacts more often stall a pass; and the brakes tried
+#: there.
+_STIFF_IN_SPACE, _BRAKES_IN_SPACE = (3e-3, 1e-3, 3e-4, 1e-4), (BRAKES[0], BRAKES[2])
 
 #: The same, of the passes whose forces alone are wanted: the first that ends.
 _FIRST = (1e-4, 1e-5, 1e-3, *SOFT)
@@ -109,8 +111,8 @@ def _look_for_plateau(solution: Solution, contacts: _Contacts, options: Complian
             contacts.withdraw()
             return
     if solution.answer is None:
-        attempts = len(contacts.states)
-        solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, word=contacts.word, attempts=attempts)
+        told = {"word": contacts.word, "attempts": contacts.attempts}
+        solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, **told)
 
 
 def _follow_curve(solution: Solution, contacts: _Contacts) -> None:
@@ -132,7 +134,7 @@ class _Contacts:
     ----------
     in_space: whether they are contact points in space.
     states: that the passes so far ended in, by compliance; None of those that ended in none.
-    word: how the last pass ended.
+    word, attempts: how the last pass ended, and the number of passes.
     give, elastic: compliance of the last state, and the elastic share of the work there.
     """
 
@@ -142,7 +144,7 @@ class _Contacts:
         with task.effort.measure("solve"):
             self._settled = self._passes.settled_forces()
         self.states: dict[float, GivingState | None] = {}
-        self.word, self.elastic, self.give = "", 0.0, inf
+        self.word, self.elastic, self.give, self.attempts = "", 0.0, inf, 0
 
     def state(self, give: float) -> GivingState | None:
         """The state with this compliance; None if no pass ends in one."""
@@ -153,12 +155,15 @@ class _Contacts:
     def _ended(self, give: float) -> GivingState | None:
         self._task.effort.begins(f"contacts that give by {give:.0e}")
         passes = self._passes.giving(give, self._settled)
-        state = follow(self._task, passes, self._solution.history, len(self.states) + 1)
-        self.word = str(passes.outcome)
-        if state is None:
-            return None
-        answer = certified(passes.problem, state.load_factor, state.q, state.d)
-        return None if answer.failing(Kind.COMPLIANT) else GivingState(give, passes.problem, answer)
+        for brake in _BRAKES_IN_SPACE if self.in_space else BRAKES[:1]:
+            self.attempts += 1
+            state = follow(self._task, passes, self._solution.history, self.attempts, brake)
+            self.word = str(passes.outcome)
+            if state is not None:
+                answer = certified(passes.problem, state.load_factor, state.q, state.d)
+                if not answer.failing(Kind.COMPLIANT):
+                    return GivingState(give, passes.problem, answer)
+        return None
 
     def settle(self, give: float) -> bool:
         """Whether a pass with this compliance decides on the load factor, or that there is none."""
