@@ -64,7 +64,8 @@ def _found(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
         stressed = tuple(order[n[order] > NAMED * n.max()].tolist())
         certificate = replace(certificate, clamped=stressed)
     cuts = Cuts()
-    if of_mechanism and not falls and problem.joints <= _CUTS_UP_TO:
+    # Branching is over faces, which in space are sides of cones: it would prove nothing of these.
+    if of_mechanism and not falls and not problem.layout.round and problem.joints <= _CUTS_UP_TO:
         cuts = combinatorial_cuts(problem, _MOST_WORK // problem.joints, effort, _PURPOSE)
     if not cuts.exclude:
         return certificate

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import Strict
 
 from masonry_opt.answer.acceptance import Kind
@@ -66,41 +67,31 @@ def mcp(task: Task) -> Solution:
 
 
 def _by_passes(task: Task) -> Solution:
-    problem, effort, options = task.problem, task.effort, task.options or McpOptions()
+    effort, options = task.effort, task.options or McpOptions()
     # The passes of the load to expect are the first of this method.
     history = list(task.expected.history) if task.expected else []
     effort.iterations += len(history)
     for step in history:
         task.progress(step)
     solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, history=history)
-    passes, met = prepared(task), Met()
-    search = None
-    if problem.joints <= _SIMPLEX_UP_TO and not problem.layout.round:
-        search = Search(refiner_of(task), passes.over, met)
-    lowest: ExactState | None = None
-    answer: Answer | None = None
+    passes = prepared(task)
+    states = _States(task, passes)
     first: Answer | State | None = None
     for start in _starts(task, passes, solution):
         first = first or start
         effort.begins("exact states nearby")
-        lowest = search.start(start.q).state if search else None
-        answer = lowest.answer if lowest else alternated(problem, start.load_factor, start.q, effort, met)
-        if answer is not None:
+        states.near(start)
+        if states.answer is not None:
             break
     if solution.proven_none:
         solution.end(Status.SOLVER_FAILED, Code.PASS_LOST)
         return solution
-    if options.descent and (search or problem.layout.round):
+    if options.descent and states.descend:
         effort.begins("softer contacts")
-        soft = follow(task, passes.giving(_SOFT), history, _passes_in(history) + 1)
-        if soft and search:
-            lowest = lower_of(lowest, search.start(soft.q).state)
-        elif soft:
-            answer = lower_of(answer, alternated(problem, soft.load_factor, soft.q, effort, met))
-        if search and problem.joints <= SMALL:
-            for candidate in search.few(lowest, first.q if first else None):
-                lowest = lower_of(lowest, candidate.state)
-        answer = lowest.answer if lowest else answer
+        if soft := follow(task, passes.giving(_SOFT), history, _passes_in(history) + 1):
+            states.near(soft)
+        states.further(first.q if first else None)
+    answer = states.answer
     if answer is None:
         _end_without(task, solution, str(passes.outcome))
         return solution
@@ -110,9 +101,48 @@ def _by_passes(task: Task) -> Solution:
         solution.kind = Kind.ONE_PASS
     else:
         solution.add(Code.EXACT, fall=first.load_factor - answer.load_factor if first else None)
-    if met.load_factors:
-        solution.reasons.append(met.reason)
+    if states.met.load_factors:
+        solution.reasons.append(states.met.reason)
     return solution
+
+
+class _States:
+    """The lowest of the exact states that forces lead to.
+
+    Attributes
+    ----------
+    descend: whether further starts pay: in space, and in the plane where simplex is quick.
+    met: the states.
+    answer: the lowest.
+    """
+
+    def __init__(self, task: Task, passes: Passes) -> None:
+        self._problem, self._effort, self.met = task.problem, task.effort, Met()
+        in_space, small = task.problem.layout.round, task.problem.joints <= _SIMPLEX_UP_TO
+        self._search = None
+        if small and not in_space:
+            self._search = Search(refiner_of(task), passes.over, self.met)
+        self.descend = in_space or small
+        self._lowest: ExactState | None = None
+        self.answer: Answer | None = None
+
+    def near(self, start: Answer | State) -> None:
+        """Look for a state near forces: by simplex, or by two conic programs in turn."""
+        if self._search:
+            self._keep(self._search.start(start.q).state)
+        else:
+            found = alternated(self._problem, start.load_factor, start.q, self._effort, self.met)
+            self.answer = lower_of(self.answer, found)
+
+    def further(self, q: np.ndarray | None) -> None:
+        """Look further on small scenes in the plane, given the forces (3c,) that led to the first state."""
+        if self._search and self._problem.joints <= SMALL:
+            for candidate in self._search.few(self._lowest, q):
+                self._keep(candidate.state)
+
+    def _keep(self, state: ExactState | None) -> None:
+        self._lowest = lower_of(self._lowest, state)
+        self.answer = self._lowest.answer if self._lowest else None
 
 
 def _starts(task: Task, passes: Passes, solution: Solution) -> Iterator[Answer | State]:
