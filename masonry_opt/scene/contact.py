@@ -19,7 +19,7 @@ from masonry_opt.scene.touching import NEAR_MISS, Edges, corners_on_edges, share
 
 #: Most pairs of blocks near each other: this many, and so many more for each block. Side by side a block has
 #: some six neighbours; of blocks that lie on one another each is a neighbour of all.
-_MOST_PAIRS, _MOST_PAIRS_PER_BLOCK = 1_000_000, 40
+MOST_PAIRS, MOST_PAIRS_PER_BLOCK = 1_000_000, 40
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ def find_joints(scene: Scene, geometry: Geometry, *, floating: bool = False) -> 
         end=found.end,
         normal=found.normal,
         length=found.length,
-        **_properties(scene, first, second),
+        **joint_properties(scene, first, second),
         fixed_pairs=fixed_pairs,
         near_misses=near_misses,
         gaps=gap[near].tolist(),
@@ -118,7 +118,7 @@ def with_properties(joints: Joints, scene: Scene) -> Joints:
 
     Raises CaseError if an exception names two blocks that do not touch.
     """
-    return replace(joints, **_properties(scene, joints.first, joints.second))
+    return replace(joints, **joint_properties(scene, joints.first, joints.second))
 
 
 def _near_pairs(scene: Scene, geometry: Geometry) -> np.ndarray:
@@ -133,7 +133,7 @@ def _near_pairs(scene: Scene, geometry: Geometry) -> np.ndarray:
         near = tree.query(geometry.polygons[some], predicate="dwithin", distance=reach[some]).T
         found.append(near + np.array([first, 0]))
         pairs += len(near)
-        if pairs > _MOST_PAIRS + _MOST_PAIRS_PER_BLOCK * count:
+        if pairs > MOST_PAIRS + MOST_PAIRS_PER_BLOCK * count:
             raise CaseError(
                 f"{scene.origin}: blocks lie on one another: the first {min(first + 100, count)} have "
                 f"{pairs} neighbours; give each block a place of its own"
@@ -220,7 +220,7 @@ def _least_width(piece: shapely.Geometry) -> float:
     return float(np.ptp(corners @ across.T, axis=0).min())
 
 
-def _properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dict[str, Any]:
+def joint_properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dict[str, Any]:
     """Properties of joints by name, as :class:`Joints` has them."""
     found = {name: np.tile(value, (len(first), 1)) for name, value in _values(scene.joints).items()}
     index = {block.name: number for number, block in enumerate(scene.blocks)}

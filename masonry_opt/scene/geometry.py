@@ -18,7 +18,7 @@ RELATIVE_TOLERANCE = 1e-6
 
 #: Share of the tolerance within which corners lie on the outline without them: outlines off by so little are
 #: near each other where the blocks are.
-_STRAIGHT = 0.1
+STRAIGHT = 0.1
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def geometry(scene: Scene) -> Geometry:
         polygons[simple], convex[simple] = _plain(rings, tolerance, scene, simple)
     for index in np.flatnonzero(built_up):
         outlines[index] = _built_up(scene, blocks[index], int(index), origin, tolerance)
-        plain = shapely.simplify(shapely.normalize(outlines[index]), _STRAIGHT * tolerance)
+        plain = shapely.simplify(shapely.normalize(outlines[index]), STRAIGHT * tolerance)
         polygons[index] = shapely.orient_polygons(plain)
     area = shapely.area(outlines)
     raise_for(np.flatnonzero(area <= tolerance**2), scene, "has no area")
@@ -131,7 +131,7 @@ def _plain(
     # Normalised rings begin at a leftmost, lowest corner, which no straight edge runs through.
     corners, ring = shapely.get_coordinates(shapely.normalize(rings), return_index=True)
     lines = shapely.linestrings(corners, indices=ring)
-    lines = shapely.simplify(lines, _STRAIGHT * tolerance, preserve_topology=False)
+    lines = shapely.simplify(lines, STRAIGHT * tolerance, preserve_topology=False)
     flat = shapely.get_num_coordinates(lines) < 4
     raise_for(blocks[flat], scene, "has no area: its corners lie on one line or in one point")
     corners, ring = shapely.get_coordinates(lines, return_index=True)

@@ -256,14 +256,14 @@ class Edges:
         count2 = np.bincount(pair2, minlength=len(pairs))
         repeat = count2[pair1]
         self._refuse_more(int(repeat.sum()))
-        numbers2 = _ranges((np.cumsum(count2) - count2)[pair1], repeat)
+        numbers2 = ranges((np.cumsum(count2) - count2)[pair1], repeat)
         return np.repeat(pair1, repeat), np.repeat(i, repeat), j[numbers2]
 
     def _beside(self, pairs: np.ndarray, side: int, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Pair and edge, of the edges of each pair's block on a side that come near the other's box."""
         count, blocks = self.of_each, pairs[:, side]
         pair = np.repeat(np.arange(len(blocks)), count[blocks])
-        edge = _ranges((np.cumsum(count) - count)[blocks], count[blocks])
+        edge = ranges((np.cumsum(count) - count)[blocks], count[blocks])
         boxes = shapely.bounds(self.shapes.polygons)[pairs[:, 1 - side]][pair]
         low = np.minimum(self.tail[edge], self.tip[edge]) - reach[pair, None]
         high = np.maximum(self.tail[edge], self.tip[edge]) + reach[pair, None]
@@ -271,6 +271,6 @@ class Edges:
         return pair[near], edge[near]
 
 
-def _ranges(first: np.ndarray, count: np.ndarray) -> np.ndarray:
+def ranges(first: np.ndarray, count: np.ndarray) -> np.ndarray:
     """So many numbers from each first one upwards, one range after another."""
     return np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)

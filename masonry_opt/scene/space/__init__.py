@@ -1,0 +1,1 @@
+"""Rigid polyhedral blocks in space: their shapes, and where they touch."""

@@ -1,0 +1,157 @@
+"""Joints of blocks in space: polygons that faces share, edges and corners on faces, edges that cross."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from masonry_opt.scene.contact import joint_properties
+from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.space.facing import Facing, facing
+from masonry_opt.scene.space.frames import unit
+from masonry_opt.scene.space.outlines import rolled
+from masonry_opt.scene.space.pairs import near_pairs, reach, refuse_overlaps
+from masonry_opt.scene.space.shapes import Shapes
+from masonry_opt.scene.touching import LEAN
+
+
+@dataclass(frozen=True)
+class Contacts:
+    """Arrays over the joints of a scene in space, ordered by (first, second) block, and over their contact
+    points, ordered by joint.
+
+    Attributes
+    ----------
+    first, second: indices into the scene's blocks, first < second, shape (joints,).
+    normal: unit normal pointing from the second block into the first, shape (joints, 3).
+    tangent: unit vector square to it, along the longest side of the joint or along the edge that touches; of
+        a contact at a point along a side of the face, or one of the two edges. The second tangent is normal ×
+        tangent. Shape (joints, 3).
+    area: of each joint, 0 along an edge or at a point, shape (joints,).
+    point: contact points, relative to the shapes' origin: the corners of a polygon and its holes, the two
+        ends of an edge, or one point, shape (points, 3).
+    joint: joint of each contact point, rising, shape (points,).
+    outline: of each joint, the rings of its polygon, the outer one first, or its points, shape (corners, 3)
+        each.
+    friction, cohesion, dilatancy: properties; cohesion per unit area, shape (joints,).
+    fixed_pairs: how many touching pairs were left out because both blocks are fixed.
+    near_misses: pairs of blocks (indices) whose faces face each other across a small gap beside what they
+        share.
+    gaps: the largest width of each: the least 'tolerance' at which these share that polygon.
+    without_normal: pairs of blocks (indices) that meet corner on corner, corner on edge or edge along edge,
+        which has no normal and is no joint, where not both have a joint there.
+    """
+
+    first: np.ndarray
+    second: np.ndarray
+    normal: np.ndarray
+    tangent: np.ndarray
+    area: np.ndarray
+    point: np.ndarray
+    joint: np.ndarray
+    outline: list[list[np.ndarray]]
+    friction: np.ndarray
+    cohesion: np.ndarray
+    dilatancy: np.ndarray
+    fixed_pairs: int
+    near_misses: list[tuple[int, int]]
+    gaps: list[float]
+    without_normal: list[tuple[int, int]]
+
+
+def find_contacts(scene: Scene, shapes: Shapes, *, floating: bool = False) -> Contacts:
+    """Find the joints of a scene in space.
+
+    Two blocks share a joint wherever outer faces of theirs face each other and stay within the tolerance
+    over all they share, at any angle: its plane is the faces' bisector; each connected piece is one joint;
+    what is narrower than ten tolerances is nothing. Away from such polygons, an edge that lies in a face is a
+    joint of two points, a corner on a face and two edges that cross are joints of one. Two fixed blocks share
+    no joint.
+
+    Parameters
+    ----------
+    floating: whether blocks may touch nothing, or reach no support: to show them.
+
+    Raises
+    ------
+    CaseError
+        If blocks overlap, a movable block touches nothing or reaches no support, an exception names two
+        blocks that do not touch, or there are more pairs to compare than memory holds.
+    """
+    fixed = np.array([block.fixed for block in scene.blocks])
+    pairs = near_pairs(scene, shapes)
+    both_fixed = fixed[pairs].all(axis=1)
+    refuse_overlaps(scene, shapes, pairs[~both_fixed])
+    far = reach(shapes)[pairs].min(axis=1, initial=np.inf)
+    found = facing(shapes, pairs, far)
+    touches = found.most <= shapes.tolerance
+    fixed_pairs = len(np.unique(found.pair[touches & both_fixed[found.pair]]))
+    joined = ~both_fixed[found.pair]
+    polygons, across = found.where(touches & joined), found.where(~touches & joined)
+    gap = _near_misses(polygons, across, len(pairs))
+    near = np.flatnonzero(np.isfinite(gap))
+    first, second = pairs[polygons.pair].T
+    point, joint, tangent, outline = _corners(polygons)
+    properties = joint_properties(scene, first, second)
+    return Contacts(
+        first=first,
+        second=second,
+        normal=-polygons.frame.normal,
+        tangent=tangent,
+        area=polygons.area,
+        point=point,
+        joint=joint,
+        outline=outline,
+        **{name: properties[name] for name in ("friction", "cohesion", "dilatancy")},
+        fixed_pairs=fixed_pairs,
+        near_misses=[(int(i), int(j)) for i, j in pairs[near]],
+        gaps=gap[near].tolist(),
+        without_normal=[],
+    )
+
+
+def _near_misses(shared: Facing, across: Facing, pairs: int) -> np.ndarray:
+    """Of each pair the largest width of a small gap across which its blocks face each other beside what they
+    share, ``inf`` without one, shape (pairs,)."""
+    area = across.area
+    # No wider than it leans, and no mere chamfer of what is shared.
+    of_pair = np.bincount(shared.pair, shared.area, pairs)
+    across = across.where((across.most <= LEAN * np.sqrt(area)) & (area > LEAN * of_pair[across.pair]))
+    width = np.full(pairs, np.inf)
+    np.minimum.at(width, across.pair, across.most)
+    return width
+
+
+def _corners(polygons: Facing) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[list[np.ndarray]]]:
+    """Corners of the polygons in space, the polygon of each, and of each polygon its first tangent and its
+    rings. Outer rings begin with the side along the tangent."""
+    rings, polygon = shapely.get_rings(polygons.polygon, return_index=True)
+    flat, ring = shapely.get_coordinates(rings, return_index=True)
+    closing = np.append(ring[:-1] != ring[1:], True)[: len(ring)]
+    side = (np.roll(flat, -1, axis=0) - flat)[~closing]
+    flat, ring = flat[~closing], ring[~closing]
+    count = np.bincount(ring, minlength=len(rings))
+    outer = np.append(True, polygon[1:] != polygon[:-1])[: len(polygon)]
+    length = np.hypot(*side.T) * outer[ring]
+    longest = np.zeros(len(polygons.pair))
+    np.maximum.at(longest, polygon[ring], length)
+    # Among sides of one length the one most along the first axis of the first block's face, then the second:
+    # a choice that turns with the scene.
+    direction = side / np.hypot(*side.T)[:, None]
+    as_long = np.flatnonzero(length >= longest[polygon[ring]] * (1 - 1e-6))
+    rank = np.round(direction[as_long] @ [1.0, 1e-3], 6)
+    order = as_long[np.lexsort((as_long, -rank, polygon[ring[as_long]]))]
+    chosen = order[np.unique(polygon[ring[order]], return_index=True)[1]]
+    of_first = polygons.frame
+    tangent = unit(direction[chosen, :1] * of_first.u + direction[chosen, 1:] * of_first.v)
+    by = np.zeros_like(count)
+    by[ring[chosen]] = chosen - (np.cumsum(count) - count)[ring[chosen]]
+    at = rolled(count, by)
+    joint = polygon[ring]
+    point = of_first.up(flat[at], joint)
+    outline: list[list[np.ndarray]] = [[] for _ in range(len(polygons.pair))]
+    for owner, own in zip(polygon, np.split(point, np.cumsum(count)[:-1]), strict=True):
+        outline[owner].append(own)
+    return point, joint, tangent, outline

@@ -1,0 +1,135 @@
+"""Outer plane faces of the blocks: coplanar pieces of a block made one, what lies inside a block left out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from masonry_opt.scene.geometry import STRAIGHT
+from masonry_opt.scene.space.frames import Faces, Frames, dots, lengths
+from masonry_opt.scene.space.outlines import plain, wide, without_cracks, without_slivers
+from masonry_opt.scene.space.surfaces import Surfaces
+from masonry_opt.scene.touching import ranges
+
+
+@dataclass(frozen=True)
+class Planes:
+    """The planes in which faces lie, each shared by all faces of a block within the tolerance of it.
+
+    Attributes
+    ----------
+    frame: the planes.
+    block: of each plane, shape (planes,).
+    of_face: plane of each face, -1 of those without area, shape (faces,).
+    outwards: whether the plane's normal is the face's outward normal, shape (faces,).
+    """
+
+    frame: Frames
+    block: np.ndarray
+    of_face: np.ndarray
+    outwards: np.ndarray
+
+
+def planes(surfaces: Surfaces, tolerance: float) -> Planes:
+    """The planes of all faces, those of the largest faces first.
+
+    Raises
+    ------
+    CaseError
+        If a face is not flat within the tolerance.
+    """
+    corners, count, face = surfaces.corners, surfaces.count, surfaces.face
+    middle = surfaces.sum_by_face(corners) / np.maximum(count, 1)[:, None]
+    after = corners[surfaces.following()]
+    area = surfaces.sum_by_face(np.cross(corners - middle[face], after - middle[face]) / 2)
+    size = lengths(area)
+    around = np.bincount(face, lengths(after - corners), len(count))
+    thick = 2 * size > tolerance * around
+    normal = np.divide(area, size[:, None], out=np.zeros_like(area), where=size[:, None] > 0)
+    height = np.abs(dots(corners - middle[face], normal[face]))
+    height[~thick[face]] = 0.0
+    if len(height) and height.max() > tolerance:
+        worst = int(height.argmax())
+        surfaces.refuse(
+            int(face[worst]),
+            f"is not flat: a corner lies {height[worst]:.3g} off its plane (the tolerance is "
+            f"{tolerance:.3g}): divide it into flat faces, or raise 'tolerance' if coordinates were rounded",
+        )
+    # In each round the largest face left of each block takes all faces in its plane.
+    block = surfaces.block[surfaces.part]
+    first = np.cumsum(count) - count
+    leader = np.full(len(count), -1)
+    left = np.flatnonzero(thick)
+    # Sizes of faces alike differ by rounding, which must not choose among them.
+    rank = np.round(np.log(size[left] / size.max(initial=0.0)), 6)
+    left = left[np.lexsort((left, -rank, block[left]))]
+    while len(left):
+        _, lead, own = np.unique(block[left], return_index=True, return_inverse=True)
+        ahead = left[lead][own]
+        at, of = ranges(first[left], count[left]), np.repeat(np.arange(len(left)), count[left])
+        off = np.abs(dots(corners[at] - middle[ahead[of]], normal[ahead[of]]))
+        within = np.maximum.reduceat(off, np.cumsum(count[left]) - count[left]) <= tolerance
+        within[lead] = True
+        leader[left[within]] = ahead[within]
+        left = left[~within]
+    leads, of_thick = np.unique(leader[thick], return_inverse=True)
+    of_face = np.full(len(count), -1)
+    of_face[thick] = of_thick
+    # Along the first of the longest sides: an axis that turns with the scene.
+    side = lengths(after - corners)
+    longest = np.zeros(len(count))
+    np.maximum.at(longest, face, side)
+    long = np.flatnonzero(side >= longest[face] * (1 - 1e-6))
+    longest_side = long[np.unique(face[long], return_index=True)[1]]
+    along = np.zeros_like(area)
+    along[face[longest_side]] = (after - corners)[longest_side]
+    frame = Frames.of(middle[leads], normal[leads], along[leads])
+    outwards = dots(normal, frame.normal[of_face]) > 0
+    return Planes(frame, block[leads], of_face, outwards)
+
+
+def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> Faces:
+    """The outer faces of the blocks.
+
+    Raises
+    ------
+    CaseError
+        If a face crosses itself.
+    """
+    corner = planes.of_face[surfaces.face] >= 0
+    face = surfaces.face[corner]
+    number, of_ring = np.unique(face, return_inverse=True)
+    flat = planes.frame.down(surfaces.corners[corner], planes.of_face[face])
+    pieces = shapely.polygons(shapely.linearrings(flat, indices=of_ring))
+    crossed = ~shapely.is_valid(pieces)
+    if crossed.any():
+        surfaces.refuse(int(number[crossed][0]), "crosses itself: give its corners in order round the face")
+    side = 2 * planes.of_face[number] + ~planes.outwards[number]
+    key, sample, count = np.unique(side, return_index=True, return_counts=True)
+    merged = pieces[sample]
+    ordered = pieces[np.argsort(side, kind="stable")]
+    ends = np.cumsum(count)
+    for index in np.flatnonzero(count > 1):
+        together = shapely.union_all(ordered[ends[index] - count[index] : ends[index]])
+        merged[index] = without_cracks(together, tolerance)
+    # Where two parts of a block meet, faces of both sides lie in one plane.
+    for index in np.flatnonzero(key[:-1] // 2 == key[1:] // 2):
+        both = merged[index], merged[index + 1]
+        for at, (one, other) in enumerate((both, both[::-1]), start=int(index)):
+            merged[at] = without_slivers(shapely.difference(one, other), 2 * tolerance)
+    polygons, of_side = shapely.get_parts(merged, return_index=True)
+    polygons = plain(polygons, STRAIGHT * tolerance)
+    kept = wide(polygons, tolerance)
+    polygons, of_side = polygons[kept], of_side[kept]
+    plane, inwards = key[of_side] // 2, key[of_side] % 2 == 1
+    order = np.argsort(planes.block[plane], kind="stable")
+    polygons, plane, inwards = polygons[order], plane[order], inwards[order]
+    # Seen from the other side of the plane.
+    flipped = shapely.transform(polygons[inwards], lambda points: points * [1, -1])
+    polygons[inwards] = shapely.orient_polygons(flipped)
+    sign = np.where(inwards, -1.0, 1.0)[:, None]
+    frame = planes.frame.where(plane)
+    frame = Frames(frame.base, frame.u, sign * frame.v, sign * frame.normal)
+    return Faces(planes.block[plane], frame, polygons)

@@ -1,0 +1,137 @@
+"""Convex parts of the blocks as points and half-spaces, and what two of them have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import linprog
+from scipy.spatial import ConvexHull, HalfspaceIntersection
+
+from masonry_opt.scene.space.faces import Planes
+from masonry_opt.scene.space.frames import dots
+from masonry_opt.scene.space.surfaces import Surfaces
+from masonry_opt.scene.touching import ranges
+
+#: Combinations held in memory at a time.
+_MOST_AT_ONCE = 2_000_000
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Convex parts of the blocks in turn.
+
+    Attributes
+    ----------
+    block: of each part, rising, shape (parts,).
+    points, of_point: corners, shape (points, 3), and the part of each, rising.
+    normal, offset, of_plane: half-spaces normal · x ≤ offset that bound the parts, shape (planes, 3) and
+        (planes,), and the part of each, rising.
+    low, high: boxes round the parts, shape (parts, 3) each.
+    """
+
+    block: np.ndarray
+    points: np.ndarray
+    of_point: np.ndarray
+    normal: np.ndarray
+    offset: np.ndarray
+    of_plane: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+    @classmethod
+    def of(cls, surfaces: Surfaces, planes: Planes) -> Parts:
+        """The parts that the surfaces bound, if they are convex."""
+        at, corner = np.unique(surfaces.vertex, return_index=True)
+        points, of_point = surfaces.points[at], surfaces.part[surfaces.face[corner]]
+        order = np.argsort(of_point, kind="stable")
+        points, of_point = points[order], of_point[order]
+        start = np.searchsorted(of_point, np.arange(len(surfaces.block)))
+        low, high = (bound.reduceat(points, start) for bound in (np.minimum, np.maximum))
+        flat = planes.of_face >= 0
+        key = np.column_stack([surfaces.part, planes.of_face, planes.outwards])[flat]
+        of_plane, plane, outwards = np.unique(key, axis=0).T
+        normal = np.where(outwards, 1.0, -1.0)[:, None] * planes.frame.normal[plane]
+        offset = dots(normal, planes.frame.base[plane])
+        return cls(surfaces.block, points, of_point, normal, offset, of_plane, low, high)
+
+    def beyond(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """How far the nearest and the farthest corner of the other parts lie outside, at the plane of the one
+        parts where that is most; negative inside. Shape (pairs,) each."""
+        planes, points = (
+            np.bincount(owner, minlength=len(self.block)) for owner in (self.of_plane, self.of_point)
+        )
+        first_plane, first_point = np.cumsum(planes) - planes, np.cumsum(points) - points
+        nearest, farthest = np.empty(len(one)), np.empty(len(one))
+        for some in chunks(planes[one] * points[other]):
+            a, b = one[some], other[some]
+            _, i, j = combine(first_plane[a], planes[a], first_point[b], points[b])
+            height = dots(self.normal[i], self.points[j]) - self.offset[i]
+            rows = np.repeat(points[b], planes[a])
+            start, pair = np.cumsum(rows) - rows, np.cumsum(planes[a]) - planes[a]
+            nearest[some] = np.maximum.reduceat(np.minimum.reduceat(height, start), pair)
+            farthest[some] = np.maximum.reduceat(np.maximum.reduceat(height, start), pair)
+        return nearest, farthest
+
+
+class Common(NamedTuple):
+    """What two parts have in common: the diameter of the largest ball in it, its middle, the volume."""
+
+    depth: float
+    middle: np.ndarray
+    volume: float
+
+
+def overlapping(parts: Parts, one: np.ndarray, other: np.ndarray, tolerance: float) -> np.ndarray:
+    """Numbers of the pairs of parts that a plane of either does not keep apart, but for the tolerance."""
+    inside = np.minimum(parts.high[one], parts.high[other]) - np.maximum(parts.low[one], parts.low[other])
+    found = np.flatnonzero((inside > tolerance).all(axis=1))
+    for a, b in ((one, other), (other, one)):
+        found = found[parts.beyond(a[found], b[found])[0] < -tolerance]
+    return found
+
+
+def common(parts: Parts, one: int, other: int) -> Common:
+    """What two parts have in common; a depth of 0 if they do not overlap."""
+    low, high = np.maximum(*parts.low[[one, other]]), np.minimum(*parts.high[[one, other]])
+    middle, scale = (low + high) / 2, float(np.abs(high - low).max())
+    own = np.isin(parts.of_plane, (one, other))
+    normal = parts.normal[own]
+    offset = (parts.offset[own] - normal @ middle) / scale
+    # The largest ball: its middle and radius.
+    ball = linprog(
+        [0, 0, 0, -1],
+        A_ub=np.column_stack([normal, np.ones(len(normal))]),
+        b_ub=offset,
+        bounds=[(None, None)] * 3 + [(0, None)],
+        options={"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10},
+    )
+    if ball.x is None or ball.x[3] <= 1e-9:
+        return Common(0.0, middle, 0.0)
+    corners = HalfspaceIntersection(np.column_stack([normal, -offset]), ball.x[:3]).intersections
+    volume = ConvexHull(corners).volume * scale**3
+    return Common(2 * float(ball.x[3]) * scale, middle + scale * ball.x[:3], float(volume))
+
+
+def combine(
+    first1: np.ndarray, count1: np.ndarray, first2: np.ndarray, count2: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """All pairs of one from each range of numbers and one from the range beside it: which ranges, and the two
+    numbers; the second runs fastest."""
+    size = count1 * count2
+    number = np.repeat(np.arange(len(size)), size)
+    step = ranges(np.zeros_like(size), size)
+    return number, first1[number] + step // count2[number], first2[number] + step % count2[number]
+
+
+def chunks(sizes: np.ndarray) -> Iterator[slice]:
+    """Slices of so many combinations each that memory holds them."""
+    total = np.cumsum(sizes)
+    first = 0
+    while first < len(sizes):
+        before = total[first] - sizes[first]
+        end = max(first + 1, int(np.searchsorted(total, before + _MOST_AT_ONCE, side="right")))
+        yield slice(first, end)
+        first = end

@@ -1,0 +1,141 @@
+"""Shapes of the blocks of a scene in space, and the checks that a solid must pass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, raise_for
+from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.space.faces import outer_faces, planes
+from masonry_opt.scene.space.frames import Faces, dots, lengths
+from masonry_opt.scene.space.parts import Parts, combine, common, overlapping
+from masonry_opt.scene.space.surfaces import Surfaces, place, reversed_faces, sums, surfaces
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """Shapes of a scene, moved so that the middle of its movable blocks is the origin (far coordinates lose
+    digits).
+
+    Attributes
+    ----------
+    origin: that middle in the scene's own coordinates, shape (3,).
+    tolerance: length below which the scene has no detail.
+    volume: of each block, shape (blocks,).
+    centroid: of each block, relative to ``origin``, shape (blocks, 3).
+    convex: whether each is one convex part, shape (blocks,).
+    parts: the convex parts.
+    faces: the outer faces.
+    """
+
+    origin: np.ndarray
+    tolerance: float
+    volume: np.ndarray
+    centroid: np.ndarray
+    convex: np.ndarray
+    parts: Parts
+    faces: Faces
+
+    @property
+    def size(self) -> np.ndarray:
+        """What a ``unit_weight`` refers to: the volume."""
+        return self.volume
+
+
+def shapes(scene: Scene) -> Shapes:
+    """Volumes, centroids, convex parts and outer faces of the blocks.
+
+    Parts given inside out are turned. Coplanar pieces of a block are made one face; where its parts meet is
+    no outer face.
+
+    Raises
+    ------
+    CaseError
+        If a part is not closed, not convex, or has no volume, a face is not flat or crosses itself, or parts
+        of a block overlap; the message names the block.
+    """
+    given = surfaces(scene)
+    fixed = np.array([block.fixed for block in scene.blocks])
+    # Supports may reach far beyond what stands on them: the movable blocks give the size.
+    movable = given.corners[~fixed[given.block[given.part[given.face]]]]
+    low, high = movable.min(axis=0), movable.max(axis=0)
+    origin = (low + high) / 2
+    tolerance = scene.tolerance or RELATIVE_TOLERANCE * float(np.linalg.norm(high - low))
+    # Digits already lost in the coordinates themselves bound what can be told apart.
+    tolerance = max(tolerance, 8 * float(np.spacing(np.abs(given.corners).max())))
+    given = replace(given, points=given.points - origin)
+    masses = _masses(given)
+    block = given.block[np.abs(masses.volume) <= tolerance * masses.surface / 2]
+    raise_for(np.unique(block), scene, "has no volume: give the faces of a solid")
+    given = reversed_faces(given, masses.volume[given.part] < 0)
+    volume = np.abs(masses.volume)
+    flat = planes(given, tolerance)
+    parts = Parts.of(given, flat)
+    _refuse_hollows(scene, parts, tolerance)
+    _refuse_overlaps_inside(scene, parts, origin, tolerance)
+    blocks = len(scene.blocks)
+    whole = np.bincount(given.block, volume, blocks)
+    centroid = sums(given.block, volume[:, None] * masses.centroid, blocks) / whole[:, None]
+    convex = np.bincount(given.block, minlength=blocks) == 1
+    faces = outer_faces(given, flat, tolerance)
+    return Shapes(origin, tolerance, whole, centroid, convex, parts, faces)
+
+
+class _Masses(NamedTuple):
+    """Of each part: volume, negative if its faces are inside out; surface; centroid, shape (parts, 3)."""
+
+    volume: np.ndarray
+    surface: np.ndarray
+    centroid: np.ndarray
+
+
+def _masses(given: Surfaces) -> _Masses:
+    """By tetrahedra between a point of each part and triangles of its faces."""
+    count, corners, parts = given.count, given.corners, len(given.block)
+    part = given.part[given.face]
+    inside = sums(part, corners, parts) / np.bincount(part, minlength=parts)[:, None]
+    first = (np.cumsum(count) - count)[given.face]
+    a, b, c = (corners[at] - inside[part] for at in (first, np.arange(len(part)), given.following()))
+    volume = dots(a, np.cross(b, c)) / 6
+    whole = np.bincount(part, volume, parts)
+    surface = np.bincount(part, lengths(np.cross(b - a, c - a)) / 2, parts)
+    moment = sums(part, volume[:, None] * (a + b + c) / 4, parts)
+    safe = np.where(whole == 0, 1.0, whole)[:, None]
+    return _Masses(whole, surface, inside + moment / safe)
+
+
+def _refuse_hollows(scene: Scene, parts: Parts, tolerance: float) -> None:
+    number = np.arange(len(parts.block))
+    _, farthest = parts.beyond(number, number)
+    worst = int(farthest.argmax())
+    if farthest[worst] > tolerance:
+        first, hollow = parts.block[worst], np.unique(parts.block[farthest > tolerance])
+        own = np.flatnonzero(parts.block == first)
+        what = f"a part, no. {worst - own[0] + 1}," if len(own) > 1 else "a shape"
+        raise_for(
+            [first, *hollow[hollow != first]],
+            scene,
+            f"has {what} that is not convex (a corner lies {farthest[worst]:.3g} in front of the plane of a "
+            "face): give 'parts', each convex",
+        )
+
+
+def _refuse_overlaps_inside(scene: Scene, parts: Parts, origin: np.ndarray, tolerance: float) -> None:
+    count = np.bincount(parts.block)
+    first = np.cumsum(count) - count
+    _, one, other = combine(first, count, first, count)
+    one, other = one[one < other], other[one < other]
+    for pair in overlapping(parts, one, other, tolerance):
+        found = common(parts, int(one[pair]), int(other[pair]))
+        if found.depth > tolerance:
+            block = parts.block[one[pair]]
+            numbers = " and ".join(str(number - first[block] + 1) for number in (one[pair], other[pair]))
+            raise_for(
+                [block],
+                scene,
+                f"has parts no. {numbers} that overlap in a volume of {found.volume:.6g} round "
+                f"{place(found.middle + origin, tolerance)}, {found.depth:.3g} deep: move them apart",
+            )

@@ -1,0 +1,161 @@
+"""Surfaces of the blocks' convex parts as flat arrays, closed, and turned so that normals point outwards."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import chain
+from typing import NoReturn
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+from masonry_opt.errors import CaseError
+from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.touching import ranges
+
+
+@dataclass(frozen=True)
+class Surfaces:
+    """Faces of all parts of all blocks in turn.
+
+    Attributes
+    ----------
+    scene: theirs, for messages.
+    points: vertices, shape (vertices, 3).
+    block: block of each part, rising, shape (parts,).
+    part: part of each face, rising, shape (faces,).
+    face: face of each corner, rising, shape (corners,).
+    vertex: vertex of each corner, shape (corners,).
+    """
+
+    scene: Scene
+    points: np.ndarray
+    block: np.ndarray
+    part: np.ndarray
+    face: np.ndarray
+    vertex: np.ndarray
+
+    @property
+    def corners(self) -> np.ndarray:
+        """Positions of the corners, shape (corners, 3)."""
+        return self.points[self.vertex]
+
+    @property
+    def count(self) -> np.ndarray:
+        """Number of corners of each face, shape (faces,)."""
+        return np.bincount(self.face, minlength=len(self.part))
+
+    def following(self) -> np.ndarray:
+        """The next corner of each corner's face, shape (corners,)."""
+        return following(self.count)
+
+    def sum_by_face(self, values: np.ndarray) -> np.ndarray:
+        """Sums over the corners of each face of values, shape (corners, k)."""
+        return sums(self.face, values, len(self.part))
+
+    def refuse(self, face: int, why: str) -> NoReturn:
+        """Raise CaseError that names the block, part and face."""
+        part = self.part[face]
+        block = self.block[part]
+        first_face = np.searchsorted(self.part, part)
+        several = np.count_nonzero(self.block == block) > 1
+        of_part = f" of part no. {part - np.searchsorted(self.block, block) + 1}" if several else ""
+        name = self.scene.blocks[block].name
+        raise CaseError(
+            f"{self.scene.origin}: block {name!r}: face no. {face - first_face + 1}{of_part} {why}"
+        )
+
+
+def following(count: np.ndarray) -> np.ndarray:
+    """The number that follows each in rings of so many numbers, one after the other."""
+    ends = np.cumsum(count)
+    after = np.arange(1, count.sum() + 1)
+    after[ends[count > 0] - 1] = (ends - count)[count > 0]
+    return after
+
+
+def sums(owner: np.ndarray, values: np.ndarray, count: int) -> np.ndarray:
+    """Sums of the rows of values, shape (rows, k), by owner, shape (count, k)."""
+    return np.column_stack([np.bincount(owner, column, count) for column in values.T])
+
+
+def surfaces(scene: Scene) -> Surfaces:
+    """The blocks' surfaces as given, turned consistently within each part.
+
+    Raises
+    ------
+    CaseError
+        If an edge is not in exactly two faces, or faces cannot be turned consistently.
+    """
+    bodies = [block.polyhedra for block in scene.in_space()]
+    parts = list(chain.from_iterable(bodies))
+    points = np.concatenate([np.asarray(vertices, dtype=float) for vertices, _ in parts])
+    of_vertices = np.array([len(vertices) for vertices, _ in parts])
+    part = np.repeat(np.arange(len(parts)), [len(faces) for _, faces in parts])
+    of_corners = np.array([len(face) for _, faces in parts for face in faces])
+    vertex = np.fromiter(chain.from_iterable(face for _, faces in parts for face in faces), dtype=np.int64)
+    vertex += np.repeat((np.cumsum(of_vertices) - of_vertices)[part], of_corners)
+    # Meshes may repeat vertices face by face.
+    vertex = _first_alike(np.repeat(np.arange(len(parts)), of_vertices), points)[vertex]
+    face = np.repeat(np.arange(len(part)), of_corners)
+    apart = vertex != vertex[following(of_corners)]
+    block = np.repeat(np.arange(len(bodies)), list(map(len, bodies)))
+    return _turned(Surfaces(scene, points, block, part, face[apart], vertex[apart]))
+
+
+def _first_alike(part: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Of each vertex the first one, in sorted order, of its part that lies at the same point."""
+    order = np.lexsort((*points.T, part))
+    new = np.ones(len(order), dtype=bool)
+    new[1:] = (np.diff(points[order], axis=0) != 0).any(axis=1) | (np.diff(part[order]) != 0)
+    first = np.empty_like(order)
+    first[order] = order[new][np.cumsum(new) - 1]
+    return first
+
+
+def _turned(given: Surfaces) -> Surfaces:
+    """The surfaces with the faces of each part turned one way, after the check that they are closed."""
+    tail, tip = given.vertex, given.vertex[given.following()]
+    key = np.minimum(tail, tip) * np.int64(len(given.points)) + np.maximum(tail, tip)
+    _, edge, uses = np.unique(key, return_inverse=True, return_counts=True)
+    wrong = np.flatnonzero(uses[edge] != 2)
+    if len(wrong):
+        one, other = (place(given.points[end[wrong[0]]]) for end in (tail, tip))
+        more = uses[edge[wrong[0]]] - 1
+        others = f"{more} other faces have" if more else "no other face has"
+        given.refuse(
+            int(given.face[wrong[0]]),
+            f"has an edge from {one} to {other} that {others}: close the surface, each edge in two faces",
+        )
+    mates = np.argsort(edge, kind="stable").reshape(-1, 2)
+    one, other = given.face[mates].T
+    same_way = tail[mates[:, 0]] == tail[mates[:, 1]]
+    if not same_way.any():
+        return given
+    # Two nodes a face, as it is and turned round; edges say which of two faces' go together.
+    count = len(given.part)
+    ends = (
+        np.concatenate([one, one + count]),
+        np.concatenate([np.where(same_way, other + count, other), np.where(same_way, other, other + count)]),
+    )
+    links = sp.coo_array((np.ones(len(ends[0])), ends), shape=(2 * count, 2 * count))
+    _, group = connected_components(links, directed=False)
+    twisted = np.flatnonzero(group[:count] == group[count:])
+    if len(twisted):
+        given.refuse(int(twisted[0]), "is part of a surface without inside and outside: give a solid's faces")
+    return reversed_faces(given, group[:count] > group[count:])
+
+
+def reversed_faces(given: Surfaces, chosen: np.ndarray) -> Surfaces:
+    """The surfaces with the chosen faces, shape (faces,), turned round."""
+    count = given.count
+    first = np.cumsum(count) - count
+    at = ranges(first, count)
+    turned = (2 * first + count - 1)[given.face] - at
+    return replace(given, vertex=given.vertex[np.where(chosen[given.face], turned, at)])
+
+
+def place(point: np.ndarray, tolerance: float = 0.0) -> str:
+    """A point in words, coordinates within the tolerance as 0."""
+    return f"({', '.join(f'{0.0 if abs(value) <= tolerance else value:.6g}' for value in point)})"
