@@ -10,10 +10,12 @@ import shapely
 from masonry_opt.scene.contact import joint_properties
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.facing import Facing, facing
+from masonry_opt.scene.space.floating import refuse_floating
 from masonry_opt.scene.space.frames import unit
 from masonry_opt.scene.space.outlines import rolled
 from masonry_opt.scene.space.pairs import near_pairs, reach, refuse_overlaps
 from masonry_opt.scene.space.shapes import Shapes
+from masonry_opt.scene.space.touches import Corners, Touches, nearest, touches, without_normal
 from masonry_opt.scene.touching import LEAN
 
 
@@ -86,39 +88,60 @@ def find_contacts(scene: Scene, shapes: Shapes, *, floating: bool = False) -> Co
     refuse_overlaps(scene, shapes, pairs[~both_fixed])
     far = reach(shapes)[pairs].min(axis=1, initial=np.inf)
     found = facing(shapes, pairs, far)
-    touches = found.most <= shapes.tolerance
-    fixed_pairs = len(np.unique(found.pair[touches & both_fixed[found.pair]]))
+    shared = found.most <= shapes.tolerance
+    fixed_pairs = len(np.unique(found.pair[shared & both_fixed[found.pair]]))
     joined = ~both_fixed[found.pair]
-    polygons, across = found.where(touches & joined), found.where(~touches & joined)
-    gap = _near_misses(polygons, across, len(pairs))
+    polygons, across = found.where(shared & joined), found.where(~shared & joined)
+    # Two convex blocks that share a polygon meet nowhere else.
+    alone = ~both_fixed
+    alone[polygons.pair] &= ~shapes.convex[pairs[polygons.pair]].all(axis=1)
+    asked = np.flatnonzero(alone)
+    corners = Corners(shapes, np.unique(pairs[asked]))
+    lines = touches(corners, pairs, asked, polygons)
+    gap = _near_misses(polygons, lines, across, len(pairs))
     near = np.flatnonzero(np.isfinite(gap))
-    first, second = pairs[polygons.pair].T
+    # Polygons first, then lines and points of each pair.
     point, joint, tangent, outline = _corners(polygons)
+    ends = [np.unique(pair, axis=0) for pair in np.stack([lines.start, lines.end], axis=1)]
+    owner = np.concatenate([polygons.pair, lines.pair])
+    order = np.argsort(owner, kind="stable")
+    outline = [*outline, *([own] for own in ends)]
+    points = [*np.split(point, np.flatnonzero(np.diff(joint)) + 1)[: len(polygons.pair)], *ends]
+    first, second = pairs[owner[order]].T
+    near_misses = [(int(i), int(j)) for i, j in pairs[near]]
+    if not floating:
+        refuse_floating(scene, shapes, first, second, dict(zip(near_misses, gap[near], strict=True)))
     properties = joint_properties(scene, first, second)
     return Contacts(
         first=first,
         second=second,
-        normal=-polygons.frame.normal,
-        tangent=tangent,
-        area=polygons.area,
-        point=point,
-        joint=joint,
-        outline=outline,
+        normal=np.concatenate([-polygons.frame.normal, lines.normal])[order],
+        tangent=np.concatenate([tangent, lines.along])[order],
+        area=np.concatenate([polygons.area, np.zeros(len(lines.pair))])[order],
+        point=np.concatenate([points[number] for number in order] or [np.zeros((0, 3))]),
+        joint=np.repeat(np.arange(len(order)), [len(points[number]) for number in order]),
+        outline=[outline[number] for number in order],
         **{name: properties[name] for name in ("friction", "cohesion", "dilatancy")},
         fixed_pairs=fixed_pairs,
-        near_misses=[(int(i), int(j)) for i, j in pairs[near]],
+        near_misses=near_misses,
         gaps=gap[near].tolist(),
-        without_normal=[],
+        without_normal=[
+            (int(i), int(j)) for i, j in pairs[without_normal(corners, pairs, asked, (polygons, lines))]
+        ],
     )
 
 
-def _near_misses(shared: Facing, across: Facing, pairs: int) -> np.ndarray:
+def _near_misses(shared: Facing, lines: Touches, across: Facing, pairs: int) -> np.ndarray:
     """Of each pair the largest width of a small gap across which its blocks face each other beside what they
     share, ``inf`` without one, shape (pairs,)."""
     area = across.area
-    # No wider than it leans, and no mere chamfer of what is shared.
+    # Not so wide that it leans away, and no mere chamfer of what is shared.
     of_pair = np.bincount(shared.pair, shared.area, pairs)
     across = across.where((across.most <= LEAN * np.sqrt(area)) & (area > LEAN * of_pair[across.pair]))
+    middles = shapely.get_coordinates(shapely.centroid(across.polygon))
+    middle = across.frame.up(middles, np.arange(len(middles)))
+    apart = [nearest(across.pair, middle, found, found.pair) for found in (shared, lines)]
+    across = across.where(np.minimum(*apart) > 2 * across.most)
     width = np.full(pairs, np.inf)
     np.minimum.at(width, across.pair, across.most)
     return width

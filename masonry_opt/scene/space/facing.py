@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Self
 
@@ -57,23 +58,45 @@ class Facing:
         return np.hypot(shapely.distance(flat, self.polygon[number]), self.frame.above(points, number))
 
 
-def near_faces(shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Of each side of the pairs: pair, rising, and face, of its faces that come as near as ``far``, shape
-    (pairs,), to the box round the other block."""
-    faces = shapes.faces
-    face_low, face_high = faces.boxes
-    low, high = boxes(shapes)
-    count = np.bincount(faces.block, minlength=len(low))
-    first = np.cumsum(count) - count
-    found = []
-    for side in (0, 1):
+@dataclass(frozen=True)
+class Items:
+    """Faces, edges or corners of the blocks in turn: the block of each, rising, shape (items,), and the boxes
+    round them, shape (items, 3) each."""
+
+    block: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+    def beside(self, shapes: Shapes, pairs: np.ndarray, side: int, far: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Pair, rising, and item, of the items of each pair's block on a side that come as near as ``far``,
+        shape (pairs,), to the box round the other block."""
+        low, high = boxes(shapes)
+        count = np.bincount(self.block, minlength=len(low))
         block, other = pairs[:, side], pairs[:, 1 - side]
         pair = np.repeat(np.arange(len(pairs)), count[block])
-        face = ranges(first[block], count[block])
-        off = np.maximum(face_low[face] - high[other[pair]], low[other[pair]] - face_high[face]).max(axis=1)
+        item = ranges((np.cumsum(count) - count)[block], count[block])
+        off = np.maximum(self.low[item] - high[other[pair]], low[other[pair]] - self.high[item]).max(axis=1)
         near = off <= far[pair]
-        found.append((pair[near], face[near]))
-    return found
+        return pair[near], item[near]
+
+
+def near_items(
+    shapes: Shapes, pairs: np.ndarray, far: np.ndarray, kinds: tuple[Items, Items], side: int = 0
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Pair, item of the first kind of its block on a side, and item of the second kind of the other block, of
+    all whose boxes are as near as ``far``, shape (pairs,); so many at a time as memory holds."""
+    one, other = kinds
+    (pair1, item1), (pair2, item2) = (
+        kind.beside(shapes, pairs, at, far) for kind, at in ((one, side), (other, 1 - side))
+    )
+    count1, count2 = (np.bincount(pair, minlength=len(pairs)) for pair in (pair1, pair2))
+    first1, first2 = np.cumsum(count1) - count1, np.cumsum(count2) - count2
+    for some in chunks(count1 * count2):
+        number, i, j = combine(first1[some], count1[some], first2[some], count2[some])
+        pair, i, j = number + some.start, item1[i], item2[j]
+        off = np.maximum(one.low[i] - other.high[j], other.low[j] - one.high[i]).max(axis=1)
+        near = off <= far[pair]
+        yield pair[near], i[near], j[near]
 
 
 def facing(shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> Facing:
@@ -81,19 +104,18 @@ def facing(shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> Facing:
 
     Each connected piece is one polygon; pieces, and ends of them, narrower than ten tolerances are left out.
     """
-    (pair1, face1), (pair2, face2) = near_faces(shapes, pairs, far)
-    count1, count2 = (np.bincount(pair, minlength=len(pairs)) for pair in (pair1, pair2))
-    first1, first2 = np.cumsum(count1) - count1, np.cumsum(count2) - count2
-    (low, high), normal = shapes.faces.boxes, shapes.faces.frame.normal
+    faces, normal = Items(shapes.faces.block, *shapes.faces.boxes), shapes.faces.frame.normal
     found = []
-    for some in chunks(count1 * count2):
-        number, one, other = combine(first1[some], count1[some], first2[some], count2[some])
-        pair, i, j = number + some.start, face1[one], face2[other]
-        apart = np.maximum(low[i] - high[j], low[j] - high[i]).max(axis=1)
-        near = (apart <= far[pair]) & (dots(normal[i], normal[j]) < -_FACING)
-        found.append((pair[near], i[near], j[near]))
-    pair, i, j = map(np.concatenate, zip(*found, strict=True)) if found else (np.zeros(0, dtype=int),) * 3
+    for pair, i, j in near_items(shapes, pairs, far, (faces, faces)):
+        opposite = dots(normal[i], normal[j]) < -_FACING
+        found.append((pair[opposite], i[opposite], j[opposite]))
+    pair, i, j = stacked(found)
     return _shared(shapes, pair, i, j, far[pair])
+
+
+def stacked(found: list[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
+    """Columns put together, of numbers where there are none."""
+    return tuple(map(np.concatenate, zip(*found, strict=True))) if found else (np.zeros(0, dtype=int),) * 3
 
 
 def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far: np.ndarray) -> Facing:
