@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
@@ -124,6 +124,10 @@ def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far:
     faces, narrowest = shapes.faces, NARROWEST * shapes.tolerance
     one, other = faces.frame.where(i), faces.frame.where(j)
     frame = Frames.of(one.base, one.normal - other.normal, one.u)
+    # Halfway: over the bisecting plane the two faces' heights are opposite everywhere.
+    every = np.arange(len(i))
+    half = _height(frame, other, np.zeros((len(i), 2)), every) / 2
+    frame = replace(frame, base=frame.base + half[:, None] * frame.normal)
     flat = [_projected(faces.polygon[face], frame, own) for face, own in ((i, one), (j, other))]
     low1, high1, low2, high2 = (corner for own in flat for corner in np.split(shapely.bounds(own), 2, axis=1))
     wide_enough = (np.minimum(high1, high2) - np.maximum(low1, low2)).min(axis=1) > shapes.tolerance

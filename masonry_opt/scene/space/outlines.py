@@ -17,21 +17,21 @@ def plain(polygons: np.ndarray, tolerance: float) -> np.ndarray:
     outline without them; empty ones where nothing is left."""
     rings, polygon = shapely.get_rings(polygons, return_index=True)
     points, ring = shapely.get_coordinates(rings, return_index=True)
-    closing = np.append(ring[:-1] != ring[1:], True)
+    closing = np.diff(ring, append=ring[-1:] + 1) != 0
     points, ring = points[~closing], ring[~closing]
     count = np.bincount(ring, minlength=len(rings))
     # A ring's corner farthest from its middle is surely one that no straight side runs through.
     middle = sums(ring, points, len(rings)) / count[:, None]
     far = np.hypot(*(points - middle[ring]).T)
     first = np.cumsum(count) - count
-    most = np.maximum.reduceat(far, first) if len(far) else far
+    most = np.maximum.reduceat(far, first)
     candidates = np.flatnonzero(far >= most[ring] * (1 - 1e-9))
     starts = candidates[np.unique(ring[candidates], return_index=True)[1]]
     at = rolled(count, starts - first, closed=True)
     lines = shapely.linestrings(points[at], indices=np.repeat(np.arange(len(rings)), count + 1))
     lines = shapely.simplify(lines, tolerance, preserve_topology=False)
     kept = shapely.get_num_coordinates(lines) >= 4
-    is_hole = np.append(False, polygon[1:] == polygon[:-1])
+    is_hole = np.diff(polygon, prepend=-1) == 0
     shells = np.zeros(len(polygons), dtype=bool)
     shells[polygon[kept & ~is_hole]] = True
     kept &= shells[polygon]

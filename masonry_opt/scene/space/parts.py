@@ -77,7 +77,7 @@ class Parts:
 
 
 class Common(NamedTuple):
-    """What two parts have in common: the diameter of the largest ball in it, its middle, the volume."""
+    """What two parts have in common: the diameter of the largest ball in it, its centroid and volume."""
 
     depth: float
     middle: np.ndarray
@@ -111,8 +111,10 @@ def common(parts: Parts, one: int, other: int) -> Common:
     if ball.x is None or ball.x[3] <= 1e-9:
         return Common(0.0, middle, 0.0)
     corners = HalfspaceIntersection(np.column_stack([normal, -offset]), ball.x[:3]).intersections
-    volume = ConvexHull(corners).volume * scale**3
-    return Common(2 * float(ball.x[3]) * scale, middle + scale * ball.x[:3], float(volume))
+    a, b, c = np.moveaxis(corners[ConvexHull(corners).simplices] - ball.x[:3], 1, 0)
+    pieces = np.abs(dots(a, np.cross(b, c))) / 6
+    centroid = ball.x[:3] + pieces @ (a + b + c) / 4 / pieces.sum()
+    return Common(2 * float(ball.x[3]) * scale, middle + scale * centroid, float(pieces.sum()) * scale**3)
 
 
 def combine(

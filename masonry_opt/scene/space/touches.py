@@ -114,8 +114,7 @@ def touches(corners: Corners, pairs: np.ndarray, asked: np.ndarray, shared: Faci
     """Edges in faces, corners on faces and crossing edges of the pairs asked for, away from the polygons that
     their pair shares and from each other; ordered by pair."""
     every = [
-        Touches.of(kind(corners, pairs[asked]))
-        for kind in (_edges_in_faces, _corners_on_faces, _crossings)
+        Touches.of(kind(corners, pairs[asked])) for kind in (_edges_in_faces, _corners_on_faces, _crossings)
     ]
     kind = np.repeat(np.arange(len(every)), [len(one.pair) for one in every])
     found = Touches.of(every)
