@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 import shapely
 
+from masonry_opt.scene.space.clipping import common_to
 from masonry_opt.scene.space.frames import Frames, dots
 from masonry_opt.scene.space.outlines import plain, wide, without_slivers
 from masonry_opt.scene.space.pairs import boxes
@@ -113,7 +114,7 @@ def facing(shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> Facing:
     return _shared(shapes, pair, i, j, far[pair])
 
 
-def stacked(found: list[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
+def stacked(found: Sequence[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
     """Columns put together, of numbers where there are none."""
     return tuple(map(np.concatenate, zip(*found, strict=True))) if found else (np.zeros(0, dtype=int),) * 3
 
@@ -132,9 +133,9 @@ def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far:
     low1, high1, low2, high2 = (corner for own in flat for corner in np.split(shapely.bounds(own), 2, axis=1))
     wide_enough = (np.minimum(high1, high2) - np.maximum(low1, low2)).min(axis=1) > shapes.tolerance
     at = np.flatnonzero(wide_enough)
-    pieces, number = shapely.get_parts(shapely.intersection(flat[0][at], flat[1][at]), return_index=True)
-    solid = shapely.get_type_id(pieces) == shapely.GeometryType.POLYGON
-    pieces, number = pieces[solid], at[number[solid]]
+    convex = faces.convex[i[at]] & faces.convex[j[at]]
+    pieces, number = common_to(flat[0][at], flat[1][at], convex, shapes.tolerance)
+    number = at[number]
     kept = wide(pieces, narrowest)
     pieces, number = _without_tails(pieces[kept], number[kept], narrowest)
     pieces = plain(pieces, shapes.tolerance / 2)

@@ -52,18 +52,18 @@ def rolled(count: np.ndarray, by: np.ndarray, *, closed: bool = False) -> np.nda
     return np.repeat(first, length) + (step + np.repeat(by, length)) % np.repeat(count, length)
 
 
-def without_cracks(polygon: shapely.Geometry, width: float) -> shapely.Geometry:
-    """A polygon, or several, with gaps narrower than a width closed."""
-    return _offset(_offset(polygon, width / 2), -width / 2)
+def without_cracks(polygons: np.ndarray, width: float) -> np.ndarray:
+    """Polygons with gaps narrower than a width closed."""
+    return _offset(_offset(polygons, width / 2), -width / 2)
 
 
-def without_slivers(polygon: shapely.Geometry, width: float) -> shapely.Geometry:
-    """A polygon, or several, without what is narrower than a width."""
-    return _offset(_offset(polygon, -width / 2), width / 2)
+def without_slivers(polygons: np.ndarray, width: float) -> np.ndarray:
+    """Polygons without what is narrower than a width."""
+    return _offset(_offset(polygons, -width / 2), width / 2)
 
 
-def _offset(polygon: shapely.Geometry, by: float) -> shapely.Geometry:
-    return shapely.buffer(polygon, by, join_style="mitre", mitre_limit=_MITRE)
+def _offset(polygons: np.ndarray, by: float) -> np.ndarray:
+    return shapely.buffer(polygons, by, join_style="mitre", mitre_limit=_MITRE)
 
 
 def wide(pieces: np.ndarray, width: float) -> np.ndarray:
@@ -73,6 +73,6 @@ def wide(pieces: np.ndarray, width: float) -> np.ndarray:
     # larger than twice that.
     mean = np.divide(2 * area, around, out=np.zeros_like(area), where=around > 0)
     found = mean >= width
-    for index in np.flatnonzero(~found & (2 * mean >= width)):
-        found[index] = not _offset(pieces[index], -width / 2).is_empty
+    doubtful = ~found & (2 * mean >= width)
+    found[doubtful] = ~shapely.is_empty(_offset(pieces[doubtful], -width / 2))
     return found

@@ -67,12 +67,19 @@ class Parts:
         nearest, farthest = np.empty(len(one)), np.empty(len(one))
         for some in chunks(planes[one] * points[other]):
             a, b = one[some], other[some]
-            _, i, j = combine(first_plane[a], planes[a], first_point[b], points[b])
-            height = dots(self.normal[i], self.points[j]) - self.offset[i]
-            rows = np.repeat(points[b], planes[a])
-            start, pair = np.cumsum(rows) - rows, np.cumsum(planes[a]) - planes[a]
-            nearest[some] = np.maximum.reduceat(np.minimum.reduceat(height, start), pair)
-            farthest[some] = np.maximum.reduceat(np.maximum.reduceat(height, start), pair)
+            rows = np.repeat(np.arange(len(a)), planes[a])
+            i, of_points = ranges(first_plane[a], planes[a]), b[rows]
+            height = [np.empty(len(i)) for _ in range(2)]
+            for part in chunks(points[of_points]):
+                number, k, j = combine(
+                    i[part], np.ones_like(i[part]), *(own[of_points[part]] for own in (first_point, points))
+                )
+                off = dots(self.normal[k], self.points[j]) - self.offset[k]
+                start = np.searchsorted(number, np.arange(len(i[part])))
+                for own, bound in zip(height, (np.minimum, np.maximum), strict=True):
+                    own[part] = bound.reduceat(off, start)
+            pair = np.cumsum(planes[a]) - planes[a]
+            nearest[some], farthest[some] = (np.maximum.reduceat(own, pair) for own in height)
         return nearest, farthest
 
 

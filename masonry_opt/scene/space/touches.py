@@ -262,4 +262,4 @@ def without_normal(
 
 def _inside(low: np.ndarray, high: np.ndarray, box: np.ndarray, margin: float) -> np.ndarray:
     """Which boxes in a plane come farther than a margin inside other boxes."""
-    return ((high > box[:, :2] + margin) & (low < box[:, 2:] - margin)).all(axis=1)
+    return np.all((high > box[:, :2] + margin) & (low < box[:, 2:] - margin), axis=1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -257,7 +258,7 @@ def test_a_wall_in_running_bond_has_the_joints_that_its_bond_gives():
     for course in range(courses):
         ends = [0, *range(1, n), n] if course % 2 == 0 else [0, *(k + 0.5 for k in range(n)), n]
         z = (course * 0.3, course * 0.3 + 0.3)
-        blocks += [box(f"{course} {x}", (x, y), (0, 0.5), z) for x, y in zip(ends, ends[1:], strict=False)]
+        blocks += [box(f"{course} {x}", (x, y), (0, 0.5), z) for x, y in itertools.pairwise(ends)]
     found = contacts_of(scene(*blocks, box("base", (-1, n + 1), (-1, 2), (-1, 0), fixed=True)))
     heads = courses // 2 * (2 * n - 1)
     assert len(found.first) == heads + 2 * n * (courses - 1) + n

@@ -17,7 +17,7 @@ CUBE = box("A", (0, 1), (0, 2), (0, 3))
 
 
 def of_first(blocks):
-    """Volume, centroid in the scene's coordinates and falling areas of the outer faces, of the first block."""
+    """Of the first block volume, centroid in the scene's coordinates and areas of faces, falling."""
     found = shapes(blocks)
     areas = shapely.area(found.faces.polygon[found.faces.block == 0])
     return found.volume[0], found.centroid[0] + found.origin, sorted(areas, reverse=True)
