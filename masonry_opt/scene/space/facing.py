@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from masonry_opt.scene.space.clipping import common_to
-from masonry_opt.scene.space.frames import Frames, dots
+from masonry_opt.scene.space.frames import Frames, dots, lengths
 from masonry_opt.scene.space.outlines import plain, wide, without_slivers
 from masonry_opt.scene.space.pairs import boxes
 from masonry_opt.scene.space.parts import chunks, combine
@@ -22,6 +22,9 @@ NARROWEST = 10
 
 #: Cosine of the angle beyond which faces share nothing: within a tolerance along ten they lean by a tenth.
 _FACING = 0.99
+
+#: Sine of an angle that is rounding.
+_ROUNDING = 1e-7
 
 
 @dataclass(frozen=True)
@@ -105,11 +108,17 @@ def facing(shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> Facing:
 
     Each connected piece is one polygon; pieces, and ends of them, narrower than ten tolerances are left out.
     """
-    faces, normal = Items(shapes.faces.block, *shapes.faces.boxes), shapes.faces.frame.normal
+    faces, frame = Items(shapes.faces.block, *shapes.faces.boxes), shapes.faces.frame
+    size = lengths(faces.high - faces.low)
     found = []
     for pair, i, j in near_items(shapes, pairs, far, (faces, faces)):
-        opposite = dots(normal[i], normal[j]) < -_FACING
-        found.append((pair[opposite], i[opposite], j[opposite]))
+        cosine = -dots(frame.normal[i], frame.normal[j])
+        # Where they come near each other is no farther from a point of the other face than that is wide.
+        lean = np.sqrt(np.maximum(1 - cosine**2, 0)) + _ROUNDING
+        near = (cosine > _FACING) & (
+            np.abs(frame.above(frame.base[j], i)) <= far[pair] / _FACING + lean * size[j]
+        )
+        found.append((pair[near], i[near], j[near]))
     pair, i, j = stacked(found)
     return _shared(shapes, pair, i, j, far[pair])
 
