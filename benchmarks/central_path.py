@@ -17,6 +17,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 import scipy.sparse as sp
+from matplotlib.ticker import NullFormatter
 from scipy.sparse.linalg import splu
 
 ROOT = Path(__file__).parents[1]
@@ -35,7 +36,10 @@ FIRST, LAST = 10.0, 1e-10
 
 #: What the equations may leave; steps along the path at first and at most; Newton steps of a correction at
 #: most, and by how much each may change a logarithm.
-LEFT, STEP, LONGEST, CORRECTIONS, FARTHEST = 1e-9, 0.1, 0.5, 8, 2.0
+LEFT, STEP, LONGEST, CORRECTIONS, FARTHEST = 1e-9, 0.1, 0.2, 8, 2.0
+
+#: How far beyond the last two folds the picture's second half goes, as a factor on the gap.
+NEARBY = 3.0
 
 #: Steps of a path at most, halvings included.
 MOST = 10_000
@@ -115,19 +119,26 @@ def draw(centre: Centre, points: np.ndarray, steps: list[NewtonStep], file: Path
     gap = np.exp(points[:, 0]) * centre.problem.faces / centre.problem.live_norm / end
     way = np.sign(np.diff(points[:, 0]))
     folds = 1 + np.flatnonzero(way[1:] != way[:-1])
-    figure, axes = plt.subplots(figsize=(6.5, 3.8), layout="constrained")
-    axes.plot(gap, points[:, 1], color=BLACK, linewidth=1, label="path of equal products z p")
-    axes.plot(gap[folds], points[folds, 1], "o", color=VERMILION, label="fold")
-    for word, mark, colour, of in (
-        ("a pass, Newton's matrix", "+", BLUE, [step for step in steps if step.blend == 1]),
-        ("a pass, a matrix of less friction", "x", ORANGE, [step for step in steps if step.blend < 1]),
-    ):
-        # A pass measures its gap at the λ of each step.
-        measured = [step.gap * max(abs(step.load_factor), 1e-3) / end for step in of]
-        axes.plot(measured, [step.load_factor for step in of], mark, color=colour, label=word)
-    axes.set(xscale="log", xlabel="energy z·p, over the live load's work at collapse", ylabel="load factor λ")
-    axes.invert_xaxis()
-    axes.legend()
+    figure, panels = plt.subplots(1, 2, figsize=(9, 3.8), layout="constrained")
+    for axes in panels:
+        axes.plot(gap, points[:, 1], color=BLACK, linewidth=1, label="path of equal products z p")
+        axes.plot(gap[folds], points[folds, 1], "o", color=VERMILION, label="fold")
+        for word, mark, colour, of in (
+            ("a pass, Newton's matrix", "+", BLUE, [step for step in steps if step.blend == 1]),
+            ("a pass, a matrix of less friction", "x", ORANGE, [step for step in steps if step.blend < 1]),
+        ):
+            # A pass measures its gap at the λ of each step.
+            measured = [step.gap * max(abs(step.load_factor), 1e-3) / end for step in of]
+            axes.plot(measured, [step.load_factor for step in of], mark, color=colour, label=word)
+        axes.set(xscale="log", xlabel="energy z·p, over the live load's work at collapse", ylabel="λ")
+        axes.invert_xaxis()
+    panels[0].legend(fontsize=8)
+    if len(folds):
+        near = (gap > gap[folds[-2:]].min() / NEARBY) & (gap < gap[folds[-2:]].max() * NEARBY)
+        low, high = points[near, 1].min(), points[near, 1].max()
+        panels[1].set(xlim=(gap[near].max(), gap[near].min()), title="round the last two folds")
+        panels[1].xaxis.set_minor_formatter(NullFormatter())
+        panels[1].set_ylim(low - 0.1 * (high - low), high + 0.1 * (high - low))
     figure.savefig(file, dpi=150)
     for at in folds:
         print(f"fold at gap {gap[at]:.3g}, load factor {points[at, 1]:.5f}")
