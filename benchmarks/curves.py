@@ -1,6 +1,6 @@
 """Where do the three load factors lie beside λ over displacement? Draws docs/curves.png and prints them.
 
-    python benchmarks/curves.py --stones 60 --seed 101 --search 30
+    python benchmarks/curves.py --stones 100 --seed 26 --search 60
 
 Wall 6 of Ferris & Tin-Loi and a rubble wall: the load to expect is the plateau of method "compliant", the
 least known the lowest state of method "refined" with a search of so many seconds.
@@ -49,9 +49,9 @@ def draw(axes: Axes, scene: mo.Scene, title: str, search: float) -> None:
 def main() -> None:
     """Draw both walls."""
     options = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    options.add_argument("--stones", type=int, default=60)
-    options.add_argument("--seed", type=int, default=101)
-    options.add_argument("--search", type=float, default=30.0, help="seconds that the least is searched for")
+    options.add_argument("--stones", type=int, default=100)
+    options.add_argument("--seed", type=int, default=26)
+    options.add_argument("--search", type=float, default=60.0, help="seconds that the least is searched for")
     chosen = options.parse_args()
     wall = mo.load(ROOT / "cases" / "ferris_tinloi" / "wall_6.toml")
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")
