@@ -108,8 +108,8 @@ def draw(lines: pd.DataFrame, file: Path) -> None:
     """Answers and time against size, of rubble walls."""
     rubbles = lines[lines["stones"] > 0].assign(ratio=lines["seconds"] / lines["static_seconds"])
     by_size = rubbles.groupby("stones")
-    names = [f"{size:,}\n{len(of)} walls" for size, of in by_size]
-    figure, (expected, states, times) = plt.subplots(1, 3, figsize=(9, 3.6), layout="constrained")
+    names = [f"{size:,}\n({len(of)})" for size, of in by_size]
+    figure, (expected, states, times) = plt.subplots(1, 3, figsize=(10, 4.4), layout="constrained")
     for axes, column, colours in ((expected, "to_expect", EXPECTED), (states, "state", STATES)):
         shares = 100 * by_size[column].value_counts(normalize=True).unstack(fill_value=0.0)
         _stack(axes, names, shares.reindex(columns=list(colours), fill_value=0.0), colours)
@@ -121,10 +121,17 @@ def draw(lines: pd.DataFrame, file: Path) -> None:
         times.plot([place] * 2, [low, high], color=BLUE, linewidth=5, solid_capstyle="butt", zorder=2)
         times.plot(place, median, "o", color="white", markeredgecolor=BLACK, zorder=3)
         times.annotate(f"{median:.0f}", (place, median), (9, -4), textcoords="offset points")
-    times.set(yscale="log", title="time: walls, quartiles, median", ylabel="processor time / associative")
+    times.set(yscale="log", title="time", ylabel="processor time over the associative")
     times.set_xticks(range(len(names)), names)
+    times.set_yticks(ticks := [5, 10, 20, 50, 100, 200], [f"× {tick}" for tick in ticks])
+    times.minorticks_off()
     times.margins(x=0.15)
-    figure.supxlabel("stones of a rubble wall", fontsize=10)
+    times.legend(
+        handles=[*times.lines[:2], times.lines[2]],
+        labels=["a wall", "middle half", "median"],
+        loc="upper left",
+    )
+    figure.supxlabel("stones of a rubble wall (and how many walls)", fontsize=10)
     figure.savefig(file, dpi=150)
 
 
@@ -134,7 +141,7 @@ def _stack(axes: Axes, names: list[str], shares: pd.DataFrame, colours: dict[str
     for name, colour in colours.items():
         axes.bar(names, shares[name], bottom=top[name] - shares[name], color=colour, width=0.7, label=name)
     axes.set(ylim=(0, 100), ylabel="share of walls (%)")
-    axes.legend(loc="lower left", framealpha=1.0, fontsize=8)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), frameon=False)
 
 
 def main(asked: argparse.Namespace) -> None:
