@@ -15,8 +15,6 @@ from masonry_opt.exports.export import export as export
 from masonry_opt.scene.arch import Arch as Arch
 from masonry_opt.scene.arch import PointLoad as PointLoad
 from masonry_opt.scene.blocks import Block as Block
-from masonry_opt.scene.blocks import Joint as Joint
-from masonry_opt.scene.blocks import JointDefaults as JointDefaults
 from masonry_opt.scene.blocks import Reference as Reference
 from masonry_opt.scene.case_file import load as load
 from masonry_opt.scene.case_file import save as save
@@ -24,6 +22,8 @@ from masonry_opt.scene.drawings.compas import read_compas as read_compas
 from masonry_opt.scene.drawings.dxf import read_dxf as read_dxf
 from masonry_opt.scene.drawings.dxf import write_dxf as write_dxf
 from masonry_opt.scene.extrude import extrude as extrude
+from masonry_opt.scene.joints import Joint as Joint
+from masonry_opt.scene.joints import JointDefaults as JointDefaults
 from masonry_opt.scene.loads import EdgeLoad as EdgeLoad
 from masonry_opt.scene.loads import Load as Load
 from masonry_opt.scene.scene import Scene as Scene

@@ -81,7 +81,7 @@ class CvxpyConeStatic:
         """The state at the optimum: velocities are the duals of equilibrium."""
         d = self.statics.equilibrium.dual_value
         p = self._problem.rates(d, np.asarray(self.limits.slope.value), curved=True)
-        return State(*self.statics.forces(), d, p)
+        return State(*self.statics.forces(), d, p, curved=True)
 
 
 class CvxpyConeKinematic:
@@ -103,7 +103,8 @@ class CvxpyConeKinematic:
         mechanism = self.mechanism
         d, slope = mechanism.d.value, np.asarray(self.limits.slope.value)
         load_factor, q = -mechanism.live_work.dual_value, -mechanism.compatibility.dual_value
-        return State(float(load_factor), q, d, self._problem.rates(d, slope, curved=True))
+        p = self._problem.rates(d, slope, curved=True)
+        return State(float(load_factor), q, d, p, curved=True)
 
 
 def cone_forces(problem: Problem, p: np.ndarray, weight: float) -> tuple[ConeStatics, cp.Problem]:
@@ -124,8 +125,9 @@ def cone_forces(problem: Problem, p: np.ndarray, weight: float) -> tuple[ConeSta
     return statics, cp.Problem(cp.Minimize(objective), [statics.equilibrium, *statics.within_yield])
 
 
-def cone_motion(problem: Problem, q: np.ndarray, slope: np.ndarray) -> tuple[ConeMechanism, cp.Problem]:
-    """A mechanism that leaves least energy for forces q, shape (3c,), with opening per unit slip (k,):
+def cone_motion(problem: Problem, q: np.ndarray, slope: np.ndarray) -> tuple[cp.Variable, cp.Problem]:
+    """Block velocities d of a mechanism that leaves least energy for forces q, shape (3c,), with opening per
+    unit slip (k,):
 
     min  γ·(c + μ n) + w·(s, t) + u·n    within kinematics
     """
@@ -134,7 +136,7 @@ def cone_motion(problem: Problem, q: np.ndarray, slope: np.ndarray) -> tuple[Con
     limit = np.maximum(problem.cohesion + problem.friction * normal, np.hypot(*shears))
     energy = limit @ mechanism.speed + cp.sum(cp.multiply(np.stack(shears), mechanism.slip))
     energy += np.maximum(q[: problem.joints], 0.0) @ mechanism.opening
-    return mechanism, cp.Problem(cp.Minimize(energy), mechanism.rows)
+    return mechanism.d, cp.Problem(cp.Minimize(energy), mechanism.rows)
 
 
 def _kinds(problem: Problem) -> np.ndarray:

@@ -43,18 +43,17 @@ def pushed_box(size: tuple[float, float, float], friction: float, angle: float) 
 
 def corner_wall(along_x: int, along_y: int, courses: int, friction: float = 0.6) -> mo.Scene:
     """Two walls of 2 × 1 × 1 blocks that meet in a toothed corner at the origin, one along x and its return
-    along y, so many blocks a course; pushed away from the return, -y, by their weight."""
+    along y, so many blocks a course, half blocks at the free ends of every other one; pushed away from
+    the return, -y, by their weight."""
     blocks = []
+    keys = {"unit_weight": 1, "live_per_weight": (0, -1, 0)}
     for course in range(courses):
         z = (course, course + 1)
-        # Through the corner the wall goes in one course, its return in the next.
-        x0, y0 = (0, 1) if course % 2 == 0 else (1, 0)
-        keys = {"weight": 1, "live_per_weight": (0, -1, 0)}
-        for number in range(along_x):
-            x = x0 + 2 * number
-            blocks.append(mo.box(f"x {course + 1}-{number + 1}", (x, x + 2), (0, 1), z, **keys))
-        for number in range(along_y):
-            y = y0 + 2 * number
-            blocks.append(mo.box(f"y {course + 1}-{number + 1}", (0, 1), (y, y + 2), z, **keys))
-    ground = mo.box("ground", (-1, 2 * along_x + 2), (-1, 2 * along_y + 2), (-1, 0), fixed=True)
+        # Through the corner goes the wall in one course, its return in the next.
+        for leg, count, start in (("x", along_x, course % 2), ("y", along_y, 1 - course % 2)):
+            for number in range(count):
+                along = (start + 2 * number, min(start + 2 * number + 2, 2 * count))
+                x, y = (along, (0, 1)) if leg == "x" else ((0, 1), along)
+                blocks.append(mo.box(f"{leg} {course + 1}-{number + 1}", x, y, z, **keys))
+    ground = mo.box("ground", (-1, 2 * along_x + 1), (-1, 2 * along_y + 1), (-1, 0), fixed=True)
     return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[*blocks, ground])

@@ -103,8 +103,8 @@ def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
     problem, effort = task.problem, task.effort
     with effort.measure("build"):
         model = PyomoRelaxed(PyomoMpec(problem))
-        at_rest = (np.zeros(size) for size in (*problem.B.shape[::-1], problem.faces))
-        model.start_from(start or State(0.0, *at_rest))
+        q, d, p = (np.zeros(size) for size in (*problem.B.shape[::-1], problem.faces))
+        model.start_from(start or State(0.0, q, d, p))
     with effort.measure("compile"):
         ipopt = getattr(drivers, task.solver.entry.engine)(model)
     effort.uses(task.solver.name, "relaxation")

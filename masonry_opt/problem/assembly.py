@@ -153,12 +153,8 @@ def _in_space(scene: Scene, floating: bool) -> Assembly:
     areas = contacts.area[contacts.area > 0]
     usual = np.sqrt(np.median(areas)) if len(areas) else np.cbrt(np.median(solids.volume[movable]))
     length_unit = float(usual) / 2
-    dead, live, force_unit = _scaled(
-        scene,
-        given.dead.about(centroid) + given.weight.about(centroid),
-        given.live.about(centroid),
-        length_unit,
-    )
+    dead = given.dead.about(centroid) + given.weight.about(centroid)
+    dead, live, force_unit = _scaled(scene, dead, given.live.about(centroid), length_unit)
     matrices = points.matrices(contacts, solids, movable, length_unit)
     problem = Problem(matrices, points.law(contacts, force_unit), dead, live, force_unit)
     return SpaceAssembly(problem, scene, solids, contacts, movable)
@@ -171,8 +167,8 @@ def _movable(scene: Scene) -> np.ndarray:
 def _scaled(
     scene: Scene, dead: np.ndarray, live: np.ndarray, length_unit: float
 ) -> tuple[np.ndarray, np.ndarray, float]:
-    """Dead and live loads in units of force and length, and the unit of force: the median dead load of a block,
-    or live load where there is none."""
+    """Dead and live loads in units of force and length, and the unit of force: the median dead load of a
+    block, or live load where there is none."""
     rows, dimension = (6, 3) if scene.dimension == 3 else (3, 2)
     sizes = (np.hypot.reduce(load.reshape(-1, rows)[:, :dimension], axis=1) for load in (dead, live))
     force_unit = next(filter(None, map(_median_of_positive, sizes)), 1.0)

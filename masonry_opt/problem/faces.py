@@ -20,8 +20,8 @@ class Layout:
     dimension: components of a force, on a block or in a joint.
     rows: rows of a block in B: ``dimension`` forces, then moments about its centroid.
     kinds: kinds of force in q: normal forces of all joints, then ``dimension`` − 1 shears, then moments.
-    senses: shear that resists each sense of sliding, shape (senses, dimension − 1): in the plane two opposites,
-        in space directions all round, at equal angles from the first tangent on.
+    senses: shear that resists each sense of sliding, shape (senses, dimension − 1): in the plane two
+        opposites, in space directions all round, at equal angles from the first tangent on.
     factor: share of the shear limit that holds in each sense.
     edges: sign of the moment in each rocking face of a joint; a single 0 says n ≥ 0.
     """
@@ -59,8 +59,8 @@ PLANE = Layout(2, 3, 3, senses=np.array([[1.0], [-1.0]]), factor=1.0, edges=np.a
 
 
 def space(sides: int) -> Layout:
-    """Layout of space: three forces and three moments of a block; n and two shears of a contact point; so many
-    sides of a polygon inside the cone of friction, each ``cos(π/sides) (c + μ n) − e·(s, t) ≥ 0``."""
+    """Layout of space: three forces and three moments of a block; n and two shears of a contact point; so
+    many sides of a polygon inside the cone of friction, each ``cos(π/sides) (c + μ n) − e·(s, t) ≥ 0``."""
     angles = 2 * np.pi / sides * np.arange(sides)
     senses = np.column_stack([np.cos(angles), np.sin(angles)])
     return Layout(3, 6, 3, senses=senses, factor=float(np.cos(np.pi / sides)), edges=np.zeros(1))

@@ -11,15 +11,15 @@ from masonry_opt.problem.problem import Law
 from masonry_opt.scene.space.contacts import Contacts
 from masonry_opt.scene.space.shapes import Shapes
 
-#: Sides of the polygon inside the cone of friction: associative load factors of corner walls are some .2 % lower
-#: than by cones, loads to expect as much. (With 12 sides 1 %, with 16 .5 %; steps are as many.)
+#: Sides of the polygon inside the cone of friction: associative load factors of corner walls are some .2 %
+#: lower than by cones, loads to expect as much. (With 12 sides 1 %, with 16 .5 %; steps are as many.)
 SIDES = 24
 
 
 def matrices(contacts: Contacts, shapes: Shapes, movable: np.ndarray, length_unit: float) -> Matrices:
-    """B with lengths in ``length_unit``: rows fx, fy, fz and moments about the centroid of each movable block;
-    columns n of all contact points, then s along the joint's tangent, then t along normal × tangent. Forces
-    act on the first block as they are, on the second reversed.
+    """B with lengths in ``length_unit``: rows fx, fy, fz and moments about the centroid of each movable
+    block; columns n of all contact points, then s along the joint's tangent, then t along normal × tangent.
+    Forces act on the first block as they are, on the second reversed.
 
     Parameters
     ----------

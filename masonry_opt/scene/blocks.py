@@ -1,21 +1,17 @@
-"""Blocks, joint properties and published values: records that are the Python interface and the schema of the
+"""Blocks and published values: records that are the Python interface and the schema of the
 case file alike, so that both refuse the same keys and values."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeVar
 
 import numpy as np
 from pydantic import (
     AfterValidator,
     BaseModel,
-    BeforeValidator,
     ConfigDict,
     Discriminator,
     Field,
-    PlainSerializer,
     Strict,
     StringConstraints,
     ValidationError,
@@ -38,9 +34,6 @@ LARGEST_NUMBER = 1e30
 #: Blocks, openings and gaps that a generator builds: more than can be solved, and soon built.
 MOST_BLOCKS = 100_000
 
-#: Beyond this a friction row is nothing but rounding.
-LARGEST_FRICTION = 1e6
-
 
 def _bounded(value: float) -> float:
     if not abs(value) <= LARGEST_NUMBER:
@@ -48,29 +41,11 @@ def _bounded(value: float) -> float:
     return value + 0.0  # no minus before a zero
 
 
-def _friction(value: float) -> float:
-    if not value >= 0:
-        raise ValueError("must be zero or more")
-    if LARGEST_FRICTION < value < math.inf:
-        raise ValueError("is too large to be a friction: write inf for a joint that cannot slide")
-    return value + 0.0
-
-
 Number = Annotated[float, Strict(), AfterValidator(_bounded)]
 NonNegative = Annotated[Number, Field(ge=0)]
 Positive = Annotated[Number, Field(gt=0)]
 Point = tuple[Number, Number]
-Stresses = tuple[NonNegative, NonNegative]
-Angle = Annotated[float, Strict(), Field(ge=0, lt=90)]
 YesNo = Annotated[bool, Strict()]
-#: tan φ; ``inf`` (in JSON the string "inf") for a joint that cannot slide.
-Friction = Annotated[
-    float,
-    Strict(),
-    BeforeValidator(lambda value: math.inf if isinstance(value, str) and value == "inf" else value),
-    AfterValidator(_friction),
-    PlainSerializer(lambda value: "inf" if math.isinf(value) else value, when_used="json"),
-]
 #: Chooses between two types, each marked with its ``Tag``, so that errors name only the one that was meant.
 ONE_OR_SEVERAL = Discriminator(lambda value: "<several>" if isinstance(value, (list, tuple)) else "<one>")
 #: Control characters, line ends, and marks that turn the direction of writing round.
@@ -223,106 +198,6 @@ class Block(Body):
     def corners(self) -> np.ndarray:
         """Corners of its parts, shape (corners, 2)."""
         return np.array([point for ring in self.rings for point in ring], dtype=float)
-
-
-class _InDegrees(Record):
-    """Angles in degrees: taken in place of their tangents, which are kept."""
-
-    friction_angle: Angle | None = Field(default=None, exclude=True, repr=False)
-    dilatancy_angle: Angle | None = Field(default=None, exclude=True, repr=False)
-
-    @model_validator(mode="before")
-    @classmethod
-    def _as_tangents(cls, given: Any) -> Any:
-        if not isinstance(given, Mapping):
-            return given
-        keys = dict(given)
-        for tangent in ("friction", "dilatancy"):
-            angle = f"{tangent}_angle"
-            degrees = keys.get(angle)
-            if degrees is None:
-                continue
-            if keys.get(tangent) is not None:
-                raise ValueError(f"give '{tangent}' or '{angle}', not both")
-            keys[tangent] = 0.0  # beside a wrong angle, of which its field tells
-            if type(degrees) in (int, float) and 0 <= degrees < 90:
-                keys[tangent] = math.tan(math.radians(keys.pop(angle)))
-        return keys
-
-
-class JointDefaults(_InDegrees):
-    """Properties of every joint found, unless an exception names it.
-
-    Parameters
-    ----------
-    friction:
-        μ = tan φ; ``inf`` for joints that cannot slide.
-    cohesion:
-        Force per unit length of joint; per unit area where the scene has a ``thickness``.
-    dilatancy:
-        tan φ₀, the opening per unit slip, at most ``friction``; 0 is Coulomb's law, ``friction`` the
-        associative one.
-    friction_angle, dilatancy_angle:
-        φ and φ₀ in degrees, 0 or more and less than 90, in place of their tangents, which are kept.
-    dilatancy_stress:
-        Two rising mean normal stresses ``[full, none]`` (force per unit length, or area, as cohesion): up to
-        the first the dilatancy is whole, from the second there is none, in between it falls linearly
-        (section 6.5). Default: the dilatancy does not depend on stress.
-    strength:
-        Compressive strength f_c, as force per unit length, or area, as cohesion: |m| ≤ n (L/2 − n / (2 f_c)).
-        Default: joints carry any pressure. (So does a corner on an edge, which has no length.)
-
-    Raises
-    ------
-    CaseError
-        If a value is out of range.
-    """
-
-    friction: Friction
-    cohesion: NonNegative = 0.0
-    dilatancy: Number = 0.0
-    dilatancy_stress: Stresses | None = None
-    strength: Positive | None = None
-
-    @model_validator(mode="after")
-    def _dissipative(self) -> JointDefaults:
-        if self.dilatancy > self.friction:
-            raise ValueError("'dilatancy' must not exceed 'friction': sliding would create energy")
-        if self.dilatancy_stress and not self.dilatancy_stress[0] < self.dilatancy_stress[1]:
-            raise ValueError("'dilatancy_stress' needs two rising stresses: [full up to, none from]")
-        return self
-
-
-class Joint(_InDegrees):
-    """An exception: the properties of the joint between two named blocks.
-
-    Parameters
-    ----------
-    between:
-        Names of the two blocks; they must touch.
-    friction, cohesion, dilatancy, dilatancy_stress, strength, friction_angle, dilatancy_angle:
-        As in :class:`JointDefaults`; those not given keep the scene's defaults.
-
-    Raises
-    ------
-    CaseError
-        If a value is out of range.
-    """
-
-    between: tuple[Name, Name]
-    friction: Friction | None = None
-    cohesion: NonNegative | None = None
-    dilatancy: Number | None = None
-    dilatancy_stress: Stresses | None = None
-    strength: Positive | None = None
-
-    def over(self, defaults: JointDefaults) -> JointDefaults:
-        """The joint's properties: those given here, the rest from ``defaults``.
-
-        Raises CaseError if the two together are not admissible.
-        """
-        given = self.model_dump(exclude={"between"}, exclude_none=True)
-        return JointDefaults(**(defaults.model_dump() | given))
 
 
 class Reference(Record):

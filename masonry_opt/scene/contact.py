@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,8 +12,8 @@ import shapely
 from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.errors import CaseError, counted, rounded_up
-from masonry_opt.scene.blocks import JointDefaults
 from masonry_opt.scene.geometry import Geometry, raise_for
+from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.touching import NEAR_MISS, Edges, corners_on_edges, shared_edges
 
@@ -151,13 +151,19 @@ def refuse_floating(
 ) -> None:
     """Raise CaseError if blocks touch nothing, or groups of blocks reach no support, given the two blocks of
     each joint, and the largest width of each small gap by the two blocks beside it."""
+    refuse_loose(scene, first, second, lambda block: _nearest(scene, geometry, block, gaps))
+
+
+def refuse_loose(scene: Scene, first: np.ndarray, second: np.ndarray, beside: Callable[[int], str]) -> None:
+    """Raise CaseError if blocks touch nothing, or groups of blocks reach no support, given the two blocks of
+    each joint, and what to say of the nearest block of one that touches nothing."""
     fixed = np.array([block.fixed for block in scene.blocks])
     count = len(fixed)
     touched = np.zeros(count, dtype=bool)
     touched[first] = touched[second] = True
     alone = np.flatnonzero(~touched & ~fixed)
     if len(alone):
-        raise_for(alone, scene, f"touches no other block{_nearest(scene, geometry, int(alone[0]), gaps)}")
+        raise_for(alone, scene, f"touches no other block{beside(int(alone[0]))}")
     links = sp.coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
     _, group = connected_components(links, directed=False)
     loose = np.flatnonzero(~np.isin(group, group[fixed]))
@@ -180,6 +186,12 @@ def _nearest(scene: Scene, geometry: Geometry, block: int, gaps: Mapping[tuple[i
     name = repr(scene.blocks[nearest].name)
     if gap <= geometry.tolerance:
         return f": it meets {name} corner on corner alone, where a joint needs an edge of either"
+    return how_far(name, gap, small)
+
+
+def how_far(name: str, gap: float, small: bool) -> str:
+    """What to say of a block that touches nothing: the nearest one, how far it is, whether that is so small
+    that it may be rounding."""
     rounded = f", or raise 'tolerance' to {rounded_up(gap, 2)} if coordinates were rounded" if small else ""
     return f": {name}, the nearest, is {gap:.3g} away: close the gap{rounded}, or take the block away"
 

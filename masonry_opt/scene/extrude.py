@@ -10,10 +10,11 @@ import numpy as np
 import shapely
 
 from masonry_opt.errors import OptionError
-from masonry_opt.scene.blocks import Block, Joint, JointDefaults, Point
+from masonry_opt.scene.blocks import Block, Point
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.convex_pieces import convex_pieces
 from masonry_opt.scene.geometry import Geometry, geometry
+from masonry_opt.scene.joints import Joint, JointDefaults
 from masonry_opt.scene.loads import Load
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Solid

@@ -12,17 +12,8 @@ import numpy as np
 from pydantic import Field, PrivateAttr, Tag, model_validator
 
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.scene.blocks import (
-    ONE_OR_SEVERAL,
-    Block,
-    Joint,
-    JointDefaults,
-    Name,
-    Positive,
-    Record,
-    Reference,
-    Text,
-)
+from masonry_opt.scene.blocks import ONE_OR_SEVERAL, Block, Name, Positive, Record, Reference, Text
+from masonry_opt.scene.joints import Joint, JointDefaults
 from masonry_opt.scene.loads import EdgeLoad, Load
 from masonry_opt.scene.solids import AnyBlock, Direction, Solid, Vector
 

@@ -14,7 +14,8 @@ import numpy as np
 import shapely
 
 from masonry_opt.errors import OptionError
-from masonry_opt.scene.blocks import Block, JointDefaults, rectangle
+from masonry_opt.scene.blocks import Block, rectangle
+from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.scene import Scene
 
 Rng = np.random.Generator

@@ -9,7 +9,8 @@ from itertools import pairwise
 import numpy as np
 import shapely
 
-from masonry_opt.scene.blocks import Block, JointDefaults
+from masonry_opt.scene.blocks import Block
+from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.scene import Scene
 
 Rng = np.random.Generator

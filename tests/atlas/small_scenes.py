@@ -7,8 +7,9 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
-from masonry_opt.scene.blocks import Block, Joint, JointDefaults
+from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.case_file import load
+from masonry_opt.scene.joints import Joint, JointDefaults
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.walls import Wall
 

@@ -7,21 +7,29 @@ where simplex would take minutes.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import TypeVar
+
 import numpy as np
 
 from masonry_opt.answer.acceptance import Kind, over_load_factor
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.energy import forces_for, motion_for
+from masonry_opt.methods.exact.search import Met
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.registry import find_solver
 
-#: Weights of the energy over λ, in turn. The first lets λ fall far, the last leaves hardly any energy.
-_WEIGHTS = (1e3, 1e4)
+_T = TypeVar("_T")
 
-#: Tolerance of the solver: at 1e-10 forces of façades exceed yield by 3e-8.
-_TOLERANCE = 1e-11
+#: Weights of the energy over λ, in turn. The first lets λ fall far, the last leaves hardly any energy. In
+#: space exact states lie further apart, and a weight that rises slowly leads lower.
+_WEIGHTS, _WEIGHTS_IN_SPACE = (1e3, 1e4), (3.0, 10.0, 30.0, 1e2, 3e2, 1e3, 1e4)
+
+#: Tolerances of the solver, the next where it does not come to one: at 1e-10 forces of façades exceed yield
+#: by 3e-8. In the plane a program that is not solved to the first is given up.
+_TOLERANCES = (1e-11, 1e-10, 1e-9)
 
 #: Energy that a state may leave, over λ: with more another start is better.
 _LEFT = 1e-5
@@ -30,23 +38,36 @@ _LEFT = 1e-5
 _PURPOSE = "exact state"
 
 
-def alternated(problem: Problem, load_factor: float, q: np.ndarray, effort: Effort) -> Answer | None:
+def alternated(
+    problem: Problem, load_factor: float, q: np.ndarray, effort: Effort, met: Met | None = None
+) -> Answer | None:
     """The state that λ and forces (3c,) lead to, exact but for an energy z·p up to 1e-5 of λ; None if there
-    is none."""
-    scaled, solver = in_units_of_load(problem), find_solver("cvxpy", None, _TOLERANCE)
+    is none. In space it is counted among the states met."""
+    scaled, curved = in_units_of_load(problem), problem.layout.round
+    weights, tolerances = (_WEIGHTS_IN_SPACE, _TOLERANCES) if curved else (_WEIGHTS, _TOLERANCES[:1])
+    solvers = [find_solver("cvxpy", None, tolerance) for tolerance in tolerances]
     forces: tuple[float, np.ndarray] | None = load_factor / scaled.load_factor, q / scaled.force
     found: Answer | None = None
     effort.begins("exact state")
-    for weight in (*_WEIGHTS, None):
+    for weight in (*weights, None):
         if forces is None:
             break
-        d = motion_for(scaled, forces[1], solver, effort, _PURPOSE)
+        d = _first(motion_for(scaled, forces[1], solver, effort, _PURPOSE) for solver in solvers)
         if d is None:
             break
-        answer = certified(problem, scaled.load_factor * forces[0], scaled.force * forces[1], d)
+        load_factor, q = scaled.load_factor * forces[0], scaled.force * forces[1]
+        answer = certified(problem, load_factor, q, d, curved=curved)
         left = over_load_factor(answer.certificate.complementarity, answer.load_factor)
         found = found if left > _LEFT or answer.failing(Kind.ONE_PASS) else answer
         if weight is not None:
-            p = problem.rates(d, problem.dilatancy)
-            forces = forces_for(scaled, p, solver, effort, _PURPOSE, weight)
+            p = problem.rates(d, problem.dilatancy, curved=curved)
+            given = (forces_for(scaled, p, solver, effort, _PURPOSE, weight) for solver in solvers)
+            forces = _first(given)
+    if met is not None and curved:
+        met.count(found)
     return found
+
+
+def _first(found: Iterable[_T | None]) -> _T | None:
+    """The first that was found."""
+    return next((one for one in found if one is not None), None)

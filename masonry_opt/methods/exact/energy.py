@@ -1,11 +1,14 @@
-"""Forces that leave least energy z·p for given rates, and a mechanism that leaves least for given forces."""
+"""Forces that leave least energy z·p for given rates, and a mechanism that leaves least for given forces; in
+space by cones of friction."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from masonry_opt.effort import Effort
+from masonry_opt.models.cvxpy_cone import cone_forces, cone_motion
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_costs
+from masonry_opt.models.cvxpy_terms import Statics
 from masonry_opt.problem.load_units import Scaled
 from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.registry import Solver
@@ -20,10 +23,14 @@ def forces_for(
 ) -> tuple[float, np.ndarray] | None:
     """λ and forces (3c,) of a low λ that leave little energy for rates p (faces,) of a problem in units of
     its load; None if the solver finds none."""
-    forces = CvxpyForces(scaled.problem, energy_costs(scaled.problem, p, weight))
-    if not has_optimum(forces.program, solver, effort, purpose):
-        return None
-    return forces.statics.forces()
+    problem = scaled.problem
+    statics: Statics
+    if problem.layout.round:
+        statics, program = cone_forces(problem, p, weight)
+    else:
+        forces = CvxpyForces(problem, energy_costs(problem, p, weight))
+        statics, program = forces.statics, forces.program
+    return statics.forces() if has_optimum(program, solver, effort, purpose) else None
 
 
 def motion_for(
@@ -33,7 +40,9 @@ def motion_for(
     of its load; None if the solver finds none."""
     problem = scaled.problem
     slope = problem.dilatancy_at(problem.normal_forces(q))
-    motion = CvxpyMotion(problem, np.maximum(problem.slacks(q), 0.0), slope)
-    if not has_optimum(motion.program, solver, effort, purpose):
-        return None
-    return np.asarray(motion.mechanism.d.value)
+    if problem.layout.round:
+        d, program = cone_motion(problem, q, slope)
+    else:
+        motion = CvxpyMotion(problem, np.maximum(problem.slacks(q), 0.0), slope)
+        d, program = motion.mechanism.d, motion.program
+    return np.asarray(d.value) if has_optimum(program, solver, effort, purpose) else None

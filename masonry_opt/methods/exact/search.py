@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
+from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.thresholds import is_lower, same
 from masonry_opt.methods.exact.refiner import ExactState, Refiner
@@ -52,10 +53,14 @@ class Met:
 
     def seen(self, origin: str, state: ExactState | None) -> Candidate:
         """A candidate, counted."""
+        self.count(state)
+        return Candidate(origin, state)
+
+    def count(self, state: ExactState | Answer | None) -> None:
+        """Count a state, or a candidate without one."""
         self.candidates += 1
         if state is not None and not any(same(state.load_factor, known) for known in self.load_factors):
             self.load_factors.append(state.load_factor)
-        return Candidate(origin, state)
 
     @property
     def reason(self) -> Reason:
@@ -102,7 +107,8 @@ class Search:
 
     def endless(self, best: ExactState | None, seed: int) -> Iterator[Candidate]:
         """Candidates without end: a start of each kind in turn, then some neighbours of the lowest state."""
-        return self._series(best, seed + 1, _ROUND)
+        kinds = _ROUND_IN_SPACE if self.problem.layout.round else _ROUND
+        return self._series(best, seed + 1, kinds)
 
     def _series(self, best: ExactState | None, seed: int, kinds: Sequence[str]) -> Iterator[Candidate]:
         """Candidates of these kinds in turn, each with random numbers from seed and number alone."""
@@ -171,7 +177,10 @@ class Search:
         return weight * relaxed.q + (1 - weight) * state.q
 
 
-def lower_of(one: ExactState | None, other: ExactState | None) -> ExactState | None:
+_L = TypeVar("_L", ExactState, Answer)
+
+
+def lower_of(one: _L | None, other: _L | None) -> _L | None:
     """The lower state, the first if they are even; None if there is neither."""
     if one is None or (other is not None and is_lower(other.load_factor, one.load_factor)):
         return other
@@ -189,6 +198,9 @@ _STARTS: dict[str, Callable[[Search, np.random.Generator], np.ndarray | None]] =
 _ROUND = tuple(
     kind for start in (_FRICTION, _FIXED, "loads", _FIXED) for kind in (start, _NEIGHBOUR, _NEIGHBOUR)
 )
+
+#: In space, by cones: passes alone.
+_ROUND_IN_SPACE = (_FRICTION, "loads")
 
 #: Turns on small scenes: while no state is known, and then; a neighbour takes a tenth of a pass's time.
 _FOR_A_FIRST = (_FIXED, _FIXED, _FRICTION)

@@ -63,5 +63,5 @@ def belong_together(answer: Answer) -> bool:
 
 
 def _belonging(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> Answer | None:
-    answer = certified(problem, load_factor, q, d)
+    answer = certified(problem, load_factor, q, d, curved=problem.layout.round)
     return answer if belong_together(answer) else None

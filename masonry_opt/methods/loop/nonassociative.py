@@ -158,7 +158,7 @@ def nonassociative(task: Task) -> Solution:
 
 def _borne_out(problem: Problem, state: State) -> bool:
     """Whether a sub-problem's state bears its load factor out under the joints' own flow rule."""
-    answer = certified(problem, state.load_factor, state.q, state.d)
+    answer = certified(problem, state.load_factor, state.q, state.d, curved=state.curved)
     return max(answer.residuals.values()) <= BORNE_OUT
 
 
@@ -170,9 +170,9 @@ def _declare(task: Task, attempt: Attempt) -> Driver:
     of_load = rough is not None
 
     def declared() -> Driver:
-        return Driver(
-            task.problem, "static", solver, task.effort, limits, of_load, purpose="sub-problems", repeats=True
-        )
+        curved = solver.entry.conic and task.problem.layout.round
+        effort, purpose = task.effort, "sub-problems"
+        return Driver(task.problem, "static", solver, effort, limits, of_load, purpose, True, curved)
 
     return task.kept.of(("sub-problems", solver.key, of_load), task.problem, task.effort, declared)
 

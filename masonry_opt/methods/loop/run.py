@@ -78,7 +78,7 @@ class Iteration:
 def recorded(problem: Problem, last: SubProblem, before: State | None) -> Iteration:
     """The record of a sub-problem, given the state before it."""
     state, limits = last.optimum, last.limits
-    n, slip = problem.normal_forces(state.q), problem.slip(state.p)
+    n, slip = problem.normal_forces(state.q), problem.slip(state.p, state.curved)
     coulomb = ShearLimits.true(problem).at(n[problem.sliding])
     limit = limits.at(n[problem.sliding]) - last.small_cohesion
     change = np.nan if before is None else np.abs(n - problem.normal_forces(before.q)).max()
@@ -88,7 +88,7 @@ def recorded(problem: Problem, last: SubProblem, before: State | None) -> Iterat
         load_factor=state.load_factor,
         alpha=last.alpha,
         change=float(change),
-        violation=max(-float(problem.slacks(state.q).min()), 0.0),
+        violation=max(-float(problem.slacks(state.q, state.curved).min()), 0.0),
         raising=float(-problem.dead @ state.d) / unit,
         sliding=float(limits.cohesion @ slip) / unit,
         coulomb_sliding=float(coulomb @ slip) / unit,
@@ -136,7 +136,8 @@ class _Run:
             self.load_factors.append(last.state.load_factor)
             if last.number == 1 and parameters.start == "associative":
                 solution.associative = last.state.load_factor
-            solution.found = Found(q=last.state.q, d=last.state.d, slope=self.problem.dilatancy)
+            q, d, curved = last.state.q, last.state.d, last.state.curved
+            solution.found = Found(q=q, d=d, slope=self.problem.dilatancy, curved=curved)
             solution.history.append(replace(entry, solved=None))
             progress(entry)
             if self._nothing_to_do(last) if last.number == 1 else self._ended(last, entry):
@@ -163,7 +164,7 @@ class _Run:
             return False
         solution.flow_rule_matters = False
         solution.end(Status.CONVERGED, Code.FLOW_RULE_IDLE)
-        solution.found = certified(self.problem, state.load_factor, state.q, state.d)
+        solution.found = certified(self.problem, state.load_factor, state.q, state.d, curved=state.curved)
         return True
 
     def _ended(self, last: SubProblem, entry: Iteration) -> bool:
@@ -198,7 +199,7 @@ class _Run:
             return False
         problem, state, effort = self.problem, last.optimum, self.driver.effort
         effort.begins("exact forces")
-        if self.parameters.tolerance is not None:
+        if self.parameters.tolerance is not None or problem.layout.round:
             end = rough_end(problem, state, self.solver, effort)
         else:
             end = accurate_end(problem, state, corrected(problem, last), self.solver, effort)
@@ -222,7 +223,7 @@ class _Run:
         if known and load_factor > self.load_factors[0]:
             solution.add(Code.ABOVE_ASSOCIATIVE, by=load_factor - self.load_factors[0])
             load_factor = self.load_factors[0]
-        solution.found = certified(self.problem, load_factor, state.q, state.d)
+        solution.found = certified(self.problem, load_factor, state.q, state.d, curved=state.curved)
 
 
 def obeys_own_flow(problem: Problem, state: State) -> bool:
@@ -230,7 +231,7 @@ def obeys_own_flow(problem: Problem, state: State) -> bool:
     flow rule, too."""
     n = problem.normal_forces(state.q)
     spared = ShearLimits(problem.friction - problem.dilatancy_at(n), problem.cohesion).at(n[problem.sliding])
-    energy = float(spared @ problem.slip(state.p))
+    energy = float(spared @ problem.slip(state.p, state.curved))
     return energy <= SAME * abs(state.load_factor) * problem.live_norm
 
 

@@ -20,11 +20,18 @@ from masonry_opt.answer.solution import GivingState, Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import PLATEAU
 from masonry_opt.methods.mcp.passes import follow, prepared
+from masonry_opt.methods.mcp.schedule import BRAKES
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.state import State
 
 #: Compliances of the passes that look for the plateau, from soft to stiff; softer ones, where none ends.
 STIFF, SOFT = (1e-3, 1e-4, 1e-5, 1e-6), (1e-2, 1e-1)
+
+#: The same of contact points in space, where stiffer contacts more often stall a pass.
+_STIFF_IN_SPACE = (3e-3, 1e-3, 3e-4, 1e-4)
+
+#: Brakes of the passes with one compliance, the second where the first stalls.
+_BRAKES = BRAKES[0], BRAKES[2]
 
 #: The same, of the passes whose forces alone are wanted: the first that ends.
 _FIRST = (1e-4, 1e-5, 1e-3, *SOFT)
@@ -32,9 +39,9 @@ _FIRST = (1e-4, 1e-5, 1e-3, *SOFT)
 #: The softest compliance of a curve, and its passes a decade.
 _SOFTEST, _A_DECADE = 10.0, 4
 
-#: Elastic share of the live load's work above which a state is of no collapse; where λ changes by such a
-#: share from softer contacts, too, nothing collapses: friction jams the blocks, λ grows with their stiffness.
-_ELASTIC = 0.5
+#: Elastic share of the live load's work above which a state is of no collapse; and power of the stiffness with
+#: which λ grows where nothing collapses: friction jams the blocks.
+_ELASTIC, _GROWS = 0.5, 0.9
 
 #: The same share, which falls with the compliance, above which λ is far from its plateau: such a pass is left
 #: out, which on façades takes longest.
@@ -63,7 +70,8 @@ class CompliantOptions(Options):
 
 
 def compliant(task: Task) -> Solution:
-    """Load factor with contacts so stiff that ten times softer ones change it by ``PLATEAU`` at most.
+    """Load factor with contacts so stiff that ten times softer ones (in space three times) change it by
+    ``PLATEAU`` at most.
 
     Where they change it more, or only one pass ends, the reason says so; where nearly all work is elastic
     there is no load factor.
@@ -93,19 +101,20 @@ def jams(task: Task) -> Reason | None:
 
 
 def _look_for_plateau(solution: Solution, contacts: _Contacts, options: CompliantOptions) -> None:
-    for give in STIFF if options.give is None else (options.give,):
+    stiff = _STIFF_IN_SPACE if contacts.in_space else STIFF
+    for give in stiff if options.give is None else (options.give,):
         if contacts.elastic * give / contacts.give <= _STILL_ELASTIC and contacts.settle(give):
             return
     if options.give is None:
         for give in SOFT:
-            if solution.answer is None and contacts.settle(give):
+            if (solution.answer is None or contacts.elastic > _ELASTIC) and contacts.settle(give):
                 return
         if solution.answer and contacts.elastic > _ELASTIC:
-            contacts.withdraw()
-            return
+            # λ neither collapses anything nor grows as it does where nothing can.
+            solution.found = Found()
     if solution.answer is None:
-        attempts = len(contacts.states)
-        solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, word=contacts.word, attempts=attempts)
+        told = {"word": contacts.word, "attempts": contacts.attempts}
+        solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, **told)
 
 
 def _follow_curve(solution: Solution, contacts: _Contacts) -> None:
@@ -125,17 +134,19 @@ class _Contacts:
 
     Attributes
     ----------
+    in_space: whether they are contact points in space.
     states: that the passes so far ended in, by compliance; None of those that ended in none.
-    word: how the last pass ended.
+    word, attempts: how the last pass ended, and the number of passes.
     give, elastic: compliance of the last state, and the elastic share of the work there.
     """
 
     def __init__(self, task: Task, solution: Solution) -> None:
         self._task, self._passes, self._solution = task, prepared(task), solution
+        self.in_space = task.problem.layout.round
         with task.effort.measure("solve"):
             self._settled = self._passes.settled_forces()
         self.states: dict[float, GivingState | None] = {}
-        self.word, self.elastic, self.give = "", 0.0, inf
+        self.word, self.elastic, self.give, self.attempts = "", 0.0, inf, 0
 
     def state(self, give: float) -> GivingState | None:
         """The state with this compliance; None if no pass ends in one."""
@@ -146,12 +157,15 @@ class _Contacts:
     def _ended(self, give: float) -> GivingState | None:
         self._task.effort.begins(f"contacts that give by {give:.0e}")
         passes = self._passes.giving(give, self._settled)
-        state = follow(self._task, passes, self._solution.history, len(self.states) + 1)
-        self.word = str(passes.outcome)
-        if state is None:
-            return None
-        answer = certified(passes.problem, state.load_factor, state.q, state.d)
-        return None if answer.failing(Kind.COMPLIANT) else GivingState(give, passes.problem, answer)
+        for brake in _BRAKES:
+            self.attempts += 1
+            state = follow(self._task, passes, self._solution.history, self.attempts, brake)
+            self.word = str(passes.outcome)
+            if state is not None:
+                answer = certified(passes.problem, state.load_factor, state.q, state.d)
+                if not answer.failing(Kind.COMPLIANT):
+                    return GivingState(give, passes.problem, answer)
+        return None
 
     def settle(self, give: float) -> bool:
         """Whether a pass with this compliance decides on the load factor, or that there is none."""
@@ -159,13 +173,16 @@ class _Contacts:
         if state is None:
             return False
         answer, before = state.answer, solution.load_factor
+        power = 0.0
+        if before is not None and min(before, answer.load_factor) > 0:
+            power = log10(answer.load_factor / before) / log10(self.give / give)
         self.give, self.elastic = give, _elastic_share(state)
         change = None if before is None else abs(answer.load_factor - before) / abs(answer.load_factor)
         decided = change is not None and change <= PLATEAU
         code = Code.PLATEAU if decided else Code.NO_PLATEAU
         solution.found = answer
         solution.end(Status.CONVERGED, code, give=give, change=change, steps=len(solution.history))
-        if change is not None and min(change, self.elastic) > _ELASTIC:
+        if power > _GROWS:
             self.withdraw()
             return True
         return decided

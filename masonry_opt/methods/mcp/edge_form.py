@@ -1,4 +1,4 @@
-"""The problem in forces at the edges of joints, or at contact points: rocking faces become bounds of variables."""
+"""The problem in forces at edges of joints, or contact points: rocking faces become bounds of variables."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from masonry_opt.problem.state import State
 
 
 class Products(NamedTuple):
-    """z p of the e edges, shape (e, c), of the sliding faces, shape (senses, k), and of the chords of crushing,
-    shape (chords,)."""
+    """z p of the e edges, shape (e, c), of the sliding faces, shape (senses, k), and of the chords of
+    crushing, shape (chords,)."""
 
     edges: np.ndarray
     sliding: np.ndarray
@@ -30,8 +30,8 @@ class Iterate:
     Attributes
     ----------
     load_factor: λ.
-    x: forces at the edges of each joint, > 0, and its shears, shape (3, c): in the plane the two edges and one
-        shear, in space a contact point and two.
+    x: forces at the edges of each joint, > 0, and its shears, shape (3, c): in the plane the two edges and
+        one shear, in space a contact point and two.
     z: slacks of the sliding faces, > 0, shape (senses, k).
     d: block velocities, shape (3b,).
     opening: rates with which the edges open beyond what sliding explains, > 0, shape (e, c).
@@ -52,7 +52,9 @@ class Iterate:
     @cached_property
     def products(self) -> Products:
         """z p of all faces."""
-        return Products(self.x[: len(self.opening)] * self.opening, self.z * self.slip, self.room * self.crushed)
+        return Products(
+            self.x[: len(self.opening)] * self.opening, self.z * self.slip, self.room * self.crushed
+        )
 
     @cached_property
     def energy(self) -> float:
@@ -99,8 +101,8 @@ class EdgeForm:
     A, At: equilibrium of blocks under x, shape (3b, 3c), and its transpose.
     G: chords of crushing in the forces at the edges, shape (chords, e c).
     sliding: which joints can slide, as an index.
-    compliance: motion of edges and shears per unit of x where contacts give, shape (3, c); zero, shape (3, 1),
-        where they are rigid.
+    compliance: motion of edges and shears per unit of x where contacts give, shape (3, c); zero, shape
+        (3, 1), where they are rigid.
     settled: x from which on contacts give, shape (3, c); zero, shape (3, 1), where they give from zero.
     least_forces: least x that carries the dead load, whatever the joints' law, shape (3, c).
     """
@@ -209,7 +211,10 @@ class EdgeForm:
         problem, table, p = self.problem, self.problem.table, state.p
         x = self._edges_and_shear(state.q)
         z = self.cohesion + self.slacks(x, problem.friction)
-        edges, slip = (p[table.rocks] * self._lengths).reshape(self.edges, -1), p[table.slides].reshape(z.shape)
+        edges, slip = (
+            (p[table.rocks] * self._lengths).reshape(self.edges, -1),
+            p[table.slides].reshape(z.shape),
+        )
         return Iterate(state.load_factor, x, z, state.d, edges, slip, self.room(x), p[table.chords])
 
 

@@ -205,7 +205,9 @@ def _direction(system: NewtonSystem, at: Iterate, schedule: Schedule, by: Produc
     """The step that makes the residuals vanish and changes the products so."""
     left, form = schedule.residuals, schedule.form
     motion, edges = -left.motion, slice(form.edges)
-    motion[edges] += by.edges / at.x[edges] + form.crushes((by.crushing + at.crushed * left.crushing) / at.room)
+    motion[edges] += by.edges / at.x[edges] + form.crushes(
+        (by.crushing + at.crushed * left.crushing) / at.room
+    )
     sliding = by.sliding + at.slip * left.yielding
     solution, error = system.solve(Parts(-left.statics, sliding, motion, -left.work))
     room = form.chords(solution.joints) - left.crushing

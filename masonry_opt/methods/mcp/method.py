@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import Strict
 
 from masonry_opt.answer.acceptance import Kind
@@ -23,7 +24,8 @@ from masonry_opt.methods.mcp.schedule import BRAKES
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.state import State
 
-#: Joints up to which simplex makes states exact and descends: beyond, it takes longer than all else.
+#: Joints in the plane up to which simplex makes states exact and descends: beyond, it takes longer than all
+#: else, and in space it knows no cones.
 _SIMPLEX_UP_TO = 500
 
 #: Compliance of the contacts whose forces lead to states that are sometimes lower: of wall 3 with a friction
@@ -36,8 +38,8 @@ class McpOptions(Options):
 
     Attributes
     ----------
-    descent: whether, on scenes of up to 500 joints, lower states are sought, and on small ones further starts
-        are tried; else the first state will do.
+    descent: whether, on scenes in space and of up to 500 joints in the plane, lower states are sought, and on
+        small ones further starts are tried; else the first state will do.
     """
 
     descent: Annotated[bool, Strict()] = True
@@ -65,7 +67,7 @@ def mcp(task: Task) -> Solution:
 
 
 def _by_passes(task: Task) -> Solution:
-    problem, effort, options = task.problem, task.effort, task.options or McpOptions()
+    effort, options = task.effort, task.options or McpOptions()
     # The passes of the load to expect are the first of this method.
     history = list(task.expected.history) if task.expected else []
     effort.iterations += len(history)
@@ -73,30 +75,23 @@ def _by_passes(task: Task) -> Solution:
         task.progress(step)
     solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, history=history)
     passes = prepared(task)
-    search = None
-    if problem.joints <= _SIMPLEX_UP_TO:
-        search = Search(refiner_of(task), passes.over, Met())
-    lowest: ExactState | None = None
-    answer: Answer | None = None
+    states = _States(task, passes)
     first: Answer | State | None = None
     for start in _starts(task, passes, solution):
         first = first or start
         effort.begins("exact states nearby")
-        lowest = search.start(start.q).state if search else None
-        answer = lowest.answer if lowest else alternated(problem, start.load_factor, start.q, effort)
-        if answer is not None:
+        states.near(start)
+        if states.answer is not None:
             break
     if solution.proven_none:
         solution.end(Status.SOLVER_FAILED, Code.PASS_LOST)
         return solution
-    if search and options.descent:
+    if options.descent and states.descend:
         effort.begins("softer contacts")
         if soft := follow(task, passes.giving(_SOFT), history, _passes_in(history) + 1):
-            lowest = lower_of(lowest, search.start(soft.q).state)
-        if problem.joints <= SMALL:
-            for candidate in search.few(lowest, first.q if first else None):
-                lowest = lower_of(lowest, candidate.state)
-        answer = lowest.answer if lowest else answer
+            states.near(soft)
+        states.further(first.q if first else None)
+    answer = states.answer
     if answer is None:
         _end_without(task, solution, str(passes.outcome))
         return solution
@@ -106,9 +101,48 @@ def _by_passes(task: Task) -> Solution:
         solution.kind = Kind.ONE_PASS
     else:
         solution.add(Code.EXACT, fall=first.load_factor - answer.load_factor if first else None)
-    if search and search.met.load_factors:
-        solution.reasons.append(search.met.reason)
+    if states.met.load_factors:
+        solution.reasons.append(states.met.reason)
     return solution
+
+
+class _States:
+    """The lowest of the exact states that forces lead to.
+
+    Attributes
+    ----------
+    descend: whether further starts pay: in space, and in the plane where simplex is quick.
+    met: the states.
+    answer: the lowest.
+    """
+
+    def __init__(self, task: Task, passes: Passes) -> None:
+        self._problem, self._effort, self.met = task.problem, task.effort, Met()
+        in_space, small = task.problem.layout.round, task.problem.joints <= _SIMPLEX_UP_TO
+        self._search = None
+        if small and not in_space:
+            self._search = Search(refiner_of(task), passes.over, self.met)
+        self.descend = in_space or small
+        self._lowest: ExactState | None = None
+        self.answer: Answer | None = None
+
+    def near(self, start: Answer | State) -> None:
+        """Look for a state near forces: by simplex, or else by two programs in turn."""
+        if self._search:
+            self._keep(self._search.start(start.q).state)
+        if self._lowest is None:
+            found = alternated(self._problem, start.load_factor, start.q, self._effort, self.met)
+            self.answer = lower_of(self.answer, found)
+
+    def further(self, q: np.ndarray | None) -> None:
+        """Look further on small scenes in the plane, given the forces (3c,) that led to the first state."""
+        if self._search and self._problem.joints <= SMALL:
+            for candidate in self._search.few(self._lowest, q):
+                self._keep(candidate.state)
+
+    def _keep(self, state: ExactState | None) -> None:
+        self._lowest = lower_of(self._lowest, state)
+        self.answer = self._lowest.answer if self._lowest else self.answer
 
 
 def _starts(task: Task, passes: Passes, solution: Solution) -> Iterator[Answer | State]:

@@ -1,7 +1,8 @@
 """The linear algebra of a Newton step: elimination onto the blocks, refinement, and a full factorisation.
 
 Of the faces only rocking and crushing are eliminated from what the solution must satisfy; sliding stays
-explicit (eliminated too, residuals stall near 1e-2). The joints' compliance is then inverted joint by joint, which leaves a matrix of the blocks alone, 3b + 1 square with the pattern of a frame's
+explicit (eliminated too, residuals stall near 1e-2). The joints' compliance is then inverted joint by joint,
+which leaves a matrix of the blocks alone, 3b + 1 square (6b + 1 in space) with the pattern of a frame's
 stiffness. It is factorised by SuperLU (SciPy) without pivoting, in one order for the whole pass.
 """
 
@@ -39,8 +40,8 @@ class SingularError(ArithmeticError):
 class Parts(NamedTuple):
     """Right-hand sides, or unknowns, of a Newton step.
 
-    As right-hand sides: of statics (3b,), of z dp + p dz (senses, k), of the motion of edges and shears (3, c),
-    and of the work. As unknowns: velocities (3b,), sliding rates (senses, k), forces x (3, c), and λ.
+    As right-hand sides: of statics (3b,), of z dp + p dz (senses, k), of the motion of edges and shears
+    (3, c), and of the work. As unknowns: velocities (3b,), sliding rates (senses, k), forces x (3, c), and λ.
     """
 
     blocks: np.ndarray

@@ -9,7 +9,8 @@ from typing import Any
 import shapely
 
 from masonry_opt.errors import CaseError, printable
-from masonry_opt.scene.blocks import Block, Friction, JointDefaults, NonNegative, Point, Positive, Record
+from masonry_opt.scene.blocks import Block, NonNegative, Point, Positive, Record
+from masonry_opt.scene.joints import Friction, JointDefaults
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import as_path
 

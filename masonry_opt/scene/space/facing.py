@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 import shapely
 
-from masonry_opt.scene.space.frames import Frames, dots
+from masonry_opt.scene.space.clipping import common_to
+from masonry_opt.scene.space.frames import Frames, dots, lengths
 from masonry_opt.scene.space.outlines import plain, wide, without_slivers
 from masonry_opt.scene.space.pairs import boxes
 from masonry_opt.scene.space.parts import chunks, combine
@@ -20,6 +22,9 @@ NARROWEST = 10
 
 #: Cosine of the angle beyond which faces share nothing: within a tolerance along ten they lean by a tenth.
 _FACING = 0.99
+
+#: Sine of an angle that is rounding.
+_ROUNDING = 1e-7
 
 
 @dataclass(frozen=True)
@@ -57,23 +62,45 @@ class Facing:
         return np.hypot(shapely.distance(flat, self.polygon[number]), self.frame.above(points, number))
 
 
-def near_faces(shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Of each side of the pairs: pair, rising, and face, of its faces that come as near as ``far``, shape
-    (pairs,), to the box round the other block."""
-    faces = shapes.faces
-    face_low, face_high = faces.boxes
-    low, high = boxes(shapes)
-    count = np.bincount(faces.block, minlength=len(low))
-    first = np.cumsum(count) - count
-    found = []
-    for side in (0, 1):
+@dataclass(frozen=True)
+class Items:
+    """Faces, edges or corners of the blocks in turn: the block of each, rising, shape (items,), and the boxes
+    round them, shape (items, 3) each."""
+
+    block: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+    def beside(self, shapes: Shapes, pairs: np.ndarray, side: int, far: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Pair, rising, and item, of the items of each pair's block on a side that come as near as ``far``,
+        shape (pairs,), to the box round the other block."""
+        low, high = boxes(shapes)
+        count = np.bincount(self.block, minlength=len(low))
         block, other = pairs[:, side], pairs[:, 1 - side]
         pair = np.repeat(np.arange(len(pairs)), count[block])
-        face = ranges(first[block], count[block])
-        off = np.maximum(face_low[face] - high[other[pair]], low[other[pair]] - face_high[face]).max(axis=1)
+        item = ranges((np.cumsum(count) - count)[block], count[block])
+        off = np.maximum(self.low[item] - high[other[pair]], low[other[pair]] - self.high[item]).max(axis=1)
         near = off <= far[pair]
-        found.append((pair[near], face[near]))
-    return found
+        return pair[near], item[near]
+
+
+def near_items(
+    shapes: Shapes, pairs: np.ndarray, far: np.ndarray, kinds: tuple[Items, Items], side: int = 0
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Pair, item of the first kind of its block on a side, and item of the second kind of the other block, of
+    all whose boxes are as near as ``far``, shape (pairs,); so many at a time as memory holds."""
+    one, other = kinds
+    (pair1, item1), (pair2, item2) = (
+        kind.beside(shapes, pairs, at, far) for kind, at in ((one, side), (other, 1 - side))
+    )
+    count1, count2 = (np.bincount(pair, minlength=len(pairs)) for pair in (pair1, pair2))
+    first1, first2 = np.cumsum(count1) - count1, np.cumsum(count2) - count2
+    for some in chunks(count1 * count2):
+        number, i, j = combine(first1[some], count1[some], first2[some], count2[some])
+        pair, i, j = number + some.start, item1[i], item2[j]
+        off = np.maximum(one.low[i] - other.high[j], other.low[j] - one.high[i]).max(axis=1)
+        near = off <= far[pair]
+        yield pair[near], i[near], j[near]
 
 
 def facing(shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> Facing:
@@ -81,19 +108,24 @@ def facing(shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> Facing:
 
     Each connected piece is one polygon; pieces, and ends of them, narrower than ten tolerances are left out.
     """
-    (pair1, face1), (pair2, face2) = near_faces(shapes, pairs, far)
-    count1, count2 = (np.bincount(pair, minlength=len(pairs)) for pair in (pair1, pair2))
-    first1, first2 = np.cumsum(count1) - count1, np.cumsum(count2) - count2
-    (low, high), normal = shapes.faces.boxes, shapes.faces.frame.normal
+    faces, frame = Items(shapes.faces.block, *shapes.faces.boxes), shapes.faces.frame
+    size = lengths(faces.high - faces.low)
     found = []
-    for some in chunks(count1 * count2):
-        number, one, other = combine(first1[some], count1[some], first2[some], count2[some])
-        pair, i, j = number + some.start, face1[one], face2[other]
-        apart = np.maximum(low[i] - high[j], low[j] - high[i]).max(axis=1)
-        near = (apart <= far[pair]) & (dots(normal[i], normal[j]) < -_FACING)
+    for pair, i, j in near_items(shapes, pairs, far, (faces, faces)):
+        cosine = -dots(frame.normal[i], frame.normal[j])
+        # Where they come near each other is no farther from a point of the other face than that is wide.
+        lean = np.sqrt(np.maximum(1 - cosine**2, 0)) + _ROUNDING
+        near = (cosine > _FACING) & (
+            np.abs(frame.above(frame.base[j], i)) <= far[pair] / _FACING + lean * size[j]
+        )
         found.append((pair[near], i[near], j[near]))
-    pair, i, j = map(np.concatenate, zip(*found, strict=True)) if found else (np.zeros(0, dtype=int),) * 3
+    pair, i, j = stacked(found)
     return _shared(shapes, pair, i, j, far[pair])
+
+
+def stacked(found: Sequence[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
+    """Columns put together, of numbers where there are none."""
+    return tuple(map(np.concatenate, zip(*found, strict=True))) if found else (np.zeros(0, dtype=int),) * 3
 
 
 def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far: np.ndarray) -> Facing:
@@ -102,13 +134,17 @@ def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far:
     faces, narrowest = shapes.faces, NARROWEST * shapes.tolerance
     one, other = faces.frame.where(i), faces.frame.where(j)
     frame = Frames.of(one.base, one.normal - other.normal, one.u)
+    # Halfway: over the bisecting plane the two faces' heights are opposite everywhere.
+    every = np.arange(len(i))
+    half = _height(frame, other, np.zeros((len(i), 2)), every) / 2
+    frame = replace(frame, base=frame.base + half[:, None] * frame.normal)
     flat = [_projected(faces.polygon[face], frame, own) for face, own in ((i, one), (j, other))]
     low1, high1, low2, high2 = (corner for own in flat for corner in np.split(shapely.bounds(own), 2, axis=1))
     wide_enough = (np.minimum(high1, high2) - np.maximum(low1, low2)).min(axis=1) > shapes.tolerance
     at = np.flatnonzero(wide_enough)
-    pieces, number = shapely.get_parts(shapely.intersection(flat[0][at], flat[1][at]), return_index=True)
-    solid = shapely.get_type_id(pieces) == shapely.GeometryType.POLYGON
-    pieces, number = pieces[solid], at[number[solid]]
+    convex = faces.convex[i[at]] & faces.convex[j[at]]
+    pieces, number = common_to(flat[0][at], flat[1][at], convex, shapes.tolerance)
+    number = at[number]
     kept = wide(pieces, narrowest)
     pieces, number = _without_tails(pieces[kept], number[kept], narrowest)
     pieces = plain(pieces, shapes.tolerance / 2)

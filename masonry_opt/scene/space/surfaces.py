@@ -97,18 +97,18 @@ def surfaces(scene: Scene) -> Surfaces:
     vertex = np.fromiter(chain.from_iterable(face for _, faces in parts for face in faces), dtype=np.int64)
     vertex += np.repeat((np.cumsum(of_vertices) - of_vertices)[part], of_corners)
     # Meshes may repeat vertices face by face.
-    vertex = _first_alike(np.repeat(np.arange(len(parts)), of_vertices), points)[vertex]
+    vertex = first_alike(np.column_stack([np.repeat(np.arange(len(parts)), of_vertices), points]))[vertex]
     face = np.repeat(np.arange(len(part)), of_corners)
     apart = vertex != vertex[following(of_corners)]
     block = np.repeat(np.arange(len(bodies)), list(map(len, bodies)))
     return _turned(Surfaces(scene, points, block, part, face[apart], vertex[apart]))
 
 
-def _first_alike(part: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Of each vertex the first one, in sorted order, of its part that lies at the same point."""
-    order = np.lexsort((*points.T, part))
+def first_alike(rows: np.ndarray) -> np.ndarray:
+    """Of each row the first one with the same numbers."""
+    order = np.lexsort(rows.T)
     new = np.ones(len(order), dtype=bool)
-    new[1:] = (np.diff(points[order], axis=0) != 0).any(axis=1) | (np.diff(part[order]) != 0)
+    new[1:] = (np.diff(rows[order], axis=0) != 0).any(axis=1)
     first = np.empty_like(order)
     first[order] = order[new][np.cumsum(new) - 1]
     return first

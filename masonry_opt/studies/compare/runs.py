@@ -15,8 +15,9 @@ from masonry_opt.effort import PARTS
 from masonry_opt.errors import MasonryError
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.scene.blocks import Block, JointDefaults
+from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.case_file import load
+from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.compare.accuracy import certified_bounds
 from masonry_opt.studies.compare.plan import CaseScene, Pair

@@ -15,8 +15,8 @@ from scipy.stats import qmc
 
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.scene.blocks import Joint
 from masonry_opt.scene.extents import middles
+from masonry_opt.scene.joints import Joint
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.distributions import Distribution, distribution
 from masonry_opt.studies.many.parameters import Parameters, is_of_joints

@@ -1,0 +1,81 @@
+"""What floats in a scene in space, and how far from a block the nearest one is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import shapely
+
+from masonry_opt.scene.contact import how_far, refuse_loose
+from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.space.frames import dots, lengths
+from masonry_opt.scene.space.pairs import boxes, reach
+from masonry_opt.scene.space.shapes import Shapes
+
+
+def refuse_floating(
+    scene: Scene,
+    shapes: Shapes,
+    first: np.ndarray,
+    second: np.ndarray,
+    gaps: Mapping[tuple[int, int], float],
+) -> None:
+    """Raise CaseError if blocks touch nothing, or groups of blocks reach no support, given the two blocks of
+    each joint, and the largest width of each small gap by the two blocks beside it."""
+    refuse_loose(scene, first, second, lambda block: _beside(scene, shapes, block, gaps))
+
+
+def _beside(scene: Scene, shapes: Shapes, block: int, gaps: Mapping[tuple[int, int], float]) -> str:
+    """How far from a block that touches nothing the nearest is: one faced across a small gap, if any, unless
+    it meets another without a normal."""
+    nearest, gap = _nearest(shapes, block)
+    if gap <= shapes.tolerance:
+        name = repr(scene.blocks[nearest].name)
+        return f": it meets {name} along edges or at corners alone, where a joint needs a face of either"
+    facing = {sum(pair) - block: gap for pair, gap in gaps.items() if block in pair}
+    if facing:
+        nearest = min(facing, key=lambda other: facing[other])
+        gap = facing[nearest]
+    small = gap <= reach(shapes)[[block, nearest]].min()
+    return how_far(repr(scene.blocks[nearest].name), gap, small)
+
+
+def _nearest(shapes: Shapes, block: int) -> tuple[int, float]:
+    """The block nearest to a block, and its distance."""
+    low, high = boxes(shapes)
+    at_least = lengths(np.maximum(np.maximum(low - high[block], low[block] - high), 0))
+    at_least[block] = np.inf
+    nearest, gap = block, np.inf
+    for other in np.argsort(at_least):
+        if at_least[other] >= gap:
+            break
+        apart = _distance(shapes, block, int(other))
+        if apart < gap:
+            nearest, gap = int(other), apart
+    return nearest, gap
+
+
+def _distance(shapes: Shapes, one: int, other: int) -> float:
+    """Distance of two blocks that do not overlap: between corners and faces, or between edges."""
+    tail, tip, face = shapes.faces.sides()
+    sides = [np.flatnonzero(shapes.faces.block[face] == block) for block in (one, other)]
+    faces = [np.flatnonzero(shapes.faces.block == block) for block in (one, other)]
+    least = np.inf
+    for own, of_other in zip(sides, faces[::-1], strict=True):
+        i, j = (grid.ravel() for grid in np.meshgrid(own, of_other))
+        flat = shapely.points(shapes.faces.frame.down(tail[i], j))
+        off = shapely.distance(flat, shapes.faces.polygon[j])
+        least = min(least, float(np.hypot(off, shapes.faces.frame.above(tail[i], j)).min()))
+    i, j = (grid.ravel() for grid in np.meshgrid(*sides))
+    a, b = tip[i] - tail[i], tip[j] - tail[j]
+    between, across = tail[j] - tail[i], np.cross(a, b)
+    square = dots(across, across)
+    cross = square > 1e-12 * dots(a, a) * dots(b, b)
+    between, across, square, a, b = (column[cross] for column in (between, across, square, a, b))
+    within = np.ones(len(a), dtype=bool)
+    for edge in (a, b):
+        at = dots(np.cross(between, edge), across) / square
+        within &= (at >= 0) & (at <= 1)
+    apart = np.abs(dots(between, across))[within] / np.sqrt(square[within])
+    return min(least, float(apart.min(initial=np.inf)))
