@@ -224,11 +224,18 @@ def _friction(result: Result) -> str:
     """At what points forces act in space, and by which law friction holds there."""
     if result.size.contacts is None:
         return ""
+    said, expected = [_friction_law(result)], result.at_expected
+    if result.expected is not None and expected and expected.friction_law != result.friction_law:
+        said.append(f"the load to expect {_friction_law(expected)}")
+    if result.load_factor is not None:
+        said.append("λ is that of forces at contact points, the corners of joints")
+    return "; ".join(said)
+
+
+def _friction_law(result: Result) -> str:
     missed = 100 * (1 - result.assembly.problem.layout.factor)
     law = f"by the {result.friction_law}" if result.friction_law else "unlimited"
-    inside = f" inside the cone, at most {missed:.2g} % below it" if "polygon" in law else ""
-    at = "; λ is that of forces at contact points, the corners of joints"
-    return law + inside + (at if result.load_factor is not None else "")
+    return law + (f" inside the cone, at most {missed:.2g} % below it" if "polygon" in law else "")
 
 
 def _crushing(result: Result) -> str:

@@ -83,6 +83,14 @@ def test_the_summary_tells_contact_points_law_and_moments():
     assert "24" not in facts(mo.solve(scene, "static"))["friction"]
 
 
+def test_the_load_to_expect_tells_its_own_law():
+    """It is that of polygons where the answer beside it is exact for the cone."""
+    result = mo.solve(box_on_floor((2, 2, 1), 0.5), "mcp")
+    assert (result.friction_law, result.at_expected.friction_law) == ("cone", "polygon of 24 sides")
+    assert "to expect" in facts(result)["friction"]
+    assert "to expect" not in facts(result.at_expected)["friction"]
+
+
 def test_a_tilt_has_a_direction():
     """A box of 2 × 2 × 1 slides when the ground is tilted by atan μ."""
     scene = box_on_floor((2, 2, 1), 0.5, live=(0, 0, 0))
