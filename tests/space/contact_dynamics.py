@@ -82,18 +82,21 @@ class Dynamics:
     def at_rest(self, load: np.ndarray, begin: State) -> State | None:
         """Blocks come to rest from a state under a load; None where they fall.
 
-        Time steps double while Newton's method ends; drag is on displacements and rotations alike.
+        Time steps double while Newton's method ends. Drag on each component of motion is as the stiffness against
+        it, so that time counts in viscosity over stiffness.
         """
+        shear = SHEAR_STIFFNESS * self.stiffness
+        stiff = self.wall.B**2 @ np.column_stack([self.stiffness, shear, shear]).ravel()
         state, duration, velocity = begin, FIRST_STEP, np.zeros_like(begin.moved)
         while duration > SHORTEST:
-            drag = np.full(len(load), 1 / duration)
+            drag = stiff / duration
             new = self.step(load, drag, state, state.moved + duration * velocity)
             if new is None:
                 duration /= 4
                 continue
             velocity = (new.moved - state.moved) / duration
             state = new
-            if np.abs(velocity).max() < REST * self.unit:
+            if np.abs(stiff * velocity).max() < REST * self.unit:
                 return state
             if np.abs(state.moved - begin.moved).max() > FALLS * self.unit:
                 return None
