@@ -13,7 +13,7 @@ import scipy.sparse as sp
 
 @dataclass(frozen=True)
 class Boxes:
-    """Boxes along the axes: least and greatest coordinates, shape (blocks, 3), and which of them are fixed."""
+    """Boxes along the axes: least and greatest coordinates, shape (blocks, 3), and which are fixed."""
 
     low: np.ndarray
     high: np.ndarray

@@ -52,8 +52,8 @@ def by_polygons(
 ) -> float:
     """Greatest load factor by polygons inside the cones, whose first side faces the angle ``turned``.
 
-    Side k: cos(π/P) (c + μ n) − e_k·(s, t) ≥ 0. The angle counts in radians from the point's first direction of
-    shear to its second. Raises ArithmeticError where HiGHS ends with anything but an optimum.
+    Side k: cos(π/P) (c + μ n) − e_k·(s, t) ≥ 0. The angle counts in radians from the point's first direction
+    of shear to its second. Raises ArithmeticError where HiGHS ends with anything but an optimum.
     """
     points = len(wall.area)
     angle = turned + 2 * np.pi * np.arange(sides) / sides
@@ -66,7 +66,9 @@ def by_polygons(
     program.num_row_, program.num_col_ = A.shape
     program.sense_ = highspy.ObjSense.kMaximize
     program.col_cost_ = np.eye(1, A.shape[1])[0]
-    program.col_lower_ = np.concatenate([[-highspy.kHighsInf], np.tile([0.0, *[-highspy.kHighsInf] * 2], points)])
+    program.col_lower_ = np.concatenate(
+        [[-highspy.kHighsInf], np.tile([0.0, *[-highspy.kHighsInf] * 2], points)]
+    )
     program.col_upper_ = np.full(A.shape[1], highspy.kHighsInf)
     program.row_lower_ = np.concatenate([-wall.dead, least])
     program.row_upper_ = np.concatenate([-wall.dead, np.full(len(least), highspy.kHighsInf)])

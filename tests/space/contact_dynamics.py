@@ -1,11 +1,11 @@
 """Blocks in space pushed from rest: springs that only press, with Coulomb slip, in viscous motion.
 
 The blocks first come to rest under their weight; then the load grows, and they must come to rest under each.
-Displacements are small: contact points and directions stay. Every time step is an implicit one:
-B q + load = viscosity, by Newton's method, where at each point n = k max(0, −opening), and the shear is the last
+Displacements are small: contact points and directions stay. Every time step is an implicit one, solved by
+Newton's method: B q + load = viscosity, where at each point n = k max(0, −opening), and the shear is the last
 one less k/2 times the slip since, returned to the cone |(s, t)| ≤ c + μ n (Simo and Hughes, Computational
-Inelasticity, 1998, ch. 2, with the normal force of the end of the step). Without cohesion, and as the geometry
-stays, forces do not depend on k: it is 1 on the mean area of a point.
+Inelasticity, 1998, ch. 2, with the normal force of the end of the step). As the geometry stays, forces at rest
+do not depend on k: it is 1 on the mean area of a point.
 """
 
 from __future__ import annotations
@@ -36,11 +36,11 @@ class State:
 
 
 @dataclass(frozen=True)
-class Dynamics:
-    """Springs of one wall: friction and stiffness of each contact point, cohesion as a force."""
+class Springs:
+    """What holds one wall: friction and stiffness of its contact points, cohesion of each as a force."""
 
     wall: Pushed
-    friction: np.ndarray
+    friction: float
     cohesion: np.ndarray
     stiffness: np.ndarray
 
@@ -65,7 +65,7 @@ class Dynamics:
         return np.column_stack([normal, share[:, None] * trial]), sp.csc_array(blocks)
 
     def step(self, load: np.ndarray, drag: np.ndarray, last: State, guess: np.ndarray) -> State | None:
-        """State after a time step, from a guess of its displacements; None where Newton's method does not end."""
+        """State after a time step, from a guess of its displacements; None where Newton does not end."""
         B, moved = self.wall.B, guess
         for _ in range(20):
             forces, tangent = self.forces(moved, last)
@@ -76,14 +76,19 @@ class Dynamics:
         return None
 
     @property
+    def unloaded(self) -> State:
+        return State(np.zeros(len(self.wall.dead)), np.zeros((len(self.stiffness), 3)))
+
+    @property
     def unit(self) -> float:
         return float(np.abs(self.wall.dead).sum() / (len(self.wall.dead) / 6))
 
     def at_rest(self, load: np.ndarray, begin: State) -> State | None:
         """Blocks come to rest from a state under a load; None where they fall.
 
-        Time steps double while Newton's method ends. Drag on each component of motion is as the stiffness against
-        it, so that time counts in viscosity over stiffness.
+        Time steps double while Newton's method ends. Drag on each component of motion is as the stiffness
+        against it, so that time counts in viscosity over stiffness. Raises ArithmeticError where no time step
+        is short enough.
         """
         shear = SHEAR_STIFFNESS * self.stiffness
         stiff = self.wall.B**2 @ np.column_stack([self.stiffness, shear, shear]).ravel()
@@ -104,24 +109,26 @@ class Dynamics:
         raise ArithmeticError("no time step is short enough")
 
 
+def of_wall(wall: Pushed, friction: float, cohesion: float = 0.0) -> Springs:
+    """Springs as stiff as their contact points have area; cohesion is a force per area."""
+    return Springs(wall, friction, cohesion * wall.area, wall.area / wall.area.mean())
+
+
 def load_carried(
     wall: Pushed, friction: float, cohesion: float = 0.0, increment: float = 0.01, least: float = 5e-4
 ) -> float:
     """Greatest load factor under which the blocks come to rest, to within the least increment.
 
-    The load grows by increments, halved after each under which they fall. Raises ArithmeticError where they fall
-    under their weight, or neither fall nor come to rest.
+    The load grows by increments, halved after each under which they fall. Raises ArithmeticError where they
+    fall under their weight, or neither fall nor come to rest.
     """
-    points = len(wall.area)
-    dynamics = Dynamics(
-        wall, np.full(points, friction), cohesion * wall.area, wall.area / wall.area.mean()
-    )
-    state = dynamics.at_rest(wall.dead, State(np.zeros(len(wall.dead)), np.zeros((points, 3))))
+    springs = of_wall(wall, friction, cohesion)
+    state = springs.at_rest(wall.dead, springs.unloaded)
     if state is None:
         raise ArithmeticError("falls under its weight")
     carried = 0.0
     while increment >= least:
-        new = dynamics.at_rest(wall.dead + (carried + increment) * wall.live, state)
+        new = springs.at_rest(wall.dead + (carried + increment) * wall.live, state)
         if new is None:
             increment /= 2
         else:
