@@ -5,6 +5,7 @@ Nothing of the package is used here. Boxes lie along the axes; gravity is −z.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -149,7 +150,7 @@ def _row(start: int, end: int) -> list[tuple[int, int]]:
     return [(at, min(at + 2, end)) for at in range(start, end, 2)]
 
 
-def _on_ground(blocks: list[tuple[tuple[float, ...], tuple[float, ...]]]) -> Boxes:
+def _on_ground(blocks: Sequence[tuple[tuple[float, ...], tuple[float, ...]]]) -> Boxes:
     low, high = (np.array([block[end] for block in blocks], dtype=float) for end in (0, 1))
     ground = np.array([[*(low.min(axis=0)[:2] - 1), -1.0], [*(high.max(axis=0)[:2] + 1), 0.0]])
     fixed = np.zeros(len(low) + 1, dtype=bool)

@@ -4,8 +4,8 @@ The blocks first come to rest under their weight; then the load grows, and they 
 Displacements are small: contact points and directions stay. Every time step is an implicit one, solved by
 Newton's method: B q + load = viscosity, where at each point n = k max(0, −opening), and the shear is the last
 one less k/2 times the slip since, returned to the cone |(s, t)| ≤ c + μ n (Simo and Hughes, Computational
-Inelasticity, 1998, ch. 2, with the normal force of the end of the step). As the geometry stays, forces at rest
-do not depend on k: it is 1 on the mean area of a point.
+Inelasticity, 1998, ch. 2, with the normal force of the end of the step). As the geometry stays, forces at
+rest do not depend on k: it is 1 on the mean area of a point.
 """
 
 from __future__ import annotations
