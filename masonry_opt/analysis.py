@@ -83,7 +83,7 @@ def solve(
         If the case file or scene is wrong, or nothing carries a live load.
     OptionError
         If a method, model, solver or option is unknown or not available, or the method does not know
-        dilatancy that falls with stress, or no limited strength.
+        dilatancy that falls with stress, or no limited strength, or no solids.
     """
     for name, given in (("progress", progress), ("phases", phases)):
         if not callable(given):

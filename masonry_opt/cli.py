@@ -149,9 +149,12 @@ def solve(
         raise OptionError(f"--mechanism {mechanism}: goes with a Coulomb method, and not with --no-expected")
     kind = plot_kind or "mechanism"
     if plot is not None:  # refused now, not after the solve
+        from masonry_opt.drawing.elements import refuse_space
         from masonry_opt.drawing.saved import refuse_saving
+        from masonry_opt.scene.case_file import load
 
         refuse_saving(plot, kind, names, force)
+        refuse_space(load(case))
     options = method_options(option, solve_scene)
     if kind == "curve" and not options.get("curve"):
         raise OptionError("--plot-kind curve needs --method compliant and --option curve=true")

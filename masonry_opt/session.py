@@ -123,7 +123,7 @@ class Session:
         effort.begins("what falls, and what would hold it")
         with effort.measure("dead_load"):
             falling = as_it_falls(assembly, falling, own)
-        solution.found = Found(d=falling)
+        solution.found = Found(d=falling, curved=problem.layout.round)
         solution.add(Code.FALLS, blocks=moving_names(assembly, falling))
         with effort.measure("dead_load"):
             solution.reasons += what_would_hold(assembly, falling, solver, own)
@@ -153,7 +153,8 @@ class Session:
 
 
 def refuse_unsuited(method: Method, assembly: Assembly) -> None:
-    """Raise CaseError if nothing carries a live load, OptionError if the method does not know such joints."""
+    """Raise CaseError if nothing carries a live load, OptionError if the method does not know such joints,
+    or solids."""
     problem = assembly.problem
     if not problem.live_norm:
         raise CaseError(
@@ -165,6 +166,11 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
         raise OptionError(
             f"method '{method.name}' does not know dilatancy that falls with stress: use 'nonassociative', "
             "or leave 'dilatancy_stress' out"
+        )
+    if assembly.scene.dimension == 3 and not method.space:
+        raise OptionError(
+            f"{assembly.scene.origin}: its blocks are solids, which method '{method.name}' does not know: "
+            "use another, such as 'refined'"
         )
     if len(problem.crushing) and not method.crushing:
         raise OptionError(

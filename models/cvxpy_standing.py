@@ -1,24 +1,52 @@
-"""Whether a scene stands under given forces alone, in CVXPY, and what moves if it does not."""
+"""Whether a scene stands under given forces alone, in CVXPY, and what moves if it does not; in space by cones
+of friction."""
 
 from __future__ import annotations
 
 import cvxpy as cp
 import numpy as np
 
+from masonry_opt.models.cvxpy_cone import ConeMechanism, ConeStatics
 from masonry_opt.models.cvxpy_terms import Mechanism, ShearParameters, Statics
 from masonry_opt.problem.problem import Problem, ShearLimits
+
+
+def by_cones(problem: Problem) -> bool:
+    """Whether these programs have cones of friction."""
+    return problem.layout.round and len(problem.sliding) > 0
 
 
 class CvxpyStanding:
     """Eq. (9) without a live load: any forces q with
 
-    B q + f_D = 0,    z = C(slope) q + c ≥ 0
+    B q + f_D = 0,    z = C(slope) q + c ≥ 0;    in space n ≥ 0,    |(s, t)| ≤ c + slope · n
     """
 
     def __init__(self, problem: Problem, limits: ShearParameters | ShearLimits) -> None:
-        self.statics = Statics(problem, limits, load_factor=cp.Constant(0.0))
-        rows = [self.statics.equilibrium, self.statics.slacks >= 0]
-        self.program = cp.Problem(cp.Minimize(0), rows)
+        none = cp.Constant(0.0)
+        self.statics: Statics
+        if by_cones(problem):
+            self.statics = cones = ConeStatics(problem, limits, load_factor=none)
+            within_yield = cones.within_yield
+        else:
+            self.statics = Statics(problem, limits, load_factor=none)
+            within_yield = [self.statics.slacks >= 0]
+        self.program = cp.Problem(cp.Minimize(0), [self.statics.equilibrium, *within_yield])
+
+
+class _Moving:
+    """A mechanism, its conditions, and the power of a force in it less what it dissipates."""
+
+    def __init__(self, problem: Problem, force: np.ndarray, limits: ShearLimits) -> None:
+        self.mechanism: Mechanism | ConeMechanism
+        if by_cones(problem):
+            self.mechanism = cones = ConeMechanism(problem, limits.slope)
+            self.rows = [cones.compatibility, cones.at_speed]
+            self.power = force @ cones.d - limits.cohesion @ cones.speed
+        else:
+            self.mechanism = sides = Mechanism(problem, limits.slope)
+            self.rows = [sides.compatibility]
+            self.power = force @ sides.d - limits.cohesion @ sides.slip - sides.crushing
 
 
 class CvxpyFalling:
@@ -27,18 +55,19 @@ class CvxpyFalling:
         max  scale (f_D·d − c·p) − ½ Σ wᵢ |dᵢ|²    s.t.    Bᵀ d = D(slope) p,    p ≥ 0
 
     over the blocks i, with wᵢ = |f_D,i| in place of masses, and in |dᵢ| rotations times radii of gyration,
-    shape (b,): Gauss's principle of least constraint. Blocks that can stay in touch do. Velocities are
-    ``scale`` times those that go with free fall at 1: of what hardly falls they would be rounding.
+    shape (b, rotations): Gauss's principle of least constraint. Blocks that can stay in touch do. Velocities
+    are ``scale`` times those that go with free fall at 1: of what hardly falls they would be rounding.
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits, gyration: np.ndarray, scale: float) -> None:
-        mechanism = self.mechanism = Mechanism(problem, limits.slope)
-        power = problem.dead @ mechanism.d - limits.cohesion @ mechanism.slip - mechanism.crushing
+        moving = _Moving(problem, problem.dead, limits)
+        self.mechanism = moving.mechanism
         # In the unit of force the median block's is one. Without weight there is no inertia: a little.
         size = np.maximum(problem.force_sizes(problem.dead), 1e-2)
-        root = np.sqrt(size)[:, None] * np.column_stack([np.ones((len(size), 2)), gyration])
-        inertia = cp.sum_squares(cp.multiply(root.ravel(), mechanism.d))
-        self.program = cp.Problem(cp.Maximize(scale * power - inertia / 2), [mechanism.compatibility])
+        of_velocity = np.ones((len(size), problem.layout.dimension))
+        root = np.sqrt(size)[:, None] * np.column_stack([of_velocity, gyration])
+        inertia = cp.sum_squares(cp.multiply(root.ravel(), self.mechanism.d))
+        self.program = cp.Problem(cp.Maximize(scale * moving.power - inertia / 2), moving.rows)
 
 
 class CvxpyDriven:
@@ -50,7 +79,7 @@ class CvxpyDriven:
     """
 
     def __init__(self, problem: Problem, force: np.ndarray, limits: ShearLimits) -> None:
-        mechanism = self.mechanism = Mechanism(problem, limits.slope)
-        power = force @ mechanism.d - limits.cohesion @ mechanism.slip - mechanism.crushing
-        rows = [mechanism.compatibility, mechanism.d <= 1, mechanism.d >= -1]
-        self.program = cp.Problem(cp.Maximize(power), rows)
+        moving = _Moving(problem, force, limits)
+        self.mechanism = moving.mechanism
+        rows = [*moving.rows, self.mechanism.d <= 1, self.mechanism.d >= -1]
+        self.program = cp.Problem(cp.Maximize(moving.power), rows)

@@ -8,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
+from masonry_opt.answer import space_frames
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.motion import joint_motion
 from masonry_opt.answer.solution import GivingState, Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import IDLE
-from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.assembly import Assembly, SpaceAssembly
 from masonry_opt.problem.chords import parabola
 from masonry_opt.problem.problem import Problem, ShearLimits
 
@@ -33,24 +34,22 @@ def block_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
     """A row a movable block: its centroid, and its velocities (NaN without a mechanism)."""
     problem, shapes = assembly.problem, assembly.geometry
     centroid = shapes.centroid[assembly.movable] + shapes.origin
-    velocity = np.full(problem.dead.shape, np.nan) if solution.d is None else solution.d
-    vx, vy, omega = problem.by_block(velocity).T
-    return unsigned(
-        pd.DataFrame(
-            {
-                "block": assembly.names(assembly.movable),
-                "x": centroid[:, 0],
-                "y": centroid[:, 1],
-                "vx": vx,
-                "vy": vy,
-                "omega": omega / problem.length_unit,
-            }
-        )
+    d = np.full(problem.dead.shape, np.nan) if solution.d is None else solution.d
+    axes = "xyz"[: problem.layout.dimension]
+    moves = [f"v{axis}" for axis in axes]
+    turns = ["omega"] if len(axes) == 2 else [f"w{axis}" for axis in axes]
+    columns = (
+        *zip(axes, centroid.T, strict=True),
+        *zip(moves, problem.forces(d).T, strict=True),
+        *zip(turns, problem.moments(d).T / problem.length_unit, strict=True),
     )
+    return unsigned(pd.DataFrame({"block": assembly.names(assembly.movable), **dict(columns)}))
 
 
 def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
     """A row a joint: its blocks, middle and length, forces and rates (NaN without forces, or mechanism)."""
+    if isinstance(assembly, SpaceAssembly):
+        return unsigned(space_frames.joint_frame(assembly, solution))
     problem, joints = assembly.problem, assembly.joints
     nothing = np.full(problem.B.shape[1], np.nan)
     q = nothing if solution.q is None else solution.q
@@ -84,19 +83,27 @@ def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
     )
 
 
+def contact_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame | None:
+    """A row a contact point of a scene in space; None in the plane."""
+    if isinstance(assembly, SpaceAssembly):
+        return unsigned(space_frames.contact_frame(assembly, solution))
+    return None
+
+
 def curve_frame(assembly: Assembly, states: Iterable[GivingState]) -> pd.DataFrame:
     """A row a state of contacts that give less and less; joints that start are those of no row before."""
     problem = assembly.problem
-    rows, started = [], np.zeros((2, problem.joints), dtype=bool)
+    rows, started = [], np.zeros((2, len(assembly.joints.first)), dtype=bool)
     # Velocities are scaled by a sum over components, which depends on the axes: a displacement must not.
     work = problem.live_norm / (problem.force_sizes(problem.live).sum() or problem.live_norm)
     for state in states:
         solution = Solution(Status.CONVERGED, Kind.COMPLIANT, found=state.answer)
         motion = joint_motion(replace(assembly, problem=state.problem), solution)
         n = state.problem.normal_forces(state.answer.q)
-        pressed = n > IDLE * np.abs(n).max(initial=0.0)  # joints without force slip as they please
+        # Joints without force slip as they please.
+        pressed = assembly.most_of_joints(n > IDLE * np.abs(n).max(initial=0.0))
         moves = np.stack([motion.slides & pressed, motion.hinges | motion.separates])
-        slide, part = (assembly.pairs(joints) for joints in moves & ~started)
+        slide, part = (assembly.pairs_of(joints) for joints in moves & ~started)
         started |= moves
         rows.append(
             {

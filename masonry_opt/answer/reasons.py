@@ -97,9 +97,11 @@ class Code(StrEnum):
     IDLE_SUPPORTS = "idle supports"  # blocks
     HELD_BY_CLAMPING = "held by clamping"  # pairs
     FAR_AWAY = "far away"  # blocks, distance, size: of the rest
-    WEIGHTS_DIFFER = "weights differ"  # blocks, ratio: of the first one's weight per area to the median
+    # blocks, ratio: of the first one's weight per area to the median; per: "volume" in space.
+    WEIGHTS_DIFFER = "weights differ"
     SMALL_GAPS = "small gaps"  # pairs: of blocks; widths: of the gap of each
     CORNERS_MEET = "corners meet"  # pairs: of blocks
+    WITHOUT_NORMAL = "without normal"  # pairs: of blocks in space
     CORNERS_BEAR = "corners bear"  # pairs: of blocks; normal_forces: of each, largest first
     BARE_EDGE_LOAD = "bare edge load"  # number: counted from 1, length
     ACTS_OUTSIDE = "acts outside"  # load: 'live' or 'dead', blocks, distance: of the first one's point to it

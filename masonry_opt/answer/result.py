@@ -30,9 +30,9 @@ if TYPE_CHECKING:
 #: What ``as_dict`` tells, in order; block by block and joint by joint at the end.
 _TOLD = (
     *("case", "method", "model", "solver", "status", "message", "reasons", "warnings", "kind", "crushing"),
-    *("load_factor", "tilt_angle", "blocks", "joints", "flow_rule_matters", "iterations", "lp_solves"),
-    *("nlp_solves", "stationary", "expected", "expected_reasons", "associative", "exact", "range", "bound"),
-    *("seconds", "solvers", "certificate", "infeasibility", "size", "history"),
+    *("friction_law", "load_factor", "tilt_angle", "blocks", "joints", "flow_rule_matters", "iterations"),
+    *("lp_solves", "nlp_solves", "stationary", "expected", "expected_reasons", "associative", "exact"),
+    *("range", "bound", "seconds", "solvers", "certificate", "infeasibility", "size", "history"),
 )
 
 
@@ -42,9 +42,10 @@ class Size:
 
     Attributes
     ----------
-    blocks, joints: movable blocks b and joints c.
+    blocks, joints: movable blocks b and joints, in the plane c.
     rows, columns, nonzeros: of the linear program as the solver received it; None if none was built.
     left_out: what was not modelled, each with its reason.
+    contacts: contact points of a scene in space, c; None in the plane.
     """
 
     blocks: int
@@ -53,6 +54,7 @@ class Size:
     columns: int | None
     nonzeros: int | None
     left_out: tuple[str, ...] = ()
+    contacts: int | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -126,15 +128,38 @@ class Result:
         """A row a joint: ``first``, ``second``, ``x``, ``y`` (middle), ``length``, forces on the first block
         ``n`` (compression > 0), ``s``, ``m``, rates of the first block against the second ``slip``,
         ``opening``, ``rotation``, and ``utilisation`` (force over its limit, NaN where a joint is idle).
-        Forces and lengths in the case's units."""
+        Forces and lengths in the case's units.
+
+        In space, where vectors have three columns in the scene's coordinates: ``first``, ``second``, ``x``
+        (centroid), ``area`` (0 of an edge or a point), ``nx`` (unit normal into the first block), resultant
+        on the first block as ``n`` (along the normal, compression > 0), ``s`` (size of the shear) and ``fx``,
+        ``px`` (where n acts, NaN where the joint is not pressed), ``torsion`` (moment about the normal there,
+        else at the centroid), rates of the first block against the second at the centroid ``slip`` (size),
+        ``opening`` and ``vx`` (both), ``rotation`` (size) and ``wx`` (about its direction, right-handed),
+        ``ax`` (point of that axis nearest to the centroid, NaN where the joint does not turn), and
+        ``utilisation``, the largest of its ``contacts``."""
         from masonry_opt.answer.frames import joint_frame
 
         return joint_frame(self.assembly, self.solution)
 
     @cached_property
+    def contacts(self) -> pd.DataFrame | None:
+        """A row a contact point of a scene in space, by joint; None in the plane.
+
+        ``joint`` (number of its row in ``joints``), ``first``, ``second``, ``x``, ``y``, ``z``, force on the
+        first block as ``n`` (compression > 0), ``s`` (size of the shear) and ``fx``, ``fy``, ``fz``, rates of
+        the first block against the second ``slip`` (size), ``opening`` and ``vx``, ``vy``, ``vz`` (both), and
+        ``utilisation`` (|shear| over c + μ n, 0 where friction is unlimited, NaN where the point is idle).
+        Within a joint of more than three points forces are one of many ways to share its resultant."""
+        from masonry_opt.answer.frames import contact_frame
+
+        return contact_frame(self.assembly, self.solution)
+
+    @cached_property
     def blocks(self) -> pd.DataFrame:
         """A row a movable block: ``block``, ``x``, ``y`` (centroid), ``vx``, ``vy``, ``omega``; velocities
-        scaled so that the live load does the work Σ|f_L|, the sum over its components."""
+        scaled so that the live load does the work Σ|f_L|, the sum over its components. In space ``block``,
+        ``x``, ``y``, ``z``, ``vx``, ``vy``, ``vz``, and rotation about the axes ``wx``, ``wy``, ``wz``."""
         from masonry_opt.answer.frames import block_frame
 
         return block_frame(self.assembly, self.solution)
@@ -240,9 +265,10 @@ class Result:
         from masonry_opt.words.summary import left_out
 
         problem, lp, out = self.assembly.problem, self.solution.size, left_out(self.assembly)
-        if lp is None:
-            return Size(problem.blocks, problem.joints, None, None, None, out)
-        return Size(problem.blocks, problem.joints, lp.rows, lp.columns, lp.nonzeros, out)
+        rows, columns, nonzeros = (None, None, None) if lp is None else (lp.rows, lp.columns, lp.nonzeros)
+        points = problem.joints if problem.layout.round else None
+        joints = len(self.assembly.joints.first)
+        return Size(problem.blocks, joints, rows, columns, nonzeros, out, points)
 
     @cached_property
     def warnings(self) -> tuple[Reason, ...]:
@@ -283,6 +309,14 @@ class Result:
         return law if len(self.assembly.problem.crushing) else ""
 
     @property
+    def friction_law(self) -> str:
+        """How friction is limited in space: by the "cone", or by a "polygon of P sides" inside it, which have
+        cos(π/P) of its friction at least; "" in the plane, and where friction is unlimited."""
+        problem = self.assembly.problem
+        law = "cone" if self.solution.found.curved else f"polygon of {len(problem.layout.senses)} sides"
+        return law if problem.layout.round and len(problem.sliding) else ""
+
+    @property
     def tilt_angle(self) -> float | None:
         """Tilt of the ground at which the scene falls, atan λ in degrees; None of other scenes."""
         if self.assembly.scene.tilt is None or self.load_factor is None:
@@ -310,7 +344,7 @@ class Result:
         Raises
         ------
         OptionError
-            If there is no such kind, of this result, or it shows no names.
+            If there is no such kind, of this result, or it shows no names, or the scene is one in space.
         """
         # Drawing comes after results, and takes matplotlib: both are loaded where a picture is asked for.
         from masonry_opt.drawing.pictures import result_picture
@@ -332,8 +366,8 @@ class Result:
         Raises
         ------
         OptionError
-            If the file's name has another ending, there is no such kind, or the file cannot be written or
-            replaced.
+            If the file's name has another ending, there is no such kind, the file cannot be written or
+            replaced, or the scene is one in space.
         OSError
             If the file cannot be written.
         """
@@ -350,6 +384,8 @@ class Result:
         told["history"] = self.history.to_dict("records")
         told["block_results"] = self.blocks.to_dict("records")
         told["joint_results"] = self.joints.to_dict("records")
+        if self.contacts is not None:
+            told["contact_results"] = self.contacts.to_dict("records")
         if self.curve is not None:
             told["curve"] = self.curve.to_dict("records")
         return _plain(told)

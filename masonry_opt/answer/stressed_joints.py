@@ -41,8 +41,8 @@ def stressed_joints(result: Result, above: float | None = None) -> pd.DataFrame:
     Raises
     ------
     OptionError
-        If the result is of another method or has no mechanism, ``above`` is not a number from zero
-        on, or neither it nor the scene says what stress is too high.
+        If the result is of another method or of a scene in space, or has no mechanism, ``above`` is
+        not a number from zero on, or neither it nor the scene says what stress is too high.
     """
     method = getattr(result, "method", type(result).__name__)
     if method not in ("static", "kinematic"):
@@ -50,6 +50,7 @@ def stressed_joints(result: Result, above: float | None = None) -> pd.DataFrame:
             f"stressed_joints: takes an associative result (method 'static' or 'kinematic'), not one of "
             f"'{method}'"
         )
+    result.assembly.scene.in_plane()
     answer, problem = result.solution.answer, result.assembly.problem
     if answer is None:
         raise OptionError(f"stressed_joints: the result has no mechanism: {result.status}")

@@ -19,6 +19,7 @@ from masonry_opt.drawing.loads import load_marks
 from masonry_opt.drawing.marks import Marks, joint_marks, moved
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral
 
 #: Kinds of pictures of a result: what its joints show.
@@ -149,8 +150,18 @@ def refuse_kind(kind: object, names: bool = False) -> None:
         raise OptionError("a picture of kind 'curve' has no blocks whose names to write")
 
 
+def refuse_space(scene: Scene) -> None:
+    """Raise OptionError for a scene of solids."""
+    if scene.dimension == 3:
+        raise OptionError(
+            f"{scene.origin}: its blocks are solids, of which there are no pictures and pages: results have "
+            "'blocks', 'joints' and 'contacts' as tables"
+        )
+
+
 def scene_elements(assembly: Assembly) -> Elements:
-    """What there is to draw of a scene before it is solved."""
+    """What there is to draw of a scene before it is solved. Raises OptionError in space."""
+    refuse_space(assembly.scene)
     still = np.zeros((len(assembly.scene.blocks), 3))
     arrows = list(load_marks(assembly, size_of(assembly), still))
     layers = {"scene": list(found_marks(assembly, _shrink(assembly)))}
@@ -158,7 +169,8 @@ def scene_elements(assembly: Assembly) -> Elements:
 
 
 def result_elements(result: Result) -> Elements:
-    """What there is to draw of a result."""
+    """What there is to draw of a result. Raises OptionError in space."""
+    refuse_space(result.assembly.scene)
     assembly, size, shrink = result.assembly, size_of(result.assembly), _shrink(result.assembly)
     motion, movement = _motion(result, size), _movement(result)
     layers = {"mechanism": list(_mechanism(result, motion, shrink)) if movement else []}

@@ -18,7 +18,10 @@ _WIDTH = 560
 
 
 def notebook_html(result: Result) -> str:
-    """Load factor, status, picture and certificate of a result, as HTML that stands by itself."""
+    """Load factor, status, picture and certificate of a result, as HTML that stands by itself; of solids,
+    which have no picture, the summary."""
+    if result.assembly.scene.dimension == 3:
+        return f'<div style="white-space:pre-wrap">{text(result.summary)}</div>'
     elements = result_elements(result)
     status = text(f"{result.status}{': ' + result.message if result.message else ''}")
     lines = [

@@ -73,7 +73,7 @@ def draw(
     CaseError
         If the case file or scene is wrong. Blocks that touch nothing are drawn all the same.
     OptionError
-        If the file's name has another ending, or the file cannot be written or replaced.
+        If the file's name has another ending, the file cannot be written or replaced, or blocks are solids.
     OSError
         If the file cannot be written.
     """

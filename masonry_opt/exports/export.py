@@ -198,7 +198,8 @@ def _header(method: str, assembly: Assembly) -> list[str]:
     name = " ".join(f"{Path(scene.origin).name} {scene.title}".split())
     lines = [
         f"{MARK}: program of method {method} for {name}",
-        f"movable blocks: {problem.blocks}, joints: {problem.joints}",
+        f"movable blocks: {problem.blocks}, joints: {len(assembly.joints.first)}"
+        + (f", contact points: {problem.joints}" if problem.layout.round else ""),
         f"units: forces {problem.force_unit!r}, lengths {problem.length_unit!r} of the case's; the load "
         "factor is the same in both",
     ]

@@ -30,7 +30,8 @@ class Labels:
 
     Attributes
     ----------
-    joints: a different one for each joint, in the order of ``Result.joints``.
+    joints: a different one for each of the problem's joints, in the order of ``Result.joints``, in space of
+        ``Result.contacts``.
     blocks: a different one for each movable block, in the order of ``Result.blocks``.
     """
 
@@ -64,9 +65,8 @@ def legal(assembly: Assembly) -> Labels:
 
 def _by_blocks(assembly: Assembly, names: list[str], opens: str, closes: str) -> Labels:
     joints = assembly.joints
-    pairs = [
-        f"{names[first]}|{names[second]}" for first, second in zip(joints.first, joints.second, strict=True)
-    ]
+    ends = zip(joints.first[assembly.joint], joints.second[assembly.joint], strict=True)
+    pairs = [f"{names[first]}|{names[second]}" for first, second in ends]
     return Labels(unique(pairs), unique(names[block] for block in assembly.movable), opens, closes)
 
 
@@ -90,13 +90,17 @@ def names_in(program: pyo.ConcreteModel, problem: Problem, labels: Labels) -> di
 
     No two are the same, and none is of a row and of a column.
     """
-    joint, block = labels.of_joints, labels.of_blocks
+
+    def joints(*kinds: str) -> list[str]:
+        return [name for kind in kinds for name in labels.of_joints(kind)]
+
+    block, space = labels.of_blocks, problem.layout.round
     of_components = {
         "load_factor": ["load_factor"],
-        "q": [*joint("n"), *joint("s"), *joint("m")],
-        "d": block("vx", "vy", "omega"),
-        "equilibrium": block("fx", "fy", "moment"),
-        "compatibility": [*joint("opening"), *joint("slip"), *joint("rotation")],
+        "q": joints("n", "s", "t" if space else "m"),
+        "d": block("vx", "vy", *(("vz", "wx", "wy", "wz") if space else ("omega",))),
+        "equilibrium": block("fx", "fy", *(("fz", "mx", "my", "mz") if space else ("moment",))),
+        "compatibility": joints("opening", *(("slip_s", "slip_t") if space else ("slip", "rotation"))),
         "live_work": ["live_work"],
         "raising": ["raising"],
         "objective": ["objective"],
@@ -117,9 +121,11 @@ def names_in(program: pyo.ConcreteModel, problem: Problem, labels: Labels) -> di
 
 def _faces(problem: Problem, labels: Labels, kind: str) -> Iterator[str]:
     """Names of one kind, one a face."""
-    motions = []
-    for motion, count in (("slide", len(problem.sliding)), ("rock", problem.joints)):
-        motions += [f"{motion}_plus"] * count + [f"{motion}_minus"] * count
+    slides, rocks = ["slide_plus", "slide_minus"], ["rock_plus", "rock_minus"]
+    if problem.layout.round:
+        slides, rocks = [f"slide_{side + 1}" for side in range(len(problem.layout.senses))], ["open"]
+    motions = [motion for motion in slides for _ in problem.sliding]
+    motions += [motion for motion in rocks for _ in range(problem.joints)]
     chords = range(2, len(CHORDS.slope) + 1)  # the first is that of rocking
     for sense in ("plus", "minus"):
         motions += [f"crush_{sense}_{chord}" for _ in problem.crushing for chord in chords]

@@ -13,6 +13,7 @@ from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
+from masonry_opt.methods.exact.cone_refiner import ConeRefiner
 from masonry_opt.methods.exact.refiner import ExactState, OutOfTime, Refiner, refiner_of
 from masonry_opt.methods.exact.search import Candidate, Met, Search, lower_of
 from masonry_opt.methods.mcp.method import mcp
@@ -82,7 +83,8 @@ def refined(task: Task) -> Solution:
         first = of_same_scene(options.start, problem)
     if first.proven_none or (first.q is None and options.search is None):
         return first
-    refiner = refiner_of(task)
+    in_space = problem.layout.round
+    refiner = ConeRefiner(problem, task.effort) if in_space else refiner_of(task)
     lowest = _Lowest(task, refiner)
     search = Search(refiner, passes_of(task).over, lowest.met)
     if options.search is not None:
@@ -109,7 +111,7 @@ class _Lowest:
 
     Attributes
     ----------
-    stationary: whether nothing that was tried lowers it.
+    stationary: whether nothing that was tried lowers it; None in space, where that is not known.
     met: the states of all candidates.
     interrupted: whether the user ended the search.
     """
@@ -117,7 +119,8 @@ class _Lowest:
     def __init__(self, task: Task, refiner: Refiner) -> None:
         self._task, self._refiner, self._began = task, refiner, time.perf_counter()
         self.state: ExactState | None = None
-        self.stationary = self.interrupted = False
+        self.stationary: bool | None = None
+        self.interrupted = False
         self.history: list[Refinement] = []
         self.met = Met()
 
@@ -126,7 +129,9 @@ class _Lowest:
         state = candidate.state
         if state is None or lower_of(self.state, state) is not state:
             return
-        self.state, self.stationary = state, self._refiner.undecided == 0
+        self.state = state
+        if not isinstance(self._refiner, ConeRefiner):
+            self.stationary = self._refiner.undecided == 0
         counts = self.met.candidates, self._task.effort.lp_solves, time.perf_counter() - self._began
         self.history.append(Refinement(state.load_factor, candidate.origin, *counts))
         self._task.progress(self.history[-1])
@@ -149,11 +154,13 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Refiner) ->
         size=refiner.size,
     )
     # The parabola's load factor is none of this law.
-    known = None if first.found.curved else first.load_factor
+    same_law = first.found.curved == best.answer.curved
+    known = first.load_factor if same_law else None
     fall = None if known is None else known - best.load_factor
     solution.add(Code.EXACT, fall=fall)
     solution.reasons.append(lowest.met.reason)
-    solution.add(Code.STATIONARY if lowest.stationary else Code.UNDECIDED)
+    if lowest.stationary is not None:
+        solution.add(Code.STATIONARY if lowest.stationary else Code.UNDECIDED)
     if task.options is not None and task.options.search is not None:
         solution.add(Code.SEARCHED, candidates=lowest.met.candidates, interrupted=lowest.interrupted)
     return solution

@@ -22,6 +22,9 @@ from masonry_opt.scene.space.shapes import Shapes, shapes
 #: Fields of a scene that matrices and loads depend on; the others are joint properties and words.
 _OF_GEOMETRY = ("gravity", "tolerance", "thickness", "tilt", "blocks", "edge_loads", "loads")
 
+#: Properties that contacts in space have.
+_OF_CONTACTS = ("friction", "cohesion", "dilatancy")
+
 
 @dataclass(frozen=True)
 class Assembly:
@@ -50,14 +53,27 @@ class Assembly:
         """Names of blocks by their indices in the scene."""
         return [self.scene.blocks[index].name for index in blocks]
 
+    @property
+    def joint(self) -> np.ndarray:
+        """Index of the joint that each of the problem's joints is part of, rising."""
+        return np.arange(self.problem.joints)
+
     def joints_of(self, indices: np.ndarray) -> np.ndarray:
         """Indices of the joints that some of the problem's joints are part of, each once, in their order."""
         return indices
 
+    def most_of_joints(self, values: np.ndarray) -> np.ndarray:
+        """Of values of the problem's joints the largest within each joint."""
+        return values
+
     def pairs(self, indices: np.ndarray) -> list[list[str]]:
         """Names of the two blocks of each of some of the problem's joints, by their indices."""
+        return self.pairs_of(self.joints_of(indices))
+
+    def pairs_of(self, joints: np.ndarray) -> list[list[str]]:
+        """Names of the two blocks of each of some joints, by their indices."""
         ends = np.column_stack([self.joints.first, self.joints.second])
-        return [self.names(blocks) for blocks in ends[self.joints_of(indices)]]
+        return [self.names(blocks) for blocks in ends[joints]]
 
 
 @dataclass(frozen=True)
@@ -73,9 +89,18 @@ class SpaceAssembly(Assembly):
     geometry: Shapes  # type: ignore[assignment]
     joints: Contacts  # type: ignore[assignment]
 
+    @property
+    def joint(self) -> np.ndarray:
+        return self.joints.joint
+
     def joints_of(self, indices: np.ndarray) -> np.ndarray:
         joints = self.joints.joint[indices]
         return joints[np.sort(np.unique(joints, return_index=True)[1])]
+
+    def most_of_joints(self, values: np.ndarray) -> np.ndarray:
+        starts = np.searchsorted(self.joints.joint, np.arange(len(self.joints.first)))
+        most: np.ndarray = np.maximum.reduceat(values, starts)
+        return most
 
 
 def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
@@ -170,9 +195,9 @@ def with_joints_of(assembly: Assembly, scene: Scene) -> Assembly | None:
         return None
     force_unit = assembly.problem.force_unit
     if isinstance(assembly, SpaceAssembly):
-        found = joint_properties(scene, assembly.joints.first, assembly.joints.second)
-        own = {name: found[name] for name in ("friction", "cohesion", "dilatancy")}
-        contacts = replace(assembly.joints, **own)
+        contacts = assembly.joints
+        given = joint_properties(scene, contacts.first, contacts.second)
+        contacts = replace(contacts, **{name: given[name] for name in _OF_CONTACTS})
         problem = replace(assembly.problem, law=points.law(contacts, force_unit))
         return replace(assembly, problem=problem, scene=scene, joints=contacts)
     joints = with_properties(assembly.joints, scene)

@@ -5,18 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-import shapely
 
 from masonry_opt.answer.acceptance import ROOM, UNBALANCED
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import DRIVES, NAMED, SLIDES
 from masonry_opt.effort import Effort
-from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyFalling, CvxpyStanding
+from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyFalling, CvxpyStanding, by_cones
 from masonry_opt.models.cvxpy_terms import ShearParameters
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.scene.extents import boxes
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine, has_optimum
 from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
 
@@ -65,7 +65,7 @@ def falling_mechanism(
     DeadLoadUndecided
         If the solver fails on both.
     """
-    chosen, limits = in_cvxpy(solver), ShearLimits.true(problem)
+    chosen, limits = deciding(problem, solver), ShearLimits.true(problem)
     kept = kept or Kept()
 
     def declared() -> _Standing:
@@ -89,9 +89,17 @@ def falling_mechanism(
     return velocities if power > DRIVES else None
 
 
+def deciding(problem: Problem, solver: Solver) -> Solver:
+    """What decides whether a problem stands, if an analysis was asked to use a solver: see
+    :func:`~masonry_opt.solvers.registry.in_cvxpy`; CVXPY's default if that takes no cones, and there are
+    some."""
+    chosen = in_cvxpy(solver)
+    return chosen if chosen.entry.conic or not by_cones(problem) else find_solver("cvxpy", None)
+
+
 def _carries(problem: Problem, q: np.ndarray) -> bool:
     """Whether forces carry the dead load with room to spare, so that no program is needed."""
-    room = float((problem.slacks(q) / problem.face_arm).min(initial=np.inf))
+    room = float((problem.slacks(q, curved=problem.layout.round) / problem.face_arm).min(initial=np.inf))
     return room > ROOM and float(np.abs(problem.unbalanced(0.0, q)).max()) < UNBALANCED
 
 
@@ -101,8 +109,11 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
     The given mechanism, of most power, may lift blocks off corners that they turn about.
     """
     problem = assembly.problem
-    left, bottom, right, top = shapely.bounds(assembly.geometry.polygons[assembly.movable]).T
-    gyration = np.sqrt(((right - left) ** 2 + (top - bottom) ** 2) / 12) / problem.length_unit
+    low, high = boxes(assembly.geometry)
+    square = (high - low)[assembly.movable] ** 2
+    # About each axis by the two extents across it; in the plane about one that has none.
+    across = square.sum(axis=1)[:, None] - (square if problem.layout.round else 0.0)
+    gyration = np.sqrt(across / 12) / problem.length_unit
     inertia = float(problem.force_sizes(problem.dead) @ problem.by_block(falling**2).sum(axis=1))
     scale = min(max(inertia / float(problem.dead @ falling), 1.0), 1 / DRIVES)
     model = CvxpyFalling(problem, ShearLimits.true(problem), gyration, scale)
@@ -154,7 +165,7 @@ def locking_joints(
         limits = ShearLimits(slope, np.zeros_like(slope))
         loaded = replace(problem.recession_cone, dead=problem.live / problem.live_norm)
         carrying = CvxpyStanding(loaded, limits)
-        if has_optimum(carrying.program, in_cvxpy(solver), effort, DIAGNOSIS):
+        if has_optimum(carrying.program, deciding(problem, solver), effort, DIAGNOSIS):
             q = carrying.statics.forces()[1]
         elif status is Status.UNLIMITED or q is None:
             return none
@@ -170,7 +181,7 @@ def _driven_by_live_load(
 ) -> tuple[float, np.ndarray] | None:
     """:func:`_driven` by the live load of unit sum, with an opening per unit slip (k,)."""
     limits, push = ShearLimits(slope, np.zeros_like(slope)), problem.live / problem.live_norm
-    return _driven(problem.recession_cone, push, limits, in_cvxpy(solver), effort, DIAGNOSIS)
+    return _driven(problem.recession_cone, push, limits, deciding(problem, solver), effort, DIAGNOSIS)
 
 
 def _driven(

@@ -64,8 +64,9 @@ def _found(problem: Problem, effort: Effort, of_mechanism: bool) -> Infeasibilit
         stressed = tuple(order[n[order] > NAMED * n.max()].tolist())
         certificate = replace(certificate, clamped=stressed)
     cuts = Cuts()
-    # Branching is over faces, which in space are sides of cones: it would prove nothing of these.
-    if of_mechanism and not falls and not problem.layout.round and problem.joints <= _CUTS_UP_TO:
+    # Cuts are of faces, which in space are sides inside the cone: they would prove nothing of it.
+    of_faces = of_mechanism and not falls and not problem.layout.round
+    if of_faces and problem.joints <= _CUTS_UP_TO:
         cuts = combinatorial_cuts(problem, _MOST_WORK // problem.joints, effort, _PURPOSE)
     if not cuts.exclude:
         return certificate

@@ -21,8 +21,14 @@ from masonry_opt.models.cvxpy_terms import ShearParameters
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
-from masonry_opt.solvers.registry import Solver, in_cvxpy
-from masonry_opt.standing.diagnosis import DEAD_LOAD, DeadLoadUndecided, as_it_falls, falling_mechanism
+from masonry_opt.solvers.registry import Solver
+from masonry_opt.standing.diagnosis import (
+    DEAD_LOAD,
+    DeadLoadUndecided,
+    as_it_falls,
+    deciding,
+    falling_mechanism,
+)
 
 #: Joints up to which the least factor on friction is looked for, the factors tried, and how near to each
 #: other, relative, the least at which the scene stands and the greatest at which it falls need be.
@@ -61,7 +67,7 @@ def what_would_hold(assembly: Assembly, falling: np.ndarray, solver: Solver, eff
         return [*found, reason(Code.NO_FRICTION_HOLDS, blocks=moving_names(assembly, falls_all_the_same))]
     factor, above = _least_factor(problem, solver, effort)
     values = {"factor": factor, "above": above, "hangs": bool(len(hanging))}
-    pairs = assembly.pairs(_sliding(assembly, falling))
+    pairs = assembly.pairs_of(_sliding(assembly, falling))
     return [*found, reason(Code.FRICTION_WOULD_HOLD, pairs=pairs, **values)]
 
 
@@ -91,7 +97,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
     most = _LARGEST_FRICTION / largest
     limits = ShearParameters(ShearLimits.true(problem))
     program = CvxpyStanding(problem, limits).program
-    engine = CvxpyEngine(program, in_cvxpy(solver), effort, DEAD_LOAD, repeats=True)
+    engine = CvxpyEngine(program, deciding(problem, solver), effort, DEAD_LOAD, repeats=True)
     for _ in range(_MOST_FACTORS):
         if stands is None and falls < most:
             factor = min(max(2.0, falls**2), most)
@@ -115,7 +121,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
 
 def _sliding(assembly: Assembly, d: np.ndarray) -> np.ndarray:
     """Joints that slide in a mechanism (3b,), those that slide most first."""
-    slip = assembly.problem.slip_speed(d)
+    slip = assembly.most_of_joints(assembly.problem.slip_speed(d))
     slides = joint_motion(assembly, Solution(Status.UNSTABLE, Kind.ASSOCIATIVE, found=Found(d=d))).slides
     order = np.argsort(-slip, kind="stable")
     return order[slides[order]]
@@ -125,10 +131,10 @@ def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
     """Those of some of the problem's blocks that no chain of bearing joints leads to from a support. A joint
     bears a block if its normal pushes against the block's dead load."""
     scene, joints, movable = assembly.scene, assembly.joints, assembly.movable
-    count = len(scene.blocks)
-    down = np.zeros((count, 2))
-    down[movable] = assembly.problem.forces(assembly.problem.dead)
-    size = np.hypot(down[:, 0], down[:, 1])
+    count, forces = len(scene.blocks), assembly.problem.forces(assembly.problem.dead)
+    down = np.zeros((count, forces.shape[1]))
+    down[movable] = forces
+    size = np.hypot.reduce(down, axis=1)
     down = np.where(size[:, None] > 0, down / np.where(size > 0, size, 1.0)[:, None], scene.down)
     first_borne = (joints.normal * down[joints.first]).sum(axis=1) < -_BEARS
     second_borne = (joints.normal * down[joints.second]).sum(axis=1) > _BEARS

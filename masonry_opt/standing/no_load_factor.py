@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from masonry_opt.answer.infeasibility import Existence
@@ -28,15 +30,18 @@ def explain(
         withdraw_wedged(assembly, solution)
     if solution.infeasibility is None:
         solution.infeasibility = existence(assembly.problem, effort, of_mechanism=not associative)
+    if (found := solution.infeasibility) and found.clamped:
+        clamped = assembly.joints_of(np.array(found.clamped))
+        solution.infeasibility = replace(found, clamped=tuple(clamped.tolist()))
     if not associative:
         if solution.status is not Status.UNSTABLE:
             _settle(solution)
         if solution.infeasibility and solution.infeasibility.clamped:
-            pairs = assembly.pairs(np.array(solution.infeasibility.clamped))
+            pairs = assembly.pairs_of(np.array(solution.infeasibility.clamped))
             solution.add(Code.CLAMPED, pairs=pairs)
-    found = locking_joints(assembly.problem, solution.status, solution.q, solver, Effort())
-    if len(found):
-        solution.add(Code.JOINTS, status=str(solution.status), pairs=assembly.pairs(found))
+    locking = locking_joints(assembly.problem, solution.status, solution.q, solver, Effort())
+    if len(locking):
+        solution.add(Code.JOINTS, status=str(solution.status), pairs=assembly.pairs(locking))
 
 
 def withdraw_wedged(assembly: Assembly, solution: Solution) -> None:

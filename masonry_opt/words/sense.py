@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-import shapely
 from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import IDLE
-from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.assembly import Assembly, SpaceAssembly
 from masonry_opt.problem.loads import weights
+from masonry_opt.scene.extents import boxes, outside
 
 #: No dry joint has more friction (tan 72°): more was perhaps meant as degrees.
 _HIGHEST_FRICTION = 3.0
@@ -20,16 +20,16 @@ _HIGHEST_FRICTION = 3.0
 #: Distance of a group of blocks from all others, over the larger of their sizes, from which it is far away.
 _FAR = 10.0
 
-#: Weights per area, and forces over weights, that differ by more are perhaps in other units (N and kN differ
-#: by a thousand, stone and timber by five).
+#: Weights per area, or volume, and forces over weights, that differ by more are perhaps in other units (N and
+#: kN differ by a thousand, stone and timber by five).
 _OTHER_UNITS = 300.0
 
 #: A dead force so many times smaller than its block's weight acts on nothing. (A live force may be of any
 #: size below the weight: it is often a unit force.)
 _NO_FORCE = 3000.0
 
-#: Share of a block's size (the root of its area) by which a force may act outside of it: coordinates are
-#: rounded.
+#: Share of a block's size (the root of its area or volume) by which a force may act outside of it:
+#: coordinates are rounded.
 _OUTSIDE = 0.02
 
 #: Share of a block's weight up to which a difference of forces is rounding.
@@ -103,7 +103,7 @@ def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
     supports = ~np.isin([joints.first[clamped], joints.second[clamped]], assembly.movable).all(axis=0)
     if not supports.any():
         return []
-    return [reason(Code.HELD_BY_CLAMPING, pairs=assembly.pairs(clamped[supports]))]
+    return [reason(Code.HELD_BY_CLAMPING, pairs=assembly.pairs_of(clamped[supports]))]
 
 
 def _small_gaps(assembly: Assembly) -> list[Reason]:
@@ -117,14 +117,18 @@ def _small_gaps(assembly: Assembly) -> list[Reason]:
 
 
 def _corners(assembly: Assembly) -> list[Reason]:
-    """Blocks that meet corner on corner, where no joint of each holds it."""
+    """Blocks that meet corner on corner, where no joint of each holds it; in space with an edge too."""
+    if isinstance(assembly, SpaceAssembly):
+        pairs = [assembly.names(np.array(pair)) for pair in assembly.joints.without_normal]
+        return [reason(Code.WITHOUT_NORMAL, pairs=pairs)] if pairs else []
     pairs = [assembly.names(np.array(pair)) for pair in assembly.joints.corners]
     return [reason(Code.CORNERS_MEET, pairs=pairs)] if pairs else []
 
 
 def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reason]:
-    """Corners on edges that press where joints have a strength, which limits no force without a length."""
-    if solution is None:
+    """Corners on edges that press where joints have a strength, which limits no force without a length; none
+    in space, where joints have no strength."""
+    if solution is None or isinstance(assembly, SpaceAssembly):
         return []
     problem, joints = assembly.problem, assembly.joints
     limited = problem.in_a_point & np.isfinite(joints.strength)
@@ -158,15 +162,16 @@ def _far_away(assembly: Assembly) -> list[Reason]:
     groups, group = connected_components(links, directed=False)
     if groups == 1:
         return []
-    bounds = shapely.bounds(assembly.geometry.polygons) * [1, 1, -1, -1]
-    lowest = np.full((groups, 4), np.inf)
+    low, high = boxes(assembly.geometry)
+    bounds, axes = np.column_stack([low, -high]), low.shape[1]
+    lowest = np.full((groups, 2 * axes), np.inf)
     np.minimum.at(lowest, group, bounds)
     # Of the box round all other groups: the least bound, or the second least where the group has the least.
     least, second = np.sort(lowest, axis=0)[:2]
     others = np.where(lowest == least, second, least)
-    size, size_of_rest = (np.hypot(*(-box[:, 2:] - box[:, :2]).T) for box in (lowest, others))
-    gap = np.maximum(0.0, np.maximum(lowest[:, :2] + others[:, 2:], others[:, :2] + lowest[:, 2:]))
-    distance = np.hypot(*gap.T)
+    size, size_of_rest = (np.hypot.reduce(-box[:, axes:] - box[:, :axes], axis=1) for box in (lowest, others))
+    apart = np.maximum(lowest[:, :axes] + others[:, axes:], others[:, :axes] + lowest[:, axes:])
+    distance = np.hypot.reduce(np.maximum(0.0, apart), axis=1)
     far = distance > _FAR * np.maximum(size, size_of_rest)
     # The largest group is the scene.
     far[np.bincount(group).argmax()] = False
@@ -200,20 +205,20 @@ def _acting_outside(assembly: Assembly) -> list[Reason]:
         if not placed:
             continue
         index = np.array([index for index, _ in placed])
-        points = shapely.points(np.array([point for _, point in placed]) - shapes.origin)
-        distance = shapely.distance(shapely.convex_hull(shapes.polygons[index]), points)
+        distance = outside(shapes, index, np.array([point for _, point in placed]) - shapes.origin)
         order = np.argsort(-distance, kind="stable")
-        outside = order[(distance > _OUTSIDE * np.sqrt(shapes.area[index]))[order]]
-        if len(outside):
-            values = {"blocks": assembly.names(index[outside]), "distance": float(distance[outside[0]])}
+        size = shapes.size[index] ** (1 / assembly.problem.layout.dimension)
+        off = order[(distance > _OUTSIDE * size)[order]]
+        if len(off):
+            values = {"blocks": assembly.names(index[off]), "distance": float(distance[off[0]])}
             found.append(reason(Code.ACTS_OUTSIDE, load=load, **values))
     return found
 
 
 def _weights(assembly: Assembly) -> list[Reason]:
-    """Weights per area, and forces over weights, that look like those of other units."""
+    """Weights per area, or volume, and forces over weights, that look like those of other units."""
     problem, scene, movable = assembly.problem, assembly.scene, assembly.movable
-    area = assembly.geometry.area[movable]
+    area = assembly.geometry.size[movable]
     weight = weights(scene, assembly.geometry, movable)
     heavy = weight > 0
     if not heavy.any():
@@ -221,13 +226,14 @@ def _weights(assembly: Assembly) -> list[Reason]:
     density = np.divide(weight, area)
     usual = np.quantile(density[heavy], 0.5, method="lower")
     ratio = np.where(heavy, density / usual, 1.0)
-    found = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, _OTHER_UNITS, _OTHER_UNITS)
+    per = {"per": "volume"} if isinstance(assembly, SpaceAssembly) else {}
+    found = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, _OTHER_UNITS, _OTHER_UNITS, **per)
     # A light block may carry what is much to it and little to the others, such as a jack's plate.
     weight_near = np.maximum(weight, np.median(weight[heavy]))
     live, dead = (problem.forces(load) * problem.force_unit for load in (problem.live, problem.dead))
     dead = dead - weight[:, None] * scene.down
     for name, force, least in (("live", live, np.inf), ("dead", dead, _NO_FORCE)):
-        size = np.hypot(force[:, 0], force[:, 1])
+        size = np.hypot.reduce(force, axis=1)
         acts = size > _ROUNDING * weight
         ratio = np.divide(size, np.clip(size, weight, weight_near), out=np.ones_like(size), where=acts)
         found += _differing(assembly, Code.FORCES_DIFFER, ratio, _OTHER_UNITS, least, load=name)

@@ -372,14 +372,18 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.CORNERS_MEET: lambda v: (
         f"{_pairs(v)} meet corner on corner, where nothing holds them: a joint needs an edge of either"
     ),
+    Code.WITHOUT_NORMAL: lambda v: (
+        f"{_pairs(v)} meet corner on corner, corner on edge or edge along edge, where there is no normal and "
+        "nothing holds them: a joint needs a face of either, or edges that cross"
+    ),
     Code.CORNERS_BEAR: _corners_bear,
     Code.BARE_EDGE_LOAD: (
         "edge_load no. {number} meets no free edge of a movable block along {length:.4g} of its "
         "length, where it does nothing"
     ),
     Code.WEIGHTS_DIFFER: lambda v: (
-        f"the weight per area of {_blocks(v['blocks'])} is {v['ratio']:.3g} times the median of all blocks: "
-        "are weights and lengths in one unit each?"
+        f"the weight per {v.get('per', 'area')} of {_blocks(v['blocks'])} is {v['ratio']:.3g} times the "
+        "median of all blocks: are weights and lengths in one unit each?"
     ),
     Code.ACTS_OUTSIDE: lambda v: (
         f"the {v['load']} force of {_blocks(v['blocks'])} acts {v['distance']:.3g} outside of the block: is "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.case_file import CaseFile
+from masonry_opt.scene.solids import Solid
 from masonry_opt.words.sentences import BY_CHORDS, message, numeral, sentences, verb
 
 #: Codes that tell what is known of lower states.
@@ -47,6 +49,8 @@ def details(result: Result) -> str:
 def _text(result: Result, technical: list[str]) -> str:
     size = result.size
     count = f"{counted(size.blocks, 'block')}, {counted(size.joints, 'joint')}"
+    if size.contacts is not None:
+        count += f", {counted(size.contacts, 'contact point')}"
     warnings = [f"warning: {sentence}" for sentence in result.warning_sentences]
     lines = [f"{result.case}: {count}", _headline(result), *_labelled(facts(result)), *technical, *warnings]
     return printable("\n".join(lines))
@@ -67,6 +71,7 @@ def facts(result: Result) -> dict[str, str]:
         "how sure": _certainty(result),
         "curve": "".join(sentences([said for said in result.reasons if said.code is Code.CURVE])),
         "load factors": load_factors(result),
+        "friction": _friction(result),
         "crushing": _crushing(result),
         "not credible": _stressed(result),
         "reference": _reference(result),
@@ -88,9 +93,10 @@ def _headline(result: Result) -> str:
         return f"no load factor: {result.status}"
     factor = numeral(result.load_factor, ".7f")
     if result.tilt_angle is not None:
-        side = result.assembly.scene.tilt
+        tilt = result.assembly.scene.tilt
+        side = f"to the {tilt}" if isinstance(tilt, str) else f"towards {_vector(tilt or ())}"
         angle = numeral(result.tilt_angle, ".4f")
-        return f"falls to the {side} when the ground is tilted by {angle}° (λ = {factor})"
+        return f"falls {side} when the ground is tilted by {angle}° (λ = {factor})"
     return f"collapses when the live load is multiplied by λ = {factor}"
 
 
@@ -119,7 +125,7 @@ def _live_load(result: Result) -> str:
         return ""
     said = []
     if times := Counter(block.live_per_weight for block in scene.blocks if any(block.live_per_weight)):
-        one = f"[{', '.join(f'{part:g}' for part in next(iter(times)))}] times the"
+        one = f"{_vector(next(iter(times)))} times the"
         said.append(
             f"{one if len(times) == 1 else 'multiples of the'} weight of {counted(times.total(), 'block')}"
         )
@@ -128,11 +134,18 @@ def _live_load(result: Result) -> str:
             said[0] += f" (as 'live' of {', '.join(tables)})"
     named = [(block.name, block.live) for block in scene.blocks]
     named += [(load.block, load.live or (0.0, 0.0)) for load in scene.loads]
-    if pushed := {name for name, force in named if any(force)}:
-        said.append(f"{'a force' if len(pushed) == 1 else 'forces'} on {counted(len(pushed), 'block')}")
+    turned = [(block.name, block.live_moment) for block in scene.blocks if isinstance(block, Solid)]
+    turned += [(load.block, load.live_moment or (0.0, 0.0, 0.0)) for load in scene.loads]
+    for kind, given in (("force", named), ("moment", turned)):
+        if acted := {name for name, load in given if any(load)}:
+            said.append(f"{f'a {kind}' if len(acted) == 1 else f'{kind}s'} on {counted(len(acted), 'block')}")
     if lines := sum(load.kind == "live" for load in scene.edge_loads):
         said.append(f"along {counted(lines, 'line')}")
     return "; ".join(said)
+
+
+def _vector(parts: Iterable[float]) -> str:
+    return f"[{', '.join(f'{part:g}' for part in parts)}]"
 
 
 def _certainty(result: Result) -> str:
@@ -205,6 +218,17 @@ def load_factors(result: Result) -> str:
 def _known(load_factor: float) -> str:
     """A load factor, zero without the digits of its rounding."""
     return numeral(0.0 if abs(load_factor) <= ZERO else load_factor, ".5g")
+
+
+def _friction(result: Result) -> str:
+    """At what points forces act in space, and by which law friction holds there."""
+    if result.size.contacts is None:
+        return ""
+    missed = 100 * (1 - result.assembly.problem.layout.factor)
+    law = f"by the {result.friction_law}" if result.friction_law else "unlimited"
+    inside = f" inside the cone, at most {missed:.2g} % below it" if "polygon" in law else ""
+    at = "; λ is that of forces at contact points, the corners of joints"
+    return law + inside + (at if result.load_factor is not None else "")
 
 
 def _crushing(result: Result) -> str:
@@ -293,7 +317,7 @@ def left_out(assembly: Assembly) -> tuple[str, ...]:
     """What a scene did not need, each with its reason."""
     problem, joints = assembly.problem, assembly.joints
     found = []
-    if unlimited := problem.joints - len(problem.sliding):
+    if unlimited := len(assembly.joints_of(np.delete(np.arange(problem.joints), problem.sliding))):
         found.append(f"sliding of {counted(unlimited, 'joint')}: friction is unlimited")
     if joints.fixed_pairs:
         found.append(f"{counted(joints.fixed_pairs, 'joint')} between two fixed blocks: neither moves")

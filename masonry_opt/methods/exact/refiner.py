@@ -28,7 +28,7 @@ from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion, energy_cost
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs_lp import LinearProgram
 from masonry_opt.solvers.highs_session import HighsSession
-from masonry_opt.solvers.lp import Verdict
+from masonry_opt.solvers.lp import LpSize, Verdict
 
 #: A rate above this takes part in a mechanism; a slack below this is at yield.
 _AT_WORK, _AT_YIELD = 1e-9, 1e-7
@@ -100,7 +100,7 @@ class Refiner:
         self.problem, self.effort = problem, effort
         self._forces, self._motion, forces, motion = programs or _programs(problem)
         self._statics = HighsSession(forces, effort, _PURPOSE)
-        self.size = self._statics.size
+        self.size: LpSize | None = self._statics.size
         self._kinematics = HighsSession(motion, effort, _PURPOSE)
         self._minimise_load_factor()
         self.undecided = 0

@@ -107,7 +107,8 @@ class Search:
 
     def endless(self, best: ExactState | None, seed: int) -> Iterator[Candidate]:
         """Candidates without end: a start of each kind in turn, then some neighbours of the lowest state."""
-        return self._series(best, seed + 1, _ROUND)
+        kinds = _ROUND_IN_SPACE if self.problem.layout.round else _ROUND
+        return self._series(best, seed + 1, kinds)
 
     def _series(self, best: ExactState | None, seed: int, kinds: Sequence[str]) -> Iterator[Candidate]:
         """Candidates of these kinds in turn, each with random numbers from seed and number alone."""
@@ -197,6 +198,9 @@ _STARTS: dict[str, Callable[[Search, np.random.Generator], np.ndarray | None]] =
 _ROUND = tuple(
     kind for start in (_FRICTION, _FIXED, "loads", _FIXED) for kind in (start, _NEIGHBOUR, _NEIGHBOUR)
 )
+
+#: In space, by cones: passes alone.
+_ROUND_IN_SPACE = (_FRICTION, "loads")
 
 #: Turns on small scenes: while no state is known, and then; a neighbour takes a tenth of a pass's time.
 _FOR_A_FIRST = (_FIXED, _FIXED, _FRICTION)

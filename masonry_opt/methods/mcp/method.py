@@ -127,10 +127,10 @@ class _States:
         self.answer: Answer | None = None
 
     def near(self, start: Answer | State) -> None:
-        """Look for a state near forces: by simplex, or by two conic programs in turn."""
+        """Look for a state near forces: by simplex, or else by two programs in turn."""
         if self._search:
             self._keep(self._search.start(start.q).state)
-        else:
+        if self._lowest is None:
             found = alternated(self._problem, start.load_factor, start.q, self._effort, self.met)
             self.answer = lower_of(self.answer, found)
 
@@ -142,7 +142,7 @@ class _States:
 
     def _keep(self, state: ExactState | None) -> None:
         self._lowest = lower_of(self._lowest, state)
-        self.answer = self._lowest.answer if self._lowest else None
+        self.answer = self._lowest.answer if self._lowest else self.answer
 
 
 def _starts(task: Task, passes: Passes, solution: Solution) -> Iterator[Answer | State]:

@@ -21,8 +21,9 @@ from masonry_opt.problem.state import State
 #: Joints up to which the load to expect is told beside the answers of other methods.
 PASSES_UP_TO = 8000
 
-#: Compliance of contacts in passes of a search, which more often end than those with rigid ones.
-_OTHERS_GIVE = 1e-4
+#: Compliance of contacts in passes of a search, which more often end than those with rigid ones, and in
+#: space, where softer ones lead lower.
+_OTHERS_GIVE, _OTHERS_GIVE_IN_SPACE = 1e-4, 1e-2
 
 #: From this gap on a pass that stalls may have forces that a mechanism goes with.
 _NEAR = 1e-2
@@ -96,7 +97,8 @@ class Passes:
     def over(self, problem: Problem, follow: Callable[[NewtonStep], None]) -> State | None:
         """The state that a pass over a problem of other loads or law ends in, with contacts that give."""
         same = problem.same_program(self.problem)
-        return (self.under(problem) if same else Passes(problem)).giving(_OTHERS_GIVE).run(follow)
+        give = _OTHERS_GIVE_IN_SPACE if problem.layout.round else _OTHERS_GIVE
+        return (self.under(problem) if same else Passes(problem)).giving(give).run(follow)
 
 
 def unit_compliance(problem: Problem, least_forces: np.ndarray) -> np.ndarray:

@@ -15,6 +15,7 @@ from scipy.stats import qmc
 
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.scene.extents import middles
 from masonry_opt.scene.joints import Joint
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.distributions import Distribution, distribution
@@ -33,7 +34,8 @@ _FEW = 10
 #: Least distance of probabilities from 0 and 1, where distributions are infinite; below the sequence's step.
 _EDGE = 2.0**-32
 
-#: Difference in height of joints of one course, as a share of the median length of a joint.
+#: Difference in height of joints of one course, as a share of the median length of a joint, in space of the
+#: root of its area.
 _LEVEL = 1e-3
 
 #: Properties that an exception can have.
@@ -217,9 +219,8 @@ def _courses(scene: Scene) -> dict[tuple[str, str], int]:
     """Courses, 1 the lowest, by pairs of blocks that touch, in the order of the joints."""
     assembly = assemble(scene)
     joints = assembly.joints
-    height = joints.middle @ -scene.down
-    lengths = joints.length[joints.length > 0]
-    apart = _LEVEL * float(np.median(lengths) if len(lengths) else 1.0)
+    height = middles(joints) @ -scene.down
+    apart = _LEVEL * 2 * assembly.problem.length_unit
     order = np.argsort(height, kind="stable")
     course = np.empty(len(height), dtype=int)
     course[order] = 1 + np.cumsum(np.diff(height[order], prepend=height[order[:1]]) > apart)

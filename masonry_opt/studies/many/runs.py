@@ -126,7 +126,7 @@ def columns(assembly: Assembly, solution: Solution) -> dict[str, Any]:
         "expected": solution.expected_value,
         "associative": solution.associative_value,
         "blocks": problem.blocks,
-        "joints": problem.joints,
+        "joints": len(assembly.joints.first),
         "message": message(solution.reasons),
     }
     if solution.answer:

@@ -1,0 +1,53 @@
+"""The command line on a case in space."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from scenes import run_command
+from scenes_in_space import box_on_floor
+
+import masonry_opt as mo
+from masonry_opt.errors import OptionError
+
+
+@pytest.fixture
+def case(tmp_path):
+    path = tmp_path / "box.toml"
+    mo.save(box_on_floor((2, 2, 1), 0.5), path)
+    return path
+
+
+def test_solve_tells_contact_points_and_law(monkeypatch, capsys, case):
+    code, out, _ = run_command(monkeypatch, capsys, "solve", case, "--method", "static", "--verbose")
+    assert code == 0
+    assert "1 block, 1 joint, 4 contact points" in out
+    assert "λ = 0.5000000" in out
+    assert "by the cone" in out
+
+
+def test_json_has_contact_points(monkeypatch, capsys, case):
+    code, out, _ = run_command(monkeypatch, capsys, "solve", case, "--json")
+    answer = json.loads(out)
+    assert code == 0
+    assert (answer["blocks"], answer["joints"], answer["size"]["contacts"]) == (1, 1, 4)
+    assert sum(point["fz"] for point in answer["contact_results"]) == pytest.approx(1)
+    assert {"vz", "wx"} <= set(answer["block_results"][0])
+
+
+def test_check_agrees(monkeypatch, capsys, case):
+    code, out, _ = run_command(monkeypatch, capsys, "check", case)
+    assert code == 0
+    assert "agree" in out
+
+
+@pytest.mark.parametrize("arguments", [("solve", "--plot"), ("draw",)])
+def test_pictures_are_refused(monkeypatch, capsys, case, arguments):
+    """Before anything is solved."""
+    command, *options = arguments
+    monkeypatch.setattr("masonry_opt.cli.solve_scene", None)
+    code, _, said = run_command(monkeypatch, capsys, command, case, *options, case.with_suffix(".png"))
+    assert code == OptionError.exit_code
+    assert "solids" in said
+    assert not case.with_suffix(".png").exists()

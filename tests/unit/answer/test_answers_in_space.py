@@ -1,0 +1,214 @@
+"""Tables of results in space, against closed forms of a box on a floor and equilibrium by hand."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from scenes import CASES, block_on_floor
+from scenes_in_space import box_on_floor, corner_wall, pushed_box
+
+import masonry_opt as mo
+from masonry_opt.answer.motion import joint_motion, moving_names
+
+#: Programs of one box leave less; cones are round, so that directions of slip are known to its root.
+EXACT, ROUND = {"rel": 1e-6, "abs": 1e-6}, {"rel": 1e-4, "abs": 1e-4}
+
+
+def vectors(rows, prefix=""):
+    return rows[[f"{prefix}{axis}" for axis in "xyz"]].to_numpy(float)
+
+
+def moves(result):
+    motion = joint_motion(result.assembly, result.solution)
+    return [name for name in ("slides", "hinges", "separates", "crushes") if getattr(motion, name).any()]
+
+
+def test_a_pushed_box_slides_along_the_push():
+    """At λ = μ under W = 1. The live load does the work Σ|f_L| = cos θ + sin θ, so the slip is as much, along
+    the push, and opens by μ times that. The resultant passes through the centroid's line of action:
+    μ h/2 off the middle."""
+    result = mo.solve(pushed_box((1, 2, 0.5), 0.6, 30), "static")
+    assert result.load_factor == pytest.approx(0.6, **EXACT)
+    push = np.array([math.cos(math.radians(30)), math.sin(math.radians(30)), 0])
+    joint = result.joints.iloc[0]
+    assert (joint["first"], joint["second"]) == ("A", "floor")
+    slip = push.sum()
+    assert vectors(joint, "v") == pytest.approx(slip * push + [0, 0, 0.6 * slip], **ROUND)
+    assert joint[["slip", "opening", "rotation"]].to_numpy(float) == pytest.approx(
+        [slip, 0.6 * slip, 0], **ROUND
+    )
+    assert np.isnan(vectors(joint, "a")).all()
+    assert vectors(joint, "f") == pytest.approx([0, 0, 1] - 0.6 * push, **ROUND)
+    assert vectors(joint, "n") == pytest.approx([0, 0, 1], abs=1e-12)
+    assert joint[["n", "s", "torsion"]].to_numpy(float) == pytest.approx([1, 0.6, 0], **ROUND)
+    assert vectors(joint) == pytest.approx([0.5, 1, 0], abs=1e-12)
+    assert vectors(joint, "p") == pytest.approx([0.5, 1, 0] + 0.6 * 0.25 * push, **ROUND)
+    assert joint["area"] == pytest.approx(2)
+    assert joint["utilisation"] == pytest.approx(1, abs=1e-6)
+    points = result.contacts
+    assert len(points) == 4
+    assert vectors(points, "v") == pytest.approx(np.tile(vectors(joint, "v"), (4, 1)), **ROUND)
+    assert vectors(points, "f").sum(axis=0) == pytest.approx(vectors(joint, "f"), abs=1e-9)
+    assert vectors(result.blocks, "v") == pytest.approx(vectors(joint, "v")[None], **ROUND)
+    assert moves(result) == ["slides"]
+
+
+def test_a_tall_box_turns_about_its_edge():
+    """At λ = a/h, at the rate 2/h about the edge at x = a, where its weight and the push pass."""
+    result = mo.solve(box_on_floor((0.5, 2, 2), 0.6), "static")
+    assert result.load_factor == pytest.approx(0.25, **EXACT)
+    joint = result.joints.iloc[0]
+    assert vectors(joint, "w") == pytest.approx([0, 1, 0], **EXACT)
+    assert joint[["rotation", "slip", "torsion"]].to_numpy(float) == pytest.approx([1, 0, 0], **EXACT)
+    assert joint["opening"] == pytest.approx(0.25, **EXACT)  # of the centroid, half a width off
+    assert vectors(joint, "a") == pytest.approx([0.5, 1, 0], **EXACT)
+    assert vectors(joint, "p") == pytest.approx([0.5, 1, 0], **EXACT)
+    assert vectors(result.blocks.iloc[0], "v") == pytest.approx([1, 0, 0.25], **EXACT)
+    assert vectors(result.blocks.iloc[0], "w") == pytest.approx([0, 1, 0], **EXACT)
+    assert moves(result) == ["hinges"]
+    assembly = result.assembly
+    hinge = joint_motion(assembly, result.solution).hinge + assembly.geometry.origin
+    assert hinge == pytest.approx(np.array([[0.5, 1, 0]]), **EXACT)
+    points = result.contacts.sort_values(["x", "y"])
+    assert points["opening"].to_numpy() == pytest.approx([0.5, 0.5, 0, 0], **EXACT)
+    assert points["utilisation"].isna().tolist() == [True, True, False, False]
+    assert points["utilisation"].iloc[2:].max() >= 0.25 / 0.6 - 1e-6
+
+
+def test_a_twisted_box_slips_round_its_middle():
+    """All corners of a square are a/√2 from the middle, so any share of W gives the torsion μ W a/√2."""
+    result = mo.solve(box_on_floor((1, 1, 1), 0.6, live=(0, 0, 0), live_moment=(0, 0, 1)), "static")
+    assert result.load_factor == pytest.approx(0.6 / math.sqrt(2), **EXACT)
+    joint, points = result.joints.iloc[0], result.contacts
+    assert joint["torsion"] == pytest.approx(-result.load_factor, **EXACT)
+    assert joint[["s", "slip"]].to_numpy(float) == pytest.approx([0, 0], abs=1e-6)
+    assert vectors(joint, "a") == pytest.approx([0.5, 0.5, 0], **EXACT)
+    turn = vectors(joint, "w")
+    assert turn[:2] == pytest.approx([0, 0], abs=1e-6)
+    beside = vectors(points) - [0.5, 0.5, 0]
+    assert vectors(points, "v")[:, :2] == pytest.approx(np.cross(turn, beside)[:, :2], **EXACT)
+    assert points["slip"].to_numpy() == pytest.approx(np.full(4, turn[2] / math.sqrt(2)), **EXACT)
+    assert moves(result) == ["slides"]
+
+
+@pytest.mark.parametrize("method", ["static", "mcp"])
+def test_resultants_balance_weight_and_load_of_each_block(method):
+    """Forces, and moments about the centroid: the resultant where it acts, and torsion, are all of a
+    joint."""
+    result = mo.solve(corner_wall(2, 2, 3), method)
+    joints, left = result.joints, {}
+    acts = np.where(joints[["px"]].isna(), vectors(joints), vectors(joints, "p"))
+    force, torque = vectors(joints, "f"), joints[["torsion"]].to_numpy() * vectors(joints, "n")
+    for name, middle in zip(result.blocks["block"], vectors(result.blocks), strict=True):
+        sign = (joints["first"] == name).to_numpy() * 1.0 - (joints["second"] == name)
+        sign = sign.to_numpy()[:, None]
+        forces = (sign * force).sum(axis=0) + [0, 0, -1] + result.load_factor * np.array([0, -1, 0])
+        moments = (sign * (np.cross(acts - middle, force) + torque)).sum(axis=0)
+        left[name] = max(np.abs(forces).max(), np.abs(moments).max())
+    assert len(left) == 12
+    assert max(left.values()) < 1e-7
+
+
+def turned(scene, turn, shift):
+    """A scene of boxes turned about the origin and moved."""
+
+    def block(solid):
+        shape = solid.polyhedra[0]
+        keys = {"vertices": (shape.vertices @ turn.T + shift).tolist(), "faces": shape.faces}
+        keys |= {"name": solid.name, "weight": solid.weight, "fixed": solid.fixed}
+        return mo.Solid(**keys) if solid.fixed else mo.Solid(**keys, live=tuple(turn @ solid.live))
+
+    blocks = [block(solid) for solid in scene.in_space()]
+    return mo.Scene(joints=scene.joints, blocks=blocks, gravity=tuple(turn @ [0, 0, -1]))
+
+
+@pytest.mark.parametrize("size", [(1.0, 2.0, 0.5), (0.5, 2.0, 2.0)], ids=["slides", "turns"])
+def test_tables_turn_with_the_scene(size):
+    """About (1, 2, 3) by 50°, and moved."""
+    axis, angle = np.array([1, 2, 3]) / math.sqrt(14), math.radians(50)
+    cross = np.cross(np.eye(3), axis)
+    turn = np.eye(3) - math.sin(angle) * cross + (1 - math.cos(angle)) * cross @ cross
+    shift = np.array([7.0, -4.0, 11.0])
+    scene = pushed_box(size, 0.6, 10)
+    here, there = mo.solve(scene, "static"), mo.solve(turned(scene, turn, shift), "static")
+    assert there.load_factor == pytest.approx(here.load_factor, rel=1e-7)
+    one, other = here.joints, there.joints
+    # Velocities are scaled by the sum of the load's components, which turning changes.
+    scale = np.linalg.norm(vectors(other, "v")) / np.linalg.norm(vectors(one, "v"))
+    assert vectors(other, "n") == pytest.approx(vectors(one, "n") @ turn.T, abs=1e-9)
+    assert vectors(other, "f") == pytest.approx(vectors(one, "f") @ turn.T, abs=1e-6)
+    assert vectors(other, "v") == pytest.approx(scale * vectors(one, "v") @ turn.T, abs=1e-4)
+    assert vectors(other, "w") == pytest.approx(scale * vectors(one, "w") @ turn.T, abs=1e-4)
+    for place in ("", "p", "a"):
+        moved = vectors(one, place) @ turn.T + shift
+        assert vectors(other, place) == pytest.approx(moved, abs=1e-4, nan_ok=True)
+
+
+def test_which_law_holds_is_told():
+    """Along a side's direction the polygon has cos(π/24) of the cone's friction."""
+    scene = box_on_floor((2, 2, 1), 0.5)
+    cone, polygon = mo.solve(scene, "static"), mo.solve(scene, "static", solver="highs")
+    assert (cone.friction_law, polygon.friction_law) == ("cone", "polygon of 24 sides")
+    assert cone.load_factor == pytest.approx(0.5, rel=1e-7)
+    assert polygon.load_factor == pytest.approx(0.5 * math.cos(math.pi / 24), rel=1e-9)
+    unlimited = mo.solve(box_on_floor((1, 2, 3), math.inf), "static")
+    assert unlimited.friction_law == ""
+    assert unlimited.load_factor == pytest.approx(1 / 3, rel=1e-6)
+
+
+def test_json_has_the_same_keys_and_contact_points():
+    space, plane = mo.solve(box_on_floor(), "mcp"), mo.solve(block_on_floor(2, 2, 0.5), "mcp")
+    told, of_plane = json.loads(space.to_json()), json.loads(plane.to_json())
+    assert set(told) - set(of_plane) == {"contact_results"}
+    assert set(of_plane) <= set(told)
+    assert plane.contacts is None
+    assert (told["joints"], told["size"]["contacts"], len(told["contact_results"])) == (1, 4, 4)
+    assert of_plane["size"]["contacts"] is None
+    assert of_plane["friction_law"] == ""
+    shared = {"first", "second", "x", "y", "n", "s", "slip", "opening", "rotation", "utilisation"}
+    assert shared <= set(told["joint_results"][0]) & set(of_plane["joint_results"][0])
+
+
+def test_tables_without_forces_or_mechanism_are_empty_numbers():
+    """A box that hangs below the floor falls: it moves, and nothing carries."""
+    scene = box_on_floor((1, 1, 1))
+    below = mo.box("A", (0, 1), (0, 1), (-2, -1), weight=1.0, live=(1, 0, 0))
+    result = mo.solve(scene.model_copy(update={"blocks": [below, scene.blocks[1]]}), "static")
+    assert result.load_factor is None
+    joint = result.joints.iloc[0]
+    assert joint[["n", "s", "torsion", "px", "utilisation"]].isna().all()
+    assert joint["opening"] == pytest.approx(1, abs=1e-5)  # free fall
+    assert result.blocks["vz"].iloc[0] == pytest.approx(-1, abs=1e-4)
+    assert moves(result) == ["separates"]
+
+
+def test_curve_counts_joints():
+    """A box on a box: only the upper joint's box is pushed over; λ ends at the plateau."""
+    scene = box_on_floor((2, 2, 1), 0.5)
+    on_top = mo.box("B", (0, 2), (0, 2), (1, 2), weight=1.0, live=(1, 0, 0))
+    still = mo.box("A", (0, 2), (0, 2), (0, 1), weight=1.0)
+    result = mo.solve(
+        scene.model_copy(update={"blocks": [on_top, still, scene.blocks[1]]}), "compliant", curve=True
+    )
+    curve = result.curve
+    assert curve["sliding"].iloc[-1] == 1
+    assert [pair for started in curve["starts_sliding"] for pair in started] == [["B", "A"]]
+    assert curve["load_factor"].iloc[-1] == pytest.approx(result.load_factor, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    "case", ["gilbert/two_blocks", "livesley/wedges", "oppenheim/seven_voussoirs", "ferris_tinloi/wall_1"]
+)
+def test_extruded_scenes_move_as_in_the_plane(case):
+    """Joint by joint and block by block."""
+    plane = mo.load(CASES / f"{case}.toml")
+    flat, solid = mo.solve(plane, "static"), mo.solve(mo.extrude(plane, 1.0), "static")
+    assert solid.load_factor == pytest.approx(flat.load_factor, rel=1e-7)
+    one, other = (joint_motion(result.assembly, result.solution) for result in (flat, solid))
+    for name in ("slides", "hinges", "separates", "crushes"):
+        assert getattr(other, name).tolist() == getattr(one, name).tolist()
+    names = (set(moving_names(result.assembly, result.solution.d)) for result in (flat, solid))
+    assert next(names) == next(names)

@@ -1,0 +1,108 @@
+"""Whether boxes stand, what falls and how, and what would hold them, by hand."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from scenes_in_space import box_on_floor
+
+import masonry_opt as mo
+from masonry_opt.answer.infeasibility import Existence
+from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.status import Status
+
+FLOOR = mo.box("floor", (-5, 2), (-5, 5), (-1, 0), fixed=True)
+
+
+def scene(*blocks, friction=0.6, **keys):
+    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[*blocks, FLOOR], **keys)
+
+
+def told(result):
+    return {reason.code: reason.values for reason in result.reasons}
+
+
+def test_an_overhanging_box_falls_about_the_edge():
+    """A physical pendulum: with its centroid e beyond the edge and h/2 above, α = g e / (k² + e² + h²/4) with
+    k² = (a² + h²)/12, as the reaction α h/2 : g − α e is within the cone."""
+    a, h, e = 1.6, 1.0, 0.4
+    box = mo.box("A", (1.6, 1.6 + a), (0, 1), (0, h), weight=1.0, live=(1, 0, 0))
+    result = mo.solve(scene(box), "static")
+    assert result.status is Status.UNSTABLE
+    assert told(result)[Code.FALLS] == {"blocks": ["A"]}
+    assert told(result)[Code.NO_FRICTION_HOLDS] == {"blocks": ["A"]}
+    alpha = e / ((a * a + h * h) / 12 + e * e + h * h / 4)
+    assert alpha * h / 2 < 0.6 * (1 - alpha * e)
+    block = result.blocks.iloc[0]
+    assert block[["wx", "wy", "wz"]].to_numpy(float) == pytest.approx([0, alpha, 0], abs=1e-5)
+    assert block[["vx", "vy", "vz"]].to_numpy(float) == pytest.approx(
+        [alpha * h / 2, 0, -alpha * e], abs=1e-5
+    )
+
+
+def test_a_box_on_a_slope_needs_its_tangent():
+    box = mo.box("A", (0, 1), (0, 1), (0, 1), weight=1.0, live=(1, 0, 0))
+    result = mo.solve(scene(box, gravity=(0.66, 0, -1)), "static")
+    held = told(result)[Code.FRICTION_WOULD_HOLD]
+    assert held["pairs"] == [["A", "floor"]]
+    assert held["factor"] == pytest.approx(1.1, rel=1e-3)
+    assert not held["hangs"]
+
+
+@pytest.mark.parametrize(("slope", "stands"), [(0.599, True), (0.601, False)])
+@pytest.mark.parametrize("solver", ["clarabel", "highs"])
+def test_the_cone_decides_whether_a_box_stands(slope, stands, solver):
+    """Along a side's direction the polygon would hold up to 0.6 cos(π/24) = 0.5949 alone."""
+    box = mo.box("A", (0, 1), (0, 1), (0, 1), weight=1.0, live=(0, 0, -1))
+    result = mo.solve(scene(box, gravity=(slope, 0, -1)), "static", solver=solver)
+    assert (Code.FALLS not in told(result)) is stands
+    assert 0.6 * math.cos(math.pi / 24) < 0.599
+
+
+def test_what_hangs_is_named():
+    box = mo.box("A", (0, 1), (0, 1), (-2, -1), weight=1.0, live=(1, 0, 0))
+    result = mo.solve(scene(box), "mcp")
+    assert told(result)[Code.HANGS] == {"blocks": ["A"]}
+    assert told(result)[Code.FALLS] == {"blocks": ["A"]}
+
+
+def test_a_box_with_unlimited_friction_can_fall():
+    """Without points that slide there is no cone."""
+    box = mo.box("A", (1.6, 3.2), (0, 1), (0, 1), weight=1.0, live=(1, 0, 0))
+    result = mo.solve(scene(box, friction=math.inf), "static")
+    assert told(result)[Code.FALLS] == {"blocks": ["A"]}
+
+
+def between_walls(live):
+    walls = (mo.box(f"wall {x}", (x, x + 1), (-1, 2), (0, 2), fixed=True) for x in (-1, 1))
+    return scene(mo.box("A", (0, 1), (0, 1), (0, 1), weight=1.0, live=live), *walls)
+
+
+@pytest.mark.parametrize("method", ["static", "mcp", "nonassociative"])
+def test_pushed_against_a_wall_nothing_moves(method):
+    result = mo.solve(between_walls((1, 0, 0)), method)
+    assert result.status is Status.UNLIMITED
+    assert result.infeasibility.existence is Existence.NO_MECHANISM
+    assert ["A", "wall 1"] in told(result)[Code.JOINTS]["pairs"]
+
+
+def test_friction_between_walls_clamps_and_joints_are_named():
+    """Pulled along the walls: associative flow has no room to open, and any clamping carries any load."""
+    result = mo.solve(between_walls((0, 1, 0)), "static")
+    assert result.status is Status.LOCKED
+    assert result.infeasibility.existence is Existence.UNBOUNDED
+    # Numbers of joints, not of contact points: three, with walls and floor.
+    assert set(result.infeasibility.clamped) <= {0, 1, 2}
+    warning = next(w for w in result.warnings if w.code is Code.HELD_BY_CLAMPING)
+    named = {name for pair in warning.values["pairs"] for name in pair}
+    assert {"A", "wall -1", "wall 1"} <= named
+
+
+def test_sweeps_reuse_matrices():
+    """λ = μ: properties alone differ, so that programs are kept."""
+    table = mo.sweep(box_on_floor((2, 2, 1), 0.5), {"joints.friction": [0.3, 0.4, 0.45]}, method="static")
+    assert table["load_factor"].to_numpy() == pytest.approx([0.3, 0.4, 0.45], rel=1e-6)
+    assert table["joints"].tolist() == [1, 1, 1]
+    stuck = mo.sweep(box_on_floor((2, 2, 1), 0.1), {"joints.cohesion": [0.0, 0.02]}, method="static")
+    assert stuck["load_factor"].to_numpy() == pytest.approx([0.1, 0.1 + 4 * 0.02], rel=1e-6)

@@ -1,0 +1,74 @@
+"""What scenes in space do not have is refused by name, and what works for them is not."""
+
+from __future__ import annotations
+
+import highspy
+import pytest
+from scenes_in_space import box_on_floor, corner_wall
+
+import masonry_opt as mo
+
+SCENE = box_on_floor((2, 2, 1), 0.5)
+
+
+@pytest.fixture(scope="module")
+def result():
+    return mo.solve(SCENE, "static")
+
+
+@pytest.mark.parametrize("kind", ["mechanism", "thrust", "utilisation"])
+def test_pictures(result, kind, tmp_path):
+    with pytest.raises(mo.OptionError, match="solids"):
+        result.plot(kind)
+    for name in ("a.png", "a.html"):
+        with pytest.raises(mo.OptionError, match="solids"):
+            result.save(tmp_path / name, kind)
+    assert not list(tmp_path.iterdir())
+
+
+def test_scenes_are_not_drawn(tmp_path):
+    with pytest.raises(mo.OptionError, match="solids"):
+        mo.draw(SCENE, tmp_path / "a.png")
+    with pytest.raises(mo.OptionError, match="solids"):
+        mo.write_dxf(SCENE, tmp_path / "a.dxf")
+
+
+def test_a_notebook_shows_the_summary(result):
+    assert "λ = 0.5000000" in result._repr_html_()
+
+
+def test_global_and_stressed_joints(result, tmp_path):
+    with pytest.raises(mo.OptionError, match="'global'"):
+        mo.solve(SCENE, "global")
+    with pytest.raises(mo.OptionError, match="'global'"):
+        mo.export(SCENE, tmp_path / "a.lp", "global")
+    with pytest.raises(mo.OptionError, match="solids"):
+        mo.stressed_joints(result, 1.0)
+
+
+@pytest.mark.parametrize("ending", ["lp", "mps"])
+@pytest.mark.parametrize("method", ["static", "kinematic"])
+def test_programs_are_exported_by_polygons(method, ending, tmp_path):
+    """Read again and solved by HiGHS, the objective is λ over Σ|f_L|, or the work."""
+    scene = corner_wall(1, 1, 2)
+    (path,) = mo.export(scene, tmp_path / f"a.{ending}", method)
+    solver = highspy.Highs()
+    solver.setOptionValue("output_flag", False)
+    solver.readModel(str(path))
+    solver.run()
+    known = mo.solve(scene, method, solver="highs")
+    work = abs(solver.getInfo().objective_function_value)
+    assert work == pytest.approx(known.load_factor * known.assembly.problem.live_norm, rel=1e-8)
+    # 7 joints of four points: n, s and t of each, and λ; or velocities of four blocks and rates of the faces.
+    columns = {"static": 3 * 28 + 1, "kinematic": 6 * 4 + 25 * 28}
+    assert solver.getNumCol() == columns[method]
+
+
+def test_joints_are_drawn_by_course():
+    """Joints of the ground, those between the blocks of each course, and those of the bed between them."""
+    drawn = mo.sample(
+        corner_wall(1, 1, 2), {"joints.friction": ("uniform", 0.5, 0.7)}, n=1, method="static", by="course"
+    )
+    assert [name for name in drawn.table.columns if name.startswith("course.")] == [
+        f"course.{number}.friction" for number in (1, 2, 3, 4)
+    ]
