@@ -5,9 +5,9 @@ was not tuned on, and what that loses is printed; what loses nothing can go.
     python benchmarks/ablation.py two-repairs further-starts --random 30
     python benchmarks/ablation.py rough-sub-problems --random 0 --large
 
-Scenes: small random ones (tests/atlas) from seed 90000 on, walls 1 to 6 of Ferris & Tin-Loi with other
-frictions, façades of up to 3 × 2 openings; with --large façades and walls of more than 1000 joints, with
---rubble walls of 60 and 200 stones.
+Scenes: small random ones (tests/atlas) from seed 90000 on (--first), walls 1 to 6 of Ferris & Tin-Loi with
+other frictions, façades of up to 3 × 2 openings; with --large façades and walls of more than 1000 joints,
+with --rubble walls of 60 and 200 stones.
 Printed of each name, against the methods as they are: answers, loads to expect and exact states lost (and
 gained), how often and by how much λ is higher or lower (by more than 1e-6 of it; a Coulomb answer that is
 lower is better), and steps and processor time over those of the methods as they are.
@@ -46,6 +46,7 @@ MEASURED: dict[str, dict[str, Any]] = {
     "nonassociative": {},
     "rough": {"method": "nonassociative", "sub_problems": "rough"},
     "mcp": {"expected": True},
+    "forces": {"method": "mcp"},
     "search": {"method": "refined", "search": 2.0},
     "global": {"time_limit": 5.0},
 }
@@ -127,6 +128,10 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "others-give-less": ("mcp", {"mcp.passes:_OTHERS_GIVE": 1e-5}),
     "one-alternation": ("mcp", {"exact.alternation:_WEIGHTS": (1e4,)}),
     "light-energy-first": ("mcp", {"exact.alternation:_WEIGHTS": (30.0, 1e3)}),
+    "a-heavier-energy": ("mcp", {"exact.alternation:_WEIGHTS": (1e4, 1e5)}),
+    "softer-forces-first": ("forces", {"mcp.compliant:_FIRST": lambda old: sorted(old, reverse=True)}),
+    "stiffer-forces-first": ("forces", {"mcp.compliant:_FIRST": sorted}),
+    "forces-of-one-compliance": ("forces", {"mcp.compliant:_FIRST": lambda old: old[:1]}),
     "search-neighbours": ("search", {_SEARCH + "_ROUND": _without("neighbour")}),
     "search-fixed-points": ("search", {_SEARCH + "_ROUND": _without("fixed point")}),
     "search-loads": ("search", {_SEARCH + "_ROUND": _without("loads")}),
@@ -159,7 +164,7 @@ def measured(scene: mo.Scene, name: str) -> Measured:
 
 
 def scenes(asked: argparse.Namespace) -> Iterator[mo.Scene]:
-    seeds = range(FIRST_SEED, FIRST_SEED + asked.random)
+    seeds = range(asked.first, asked.first + asked.random)
     yield from (random_scene(kind, seed) for kind in KINDS for seed in seeds)
     for number in asked.walls:
         wall = mo.load(ROOT / "cases" / "ferris_tinloi" / f"wall_{number}.toml")
@@ -167,7 +172,7 @@ def scenes(asked: argparse.Namespace) -> Iterator[mo.Scene]:
             joints = wall.joints.model_copy(update={"friction": share * wall.joints.friction})
             yield wall.model_copy(update={"joints": joints, "title": f"{wall.title}, {share} of friction"})
     for stones in (60, 200) if asked.rubble else ():
-        yield from (rubble(stones, FIRST_SEED + number) for number in range(asked.rubble))
+        yield from (rubble(stones, asked.first + number) for number in range(asked.rubble))
     sizes = [(1, 1, 3), (2, 1, 3), (2, 2, 3), (3, 2, 3)] if asked.facades else []
     common: Any = {"weight": 1, "live": (1, 0), "block": (3, 1)}
     common_facade = common | {"jamb": 1, "sill": 2, "spandrel": 2, "lintel_weight": 1}
@@ -232,6 +237,7 @@ if __name__ == "__main__":
     parser.add_argument("names", nargs="*", choices=[[], *ABLATIONS], metavar="NAME", help="default: all")
     parser.add_argument("--list", action="version", version="\n".join(ABLATIONS), help="the names there are")
     parser.add_argument("--random", type=int, default=10, help="random scenes of each of the four kinds")
+    parser.add_argument("--first", type=int, default=FIRST_SEED, help="the first seed")
     parser.add_argument("--rubble", type=int, default=0, help="rubble walls of 60 and of 200 stones")
     parser.add_argument("--walls", type=lambda text: text.split(",") if text else [], default=list("123"))
     parser.add_argument("--facades", action=argparse.BooleanOptionalAction, default=True)

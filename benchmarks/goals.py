@@ -1,11 +1,13 @@
 """What does the default find on scenes that nothing was tuned on, and how long does it take?
 
-    python benchmarks/goals.py --stones 60 200 600 --seeds 20
+    python benchmarks/goals.py --stones 60 200 600 --seeds 20 --lines build/goals.csv
     python benchmarks/goals.py --stones --small 125
+    python benchmarks/goals.py --draw build/goals.csv
 
 Rubble walls of so many stones, and small random scenes of the four kinds of tests/atlas: how many have a load
 to expect, on its plateau or not; how many a state, and how exact; what ended without one; and processor time
-over the associative program's, scene by scene in one run.
+over the associative program's, scene by scene in one run. With --lines each scene adds a line to a file;
+--draw makes docs/sizes.png of the rubble walls in such files.
 """
 
 from __future__ import annotations
@@ -13,23 +15,36 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-import numpy as np
+import matplotlib.pyplot as plt
+import pandas as pd
+from matplotlib.axes import Axes
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
 
-from atlas.large_scenes import rubble
-from atlas.random_scenes import KINDS, random_scene
+from atlas.large_scenes import rubble  # noqa: E402
+from atlas.random_scenes import KINDS, random_scene  # noqa: E402
 
-import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
+import masonry_opt as mo  # noqa: E402
+from masonry_opt.answer.reasons import Code  # noqa: E402
+from masonry_opt.drawing.colours import BLACK, BLUE, ORANGE, SKY_BLUE  # noqa: E402
 
-#: First seed of the scenes: nothing was tuned above.
-FIRST_SEED = 20_000
+#: First seed of the scenes: nothing was tuned on what is drawn from there on.
+FIRST_SEED = 30_000
+
+#: A small random scene without a load factor.
+JAMMED = 100
+
+#: What a certificate may leave of complementarity, over λ, for a state to be called so.
+EXACT = {"exact to 1e-08 λ": 1e-8, "to 1e-06": 1e-6, "to 1e-05": 1e-5}
+
+#: Colours of what is found, from the best on; what is left of a bar has none.
+EXPECTED = {"on its plateau": BLUE, "off it": SKY_BLUE}
+STATES = dict(zip(EXACT, (BLUE, SKY_BLUE, ORANGE), strict=True))
 
 
 def timed(scene: mo.Scene, **options: Any) -> tuple[mo.Result, float]:
@@ -39,45 +54,111 @@ def timed(scene: mo.Scene, **options: Any) -> tuple[mo.Result, float]:
 
 
 def how_exact(result: mo.Result) -> str:
-    """The kind of state, by what its certificate leaves of complementarity over λ."""
+    """The kind of state, or how a scene ended without one."""
     if result.load_factor is None or result.certificate is None:
-        return f"none: {result.status}"
+        return f"none: {result.status}" + ("" if result.solution.proven_none else ", not proven")
     left = result.certificate.complementarity / max(abs(result.load_factor), 1e-2)
-    return next((f"state to {most:.0e}" for most in (1e-8, 1e-6, 1e-5) if left <= most), "state, rough")
+    return next((name for name, most in EXACT.items() if left <= most), "rough")
 
 
-def tell(name: str, scenes: Iterable[tuple[str, mo.Scene]], verbose: bool) -> None:
-    ends: Counter[str] = Counter()
-    expected: Counter[str] = Counter()
-    ratios, steps = [], []
-    for called, scene in scenes:
-        _, associative = timed(scene, method="static")
-        result, seconds = timed(scene)
-        end = how_exact(result)
-        if result.load_factor is None and not result.solution.proven_none:
-            end += ", not proven"
-        ends[end] += 1
-        codes = [said.code for said in result.expected_reasons]
-        told = "plateau" if Code.PLATEAU in codes else "no plateau"
-        expected[told if result.expected is not None else "none"] += 1
-        ratios.append(seconds / associative)
-        steps.append(result.iterations)
-        if verbose:
-            print(f"    {called}: {end}; {told}; {result.load_factor} {result.expected} {seconds:.1f} s")
-    median, most = np.median(ratios), max(ratios)
-    print(
-        f"{name}: {dict(ends)}; to expect: {dict(expected)}; time × {median:.1f}, at most {most:.0f}",
-        flush=True,
+def line(name: str, stones: int, seed: int, scene: mo.Scene) -> dict[str, Any]:
+    """What the default finds of a scene, and in what time. Small scenes have no number of stones, but 0."""
+    _, static = timed(scene, method="static")
+    result, seconds = timed(scene)
+    codes = [said.code for said in result.expected_reasons]
+    plateau, off = EXPECTED
+    none = f"none: {', '.join(codes) or result.status}"
+    return {
+        "scenes": name,
+        "stones": stones,
+        "seed": seed,
+        "joints": result.size.joints,
+        "state": how_exact(result),
+        "to_expect": none if result.expected is None else plateau if Code.PLATEAU in codes else off,
+        "load_factor": result.load_factor,
+        "expected": result.expected,
+        "associative": result.associative,
+        "steps": result.iterations,
+        "seconds": seconds,
+        "static_seconds": static,
+        "message": result.message,
+    }
+
+
+def scenes(asked: argparse.Namespace) -> Iterator[tuple[str, int, int, mo.Scene]]:
+    for stones in asked.stones:
+        for seed in range(asked.first, asked.first + asked.seeds):
+            yield f"rubble of {stones}", stones, seed, rubble(stones, seed)
+    for kind in KINDS if asked.small else ():
+        for seed in range(asked.first, asked.first + asked.small):
+            yield kind, 0, seed, random_scene(kind, seed)
+
+
+def tell(lines: pd.DataFrame) -> None:
+    """Print a line a set of scenes."""
+    for name, of in lines.groupby("scenes", sort=False):
+        states, expected = (of[column].value_counts().to_dict() for column in ("state", "to_expect"))
+        ratio = of["seconds"] / of["static_seconds"]
+        print(f"{name} ({len(of)}): {states}; to expect: {expected};", end=" ")
+        print(f"time × {ratio.median():.1f}, half {ratio.quantile(0.25):.1f} to", end=" ")
+        print(f"{ratio.quantile(0.75):.1f}, at most {ratio.max():.0f}")
+
+
+def draw(lines: pd.DataFrame, file: Path) -> None:
+    """Answers and time against size, of rubble walls."""
+    rubbles = lines[lines["stones"] > 0].assign(ratio=lines["seconds"] / lines["static_seconds"])
+    by_size = rubbles.groupby("stones")
+    names = [f"{size:,}\n({len(of)})" for size, of in by_size]
+    figure, (expected, states, times) = plt.subplots(1, 3, figsize=(10, 4.4), layout="constrained")
+    for axes, column, colours in ((expected, "to_expect", EXPECTED), (states, "state", STATES)):
+        shares = 100 * by_size[column].value_counts(normalize=True).unstack(fill_value=0.0)
+        _stack(axes, names, shares.reindex(columns=list(colours), fill_value=0.0), colours)
+    expected.set_title("a load to expect")
+    states.set_title("a certified state")
+    for place, (_, of) in enumerate(by_size):
+        low, median, high = of["ratio"].quantile([0.25, 0.5, 0.75])
+        times.plot([place] * len(of), of["ratio"], "_", color=SKY_BLUE, zorder=1)
+        times.plot([place] * 2, [low, high], color=BLUE, linewidth=5, solid_capstyle="butt", zorder=2)
+        times.plot(place, median, "o", color="white", markeredgecolor=BLACK, zorder=3)
+        times.annotate(f"{median:.0f}", (place, median), (9, -4), textcoords="offset points")
+    times.set(yscale="log", title="time", ylabel="processor time over the associative")
+    times.set_xticks(range(len(names)), names)
+    times.set_yticks(ticks := [5, 10, 20, 50, 100, 200], [f"× {tick}" for tick in ticks])
+    times.minorticks_off()
+    times.margins(x=0.15)
+    times.legend(
+        handles=[*times.lines[:2], times.lines[2]],
+        labels=["a wall", "middle half", "median"],
+        loc="upper left",
     )
+    figure.supxlabel("stones of a rubble wall (and how many walls)", fontsize=10)
+    figure.savefig(file, dpi=150)
+
+
+def _stack(axes: Axes, names: list[str], shares: pd.DataFrame, colours: dict[str, str]) -> None:
+    """Bars of what is found, one on the other, in per cent."""
+    top = shares.cumsum(axis=1)
+    for name, colour in colours.items():
+        axes.bar(names, shares[name], bottom=top[name] - shares[name], color=colour, width=0.7, label=name)
+    axes.set(ylim=(0, 100), ylabel="share of walls (%)")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), frameon=False)
 
 
 def main(asked: argparse.Namespace) -> None:
-    for stones in asked.stones:
-        seeds = range(FIRST_SEED, FIRST_SEED + asked.seeds)
-        tell(f"rubble of {stones}", ((str(seed), rubble(stones, seed)) for seed in seeds), asked.verbose)
-    seeds = range(FIRST_SEED, FIRST_SEED + asked.small)
-    for kind in KINDS if asked.small else ():
-        tell(kind, ((str(seed), random_scene(kind, seed)) for seed in seeds), asked.verbose)
+    if asked.draw:
+        lines = pd.concat(map(pd.read_csv, asked.draw))
+        draw(lines, ROOT / "docs" / "sizes.png")
+        tell(lines)
+        return
+    # What is imported when first wanted, such as Pyomo for a proof that there is none, counts for no scene.
+    line("", 0, 0, random_scene("tessellation", JAMMED))
+    found = []
+    for given in scenes(asked):
+        found.append(line(*given))
+        if asked.lines:
+            begun = asked.lines.exists()
+            pd.DataFrame(found[-1:]).to_csv(asked.lines, mode="a", header=not begun, index=False)
+    tell(pd.DataFrame(found))
 
 
 if __name__ == "__main__":
@@ -86,5 +167,7 @@ if __name__ == "__main__":
     parser.add_argument("--stones", type=int, nargs="*", default=[60, 200], help="sizes of rubble walls")
     parser.add_argument("--seeds", type=int, default=20, help="walls of each size")
     parser.add_argument("--small", type=int, default=0, help="small random scenes of each kind")
-    parser.add_argument("--verbose", "-v", action="store_true", help="a line a scene")
+    parser.add_argument("--first", type=int, default=FIRST_SEED, help="the first seed")
+    parser.add_argument("--lines", type=Path, metavar="FILE", help="CSV to which each scene adds a line")
+    parser.add_argument("--draw", type=Path, nargs="+", metavar="FILE", help="draw such lines, solve nothing")
     main(parser.parse_args())

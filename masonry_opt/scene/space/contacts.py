@@ -11,12 +11,12 @@ from masonry_opt.scene.contact import joint_properties
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.facing import Facing, facing
 from masonry_opt.scene.space.floating import refuse_floating
-from masonry_opt.scene.space.frames import unit
+from masonry_opt.scene.space.frames import lengths
 from masonry_opt.scene.space.outlines import rolled
 from masonry_opt.scene.space.pairs import near_pairs, reach, refuse_overlaps
 from masonry_opt.scene.space.shapes import Shapes
 from masonry_opt.scene.space.touches import Corners, Touches, nearest, touches, without_normal
-from masonry_opt.scene.touching import LEAN
+from masonry_opt.scene.touching import LEAN, ranges
 
 
 @dataclass(frozen=True)
@@ -101,12 +101,10 @@ def find_contacts(scene: Scene, shapes: Shapes, *, floating: bool = False) -> Co
     gap = _near_misses(polygons, lines, across, len(pairs))
     near = np.flatnonzero(np.isfinite(gap))
     # Polygons first, then lines and points of each pair.
-    point, joint, tangent, outline = _corners(polygons)
-    ends = [np.unique(pair, axis=0) for pair in np.stack([lines.start, lines.end], axis=1)]
     owner = np.concatenate([polygons.pair, lines.pair])
     order = np.argsort(owner, kind="stable")
-    outline = [*outline, *([own] for own in ends)]
-    points = [*np.split(point, np.flatnonzero(np.diff(joint)) + 1)[: len(polygons.pair)], *ends]
+    tangent, *of_rings = _rings(polygons)
+    joint, point, outline = _points(np.argsort(order), of_rings, lines)
     first, second = pairs[owner[order]].T
     near_misses = [(int(i), int(j)) for i, j in pairs[near]]
     if not floating:
@@ -118,9 +116,9 @@ def find_contacts(scene: Scene, shapes: Shapes, *, floating: bool = False) -> Co
         normal=np.concatenate([-polygons.frame.normal, lines.normal])[order],
         tangent=np.concatenate([tangent, lines.along])[order],
         area=np.concatenate([polygons.area, np.zeros(len(lines.pair))])[order],
-        point=np.concatenate([points[number] for number in order] or [np.zeros((0, 3))]),
-        joint=np.repeat(np.arange(len(order)), [len(points[number]) for number in order]),
-        outline=[outline[number] for number in order],
+        point=point,
+        joint=joint,
+        outline=outline,
         **{name: properties[name] for name in ("friction", "cohesion", "dilatancy")},
         fixed_pairs=fixed_pairs,
         near_misses=near_misses,
@@ -147,34 +145,48 @@ def _near_misses(shared: Facing, lines: Touches, across: Facing, pairs: int) -> 
     return width
 
 
-def _corners(polygons: Facing) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[list[np.ndarray]]]:
-    """Corners of the polygons in space, the polygon of each, and of each polygon its first tangent and its
-    rings. Outer rings begin with the side along the tangent."""
+def _rings(polygons: Facing) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """First tangents of the polygons; of all their rings the polygon, the number of corners, and these in
+    space, one ring after the other. Outer rings begin with the side along the tangent."""
     rings, polygon = shapely.get_rings(polygons.polygon, return_index=True)
     flat, ring = shapely.get_coordinates(rings, return_index=True)
-    closing = np.append(ring[:-1] != ring[1:], True)[: len(ring)]
+    closing = np.diff(ring, append=ring[-1:] + 1) != 0
     side = (np.roll(flat, -1, axis=0) - flat)[~closing]
     flat, ring = flat[~closing], ring[~closing]
     count = np.bincount(ring, minlength=len(rings))
-    outer = np.append(True, polygon[1:] != polygon[:-1])[: len(polygon)]
-    length = np.hypot(*side.T) * outer[ring]
+    outer = np.diff(polygon, prepend=-1) != 0
+    length = np.hypot(*side.T)
     longest = np.zeros(len(polygons.pair))
-    np.maximum.at(longest, polygon[ring], length)
+    np.maximum.at(longest, polygon[ring], length * outer[ring])
     # Among sides of one length the one most along the first axis of the first block's face, then the second:
     # a choice that turns with the scene.
-    direction = side / np.hypot(*side.T)[:, None]
-    as_long = np.flatnonzero(length >= longest[polygon[ring]] * (1 - 1e-6))
-    rank = np.round(direction[as_long] @ [1.0, 1e-3], 6)
-    order = as_long[np.lexsort((as_long, -rank, polygon[ring[as_long]]))]
-    chosen = order[np.unique(polygon[ring[order]], return_index=True)[1]]
-    of_first = polygons.frame
-    tangent = unit(direction[chosen, :1] * of_first.u + direction[chosen, 1:] * of_first.v)
+    as_long = np.flatnonzero(outer[ring] & (length >= longest[polygon[ring]] * (1 - 1e-6)))
+    direction = side[as_long] / length[as_long, None]
+    rank = np.round(direction @ [1.0, 1e-3], 6)
+    best = np.lexsort((as_long, -rank, polygon[ring[as_long]]))
+    best = best[np.unique(polygon[ring[as_long[best]]], return_index=True)[1]]
+    frame, along, chosen = polygons.frame, direction[best], as_long[best]
+    tangent = along[:, :1] * frame.u + along[:, 1:] * frame.v
     by = np.zeros_like(count)
     by[ring[chosen]] = chosen - (np.cumsum(count) - count)[ring[chosen]]
-    at = rolled(count, by)
-    joint = polygon[ring]
-    point = of_first.up(flat[at], joint)
-    outline: list[list[np.ndarray]] = [[] for _ in range(len(polygons.pair))]
-    for owner, own in zip(polygon, np.split(point, np.cumsum(count)[:-1]), strict=True):
-        outline[owner].append(own)
-    return point, joint, tangent, outline
+    return tangent, polygon, count, frame.up(flat[rolled(count, by)], polygon[ring])
+
+
+def _points(
+    joint_of: np.ndarray, of_rings: list[np.ndarray], lines: Touches
+) -> tuple[np.ndarray, np.ndarray, list[list[np.ndarray]]]:
+    """Joint and position of each contact point, and the rings of each joint, given the joint of each polygon
+    and then of each line or point, and of all rings of polygons what :func:`_rings` gives."""
+    polygon, corners, point = of_rings
+    long = lengths(lines.end - lines.start) > 0
+    ends = np.stack([lines.start, lines.end], axis=1)[np.column_stack([np.ones_like(long), long])]
+    polygons = len(joint_of) - len(long)
+    joint = joint_of[np.concatenate([polygon, np.arange(polygons, len(joint_of))])]
+    count = np.concatenate([corners, 1 + long])
+    order = np.argsort(joint, kind="stable")
+    point = np.concatenate([point, ends])[ranges((np.cumsum(count) - count)[order], count[order])]
+    outline: list[list[np.ndarray]] = [[] for _ in joint_of]
+    end = np.cumsum(count[order])
+    for number, start, stop in zip(joint[order], end - count[order], end, strict=True):
+        outline[number].append(point[start:stop])
+    return np.repeat(joint[order], count[order]), point, outline

@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 
 from masonry_opt.scene.geometry import STRAIGHT
+from masonry_opt.scene.space.clipping import GRID, sound
 from masonry_opt.scene.space.frames import Faces, Frames, dots, lengths
 from masonry_opt.scene.space.outlines import plain, wide, without_cracks, without_slivers
 from masonry_opt.scene.space.surfaces import Surfaces
@@ -66,12 +67,14 @@ def planes(surfaces: Surfaces, tolerance: float) -> Planes:
     rank = np.round(np.log(size[left] / size.max(initial=0.0)), 6)
     left = left[np.lexsort((left, -rank, block[left]))]
     while len(left):
-        _, lead, own = np.unique(block[left], return_index=True, return_inverse=True)
-        ahead = left[lead][own]
-        at, of = ranges(first[left], count[left]), np.repeat(np.arange(len(left)), count[left])
-        off = np.abs(dots(corners[at] - middle[ahead[of]], normal[ahead[of]]))
-        within = np.maximum.reduceat(off, np.cumsum(count[left]) - count[left]) <= tolerance
-        within[lead] = True
+        lead = np.diff(block[left], prepend=-1) != 0
+        ahead = left[lead][np.cumsum(lead) - 1]
+        within = np.abs(dots(middle[left] - middle[ahead], normal[ahead])) <= tolerance
+        some, plane = left[within], ahead[within]
+        at, of = ranges(first[some], count[some]), np.repeat(plane, count[some])
+        off = np.abs(dots(corners[at] - middle[of], normal[of]))
+        flat = np.maximum.reduceat(off, np.cumsum(count[some]) - count[some]) <= tolerance
+        within[within] = flat | (some == plane)
         leader[left[within]] = ahead[within]
         left = left[~within]
     leads, of_thick = np.unique(leader[thick], return_inverse=True)
@@ -111,14 +114,20 @@ def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> Faces:
     merged = pieces[sample]
     ordered = pieces[np.argsort(side, kind="stable")]
     ends = np.cumsum(count)
+    grid = GRID * tolerance
     for index in np.flatnonzero(count > 1):
-        together = shapely.union_all(ordered[ends[index] - count[index] : ends[index]])
-        merged[index] = without_cracks(together, tolerance)
+        own = ordered[ends[index] - count[index] : ends[index]]
+        together = shapely.union_all(own)
+        # Convex pieces of one side do not overlap.
+        if abs(together.area - shapely.area(own).sum()) > tolerance * together.length:
+            together = shapely.union_all(own, grid_size=grid)
+        merged[index] = together
+    merged[count > 1] = without_cracks(merged[count > 1], tolerance)
     # Where two parts of a block meet, faces of both sides lie in one plane.
     for index in np.flatnonzero(key[:-1] // 2 == key[1:] // 2):
-        both = merged[index], merged[index + 1]
-        for at, (one, other) in enumerate((both, both[::-1]), start=int(index)):
-            merged[at] = without_slivers(shapely.difference(one, other), 2 * tolerance)
+        both = merged[index : index + 2]
+        outer = sound(shapely.difference, both, both[::-1], grid=grid)
+        merged[index : index + 2] = without_slivers(outer, 2 * tolerance)
     polygons, of_side = shapely.get_parts(merged, return_index=True)
     polygons = plain(polygons, STRAIGHT * tolerance)
     kept = wide(polygons, tolerance)

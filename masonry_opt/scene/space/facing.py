@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 import shapely
 
-from masonry_opt.scene.space.frames import Frames, dots
+from masonry_opt.scene.space.clipping import common_to
+from masonry_opt.scene.space.frames import Frames, dots, lengths
 from masonry_opt.scene.space.outlines import plain, wide, without_slivers
 from masonry_opt.scene.space.pairs import boxes
 from masonry_opt.scene.space.parts import chunks, combine
@@ -21,6 +22,9 @@ NARROWEST = 10
 
 #: Cosine of the angle beyond which faces share nothing: within a tolerance along ten they lean by a tenth.
 _FACING = 0.99
+
+#: Sine of an angle that is rounding.
+_ROUNDING = 1e-7
 
 
 @dataclass(frozen=True)
@@ -104,16 +108,22 @@ def facing(shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> Facing:
 
     Each connected piece is one polygon; pieces, and ends of them, narrower than ten tolerances are left out.
     """
-    faces, normal = Items(shapes.faces.block, *shapes.faces.boxes), shapes.faces.frame.normal
+    faces, frame = Items(shapes.faces.block, *shapes.faces.boxes), shapes.faces.frame
+    size = lengths(faces.high - faces.low)
     found = []
     for pair, i, j in near_items(shapes, pairs, far, (faces, faces)):
-        opposite = dots(normal[i], normal[j]) < -_FACING
-        found.append((pair[opposite], i[opposite], j[opposite]))
+        cosine = -dots(frame.normal[i], frame.normal[j])
+        # Where they come near each other is no farther from a point of the other face than that is wide.
+        lean = np.sqrt(np.maximum(1 - cosine**2, 0)) + _ROUNDING
+        near = (cosine > _FACING) & (
+            np.abs(frame.above(frame.base[j], i)) <= far[pair] / _FACING + lean * size[j]
+        )
+        found.append((pair[near], i[near], j[near]))
     pair, i, j = stacked(found)
     return _shared(shapes, pair, i, j, far[pair])
 
 
-def stacked(found: list[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
+def stacked(found: Sequence[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
     """Columns put together, of numbers where there are none."""
     return tuple(map(np.concatenate, zip(*found, strict=True))) if found else (np.zeros(0, dtype=int),) * 3
 
@@ -124,13 +134,17 @@ def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far:
     faces, narrowest = shapes.faces, NARROWEST * shapes.tolerance
     one, other = faces.frame.where(i), faces.frame.where(j)
     frame = Frames.of(one.base, one.normal - other.normal, one.u)
+    # Halfway: over the bisecting plane the two faces' heights are opposite everywhere.
+    every = np.arange(len(i))
+    half = _height(frame, other, np.zeros((len(i), 2)), every) / 2
+    frame = replace(frame, base=frame.base + half[:, None] * frame.normal)
     flat = [_projected(faces.polygon[face], frame, own) for face, own in ((i, one), (j, other))]
     low1, high1, low2, high2 = (corner for own in flat for corner in np.split(shapely.bounds(own), 2, axis=1))
     wide_enough = (np.minimum(high1, high2) - np.maximum(low1, low2)).min(axis=1) > shapes.tolerance
     at = np.flatnonzero(wide_enough)
-    pieces, number = shapely.get_parts(shapely.intersection(flat[0][at], flat[1][at]), return_index=True)
-    solid = shapely.get_type_id(pieces) == shapely.GeometryType.POLYGON
-    pieces, number = pieces[solid], at[number[solid]]
+    convex = faces.convex[i[at]] & faces.convex[j[at]]
+    pieces, number = common_to(flat[0][at], flat[1][at], convex, shapes.tolerance)
+    number = at[number]
     kept = wide(pieces, narrowest)
     pieces, number = _without_tails(pieces[kept], number[kept], narrowest)
     pieces = plain(pieces, shapes.tolerance / 2)

@@ -27,16 +27,18 @@ def refuse_floating(
 
 
 def _beside(scene: Scene, shapes: Shapes, block: int, gaps: Mapping[tuple[int, int], float]) -> str:
-    """How far from a block that touches nothing the nearest is: one faced across a small gap, if any."""
+    """How far from a block that touches nothing the nearest is: one faced across a small gap, if any, unless
+    it meets another without a normal."""
+    nearest, gap = _nearest(shapes, block)
+    if gap <= shapes.tolerance:
+        name = repr(scene.blocks[nearest].name)
+        return f": it meets {name} along edges or at corners alone, where a joint needs a face of either"
     facing = {sum(pair) - block: gap for pair, gap in gaps.items() if block in pair}
     if facing:
         nearest = min(facing, key=lambda other: facing[other])
-        return how_far(repr(scene.blocks[nearest].name), facing[nearest], True)
-    nearest, gap = _nearest(shapes, block)
-    name = repr(scene.blocks[nearest].name)
-    if gap <= shapes.tolerance:
-        return f": it meets {name} along edges or at corners alone, where a joint needs a face of either"
-    return how_far(name, gap, gap <= reach(shapes)[[block, nearest]].min())
+        gap = facing[nearest]
+    small = gap <= reach(shapes)[[block, nearest]].min()
+    return how_far(repr(scene.blocks[nearest].name), gap, small)
 
 
 def _nearest(shapes: Shapes, block: int) -> tuple[int, float]:

@@ -17,21 +17,21 @@ def plain(polygons: np.ndarray, tolerance: float) -> np.ndarray:
     outline without them; empty ones where nothing is left."""
     rings, polygon = shapely.get_rings(polygons, return_index=True)
     points, ring = shapely.get_coordinates(rings, return_index=True)
-    closing = np.append(ring[:-1] != ring[1:], True)
+    closing = np.diff(ring, append=ring[-1:] + 1) != 0
     points, ring = points[~closing], ring[~closing]
     count = np.bincount(ring, minlength=len(rings))
     # A ring's corner farthest from its middle is surely one that no straight side runs through.
     middle = sums(ring, points, len(rings)) / count[:, None]
     far = np.hypot(*(points - middle[ring]).T)
     first = np.cumsum(count) - count
-    most = np.maximum.reduceat(far, first) if len(far) else far
+    most = np.maximum.reduceat(far, first)
     candidates = np.flatnonzero(far >= most[ring] * (1 - 1e-9))
     starts = candidates[np.unique(ring[candidates], return_index=True)[1]]
     at = rolled(count, starts - first, closed=True)
     lines = shapely.linestrings(points[at], indices=np.repeat(np.arange(len(rings)), count + 1))
     lines = shapely.simplify(lines, tolerance, preserve_topology=False)
     kept = shapely.get_num_coordinates(lines) >= 4
-    is_hole = np.append(False, polygon[1:] == polygon[:-1])
+    is_hole = np.diff(polygon, prepend=-1) == 0
     shells = np.zeros(len(polygons), dtype=bool)
     shells[polygon[kept & ~is_hole]] = True
     kept &= shells[polygon]
@@ -52,18 +52,18 @@ def rolled(count: np.ndarray, by: np.ndarray, *, closed: bool = False) -> np.nda
     return np.repeat(first, length) + (step + np.repeat(by, length)) % np.repeat(count, length)
 
 
-def without_cracks(polygon: shapely.Geometry, width: float) -> shapely.Geometry:
-    """A polygon, or several, with gaps narrower than a width closed."""
-    return _offset(_offset(polygon, width / 2), -width / 2)
+def without_cracks(polygons: np.ndarray, width: float) -> np.ndarray:
+    """Polygons with gaps narrower than a width closed."""
+    return _offset(_offset(polygons, width / 2), -width / 2)
 
 
-def without_slivers(polygon: shapely.Geometry, width: float) -> shapely.Geometry:
-    """A polygon, or several, without what is narrower than a width."""
-    return _offset(_offset(polygon, -width / 2), width / 2)
+def without_slivers(polygons: np.ndarray, width: float) -> np.ndarray:
+    """Polygons without what is narrower than a width."""
+    return _offset(_offset(polygons, -width / 2), width / 2)
 
 
-def _offset(polygon: shapely.Geometry, by: float) -> shapely.Geometry:
-    return shapely.buffer(polygon, by, join_style="mitre", mitre_limit=_MITRE)
+def _offset(polygons: np.ndarray, by: float) -> np.ndarray:
+    return shapely.buffer(polygons, by, join_style="mitre", mitre_limit=_MITRE)
 
 
 def wide(pieces: np.ndarray, width: float) -> np.ndarray:
@@ -73,6 +73,6 @@ def wide(pieces: np.ndarray, width: float) -> np.ndarray:
     # larger than twice that.
     mean = np.divide(2 * area, around, out=np.zeros_like(area), where=around > 0)
     found = mean >= width
-    for index in np.flatnonzero(~found & (2 * mean >= width)):
-        found[index] = not _offset(pieces[index], -width / 2).is_empty
+    doubtful = ~found & (2 * mean >= width)
+    found[doubtful] = ~shapely.is_empty(_offset(pieces[doubtful], -width / 2))
     return found

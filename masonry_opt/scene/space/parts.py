@@ -67,17 +67,24 @@ class Parts:
         nearest, farthest = np.empty(len(one)), np.empty(len(one))
         for some in chunks(planes[one] * points[other]):
             a, b = one[some], other[some]
-            _, i, j = combine(first_plane[a], planes[a], first_point[b], points[b])
-            height = dots(self.normal[i], self.points[j]) - self.offset[i]
-            rows = np.repeat(points[b], planes[a])
-            start, pair = np.cumsum(rows) - rows, np.cumsum(planes[a]) - planes[a]
-            nearest[some] = np.maximum.reduceat(np.minimum.reduceat(height, start), pair)
-            farthest[some] = np.maximum.reduceat(np.maximum.reduceat(height, start), pair)
+            rows = np.repeat(np.arange(len(a)), planes[a])
+            i, of_points = ranges(first_plane[a], planes[a]), b[rows]
+            height = [np.empty(len(i)) for _ in range(2)]
+            for part in chunks(points[of_points]):
+                number, k, j = combine(
+                    i[part], np.ones_like(i[part]), *(own[of_points[part]] for own in (first_point, points))
+                )
+                off = dots(self.normal[k], self.points[j]) - self.offset[k]
+                start = np.searchsorted(number, np.arange(len(i[part])))
+                for own, bound in zip(height, (np.minimum, np.maximum), strict=True):
+                    own[part] = bound.reduceat(off, start)
+            pair = np.cumsum(planes[a]) - planes[a]
+            nearest[some], farthest[some] = (np.maximum.reduceat(own, pair) for own in height)
         return nearest, farthest
 
 
 class Common(NamedTuple):
-    """What two parts have in common: the diameter of the largest ball in it, its middle, the volume."""
+    """What two parts have in common: the diameter of the largest ball in it, its centroid and volume."""
 
     depth: float
     middle: np.ndarray
@@ -111,8 +118,10 @@ def common(parts: Parts, one: int, other: int) -> Common:
     if ball.x is None or ball.x[3] <= 1e-9:
         return Common(0.0, middle, 0.0)
     corners = HalfspaceIntersection(np.column_stack([normal, -offset]), ball.x[:3]).intersections
-    volume = ConvexHull(corners).volume * scale**3
-    return Common(2 * float(ball.x[3]) * scale, middle + scale * ball.x[:3], float(volume))
+    a, b, c = np.moveaxis(corners[ConvexHull(corners).simplices] - ball.x[:3], 1, 0)
+    pieces = np.abs(dots(a, np.cross(b, c))) / 6
+    centroid = ball.x[:3] + pieces @ (a + b + c) / 4 / pieces.sum()
+    return Common(2 * float(ball.x[3]) * scale, middle + scale * centroid, float(pieces.sum()) * scale**3)
 
 
 def combine(

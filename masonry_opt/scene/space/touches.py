@@ -242,7 +242,8 @@ def without_normal(
             kept = to_line(corners.point[i], corners.tail[j], corners.tip[j]) <= tolerance
             meet.append((asked[pair[kept]], i[kept], j[kept]))
     pair, i, _ = stacked(meet)
-    pair, i = np.unique(np.column_stack([pair, i]), axis=0).T
+    once = np.unique(first_alike(np.column_stack([pair, i])))
+    pair, i = pair[once], i[once]
     for own in found:
         off = nearest(pair, corners.point[i], own, own.pair) > NARROWEST * tolerance
         pair, i = pair[off], i[off]
@@ -262,4 +263,4 @@ def without_normal(
 
 def _inside(low: np.ndarray, high: np.ndarray, box: np.ndarray, margin: float) -> np.ndarray:
     """Which boxes in a plane come farther than a margin inside other boxes."""
-    return ((high > box[:, :2] + margin) & (low < box[:, 2:] - margin)).all(axis=1)
+    return np.all((high > box[:, :2] + margin) & (low < box[:, 2:] - margin), axis=1)

@@ -1,0 +1,80 @@
+"""Solids for scenes in which it matters where they touch, and such scenes moved, mirrored and redrawn."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import ConvexHull
+
+import masonry_opt as mo
+from masonry_opt.scene.space.contacts import Contacts, find_contacts
+from masonry_opt.scene.space.shapes import shapes
+
+
+def hull(name, points, **keys):
+    """The convex hull of points, its faces in triangles."""
+    points = np.asarray(points, dtype=float)
+    found = ConvexHull(points)
+    inside = points[found.vertices].mean(axis=0)
+    faces = []
+    for a, b, c in found.simplices.tolist():
+        outwards = np.cross(points[b] - points[a], points[c] - points[a]) @ (points[a] - inside) > 0
+        faces.append([a, b, c] if outwards else [a, c, b])
+    return mo.Solid(name=name, vertices=points.tolist(), faces=faces, **({"weight": 1} | keys))
+
+
+def parted(name, *boxes, **keys):
+    """One block of several boxes."""
+    return mo.Solid(name=name, parts=[{"box": box} for box in boxes], **({"weight": 1} | keys))
+
+
+def box(name, x, y, z, **keys):
+    return mo.box(name, x, y, z, **({} if keys.get("fixed") else {"weight": 1}) | keys)
+
+
+FLOOR = box("floor", (-5, 5), (-5, 5), (-1, 0), fixed=True)
+
+
+def scene(*blocks, **keys):
+    return mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[*blocks], **keys)
+
+
+def contacts_of(scene, floating=False) -> Contacts:
+    return find_contacts(scene, shapes(scene), floating=floating)
+
+
+def joints(scene, floating=False):
+    """Joints in turn: names, area, normal, and contact points in the scene's own coordinates, sorted."""
+    found = shapes(scene)
+    contacts = find_contacts(scene, found, floating=floating)
+    names = [block.name for block in scene.blocks]
+    for number, (first, second) in enumerate(zip(contacts.first, contacts.second, strict=True)):
+        points = contacts.point[contacts.joint == number] + found.origin
+        yield (names[first], names[second]), contacts.area[number], contacts.normal[number], points
+
+
+def with_parts(scene, change):
+    """The scene with other vertices and faces of every part, given both."""
+    blocks = []
+    for block in scene.blocks:
+        parts = []
+        for part in block.polyhedra:
+            vertices, faces = change(part.vertices, part.faces)
+            parts.append({"vertices": np.asarray(vertices).tolist(), "faces": faces})
+        keys = block.model_dump(exclude={"vertices", "faces", "box", "parts"})
+        blocks.append(mo.Solid(parts=parts, **keys))
+    return scene.model_copy(update={"blocks": blocks})
+
+
+def moved(scene, matrix, shift=(0, 0, 0)):
+    """The scene's corners times a matrix, and shifted."""
+    return with_parts(scene, lambda vertices, faces: (vertices @ np.asarray(matrix).T + shift, faces))
+
+
+def in_triangles(scene):
+    """Each face as a fan of triangles, with corners of their own, as meshes have them."""
+
+    def change(vertices, faces):
+        fans = [(face[0], face[k], face[k + 1]) for face in faces for k in range(1, len(face) - 1)]
+        return vertices[np.concatenate(fans)], np.arange(3 * len(fans)).reshape(-1, 3).tolist()
+
+    return with_parts(scene, change)

@@ -1,0 +1,266 @@
+"""Joints of blocks in space, found from their geometry: areas, corners and normals in closed form."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from touching_solids import FLOOR, box, contacts_of, hull, joints, parted, scene
+
+import masonry_opt as mo
+from masonry_opt.scene.space.contacts import find_contacts
+from masonry_opt.scene.space.shapes import shapes
+
+
+def same_points(found, expected):
+    found, expected = (np.array(sorted(np.round(points, 9).tolist())) for points in (found, expected))
+    assert found.shape == expected.shape
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+def ridge(name, along, below, **keys):
+    """A prism of triangles with its ridge on z = 0, three long, from below or from above."""
+    z = -1 if below else 1
+    across = 1 - along
+    corners = []
+    for at in (-1.5, 1.5):
+        for off, height in ((0, 0), (-1, z), (1, z)):
+            point = [0.0, 0.0, float(height)]
+            point[along], point[across] = at, off
+            corners.append(point)
+    return hull(name, corners, **keys)
+
+
+def test_a_box_on_another_shares_the_overlap_of_their_faces():
+    blocks = scene(box("A", (0, 2), (0, 1), (1, 2)), box("B", (0.5, 3), (-1, 0.75), (0, 1)), FLOOR)
+    (pair, area, normal, points), below = joints(blocks)
+    assert pair == ("A", "B")
+    assert area == pytest.approx(1.5 * 0.75)
+    assert normal == pytest.approx([0, 0, 1])  # from B, the second, up into A
+    same_points(points, [(0.5, 0, 1), (2, 0, 1), (2, 0.75, 1), (0.5, 0.75, 1)])
+    assert below[:1] == (("B", "floor"),)
+    found = contacts_of(blocks)
+    assert np.abs(found.tangent[0]) == pytest.approx([1, 0, 0])  # the longest side
+    assert found.outline[0][0] == pytest.approx(found.point[:4])
+    np.testing.assert_array_equal(found.joint, [0] * 4 + [1] * 4)
+
+
+def test_a_square_turned_by_45_degrees_on_a_square_shares_an_octagon():
+    r = math.sqrt(0.5)
+    turned = hull("A", [(x, y, z) for z in (1, 2) for x, y in ((r, 0), (0, r), (-r, 0), (0, -r))])
+    (_, area, _, points), _ = joints(scene(turned, box("B", (-0.5, 0.5), (-0.5, 0.5), (0, 1)), FLOOR))
+    # A regular octagon round a circle of radius 1/2: 8 tan(π/8) / 4.
+    assert area == pytest.approx(2 * math.tan(math.pi / 8), rel=1e-9)
+    t = math.tan(math.pi / 8) / 2
+    same_points(points, [(x, y, 1) for a, b in ((0.5, t), (t, 0.5)) for x in (-a, a) for y in (-b, b)])
+
+
+def test_a_solid_of_parts_has_one_joint_of_their_outline_and_one_with_each_wall_of_its_corner():
+    corner = parted("L", ((0, 3), (0, 1), (0, 1)), ((0, 1), (1, 3), (0, 1)))
+    blocks = scene(corner, box("A", (1, 2), (1, 2.5), (0, 1)), FLOOR)
+    found = list(joints(blocks))
+    assert [pair for pair, *_ in found] == [("L", "A"), ("L", "A"), ("L", "floor"), ("A", "floor")]
+    walls = {tuple(np.round(normal).astype(int)): area for _, area, normal, _ in found[:2]}
+    assert walls == {(-1, 0, 0): pytest.approx(1.5), (0, -1, 0): pytest.approx(1.0)}
+    _, area, normal, points = found[2]
+    assert area == pytest.approx(5)
+    assert normal == pytest.approx([0, 0, 1])
+    same_points(points, [(0, 0, 0), (3, 0, 0), (3, 1, 0), (1, 1, 0), (1, 3, 0), (0, 3, 0)])
+
+
+def test_a_ring_on_a_floor_has_the_corners_of_its_hole_too():
+    sides = ((0, 4), (0, 1)), ((3, 4), (1, 4)), ((0, 3), (3, 4)), ((0, 1), (1, 3))
+    frame = parted("ring", *((x, y, (0, 0.5)) for x, y in sides))
+    blocks = scene(frame, FLOOR)
+    ((_, area, _, points),) = joints(blocks)
+    assert area == pytest.approx(16 - 4)
+    same_points(
+        points, [(x, y, 0) for low, high in ((0, 4), (1, 3)) for x in (low, high) for y in (low, high)]
+    )
+    outer, inner = contacts_of(blocks).outline[0]
+    assert (len(outer), len(inner)) == (4, 4)
+    assert np.ptp(outer, axis=0) == pytest.approx([4, 4, 0])
+    assert np.ptp(inner, axis=0) == pytest.approx([2, 2, 0])
+
+
+def test_a_wedge_on_its_edge_touches_at_two_points():
+    ((pair, area, normal, points),) = joints(scene(ridge("A", 1, below=False), FLOOR))
+    assert pair == ("A", "floor")
+    assert area == 0
+    assert normal == pytest.approx([0, 0, 1])
+    same_points(points, [(0, -1.5, 0), (0, 1.5, 0)])
+
+
+def test_an_edge_that_reaches_over_a_face_touches_along_the_part_above_it():
+    short = box("floor", (-1, 1), (-1, 1), (-1, 0), fixed=True)
+    blocks = scene(ridge("A", 0, below=False), short)
+    ((_, _, normal, points),) = joints(blocks)
+    same_points(points, [(-1, 0, 0), (1, 0, 0)])
+    assert normal == pytest.approx([0, 0, 1])
+    assert np.abs(contacts_of(blocks).tangent[0]) == pytest.approx([1, 0, 0])
+
+
+@pytest.mark.parametrize("upside_down", [False, True])
+def test_a_corner_on_a_face_touches_at_a_point_with_the_normal_of_the_face(upside_down):
+    z = -1 if upside_down else 1
+    cone = hull("A", [(0.25, 0.5, 0), (-1, -1, z), (1, -1, z), (0, 1, z)])
+    ground = box("floor", (-5, 5), (-5, 5), (0, 1) if upside_down else (-1, 0), fixed=True)
+    ((_, area, normal, points),) = joints(scene(cone, ground))
+    assert area == 0
+    assert normal == pytest.approx([0, 0, z])
+    same_points(points, [(0.25, 0.5, 0)])
+
+
+def test_two_ridges_that_cross_touch_at_a_point_normal_to_both():
+    upper, lower = ridge("A", 0, below=False), ridge("B", 1, below=True, fixed=True)
+    ((pair, area, normal, points),) = joints(scene(upper, lower))
+    assert pair == ("A", "B")
+    assert area == 0
+    assert normal == pytest.approx([0, 0, 1])
+    same_points(points, [(0, 0, 0)])
+    ((_, _, normal, _),) = joints(scene(lower, upper))
+    assert normal == pytest.approx([0, 0, -1])
+
+
+def tip(name, z, **keys):
+    return hull(name, [(0, 0, 0), (-1, -1, z), (1, -1, z), (0, 1, z)], **keys)
+
+
+@pytest.mark.parametrize(
+    "lower",
+    [
+        tip("B", -1, fixed=True),  # corner on corner
+        ridge("B", 0, below=True, fixed=True),  # corner on edge
+    ],
+)
+def test_what_has_no_normal_is_no_joint_and_told(lower):
+    blocks = scene(tip("A", 1), lower)
+    found = contacts_of(blocks, floating=True)
+    assert len(found.first) == 0
+    assert found.point.shape == (0, 3)
+    assert found.without_normal == [(0, 1)]
+    with pytest.raises(mo.CaseError, match=r"'A'.*'B'"):
+        contacts_of(blocks)
+
+
+def test_edge_along_edge_has_no_normal_and_is_told_where_not_both_have_a_joint_there():
+    beside, over = box("A", (0, 1), (0, 1), (0, 1)), box("B", (1, 2), (0, 1), (1, 2))
+    held, rest = box("H", (1, 2), (0, 1), (0, 1)), box("R", (0, 1), (0, 1), (1, 2))
+    assert contacts_of(scene(beside, over, FLOOR), floating=True).without_normal == [(0, 1)]
+    # A and B of a stack: all four meet along one edge, each with two joints that end there.
+    stack = contacts_of(scene(beside, over, held, rest, FLOOR))
+    assert stack.without_normal == []
+    # B on H: A has its joint with H there too.
+    assert contacts_of(scene(beside, over, held, FLOOR)).without_normal == []
+
+
+@pytest.mark.parametrize(("gap", "joint"), [(0.9e-3, True), (-0.9e-3, True), (1.1e-3, False)])
+def test_the_tolerance_bounds_gaps_and_overlaps(gap, joint):
+    blocks = scene(box("A", (0, 1), (0, 1), (gap, 1 + gap)), FLOOR, tolerance=1e-3)
+    found = contacts_of(blocks, floating=True)
+    assert len(found.first) == joint
+    if joint:
+        assert found.area == pytest.approx([1])
+        assert found.point[:, 2] + shapes(blocks).origin[2] == pytest.approx(4 * [gap / 2])
+    else:
+        assert found.near_misses == [(0, 1)]
+        assert found.gaps == pytest.approx([gap])
+        with pytest.raises(mo.CaseError, match=r"'floor'.*0\.0011 away.*'tolerance' to 0\.0011"):
+            contacts_of(blocks)
+
+
+@pytest.mark.parametrize(("rise", "points"), [(0.9e-3, 4), (1.1e-3, 2)])
+def test_faces_may_lean_as_far_as_the_tolerance_over_what_they_share(rise, points):
+    corners = [(x, y, z + rise * x) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    found = contacts_of(scene(hull("A", corners), FLOOR, tolerance=1e-3))
+    assert len(found.point) == points
+    # The plane that bisects them, or that of the floor under an edge.
+    slope = math.atan(rise) / 2 if points == 4 else 0.0
+    assert found.normal[0] == pytest.approx([-math.sin(slope), 0, math.cos(slope)])
+
+
+def test_a_strip_narrower_than_ten_tolerances_is_no_joint():
+    def on(width):
+        ground = box("floor", (0, 1), (0, 1), (-1, 0), fixed=True)
+        blocks = scene(box("A", (1 - width, 2), (0, 1), (0, 1)), ground, tolerance=1e-3)
+        return contacts_of(blocks, floating=True)
+
+    assert on(0.011).area == pytest.approx([0.011])
+    narrow = on(0.009)
+    assert len(narrow.first) == 0
+    assert narrow.without_normal == [(0, 1)]
+
+
+def test_a_near_miss_beside_a_joint_is_told():
+    """A block over a step: it rests on one box, and hangs .004 over the other."""
+    low, high = box("B", (0, 1), (0, 1), (0, 0.996)), box("C", (1, 2), (0, 1), (0, 1))
+    found = contacts_of(scene(box("A", (0, 2), (0, 1), (1, 2)), low, high, FLOOR))
+    assert found.near_misses == [(0, 1)]
+    assert found.gaps == pytest.approx([0.004])
+    far = box("B", (0, 1), (0, 1), (0, 0.98))
+    assert contacts_of(scene(box("A", (0, 2), (0, 1), (1, 2)), far, high, FLOOR)).near_misses == []
+
+
+def test_blocks_that_overlap_are_refused_with_place_volume_and_depth():
+    blocks = scene(box("A", (0, 1), (0, 1), (0, 1)), box("B", (0.75, 2), (0.5, 3), (0, 1)), FLOOR)
+    with pytest.raises(mo.CaseError, match=r"'A' and 'B' overlap.* 0\.125 .*, 0\.25 deep") as error:
+        contacts_of(blocks)
+    assert "0.875, " in str(error.value)
+
+
+def test_ridges_that_cut_into_each_other_overlap():
+    """Two ridges of right angles that cross, .1 deep: four pyramids make a volume of 2/3 · (.1)³."""
+    upper, lower = ridge("A", 0, below=False), ridge("B", 1, below=True, fixed=True)
+    sunk = hull("A", np.array(upper.vertices) - [0, 0, 0.1])
+    # At height z the ridges are 2 z and 2 (.1 - z) wide: the integral of 4 z (.1 - z) is 4 (.1)³ / 6.
+    with pytest.raises(mo.CaseError, match=r"overlap.* 0\.000666667 "):
+        contacts_of(scene(sunk, lower))
+
+
+def test_what_reaches_no_support_is_refused():
+    pair = box("A", (0, 1), (0, 1), (3, 4)), box("B", (0, 1), (0, 1), (4, 5))
+    with pytest.raises(mo.CaseError, match=r"'A'.*'B'"):
+        contacts_of(scene(*pair, FLOOR))
+    # √(3² + 4²) from the edge of the floor.
+    alone = box("A", (8, 9), (0, 1), (4, 5))
+    with pytest.raises(mo.CaseError, match=r"'A'.*'floor'.* 5 away"):
+        contacts_of(scene(alone, FLOOR))
+
+
+def test_two_supports_share_no_joint_and_may_overlap():
+    other = box("wall", (4, 6), (-5, 5), (-1, 3), fixed=True)
+    found = contacts_of(scene(box("A", (3, 4), (0, 1), (0, 1)), FLOOR, other))
+    assert [*zip(found.first, found.second, strict=True)] == [(0, 1), (0, 2)]
+    touching = box("wall", (5, 6), (-5, 5), (-1, 3), fixed=True)
+    assert contacts_of(scene(box("A", (3, 4), (0, 1), (0, 1)), FLOOR, touching)).fixed_pairs == 1
+
+
+def test_joint_properties_come_from_defaults_and_exceptions():
+    blocks = mo.Scene(
+        joints=mo.JointDefaults(friction=0.5, cohesion=1, dilatancy=0.1),
+        exceptions=[mo.Joint(between=("floor", "B"), friction=0.9, cohesion=2)],
+        blocks=[box("A", (0, 1), (0, 1), (0, 1)), box("B", (1, 2), (0, 1), (0, 1)), FLOOR],
+    )
+    found = find_contacts(blocks, shapes(blocks))
+    assert [*zip(found.first, found.second, strict=True)] == [(0, 1), (0, 2), (1, 2)]
+    np.testing.assert_array_equal(found.friction, [0.5, 0.5, 0.9])
+    np.testing.assert_array_equal(found.cohesion, [1, 1, 2])
+    np.testing.assert_array_equal(found.dilatancy, [0.1, 0.1, 0.1])
+
+
+def test_a_wall_in_running_bond_has_the_joints_that_its_bond_gives():
+    """Courses of n stretchers, every other one between two halves: n - 1 and n head joints, 2 n bed joints
+    on each course below."""
+    n, courses = 5, 6
+    blocks = []
+    for course in range(courses):
+        ends = [0, *range(1, n), n] if course % 2 == 0 else [0, *(k + 0.5 for k in range(n)), n]
+        z = (course * 0.3, course * 0.3 + 0.3)
+        blocks += [box(f"{course} {x}", (x, y), (0, 0.5), z) for x, y in itertools.pairwise(ends)]
+    found = contacts_of(scene(*blocks, box("base", (-1, n + 1), (-1, 2), (-1, 0), fixed=True)))
+    heads = courses // 2 * (2 * n - 1)
+    assert len(found.first) == heads + 2 * n * (courses - 1) + n
+    assert found.area.sum() == pytest.approx(heads * 0.15 + courses * n * 0.5)
+    assert found.without_normal == found.near_misses == []
