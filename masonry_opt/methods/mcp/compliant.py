@@ -27,9 +27,11 @@ from masonry_opt.problem.state import State
 #: Compliances of the passes that look for the plateau, from soft to stiff; softer ones, where none ends.
 STIFF, SOFT = (1e-3, 1e-4, 1e-5, 1e-6), (1e-2, 1e-1)
 
-#: The same of contact points in space, where stiffer contacts more often stall a pass; and the brakes tried
-#: there.
-_STIFF_IN_SPACE, _BRAKES_IN_SPACE = (3e-3, 1e-3, 3e-4, 1e-4), (BRAKES[0], BRAKES[2])
+#: The same of contact points in space, where stiffer contacts more often stall a pass.
+_STIFF_IN_SPACE = (3e-3, 1e-3, 3e-4, 1e-4)
+
+#: Brakes of the passes with one compliance, the second where the first stalls.
+_BRAKES = BRAKES[0], BRAKES[2]
 
 #: The same, of the passes whose forces alone are wanted: the first that ends.
 _FIRST = (1e-4, 1e-5, 1e-3, *SOFT)
@@ -37,9 +39,9 @@ _FIRST = (1e-4, 1e-5, 1e-3, *SOFT)
 #: The softest compliance of a curve, and its passes a decade.
 _SOFTEST, _A_DECADE = 10.0, 4
 
-#: Elastic share of the live load's work above which a state is of no collapse; where λ changes by such a
-#: share from softer contacts, too, nothing collapses: friction jams the blocks, λ grows with their stiffness.
-_ELASTIC = 0.5
+#: Elastic share of the live load's work above which a state is of no collapse; and power of the stiffness
+#: with which λ grows where nothing collapses: friction jams the blocks.
+_ELASTIC, _GROWS = 0.5, 0.9
 
 #: The same share, which falls with the compliance, above which λ is far from its plateau: such a pass is left
 #: out, which on façades takes longest.
@@ -105,11 +107,11 @@ def _look_for_plateau(solution: Solution, contacts: _Contacts, options: Complian
             return
     if options.give is None:
         for give in SOFT:
-            if solution.answer is None and contacts.settle(give):
+            if (solution.answer is None or contacts.elastic > _ELASTIC) and contacts.settle(give):
                 return
         if solution.answer and contacts.elastic > _ELASTIC:
-            contacts.withdraw()
-            return
+            # λ neither collapses anything nor grows as it does where nothing can.
+            solution.found = Found()
     if solution.answer is None:
         told = {"word": contacts.word, "attempts": contacts.attempts}
         solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, **told)
@@ -155,7 +157,7 @@ class _Contacts:
     def _ended(self, give: float) -> GivingState | None:
         self._task.effort.begins(f"contacts that give by {give:.0e}")
         passes = self._passes.giving(give, self._settled)
-        for brake in _BRAKES_IN_SPACE if self.in_space else BRAKES[:1]:
+        for brake in _BRAKES:
             self.attempts += 1
             state = follow(self._task, passes, self._solution.history, self.attempts, brake)
             self.word = str(passes.outcome)
@@ -171,13 +173,16 @@ class _Contacts:
         if state is None:
             return False
         answer, before = state.answer, solution.load_factor
+        power = 0.0
+        if before is not None and min(before, answer.load_factor) > 0:
+            power = log10(answer.load_factor / before) / log10(self.give / give)
         self.give, self.elastic = give, _elastic_share(state)
         change = None if before is None else abs(answer.load_factor - before) / abs(answer.load_factor)
         decided = change is not None and change <= PLATEAU
         code = Code.PLATEAU if decided else Code.NO_PLATEAU
         solution.found = answer
         solution.end(Status.CONVERGED, code, give=give, change=change, steps=len(solution.history))
-        if change is not None and min(change, self.elastic) > _ELASTIC:
+        if power > _GROWS:
             self.withdraw()
             return True
         return decided
