@@ -185,6 +185,10 @@ def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: b
         _set_beside(task, solution)
     if solution.expected is not None:
         solution.expected.associative = solution.associative_value
+        if solution.proven_none and solution.expected.load_factor is not None:
+            # What contacts give before they lock is no collapse.
+            solution.expected.found, solution.expected.status = Found(), solution.status
+            solution.expected.reasons = list(solution.reasons)
     if solution.load_factor is not None and solution.load_factor >= -ZERO:
         return
     from masonry_opt.standing.no_load_factor import explain
@@ -195,15 +199,8 @@ def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: b
 def _set_beside(task: Task, solution: Solution) -> None:
     """Compute the associative load factor, which no Coulomb answer exceeds, unless the method did, or it is
     proven that no load factor exists (statics then carry any multiple of the load)."""
-    from masonry_opt.methods.associative import associative
+    from masonry_opt.methods.associative import beside
 
-    problem, effort = task.problem, task.effort
     wanted = solution.associative is None and not solution.proven_none
-    if wanted and problem.joints <= _BESIDE_UP_TO:
-        effort.begins("associative load factor")
-        own = Task(problem, kept=task.kept)
-        effort.uses(own.solver.name, "associative")
-        with effort.measure("associative"):
-            beside = associative(own, by_chords=True)
-        if beside.accept():
-            solution.associative = beside.load_factor
+    if wanted and task.problem.joints <= _BESIDE_UP_TO:
+        solution.associative = beside(task)

@@ -57,3 +57,20 @@ def corner_wall(along_x: int, along_y: int, courses: int, friction: float = 0.6)
                 blocks.append(mo.box(f"{leg} {course + 1}-{number + 1}", x, y, z, **keys))
     ground = mo.box("ground", (-1, 2 * along_x + 1), (-1, 2 * along_y + 1), (-1, 0), fixed=True)
     return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[*blocks, ground])
+
+
+def facade(length: int, depth: int, courses: int, friction: float = 0.6) -> mo.Scene:
+    """A U of blocks 2 × 1 × 1: a front of a length along x, and toothed returns along +y to a depth from its
+    face, free ends flush; pushed outwards, -y, by their weight."""
+    blocks = []
+    for z in range(courses):
+        odd = z % 2
+        spans = [((start, min(start + 2, length - odd)), (0, 1)) for start in range(odd, length - odd, 2)]
+        for x in (0, length - 1):
+            spans += [((x, x + 1), (start, min(start + 2, depth))) for start in range(1 - odd, depth, 2)]
+        blocks += [
+            mo.box(f"{z}-{index}", *span, (z, z + 1), unit_weight=1, live_per_weight=(0, -1, 0))
+            for index, span in enumerate(spans)
+        ]
+    ground = mo.box("ground", (-1, length + 1), (-1, depth + 1), (-1, 0), fixed=True)
+    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[*blocks, ground])

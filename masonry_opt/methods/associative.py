@@ -47,3 +47,14 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
 def kinematic(task: Task) -> Solution:
     """The same by eq. (10)."""
     return associative(task, "kinematic")
+
+
+def beside(task: Task) -> float | None:
+    """The associative load factor to set beside a Coulomb answer, by the usual solver; None if there is none
+    that its certificate bears out."""
+    own = Task(task.problem, kept=task.kept)
+    task.effort.begins("associative load factor")
+    task.effort.uses(own.solver.name, "associative")
+    with task.effort.measure("associative"):
+        solution = associative(own, by_chords=True)
+    return solution.load_factor if solution.accept() else None

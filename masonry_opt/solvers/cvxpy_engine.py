@@ -90,9 +90,13 @@ class CvxpyEngine:
         return compiled
 
 
-def has_optimum(program: cp.Problem, solver: Solver, effort: Effort, purpose: str) -> bool:
-    """Solve a program once; whether there is an optimum to read."""
-    return CvxpyEngine(program, solver, effort, purpose).solve().optimal
+def has_optimum(
+    program: cp.Problem, solver: Solver, effort: Effort, purpose: str, *, nearly: bool = False
+) -> bool:
+    """Solve a program once; whether there is an optimum to read. ``nearly``: or a point at which the solver
+    stopped short of its tolerance, which a certificate must judge."""
+    optimal = CvxpyEngine(program, solver, effort, purpose).solve().optimal
+    return optimal or (nearly and program.status == cp.OPTIMAL_INACCURATE)
 
 
 def _highs_iterations(info: Any) -> int:

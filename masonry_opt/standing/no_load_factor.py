@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from masonry_opt.answer.infeasibility import Existence
+from masonry_opt.answer.infeasibility import Existence, InfeasibilityCertificate
 from masonry_opt.answer.motion import moving_names
 from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
@@ -29,7 +29,10 @@ def explain(
     if solution.load_factor is not None:
         withdraw_wedged(assembly, solution)
     if solution.infeasibility is None:
-        solution.infeasibility = existence(assembly.problem, effort, of_mechanism=not associative)
+        if solution.associative is None or associative:
+            solution.infeasibility = existence(assembly.problem, effort, of_mechanism=not associative)
+        else:  # statics are bounded
+            solution.infeasibility = InfeasibilityCertificate(Existence.UNDECIDED)
     if (found := solution.infeasibility) and found.clamped:
         clamped = assembly.joints_of(np.array(found.clamped))
         solution.infeasibility = replace(found, clamped=tuple(clamped.tolist()))

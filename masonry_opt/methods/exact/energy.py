@@ -19,10 +19,17 @@ WEIGHT = 30.0
 
 
 def forces_for(
-    scaled: Scaled, p: np.ndarray, solver: Solver, effort: Effort, purpose: str, weight: float = WEIGHT
+    scaled: Scaled,
+    p: np.ndarray,
+    solver: Solver,
+    effort: Effort,
+    purpose: str,
+    weight: float = WEIGHT,
+    *,
+    nearly: bool = False,
 ) -> tuple[float, np.ndarray] | None:
     """λ and forces (3c,) of a low λ that leave little energy for rates p (faces,) of a problem in units of
-    its load; None if the solver finds none."""
+    its load; None if the solver finds none (``nearly`` as of :func:`~.cvxpy_engine.has_optimum`)."""
     problem = scaled.problem
     statics: Statics
     if problem.layout.round:
@@ -30,14 +37,14 @@ def forces_for(
     else:
         forces = CvxpyForces(problem, energy_costs(problem, p, weight))
         statics, program = forces.statics, forces.program
-    return statics.forces() if has_optimum(program, solver, effort, purpose) else None
+    return statics.forces() if has_optimum(program, solver, effort, purpose, nearly=nearly) else None
 
 
 def motion_for(
-    scaled: Scaled, q: np.ndarray, solver: Solver, effort: Effort, purpose: str
+    scaled: Scaled, q: np.ndarray, solver: Solver, effort: Effort, purpose: str, *, nearly: bool = False
 ) -> np.ndarray | None:
     """Velocities (3b,) of the true flow rule that leave least energy for forces (3c,) of a problem in units
-    of its load; None if the solver finds none."""
+    of its load; None if the solver finds none (``nearly`` as there)."""
     problem = scaled.problem
     slope = problem.dilatancy_at(problem.normal_forces(q))
     if problem.layout.round:
@@ -45,4 +52,4 @@ def motion_for(
     else:
         motion = CvxpyMotion(problem, np.maximum(problem.slacks(q), 0.0), slope)
         d, program = motion.mechanism.d, motion.program
-    return np.asarray(d.value) if has_optimum(program, solver, effort, purpose) else None
+    return np.asarray(d.value) if has_optimum(program, solver, effort, purpose, nearly=nearly) else None

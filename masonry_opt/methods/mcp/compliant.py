@@ -39,8 +39,8 @@ _FIRST = (1e-4, 1e-5, 1e-3, *SOFT)
 #: The softest compliance of a curve, and its passes a decade.
 _SOFTEST, _A_DECADE = 10.0, 4
 
-#: Elastic share of the live load's work above which a state is of no collapse; and power of the stiffness with
-#: which λ grows where nothing collapses: friction jams the blocks.
+#: Elastic share of the live load's work above which a state is of no collapse; and power of the stiffness
+#: with which λ grows where nothing collapses: friction jams the blocks.
 _ELASTIC, _GROWS = 0.5, 0.9
 
 #: The same share, which falls with the compliance, above which λ is far from its plateau: such a pass is left

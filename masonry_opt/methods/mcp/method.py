@@ -14,6 +14,7 @@ from masonry_opt.answer.infeasibility import Existence
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
+from masonry_opt.methods.associative import beside
 from masonry_opt.methods.exact.alternation import alternated
 from masonry_opt.methods.exact.refiner import ExactState, refiner_of
 from masonry_opt.methods.exact.search import SMALL, Met, Search, lower_of
@@ -146,9 +147,9 @@ class _States:
 
 
 def _starts(task: Task, passes: Passes, solution: Solution) -> Iterator[Answer | State]:
-    """Forces under contacts that give, then those of passes with rigid ones. After the first of these a proof
-    is sought that there is no load factor; without it others follow under other brakes, where a pass takes
-    longer than further starts."""
+    """Forces under contacts that give, then those of passes with rigid ones. After the first of these, unless
+    statics bound the load factor, a proof is sought that there is none; without it others follow under other
+    brakes, where a pass takes longer than further starts."""
     effort, history, joints = task.effort, solution.history, task.problem.joints
     effort.begins("contacts that give")
     given = task.expected.answer if task.expected and history else pushed(task, history)
@@ -160,10 +161,12 @@ def _starts(task: Task, passes: Passes, solution: Solution) -> Iterator[Answer |
         if last := follow(task, passes, history, attempt + number, brake):
             yield last
         if number == 1:
-            # Declared in Pyomo, which takes .3 s to import.
-            from masonry_opt.standing.existence import existence
+            solution.associative = beside(task)
+            if solution.associative is None:
+                # Declared in Pyomo, which takes .3 s to import.
+                from masonry_opt.standing.existence import existence
 
-            solution.infeasibility = existence(task.problem, effort)
+                solution.infeasibility = existence(task.problem, effort)
             if solution.proven_none or not SMALL < joints <= PASSES_UP_TO:
                 return
 

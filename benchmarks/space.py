@@ -1,0 +1,233 @@
+"""How fast, and how good, are answers for blocks in space?
+
+    python benchmarks/space.py associative         # by cones, up to 5,000 blocks
+    python benchmarks/space.py walls --most 100    # compliant and default, corner walls and façades
+    python benchmarks/space.py sides               # polygons against cones: docs/space_sides.png
+    python benchmarks/space.py random --seeds 50   # certified, proven to have none, or open
+
+Prints tables in Markdown, a row as it is found. Processor time; set OMP_NUM_THREADS=1.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
+
+from atlas.random_scenes_in_space import KINDS, random_scene_in_space
+from scenes_in_space import corner_wall, facade
+
+import masonry_opt as mo
+from masonry_opt.answer.acceptance import LIMITS, Kind
+from masonry_opt.problem import points
+from masonry_opt.problem.assembly import assemble
+
+Size = tuple[int, int, int]
+#: Blocks along x, along y, and courses, by how many blocks that are; length, depth and courses of façades.
+CORNERS: dict[int, Size] = {
+    20: (3, 2, 4),
+    42: (4, 3, 6),
+    100: (6, 4, 10),
+    256: (10, 6, 16),
+    1000: (24, 16, 25),
+}
+FACADES: dict[int, Size] = {13: (4, 3, 3), 33: (6, 3, 6), 68: (8, 5, 8), 231: (16, 9, 14)}
+#: Of 490 and 5,000 blocks.
+LARGE: list[Size] = [(21, 14, 14), (60, 40, 50)]
+#: First seed of the random scenes: nothing was tuned above.
+FIRST_SEED = 30_000
+#: The least exact Coulomb states known of corner walls, by blocks and friction.
+LEAST = {
+    (20, 0.6): 0.24494,
+    (20, 0.4): 0.24494,
+    (42, 0.6): 0.19077,
+    (42, 0.4): 0.18124,
+    (100, 0.6): 0.11746,
+    (100, 0.4): 0.11774,
+}
+
+
+def timed(scene: mo.Scene, method: str, **options: Any) -> tuple[mo.Result, float]:
+    began = time.process_time()
+    result = mo.solve(scene, method, **options)
+    return result, time.process_time() - began
+
+
+def row(*cells: Any) -> None:
+    """Print a row of a table."""
+    told = (f"{cell:.5g}" if isinstance(cell, float) else "–" if cell is None else str(cell) for cell in cells)
+    print(f"| {' | '.join(told)} |", flush=True)
+
+
+def head(*cells: str) -> None:
+    row(*cells)
+    row(*["---"] * len(cells))
+
+
+def associative(_: argparse.Namespace) -> None:
+    """Assembly and the cone program apart, the second from the end of the first."""
+    head("blocks", "contact points", "joints", "assembly, s", "by cones, s", "iterations", "λ", "worst residual")
+    for size in [CORNERS[100], CORNERS[256], *LARGE]:
+        scene = corner_wall(*size)
+        began = time.process_time()
+        assembly = assemble(scene)
+        assembling = time.process_time() - began
+        problem = assembly.problem
+        result, seconds = timed(scene, "static")
+        assert result.certificate is not None
+        row(
+            problem.blocks,
+            problem.joints,
+            len(assembly.joints.first),
+            round(assembling, 2),
+            round(seconds - assembling, 2),
+            result.iterations,
+            result.load_factor,
+            f"{result.certificate.worst:.0e}",
+        )
+
+
+def walls(asked: argparse.Namespace) -> None:
+    """Method compliant and the default, with what their states leave of complementarity."""
+    head(
+        *("wall", "blocks", "μ", "associative", "to expect", "steps", "s", "default", "steps", "s"),
+        *("complementarity", "over the least known", "how they ended"),
+    )
+    scenes = [("corner", corner_wall, n, size) for n, size in CORNERS.items()]
+    scenes += [("façade", facade, n, size) for n, size in FACADES.items()]
+    for name, make, blocks, size in scenes:
+        for friction in (0.6, 0.4) if asked.least <= blocks <= asked.most else ():
+            scene = make(*size, friction)
+            expected, soft_seconds = timed(scene, "compliant")
+            if blocks > asked.most_default:
+                row(name, blocks, friction, expected.associative, expected.load_factor)
+                print(f"    steps {expected.iterations}, {soft_seconds:.1f} s, {codes(expected)}", flush=True)
+                continue
+            result, seconds = timed(scene, "mcp")
+            known = LEAST.get((blocks, friction)) if make is corner_wall else None
+            over = result.load_factor / known if known and result.load_factor else None
+            row(
+                *(name, blocks, friction, result.associative, expected.load_factor, expected.iterations),
+                *(round(soft_seconds, 1), result.load_factor, result.iterations, round(seconds, 1)),
+                f"{result.certificate.complementarity:.0e}" if result.certificate else None,
+                over,
+                f"{codes(expected)}; {codes(result)}",
+            )
+
+
+def codes(result: mo.Result) -> str:
+    return f"{result.status}: {', '.join(reason.code for reason in result.reasons)}"
+
+
+def sides(asked: argparse.Namespace) -> None:
+    """λ by polygons below λ by cones, and the time of each, solver and compilation, without assembly."""
+    head("wall", "μ", "sides", "λ", "below cones, %", "to expect", "static, s", "compliant, s", "steps")
+    drawn: dict[str, list[tuple[int, float, float]]] = {}
+    for blocks in (20, 42, 100):
+        for friction in (0.6, 0.4):
+            scene = corner_wall(*CORNERS[blocks], friction)
+            mo.solve(scene, "static")
+            cones, seconds = timed(scene, "static")
+            row(f"corner of {blocks}", friction, "cones", cones.load_factor, 0.0, None, round(seconds, 2))
+            name = f"{blocks} blocks, μ = {friction}"
+            drawn[name] = [(0, 0.0, seconds)]
+            for count in (8, 16, 24, 32):
+                with_sides(count)
+                polygons, seconds = timed(scene, "static", model="pyomo", solver="highs-ipm")
+                soft, soft_seconds = timed(scene, "compliant")
+                assert polygons.load_factor is not None
+                assert cones.load_factor is not None
+                below = 100 * (1 - polygons.load_factor / cones.load_factor)
+                drawn[name].append((count, below, seconds))
+                row(
+                    *(f"corner of {blocks}", friction, count, polygons.load_factor, round(below, 3)),
+                    *(soft.load_factor, round(seconds, 2), round(soft_seconds, 2), soft.iterations),
+                )
+            with_sides(24)
+    if asked.chart:
+        chart(drawn, ROOT / "docs" / "space_sides.png")
+
+
+def with_sides(count: int) -> None:
+    """Let polygons inside the cones have so many sides from now on."""
+    points.SIDES = count
+
+
+def chart(drawn: dict[str, list[tuple[int, float, float]]], path: Path) -> None:
+    """Error over time, a line a wall, labelled with the number of sides."""
+
+
+def cases(seeds: int) -> Iterator[tuple[str, int]]:
+    for kind in KINDS:
+        for seed in range(FIRST_SEED, FIRST_SEED + seeds):
+            yield kind, seed
+
+
+def random(asked: argparse.Namespace) -> None:
+    """How random scenes end by the default, and whether that can be wrong."""
+    ends: dict[str, Counter[str]] = {kind: Counter() for kind in KINDS}
+    seconds: dict[str, list[float]] = {kind: [] for kind in KINDS}
+    for kind, seed in cases(asked.seeds):
+        scene = random_scene_in_space(kind, seed)
+        try:
+            static = mo.solve(scene, "static")
+            result, took = timed(scene, "mcp")
+        except Exception as error:
+            ends[kind]["wrong: raises"] += 1
+            print(f"    {kind} {seed}: {type(error).__name__}: {str(error)[:300]}", flush=True)
+            continue
+        end = verdict(static, result)
+        ends[kind][end] += 1
+        seconds[kind].append(took)
+        if asked.verbose or not end.startswith(("certified", "proven")):
+            told = f"{static.load_factor} {result.expected} {result.load_factor} {took:.1f} s"
+            size = result.assembly.problem.blocks
+            print(f"    {kind} {seed}: {end}; {size} blocks; {told}; {codes(static)}; {codes(result)}", flush=True)
+    head("kind", *(names := sorted({end for of_kind in ends.values() for end in of_kind})), "median s", "most s")
+    for kind, counts in ends.items():
+        spent = seconds[kind] or [0.0]
+        row(kind, *(counts[name] for name in names), float(np.median(spent)), max(spent))
+
+
+def verdict(static: mo.Result, result: mo.Result) -> str:
+    """What an answer is worth beside the associative one: wrong are more than that, a state whose residuals
+    are not what is demanded, and a fall where associative statics stand."""
+    if result.load_factor is not None:
+        assert result.certificate is not None
+        if static.load_factor is None:
+            return "certified" if not static.status == "unstable under dead load" else "wrong: falls"
+        if result.load_factor > static.load_factor * (1 + 1e-6) + 1e-6:
+            return "wrong: above associative"
+        exact = result.certificate.worst < LIMITS[Kind.EXACT].complementarity
+        return "certified, exact" if exact else "certified to 1e-4"
+    if result.solution.proven_none:
+        return "wrong: falls" if result.status == "unstable under dead load" and static.load_factor else "proven none"
+    return f"open: {result.status}"
+
+
+PARTS: dict[str, Callable[[argparse.Namespace], None]] = {
+    part.__name__: part for part in (associative, walls, sides, random)
+}
+
+if __name__ == "__main__":
+    raw = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
+    parser.add_argument("part", choices=PARTS)
+    parser.add_argument("--least", type=int, default=0, help="fewest blocks of a wall")
+    parser.add_argument("--most", type=int, default=256, help="most blocks of a wall")
+    parser.add_argument("--most-default", type=int, default=256, help="most blocks for the default method")
+    parser.add_argument("--seeds", type=int, default=50, help="random scenes of each kind")
+    parser.add_argument("--chart", action="store_true", help="write docs/space_sides.png")
+    parser.add_argument("--verbose", "-v", action="store_true", help="a line a random scene")
+    asked = parser.parse_args()
+    PARTS[asked.part](asked)

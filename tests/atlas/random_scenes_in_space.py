@@ -1,0 +1,170 @@
+"""Random scenes in space: leaves of boxes, rings of wedges, corners and piers, each from its seed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+
+from masonry_opt.scene.joints import JointDefaults
+from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.solids import Solid
+
+Rng = np.random.Generator
+Vertices = np.ndarray
+
+#: Faces of eight corners, those of the bottom first, each ring counter-clockwise seen from above.
+_FACES = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+
+
+def random_scene_in_space(kind: str, seed: int) -> Scene:
+    """The scene of a kind (a key of ``KINDS``) and a seed, of 60 blocks at most: the same in every release."""
+    rng = np.random.default_rng([list(KINDS).index(kind), seed])
+    scene = KINDS[kind](rng)
+    return scene.model_copy(update={"title": f"{kind} {seed}"})
+
+
+def assembled(rng: Rng, shapes: list[Vertices], fixed: list[Vertices]) -> Scene:
+    """Blocks of unit weight per volume on supports. The live load pushes all in one horizontal direction in
+    proportion to their weights, or a few in any direction but upwards, some of them turning too."""
+    live, moment = np.zeros((2, len(shapes), 3))
+    everywhere = rng.random() < 0.5
+    if everywhere:
+        angle = rng.uniform(-math.pi, math.pi)
+        live[:] = (math.cos(angle), math.sin(angle), 0)
+    else:
+        for index in rng.integers(len(shapes), size=rng.integers(1, 4)):
+            force = rng.normal(size=3)
+            live[index] = force / np.linalg.norm(force) * [1, 1, math.copysign(1, -force[2])]
+            moment[index] = rng.normal(size=3) * 0.1 * (rng.random() < 0.3)
+    size = 1.0 if everywhere else float(np.mean([_volume(shape) for shape in shapes]))
+    blocks = [
+        Solid(
+            name=f"b{index}",
+            vertices=shape.tolist(),
+            faces=_FACES,
+            unit_weight=1,
+            live_moment=(size * moment[index]).tolist(),
+            **{"live_per_weight" if everywhere else "live": (size * live[index]).tolist()},
+        )
+        for index, shape in enumerate(shapes)
+    ]
+    supports = [
+        Solid(name=f"support {index}", vertices=shape.tolist(), faces=_FACES, fixed=True)
+        for index, shape in enumerate(fixed)
+    ]
+    friction = float(rng.uniform(0.3, 0.9))
+    cohesion = float(rng.uniform(0, 0.1)) if rng.random() < 0.2 else 0.0
+    return Scene(joints=JointDefaults(friction=friction, cohesion=cohesion), blocks=[*blocks, *supports])
+
+
+def _between(bottom: Vertices, top: Vertices) -> Vertices:
+    return np.concatenate([bottom, top])
+
+
+def _box(x: tuple[float, float], y: tuple[float, float], z: tuple[float, float]) -> Vertices:
+    ring = np.array([(x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1])])
+    return _between(*(np.column_stack([ring, np.full(4, height)]) for height in z))
+
+
+def _volume(shape: Vertices) -> float:
+    """Of the box with these edges at its first corner: for a load that is about a block's weight."""
+    return abs(float(np.linalg.det(shape[[1, 3, 4]] - shape[0])))
+
+
+def _cuts(rng: Rng, length: float, parts: int) -> list[tuple[float, float]]:
+    """A length cut at random."""
+    ends = np.concatenate([[0], np.cumsum(rng.uniform(0.7, 1.3, parts))])
+    return list(pairwise((length * ends / ends[-1]).tolist()))
+
+
+def boxes(rng: Rng) -> Scene:
+    """A wall of one or two leaves, some with headers through both, courses cut at random."""
+    length, depth, bottom = float(rng.uniform(3, 6)), float(rng.uniform(0.5, 1.5)), 0.0
+    shapes = []
+    for _ in range(rng.integers(2, 7)):
+        top = bottom + float(rng.uniform(0.4, 1.0))
+        for y in _cuts(rng, depth, int(rng.integers(1, 3))):
+            shapes += [_box(x, y, (bottom, top)) for x in _cuts(rng, length, int(rng.integers(2, 6)))]
+        bottom = top
+    return assembled(rng, shapes, [_box((-1, length + 1), (-1, depth + 1), (-1, 0))])
+
+
+def wedges(rng: Rng) -> Scene:
+    """Voussoirs of one to three rings side by side, cut at random, between skewbacks."""
+    half, thickness = float(rng.uniform(0.7, math.pi / 2)), float(rng.uniform(0.2, 0.5))
+
+    def voussoir(start: float, end: float, y: tuple[float, float]) -> Vertices:
+        bottom, top = (
+            np.array(
+                [(r * math.cos(a), at, r * math.sin(a)) for at, a in zip(np.repeat(y, 2), ends, strict=True)]
+            )
+            for r, ends in ((1, (end, start, start, end)), (1 + thickness, (end, start, start, end)))
+        )
+        return _between(bottom, top)
+
+    rings = _cuts(rng, float(rng.uniform(0.3, 1.2)), int(rng.integers(1, 4)))
+    low, high = math.pi / 2 - half, math.pi / 2 + half
+    shapes = []
+    for y in rings:
+        for start, end in _cuts(rng, 2 * half, int(rng.integers(4, 10))):
+            shapes.append(voussoir(low + start, low + end, y))
+    across = (rings[0][0] - 0.1, rings[-1][1] + 0.1)
+    feet = [voussoir(low - 0.2, low, across), voussoir(high, high + 0.2, across)]
+    return assembled(rng, shapes, feet)
+
+
+def corner(rng: Rng) -> Scene:
+    """Two walls that meet in a toothed corner, courses of random heights, cut at random beyond it."""
+    thickness, lengths = float(rng.uniform(0.5, 1.2)), rng.uniform(2.5, 6, 2).tolist()
+    shapes, bottom = [], 0.0
+    for course in range(rng.integers(2, 7)):
+        z = (bottom, bottom + float(rng.uniform(0.5, 1.0)))
+        bottom = z[1]
+        for leg, length in enumerate(lengths):
+            # Through the corner goes one leg in one course, the other in the next.
+            start = thickness if leg == course % 2 else 0.0
+            for one, other in _cuts(rng, length - start, int(rng.integers(2, 5))):
+                sides = ((start + one, start + other), (0.0, thickness))
+                shapes.append(_box(*sides[:: 1 - 2 * leg], z))
+    reach = max(lengths) + 1
+    return assembled(rng, shapes, [_box((-1, reach), (-1, reach), (-1, 0))])
+
+
+def piers(rng: Rng) -> Scene:
+    """One to three piers of stones turned about the vertical, with beds inclined by up to 3°; where there are
+    several, a lintel from each to the next, and one stone on each lintel's end."""
+    count, height = int(rng.integers(1, 4)), int(rng.integers(2, 7))
+    shapes: list[Vertices] = []
+    for pier in range(count):
+        slope, level = np.zeros(2), 0.0
+        for course in range(height):
+            size, angle = rng.uniform(0.35, 0.55, 2), float(rng.uniform(-0.4, 0.4))
+            turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+            ring = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * size @ turn.T
+            ring += rng.uniform(-0.05, 0.05, 2)
+            above = level + float(rng.uniform(0.5, 0.9)) if course < height - 1 else 0.8 * height
+            next_slope = rng.uniform(-0.05, 0.05, 2) if course < height - 1 else np.zeros(2)
+            bottom, top = (
+                np.column_stack([ring + [2 * pier, 0], at + ring @ gradient])
+                for at, gradient in ((level, slope), (above, next_slope))
+            )
+            shapes.append(_between(bottom, top))
+            slope, level = next_slope, above
+    rise = 0.8 * height
+    for pier in range(count - 1):
+        lintel = (rise, rise + 0.4)
+        shapes.append(_box((2 * pier + 0.01, 2 * pier + 1.99), (-0.3, 0.3), lintel))
+        on_top = (lintel[1], lintel[1] + float(rng.uniform(0.2, 0.5)))
+        shapes.append(_box((2 * pier + 0.01, 2 * pier + 0.8), (-0.3, 0.3), on_top))
+    return assembled(rng, shapes, [_box((-2, 2 * count + 1), (-2, 2), (-1, 0))])
+
+
+KINDS: dict[str, Callable[[Rng], Scene]] = {
+    "boxes": boxes,
+    "wedges": wedges,
+    "corner": corner,
+    "piers": piers,
+}

@@ -1,0 +1,216 @@
+"""Blocks in space by hand: what slides, turns or overturns alone, and what stands on it."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import cos, hypot, inf, pi, radians, sin
+
+import numpy as np
+import pytest
+from scenes_in_space import box_on_floor, pushed_box
+
+import masonry_opt as mo
+from masonry_opt.problem.points import SIDES
+
+#: What programs leave that are solved to 1e-9.
+EXACT = 1e-6
+CONES = ["static", "kinematic", "nonassociative", "mcp"]
+#: Those whose joints slide without opening.
+COULOMB = ["nonassociative", "mcp"]
+
+#: Size, friction, angle: slides along, across and askew; overturns about either edge; negative components.
+PUSHED = [
+    ((1.0, 2.0, 3.0), 0.2, 0.0),
+    ((1.0, 2.0, 3.0), 0.2, 52.0),
+    ((1.0, 2.0, 3.0), 0.6, 0.0),
+    ((1.0, 2.0, 3.0), 0.8, 75.0),
+    ((2.0, 1.0, 3.0), 0.6, -100.0),
+    ((1.0, 2.0, 1.0), 0.6, 200.0),
+]
+
+
+def overturning(size: tuple[float, float, float], angle: float) -> float:
+    """λ at which a box overturns. Pushed at its centroid, at h/2, by λ W (cos θ, sin θ), it turns about an
+    edge of its base when the moment λ W |cos θ| h/2 is W a/2, or λ W |sin θ| h/2 is W b/2."""
+    a, b, h = size
+    along, across = abs(cos(radians(angle))), abs(sin(radians(angle)))
+    return min(a / (h * along) if along > EXACT else inf, b / (h * across) if across > EXACT else inf)
+
+
+@pytest.mark.parametrize(("size", "friction", "angle"), PUSHED)
+@pytest.mark.parametrize("method", CONES)
+def test_a_box_slides_or_overturns(method, size, friction, angle):
+    """λ = min(μ, a/(h |cos θ|), b/(h |sin θ|)): sliding without rotation resists with μ W against the slip,
+    whatever its direction and however the weight is shared."""
+    found = mo.solve(pushed_box(size, friction, angle), method, **_alone(method))
+    assert found.load_factor == pytest.approx(min(friction, overturning(size, angle)), abs=EXACT)
+    assert found.certificate.worst < 1e-6
+
+
+@pytest.mark.parametrize(("size", "friction", "angle"), PUSHED)
+def test_a_box_to_expect_slides_by_the_polygon(size, friction, angle):
+    """By sides e_k = 2πk/P from the joint's longest side, at which cos(π/P) μ n ≥ e_k·(s, t): the side that
+    faces the push most, by δ, gives μ cos(π/P)/cos δ."""
+    apart = (angle + 180 / SIDES) % (360 / SIDES) - 180 / SIDES
+    slides = friction * cos(pi / SIDES) / cos(radians(apart))
+    found = mo.solve(pushed_box(size, friction, angle), "compliant")
+    assert found.load_factor == pytest.approx(min(slides, overturning(size, angle)), abs=EXACT)
+
+
+@pytest.mark.parametrize("size", [(1.0, 2.0, 3.0), (3.0, 1.0, 1.0)])
+@pytest.mark.parametrize("method", CONES)
+def test_a_box_that_is_turned_about_the_vertical(method, size):
+    """Four corners at √(a² + b²)/2 from the middle, where they all slip along a circle: μ W √(a² + b²)/2,
+    however they share the weight."""
+    scene = box_on_floor(size, 0.6, live=(0.0, 0.0, 0.0), live_moment=(0.0, 0.0, 1.0))
+    found = mo.solve(scene, method, **_alone(method))
+    assert found.load_factor == pytest.approx(0.6 * hypot(*size[:2]) / 2, abs=EXACT)
+
+
+def test_cohesion_acts_on_the_whole_face():
+    """μ W + c a b resists sliding, here with W = 1; the flat box overturns at 8."""
+    found = mo.solve(_with_cohesion(pushed_box((2.0, 2.0, 0.25), 0.3, 20.0), 0.05), "static")
+    assert found.load_factor == pytest.approx(0.3 + 0.05 * 4, abs=EXACT)
+
+
+def leaf(courses: int, friction: float, *, between: bool) -> mo.Scene:
+    """A leaf 4 long and .5 thick, of two blocks a course in stack bond, and at its ends two returns of one
+    heavy block each, 3 deep: behind it, or beside it with the leaf between them. The leaf is pushed away from
+    them by its weight."""
+    blocks = []
+    for course in range(courses):
+        for number in range(2):
+            x, z = (2 * number, 2 * number + 2), (course, course + 1)
+            keys = {"unit_weight": 1, "live_per_weight": (0, -1, 0)}
+            blocks.append(mo.box(f"leaf {course}-{number}", x, (0, 0.5), z, **keys))
+    for number, x in enumerate([(-1, 0), (4, 5)] if between else [(0, 1), (3, 4)]):
+        y = (0, 3) if between else (0.5, 3.5)
+        blocks.append(mo.box(f"return {number}", x, y, (0, courses), unit_weight=1))
+    ground = mo.box("ground", (-3, 7), (-2, 5), (-1, 0), fixed=True)
+    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[*blocks, ground])
+
+
+@pytest.mark.parametrize(("courses", "friction"), [(3, 0.6), (1, 0.3)])
+@pytest.mark.parametrize("method", COULOMB)
+def test_a_leaf_without_bond_overturns_before_its_returns(method, courses, friction):
+    """Nothing holds a leaf of thickness t and height H to what stands behind it: min(μ, t/H), as if it were
+    alone (of its upper courses alone t/H is more)."""
+    found = mo.solve(leaf(courses, friction, between=False), method, **_alone(method))
+    assert found.load_factor == pytest.approx(min(friction, 0.5 / courses), abs=EXACT)
+
+
+@pytest.mark.parametrize("method", CONES)
+def test_a_block_before_a_wall_overturns_more_easily_than_associative_flow_lets_it(method):
+    """A block of thickness t and height H, its back to a wall, tips about its front edge: its back slides up
+    the wall. Where sliding opens by μ it must also move out by u and up by v: v = μ u on the ground, and
+    u = μ (v + t) a unit of rotation at the back, so u = μ t/(1 − μ²). Work of the push, λ (H/2 + u), is that
+    against the weight, t/2 + v. Without dilatancy u = v = 0."""
+    t, height, friction = 0.5, 3.0, 0.6
+    block = mo.box("block", (0, 4), (0, t), (0, height), unit_weight=1, live_per_weight=(0, -1, 0))
+    wall = mo.box("wall", (0, 4), (t, 2), (0, height), fixed=True)
+    ground = mo.box("ground", (-1, 5), (-1, 2), (-1, 0), fixed=True)
+    scene = mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[block, wall, ground])
+    out = 0.0 if method in COULOMB else friction * t / (1 - friction**2)
+    found = mo.solve(scene, method, **_alone(method))
+    expected = (t / 2 + friction * out) / (height / 2 + out)
+    assert found.load_factor == pytest.approx(expected, abs=EXACT)
+
+
+def test_a_leaf_between_returns_overturns_as_if_it_were_alone():
+    """Its ends slide along the returns, which nothing presses on them: t/H to expect, and with no friction
+    spent on what is not pressed no exact state is lower. Flow that dilates has to move the returns aside:
+    the associative load factor is higher."""
+    result = mo.solve(leaf(3, 0.6, between=True))
+    assert result.expected == pytest.approx(0.5 / 3, rel=1e-3)
+    assert result.load_factor == pytest.approx(0.5 / 3, rel=2e-2)
+    assert result.load_factor > 0.5 / 3 - EXACT
+    assert result.associative > 0.2
+
+
+#: Each box of a stack: where it begins in x and y, its lengths, its height.
+STACK = [((0.0, 0.0), (2.0, 2.0), 1.0), ((0.4, 0.2), (2.0, 2.5), 0.5), ((0.5, 0.7), (2.2, 2.4), 0.8)]
+
+
+def stack(live: tuple[float, float, float], *, at_the_tip: bool) -> mo.Scene:
+    """Boxes of unit weight per volume, each over the edges of the last: the live force on the top corner of
+    the last one, or on all by their weight."""
+    blocks, bottom = [], 0.0
+    for number, ((x, y), (a, b), h) in enumerate(STACK):
+        where = ((x, x + a), (y, y + b), (bottom, bottom + h))
+        bottom += h
+        keys: dict[str, object] = {"live_per_weight": live}
+        if at_the_tip:
+            tip = tuple(end for _, end in where)
+            keys = {"live": live, "live_at": tip} if number == len(STACK) - 1 else {}
+        blocks.append(mo.box(f"box {number}", *where, unit_weight=1, **keys))
+    ground = mo.box("ground", (0, 2), (0, 2), (-1, 0), fixed=True)
+    return mo.Scene(joints=mo.JointDefaults(friction=0.9), blocks=[*blocks, ground])
+
+
+def levels() -> list[tuple[np.ndarray, np.ndarray, float]]:
+    """Of each bed of the stack: its least and greatest x and y; the centroid of what stands on it, above it;
+    its weight."""
+    boxes = [((np.array(at)), np.array(at) + size, height) for at, size, height in STACK]
+    weight = np.array([np.prod(high - low) * height for low, high, height in boxes])
+    base = np.concatenate([[0.0], np.cumsum([height for *_, height in boxes])])
+    middle = np.array([[*(low + high) / 2, z + h / 2] for (low, high, h), z in zip(boxes, base, strict=False)])
+    found = []
+    below = [(np.zeros(2), np.full(2, 2.0), 0.0), *boxes]
+    for bed, (one, other) in enumerate(pairwise(below)):
+        centroid = weight[bed:] @ middle[bed:] / weight[bed:].sum() - [0, 0, base[bed]]
+        edges = np.stack([np.maximum(one[0], other[0]), np.minimum(one[1], other[1])])
+        found.append((edges, centroid, weight[bed:].sum()))
+    return found
+
+
+@pytest.mark.parametrize("method", ["static", "mcp"])
+def test_a_cantilever_of_boxes_pushed_down_at_its_tip(method):
+    """On each bed the resultant of the weight W above, at its centroid, and of λ down at the tip must lie in
+    the rectangle that the boxes share: (W x + λ x_tip)/(W + λ) ≤ x_edge, and so in y. λ is the least
+    W (x_edge − x)/(x_tip − x_edge) of all beds, here 1.634."""
+    tip = np.array(STACK[-1][0]) + STACK[-1][1]
+    expected = min(
+        float((weight * (edges[1] - at[:2]) / (tip - edges[1])).min()) for edges, at, weight in levels()
+    )
+    assert expected == pytest.approx(1.634)
+    found = mo.solve(stack((0.0, 0.0, -1.0), at_the_tip=True), method, **_alone(method))
+    assert found.load_factor == pytest.approx(expected, abs=EXACT)
+
+
+@pytest.mark.parametrize("direction", [(1.0, 0.0), (0.6, 0.8), (0.0, -1.0)])
+@pytest.mark.parametrize("method", ["static", "mcp"])
+def test_a_stack_that_is_tilted(method, direction):
+    """A push by λ times the weight moves the resultant of what is above a bed by λ z, z the height of its
+    centroid above the bed: λ is the least distance of the centroid from an edge, along the push, over z, or
+    the friction."""
+    expected = 0.9
+    for edges, at, _ in levels():
+        for axis, push in enumerate(direction):
+            if push:
+                room = edges[int(push > 0), axis] - at[axis]
+                expected = min(expected, room / push / at[2])
+    found = mo.solve(stack((*direction, 0.0), at_the_tip=False), method, **_alone(method))
+    assert found.load_factor == pytest.approx(expected, abs=EXACT)
+
+
+@pytest.mark.parametrize(("friction", "expected"), [(0.7, 0.5), (0.4, 0.4)])
+@pytest.mark.parametrize("method", COULOMB)
+def test_a_corner_of_one_course(method, friction, expected):
+    """Two blocks 3 × 1 × 2, one along x with the corner, one behind it along y, pushed away, −y: the first
+    slides at μ or overturns at 1/2; the second does not press on it before it slides itself, at μ. (Flow that
+    dilates tips the first less easily before the second: see above.)"""
+    keys = {"unit_weight": 1, "live_per_weight": (0, -1, 0)}
+    blocks = [mo.box("wall", (0, 3), (0, 1), (0, 2), **keys), mo.box("return", (0, 1), (1, 4), (0, 2), **keys)]
+    ground = mo.box("ground", (-2, 6), (-2, 6), (-1, 0), fixed=True)
+    scene = mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[*blocks, ground])
+    found = mo.solve(scene, method, **_alone(method))
+    assert found.load_factor == pytest.approx(expected, abs=EXACT)
+
+
+def _alone(method: str) -> dict[str, bool]:
+    """The default is asked for its state alone."""
+    return {"expected": False} if method == "mcp" else {}
+
+
+def _with_cohesion(scene: mo.Scene, cohesion: float) -> mo.Scene:
+    return scene.model_copy(update={"joints": scene.joints.model_copy(update={"cohesion": cohesion})})

@@ -1,0 +1,72 @@
+"""Static against kinematic, CVXPY against Pyomo, in space: by polygons, which both languages know, by cones,
+and cones between polygons inside and outside them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from scenes import declared
+from scenes_in_space import corner_wall, facade, pushed_box
+
+import masonry_opt as mo
+from masonry_opt.problem import faces, points
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.problem import Problem
+
+SCENES = {
+    "box": pushed_box((1.0, 2.0, 3.0), 0.3, 20.0),
+    "corner": corner_wall(2, 2, 3),
+    "corner with cohesion": corner_wall(2, 2, 3).model_copy(
+        update={"joints": mo.JointDefaults(friction=0.5, cohesion=0.02)}
+    ),
+    "nothing slides": corner_wall(2, 2, 2, float("inf")),
+}
+LARGER = {"corner of 20": corner_wall(3, 2, 4), "façade": facade(4, 3, 3)}
+ALL = SCENES | LARGER
+
+
+def every(slow: bool = True) -> list[object]:
+    return [*SCENES, *(pytest.param(name, marks=pytest.mark.slow) for name in LARGER if slow)]
+
+
+@pytest.mark.parametrize("name", every())
+def test_four_ways_by_polygons(name):
+    report = mo.check(ALL[name])
+    assert len(report.table) == 4
+    assert report.passed, report.table.to_string()
+
+
+@pytest.mark.parametrize("name", every())
+def test_statics_and_kinematics_by_cones(name):
+    """Each certifies the other's unknowns as its own duals."""
+    static, kinematic = (mo.solve(ALL[name], method) for method in ("static", "kinematic"))
+    assert kinematic.load_factor == pytest.approx(static.load_factor, rel=1e-7)
+    for result in (static, kinematic):
+        assert result.solution.answer.curved
+        assert result.certificate.worst < 1e-6
+
+
+def with_polygons(problem: Problem, sides: int, *, outside: bool) -> Problem:
+    """By polygons of so many sides, inside the cones or about them: sides at c + μ n, not cos(π/P) of it."""
+    layout = faces.space(sides)
+    layout = replace(layout, factor=1.0) if outside else layout
+    return replace(problem, matrices=replace(problem.matrices, layout=layout))
+
+
+@pytest.mark.parametrize("sides", [8, points.SIDES])
+@pytest.mark.parametrize("name", every())
+def test_cones_lie_between_polygons(name, sides):
+    """Of P sides, inside and outside: λ too, and with friction cos(π/P) as large outside is inside."""
+    problem = assemble(ALL[name]).problem
+    cones = mo.solve(ALL[name], "static").load_factor
+    inside, outside = (
+        declared(with_polygons(problem, sides, outside=outside), of_load=True).solve().state.load_factor
+        for outside in (False, True)
+    )
+    assert inside <= cones * (1 + 1e-7)
+    assert cones <= outside * (1 + 1e-7)
+    if name == "box":
+        # It slides, along no side: the polygons tell.
+        assert inside < 0.999 * cones
+        assert cones < 0.9999 * outside

@@ -1,0 +1,85 @@
+"""Metamorphic relations in space: what moves, turns, mirrors, rescales, renumbers or cuts the faces of a scene
+leaves its load factors as they are.
+
+Of associative flow they are theorems. Of contacts that give too, whose forces are unique: the sides of
+polygons are set out from each joint's longest side and turn with it. The default ends in one exact state of
+many, and rounding may choose another: what is certified of it is asserted, and that it is no more than the
+associative.
+"""
+
+from __future__ import annotations
+
+import pytest
+from scenes import solved
+from scenes_in_space import corner_wall, facade, pushed_box
+from space.mappings_in_space import SAME, mapped
+
+import masonry_opt as mo
+from masonry_opt.answer.acceptance import Kind
+
+#: Programs solved to 1e-9, twice; a pass to a gap of 1e-9, twice.
+ASSOCIATIVE, EXPECTED = 1e-7, 1e-6
+
+SCENES = {"box": pushed_box((1.0, 2.0, 3.0), 0.3, 20.0), "corner": corner_wall(2, 2, 3)}
+#: Joints without cohesion, and with.
+SCENES["cohesion"] = SCENES["corner"].model_copy(
+    update={"joints": mo.JointDefaults(friction=0.5, cohesion=0.02)}
+)
+LARGER = {"corner of 20": corner_wall(3, 2, 4, 0.4), "façade": facade(4, 3, 3)}
+
+
+def by_weight(scene: mo.Scene) -> mo.Scene:
+    """With a box's weight per volume and its push by weight, as the others have them."""
+
+    def changed(block: mo.Solid) -> mo.Solid:
+        if block.fixed or block.weight is None:
+            return block
+        [(x0, x1), (y0, y1), (z0, z1)] = block.box
+        volume = (x1 - x0) * (y1 - y0) * (z1 - z0)
+        push = tuple(component / block.weight for component in block.live)
+        keys = {"unit_weight": block.weight / volume, "live_per_weight": push}
+        return mo.Solid(name=block.name, box=block.box, **keys)
+
+    return scene.model_copy(update={"blocks": [changed(block) for block in scene.blocks]})
+
+
+@pytest.mark.parametrize("name", SAME)
+@pytest.mark.parametrize(
+    "scene",
+    [*SCENES, *(pytest.param(larger, marks=pytest.mark.slow) for larger in LARGER)],
+)
+def test_load_factors_are_unmoved(scene, name):
+    one = by_weight((SCENES | LARGER)[scene])
+    other = SAME[name](one)
+    for method, tolerance in (("static", ASSOCIATIVE), ("compliant", EXPECTED)):
+        first, second = solved(one, method), solved(other, method)
+        assert second.load_factor == pytest.approx(first.load_factor, rel=tolerance)
+        assert first.certificate.worst < 1e-7
+        assert second.certificate.worst < 1e-7
+
+
+@pytest.mark.parametrize("name", SAME)
+def test_the_default_is_certified_all_the_same(name):
+    result = solved(SAME[name](SCENES["corner"]))
+    assert not result.solution.answer.failing(Kind.EXACT)
+    assert result.load_factor < solved(SCENES["corner"], "static").load_factor * (1 + ASSOCIATIVE)
+
+
+@pytest.mark.parametrize("factor", [1e-3, 40.0])
+def test_a_live_load_so_many_times_larger_divides_the_load_factor(factor):
+    wall = SCENES["corner"]
+    blocks = [
+        block.model_copy(update={"live_per_weight": tuple(factor * f for f in block.live_per_weight)})
+        for block in wall.blocks
+    ]
+    larger = wall.model_copy(update={"blocks": blocks})
+    for method, tolerance in (("static", ASSOCIATIVE), ("compliant", EXPECTED)):
+        expected = solved(wall, method).load_factor / factor
+        assert solved(larger, method).load_factor == pytest.approx(expected, rel=tolerance, abs=0)
+
+
+def test_units_twice_as_large_change_no_bit():
+    """Forces and lengths are measured in medians of the scene's own: powers of two change no digit."""
+    wall = by_weight(SCENES["corner"])
+    larger = mapped(wall, length=1024.0, force=2.0)
+    assert solved(larger, "static").load_factor == solved(mapped(wall), "static").load_factor
