@@ -154,8 +154,8 @@ def test_tables_turn_with_the_scene(size):
 
 
 def test_which_law_holds_is_told():
-    """Along a side's direction the polygon has cos(π/24) of the cone's friction."""
-    scene = box_on_floor((2, 2, 1), 0.5)
+    """Across a side, 7.5° off an axis of the contact, the polygon has cos(π/24) of the cone's friction."""
+    scene = pushed_box((2, 2, 1), 0.5, 7.5)
     cone, polygon = mo.solve(scene, "static"), mo.solve(scene, "static", solver="highs")
     assert (cone.friction_law, polygon.friction_law) == ("cone", "polygon of 24 sides")
     assert cone.load_factor == pytest.approx(0.5, rel=1e-7)
