@@ -11,10 +11,11 @@ Prints tables in Markdown, a row as it is found. Processor time; set OMP_NUM_THR
 from __future__ import annotations
 
 import argparse
+import itertools
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -167,17 +168,11 @@ def chart(drawn: dict[str, list[tuple[int, float, float]]], path: Path) -> None:
     """Error over time, a line a wall, labelled with the number of sides."""
 
 
-def cases(seeds: int) -> Iterator[tuple[str, int]]:
-    for kind in KINDS:
-        for seed in range(FIRST_SEED, FIRST_SEED + seeds):
-            yield kind, seed
-
-
 def random(asked: argparse.Namespace) -> None:
     """How random scenes end by the default, and whether that can be wrong."""
-    ends: dict[str, Counter[str]] = {kind: Counter() for kind in KINDS}
-    seconds: dict[str, list[float]] = {kind: [] for kind in KINDS}
-    for kind, seed in cases(asked.seeds):
+    ends: dict[str, Counter[str]] = {kind: Counter() for kind in asked.kinds}
+    seconds: dict[str, list[float]] = {kind: [] for kind in asked.kinds}
+    for kind, seed in itertools.product(ends, range(FIRST_SEED, FIRST_SEED + asked.seeds)):
         scene = random_scene_in_space(kind, seed)
         try:
             static = mo.solve(scene, "static")
@@ -227,6 +222,7 @@ if __name__ == "__main__":
     parser.add_argument("--most", type=int, default=256, help="most blocks of a wall")
     parser.add_argument("--most-default", type=int, default=256, help="most blocks for the default method")
     parser.add_argument("--seeds", type=int, default=50, help="random scenes of each kind")
+    parser.add_argument("--kinds", nargs="*", choices=KINDS, default=list(KINDS), help="of random scenes")
     parser.add_argument("--chart", action="store_true", help="write docs/space_sides.png")
     parser.add_argument("--verbose", "-v", action="store_true", help="a line a random scene")
     asked = parser.parse_args()
