@@ -147,10 +147,11 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Refiner) ->
     same_law = first.found.curved == best.answer.curved
     # Programs begun anew from the first state may end above it.
     kept = first.answer if same_law and first.kind is Kind.EXACT else None
+    answer = lower_of(best.answer, kept) or best.answer
     solution = Solution(
         Status.CONVERGED,
         Kind.EXACT,
-        found=lower_of(kept, best.answer),
+        found=answer,
         history=lowest.history,
         stationary=lowest.stationary,
         flow_rule_matters=first.flow_rule_matters,
@@ -158,7 +159,7 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Refiner) ->
     )
     # The parabola's load factor is none of this law.
     known = first.load_factor if same_law else None
-    fall = None if known is None else known - solution.load_factor
+    fall = None if known is None else known - answer.load_factor
     solution.add(Code.EXACT, fall=fall)
     solution.reasons.append(lowest.met.reason)
     if lowest.stationary is not None:

@@ -21,7 +21,7 @@ class Layout:
     rows: rows of a block in B: ``dimension`` forces, then moments about its centroid.
     kinds: kinds of force in q: normal forces of all joints, then ``dimension`` − 1 shears, then moments.
     senses: shear that resists each sense of sliding, shape (senses, dimension − 1): in the plane two
-        opposites, in space directions all round, at equal angles from the first tangent on.
+        opposites, in space directions all round, at equal angles, the first half of one from the tangent.
     factor: share of the shear limit that holds in each sense.
     edges: sign of the moment in each rocking face of a joint; a single 0 says n ≥ 0.
     """
@@ -45,7 +45,7 @@ class Layout:
             return np.maximum(-self.senses @ slip, 0.0)
         sides, each = len(self.senses), np.arange(slip.shape[1])
         angle = 2 * np.pi / sides
-        turned = np.arctan2(-slip[1], -slip[0]) / angle
+        turned = np.arctan2(-slip[1], -slip[0]) / angle - 0.5
         before = np.floor(turned)
         past, speed = angle * (turned - before), np.hypot(*slip) / np.sin(angle)
         rates = np.zeros((sides, slip.shape[1]))
@@ -60,8 +60,11 @@ PLANE = Layout(2, 3, 3, senses=np.array([[1.0], [-1.0]]), factor=1.0, edges=np.a
 
 def space(sides: int) -> Layout:
     """Layout of space: three forces and three moments of a block; n and two shears of a contact point; so
-    many sides of a polygon inside the cone of friction, each ``cos(π/sides) (c + μ n) − e·(s, t) ≥ 0``."""
-    angles = 2 * np.pi / sides * np.arange(sides)
+    many sides of a polygon inside the cone of friction, each ``cos(π/sides) (c + μ n) − e·(s, t) ≥ 0``.
+
+    A corner of the polygon lies along the tangent, and where 4 divides their number along each axis: along
+    these the polygon holds as much as the cone."""
+    angles = 2 * np.pi / sides * (np.arange(sides) + 0.5)
     senses = np.column_stack([np.cos(angles), np.sin(angles)])
     return Layout(3, 6, 3, senses=senses, factor=float(np.cos(np.pi / sides)), edges=np.zeros(1))
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import shapely
@@ -109,7 +110,6 @@ def find_contacts(scene: Scene, shapes: Shapes, *, floating: bool = False) -> Co
     near_misses = [(int(i), int(j)) for i, j in pairs[near]]
     if not floating:
         refuse_floating(scene, shapes, first, second, dict(zip(near_misses, gap[near], strict=True)))
-    properties = joint_properties(scene, first, second)
     return Contacts(
         first=first,
         second=second,
@@ -119,7 +119,7 @@ def find_contacts(scene: Scene, shapes: Shapes, *, floating: bool = False) -> Co
         point=point,
         joint=joint,
         outline=outline,
-        **{name: properties[name] for name in ("friction", "cohesion", "dilatancy")},
+        **_properties(scene, first, second),
         fixed_pairs=fixed_pairs,
         near_misses=near_misses,
         gaps=gap[near].tolist(),
@@ -127,6 +127,20 @@ def find_contacts(scene: Scene, shapes: Shapes, *, floating: bool = False) -> Co
             (int(i), int(j)) for i, j in pairs[without_normal(corners, pairs, asked, (polygons, lines))]
         ],
     )
+
+
+def with_properties(contacts: Contacts, scene: Scene) -> Contacts:
+    """The joints of a scene that differs from theirs in joint properties alone.
+
+    Raises CaseError if an exception names two blocks that do not touch.
+    """
+    return replace(contacts, **_properties(scene, contacts.first, contacts.second))
+
+
+def _properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dict[str, Any]:
+    """Properties of joints by name, as :class:`Contacts` has them: no others are given in space."""
+    found = joint_properties(scene, first, second)
+    return {name: found[name] for name in ("friction", "cohesion", "dilatancy")}
 
 
 def _near_misses(shared: Facing, lines: Touches, across: Facing, pairs: int) -> np.ndarray:

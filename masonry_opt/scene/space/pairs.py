@@ -13,6 +13,9 @@ from masonry_opt.scene.space.shapes import Shapes
 from masonry_opt.scene.space.surfaces import place
 from masonry_opt.scene.touching import NEAR_MISS
 
+#: Pairs that overlap, each a linear program, after which no more are looked for: the scene is refused anyway.
+_ENOUGH = 100
+
 
 def boxes(shapes: Shapes) -> tuple[np.ndarray, np.ndarray]:
     """Least and largest coordinates of each block, shape (blocks, 3) each."""
@@ -72,6 +75,8 @@ def refuse_overlaps(scene: Scene, shapes: Shapes, pairs: np.ndarray) -> None:
         both = common(parts, int(one[index]), int(other[index]))
         if both.depth > tolerance:
             found.setdefault(int(number[index]), []).append(both)
+        if len(found) == _ENOUGH:
+            break
     if not found:
         return
     volume = {pair: sum(both.volume for both in several) for pair, several in found.items()}
@@ -84,7 +89,8 @@ def refuse_overlaps(scene: Scene, shapes: Shapes, pairs: np.ndarray) -> None:
     raised = f", or raise 'tolerance' to {rounded_up(most, 2)} if their coordinates were rounded"
     rounded = raised if shallow else ""
     others = len(found) - 1
-    more = f" ({counted(others, 'more pair')} overlap{'s' if others == 1 else ''})" if others else ""
+    least = "at least " if len(found) == _ENOUGH else ""
+    more = f" ({least}{counted(others, 'more pair')} overlap{'s' if others == 1 else ''})" if others else ""
     raise CaseError(
         f"{scene.origin}: blocks {names[0]} and {names[1]} overlap in a volume of {volume[worst]:.6g} round "
         f"{place(deepest.middle + shapes.origin, tolerance)}, {deepest.depth:.3g} deep: move them apart"

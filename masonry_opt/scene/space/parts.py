@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import linprog
-from scipy.spatial import ConvexHull, HalfspaceIntersection
 
 from masonry_opt.scene.space.faces import Planes
 from masonry_opt.scene.space.frames import dots
@@ -102,6 +100,10 @@ def overlapping(parts: Parts, one: np.ndarray, other: np.ndarray, tolerance: flo
 
 def common(parts: Parts, one: int, other: int) -> Common:
     """What two parts have in common; a depth of 0 if they do not overlap."""
+    # Few pairs come here, and half a second is much for the others to wait.
+    from scipy.optimize import linprog
+    from scipy.spatial import ConvexHull, HalfspaceIntersection
+
     low, high = np.maximum(*parts.low[[one, other]]), np.minimum(*parts.high[[one, other]])
     middle, scale = (low + high) / 2, float(np.abs(high - low).max())
     own = np.isin(parts.of_plane, (one, other))

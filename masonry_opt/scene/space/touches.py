@@ -178,7 +178,11 @@ def _edges_in_faces(corners: Corners, pairs: np.ndarray) -> Iterator[Touches]:
             number = number[deep]
             # Normals of faces point out of their block.
             normal = (1 if side == 0 else -1) * faces.frame.normal[j[number]]
-            yield Touches(pair[number], one, other, normal, unit(other - one))
+            # Square to the normal, also where the edge leans within the tolerance.
+            along = other - one
+            yield Touches(
+                pair[number], one, other, normal, unit(along - dots(along, normal)[:, None] * normal)
+            )
 
 
 def _corners_on_faces(corners: Corners, pairs: np.ndarray) -> Iterator[Touches]:

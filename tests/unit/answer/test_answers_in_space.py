@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 from scenes import CASES, block_on_floor
-from scenes_in_space import box_on_floor, corner_wall, pushed_box
+from scenes_in_space import box_on_floor, corner_wall, pushed_box, volume
 
 import masonry_opt as mo
 from masonry_opt.answer.motion import joint_motion, moving_names
@@ -98,14 +98,20 @@ def test_a_twisted_box_slips_round_its_middle():
 def test_resultants_balance_weight_and_load_of_each_block(method):
     """Forces, and moments about the centroid: the resultant where it acts, and torsion, are all of a
     joint."""
-    result = mo.solve(corner_wall(2, 2, 3), method)
+    scene = corner_wall(2, 2, 3)
+    result = mo.solve(scene, method)
+    loads = {
+        block.name: volume(block.polyhedra[0])
+        * (np.array([0, 0, -1]) + result.load_factor * np.array(block.live_per_weight))
+        for block in scene.in_space()
+    }
     joints, left = result.joints, {}
     acts = np.where(joints[["px"]].isna(), vectors(joints), vectors(joints, "p"))
     force, torque = vectors(joints, "f"), joints[["torsion"]].to_numpy() * vectors(joints, "n")
     for name, middle in zip(result.blocks["block"], vectors(result.blocks), strict=True):
         sign = (joints["first"] == name).to_numpy() * 1.0 - (joints["second"] == name)
         sign = sign.to_numpy()[:, None]
-        forces = (sign * force).sum(axis=0) + [0, 0, -1] + result.load_factor * np.array([0, -1, 0])
+        forces = (sign * force).sum(axis=0) + loads[name]
         moments = (sign * (np.cross(acts - middle, force) + torque)).sum(axis=0)
         left[name] = max(np.abs(forces).max(), np.abs(moments).max())
     assert len(left) == 12
@@ -212,3 +218,34 @@ def test_extruded_scenes_move_as_in_the_plane(case):
         assert getattr(other, name).tolist() == getattr(one, name).tolist()
     names = (set(moving_names(result.assembly, result.solution.d)) for result in (flat, solid))
     assert next(names) == next(names)
+
+
+def ridge(name, x):
+    """A fixed prism with an edge along y at height 0."""
+    vertices = [(x + dx, y, z) for y in (-1.0, 2.0) for dx, z in ((-0.1, -1.0), (0.1, -1.0), (0.0, 0.0))]
+    faces = [[0, 1, 2], [3, 5, 4], [0, 3, 4, 1], [1, 4, 5, 2], [2, 5, 3, 0]]
+    return mo.Solid(name=name, vertices=vertices, faces=faces, fixed=True)
+
+
+def test_a_box_on_two_edges_turns_about_one():
+    """Ridges 0.4 apart under a box 1 high: at λ = 0.4 it turns about the farther one at the rate 2/h, and
+    leaves the other at 2/h times their distance."""
+    box = mo.box("A", (-1, 1), (0, 1), (0, 1), weight=1.0, live=(1, 0, 0))
+    scene = mo.Scene(
+        joints=mo.JointDefaults(friction=0.6), blocks=[box, ridge("left", -0.2), ridge("right", 0.2)]
+    )
+    result = mo.solve(scene, "static")
+    assert result.load_factor == pytest.approx(0.4, **EXACT)
+    motion, joints = joint_motion(result.assembly, result.solution), result.joints
+    assert joints["second"].tolist() == ["left", "right"]
+    assert joints["area"].tolist() == [0, 0]
+    assert len(result.contacts) == 4
+    assert motion.hinges.tolist() == [False, True]
+    assert motion.separates.tolist() == [True, False]
+    assert not motion.slides.any()
+    hinge = motion.hinge[1] + result.assembly.geometry.origin
+    assert hinge == pytest.approx([0.2, 0.5, 0], abs=1e-9)
+    assert joints["opening"].to_numpy() == pytest.approx([0.8, 0], **EXACT)
+    assert vectors(joints, "w") == pytest.approx(np.array([[0, 2, 0]] * 2), **EXACT)
+    assert vectors(joints, "p")[1] == pytest.approx([0.2, 0.5, 0], **EXACT)
+    assert np.isnan(vectors(joints, "p")[0]).all()

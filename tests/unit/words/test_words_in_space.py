@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import pytest
@@ -88,3 +89,12 @@ def test_a_tilt_has_a_direction():
     result = mo.solve(mo.Scene(joints=scene.joints, blocks=scene.blocks, tilt=(0, 1, 0)), "static")
     assert result.tilt_angle == pytest.approx(math.degrees(math.atan(0.5)), rel=1e-6)
     assert "towards [0, 1, 0]" in result.summary
+
+
+def test_what_meets_without_a_normal_is_told():
+    assembly = assemble(with_blocks(beside("B", 1)))
+    joints = dataclasses.replace(assembly.joints, without_normal=[(0, 2)])
+    (warning,) = warnings_of(dataclasses.replace(assembly, joints=joints), None)
+    assert warning.code is Code.WITHOUT_NORMAL
+    assert warning.values == {"pairs": [["A", "B"]]}
+    assert "'A'–'B'" in sentences([warning])[0]

@@ -10,7 +10,7 @@ import pytest
 from touching_solids import FLOOR, box, contacts_of, hull, joints, parted, scene
 
 import masonry_opt as mo
-from masonry_opt.scene.space.contacts import find_contacts
+from masonry_opt.scene.space.contacts import find_contacts, with_properties
 from masonry_opt.scene.space.shapes import shapes
 
 
@@ -248,6 +248,8 @@ def test_joint_properties_come_from_defaults_and_exceptions():
     np.testing.assert_array_equal(found.friction, [0.5, 0.5, 0.9])
     np.testing.assert_array_equal(found.cohesion, [1, 1, 2])
     np.testing.assert_array_equal(found.dilatancy, [0.1, 0.1, 0.1])
+    plain = blocks.model_copy(update={"exceptions": []})
+    np.testing.assert_array_equal(with_properties(found, plain).friction, [0.5, 0.5, 0.5])
 
 
 def test_a_wall_in_running_bond_has_the_joints_that_its_bond_gives():

@@ -84,6 +84,10 @@ def test_joints_turn_with_the_scene(matrix, shift):
 
 def test_tangents_and_the_order_of_contact_points_turn_with_the_scene():
     one, other = contacts_of(SCENE), contacts_of(moved(SCENE, ANY))
+    frame = np.stack([one.normal, one.tangent, np.cross(one.normal, one.tangent)], axis=1)
+    np.testing.assert_allclose(
+        frame @ np.moveaxis(frame, 1, 2), np.tile(np.eye(3), (len(frame), 1, 1)), atol=1e-12
+    )
     np.testing.assert_allclose(one.tangent @ ANY.T, other.tangent, atol=1e-9)
     # Seen from the first corner: the middle of the scene is another point of it.
     np.testing.assert_allclose((one.point - one.point[0]) @ ANY.T, other.point - other.point[0], atol=1e-9)
