@@ -30,6 +30,7 @@ from scenes_in_space import corner_wall, facade
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
+from masonry_opt.answer.status import Status
 from masonry_opt.problem import points
 from masonry_opt.problem.assembly import assemble
 
@@ -195,19 +196,18 @@ def random(asked: argparse.Namespace) -> None:
 
 
 def verdict(static: mo.Result, result: mo.Result) -> str:
-    """What an answer is worth beside the associative one: wrong are more than that, a state whose residuals
-    are not what is demanded, and a fall where associative statics stand."""
-    if result.load_factor is not None:
-        assert result.certificate is not None
-        if static.load_factor is None:
-            return "certified" if not static.status == "unstable under dead load" else "wrong: falls"
-        if result.load_factor > static.load_factor * (1 + 1e-6) + 1e-6:
-            return "wrong: above associative"
-        exact = result.certificate.worst < LIMITS[Kind.EXACT].complementarity
-        return "certified, exact" if exact else "certified to 1e-4"
-    if result.solution.proven_none:
-        return "wrong: falls" if result.status == "unstable under dead load" and static.load_factor else "proven none"
-    return f"open: {result.status}"
+    """What an answer is worth. Wrong: a Coulomb state above the associative load factor, or of a scene that
+    no statics hold; a fall where associative statics have a load factor."""
+    falls = [each.status is Status.UNSTABLE for each in (static, result)]
+    if result.certificate is None:
+        if falls[1] and static.load_factor is not None:
+            return "wrong: falls"
+        return "proven none" if falls[1] or result.solution.proven_none else f"open: {result.status}"
+    assert result.load_factor is not None
+    if falls[0] or (static.load_factor and result.load_factor > static.load_factor * (1 + 1e-6) + 1e-6):
+        return "wrong: above associative"
+    exact = result.certificate.worst < LIMITS[Kind.EXACT].complementarity
+    return "certified, exact" if exact else "certified, rougher"
 
 
 PARTS: dict[str, Callable[[argparse.Namespace], None]] = {
