@@ -1,0 +1,83 @@
+"""Random scenes in space, from the seeds in the tests' names: the default ends certified, or it is proven that
+there is no load factor; associative load factors are those of a second program."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from atlas.random_scenes_in_space import KINDS, random_scene_in_space
+from scenes import solved
+from space import boxes
+from space.cone_program import by_cones
+
+import masonry_opt as mo
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.status import Status
+from masonry_opt.problem.assembly import SpaceAssembly
+
+SCENES = [
+    *((kind, 0) for kind in KINDS),
+    *(pytest.param(kind, seed, marks=pytest.mark.slow) for kind in KINDS for seed in (100, 101, 102)),
+]
+#: Programs solved to 1e-9, twice, of scenes with loads of very different sizes.
+RANDOM = 1e-6
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_seed_gives_its_scene_and_most_are_worth_solving(kind):
+    assert random_scene_in_space(kind, 3) == random_scene_in_space(kind, 3)
+    sizes = [len(random_scene_in_space(kind, seed).blocks) for seed in range(40)]
+    assert max(sizes) <= 60 + 4  # supports beside them
+    assert len(set(sizes)) > 3
+
+
+@pytest.mark.parametrize(("kind", "seed"), SCENES)
+def test_associative_load_factor_is_that_of_a_second_program(kind, seed):
+    """Of equilibrium rows put together by another, from the same contact points, for Clarabel."""
+    result = solved(random_scene_in_space(kind, seed), "static")
+    if result.load_factor is not None:
+        wall, scene = _for_the_second(result), result.assembly.scene
+        # Cohesion counts by area of the point, which is by joint there as here.
+        other = by_cones(wall, scene.joints.friction, scene.joints.cohesion)
+        assert result.load_factor == pytest.approx(other, rel=RANDOM)
+
+
+def _for_the_second(result: mo.Result) -> boxes.Pushed:
+    assembly = result.assembly
+    assert isinstance(assembly, SpaceAssembly)
+    joints, shapes, problem = assembly.joints, assembly.geometry, assembly.problem
+    joint = joints.joint
+    normal, tangent = joints.normal[joint], joints.tangent[joint]
+    touching = boxes.Contacts(
+        first=joints.second[joint],
+        second=joints.first[joint],
+        at=joints.point,
+        frame=np.stack([normal, tangent, np.cross(normal, tangent)], axis=1),
+        area=(joints.area / np.bincount(joint))[joint],
+    )
+    fixed = np.array([block.fixed for block in assembly.scene.blocks])
+    load = np.zeros((2, len(fixed), 6))
+    for index, block in enumerate(assembly.scene.blocks):
+        if not fixed[index]:
+            weight = block.unit_weight * shapes.volume[index]
+            load[0, index, 2] = -weight
+            load[1, index, :3] = np.add(block.live, weight * np.array(block.live_per_weight))
+            load[1, index, 3:] = block.live_moment
+    assert problem.joints == len(joint)
+    return boxes.pushed(touching, shapes.centroid, fixed, load[0], load[1])
+
+
+@pytest.mark.parametrize(("kind", "seed"), SCENES)
+def test_the_default_is_certified_and_below_associative(kind, seed):
+    scene = random_scene_in_space(kind, seed)
+    associative, result = solved(scene, "static"), solved(scene)
+    if result.load_factor is None:
+        assert result.solution.proven_none or result.status is Status.UNSTABLE
+        assert associative.load_factor is None
+        return
+    assert associative.status is not Status.UNSTABLE
+    answer = result.solution.answer
+    assert answer.curved
+    assert not answer.failing(Kind.ONE_PASS)
+    if associative.load_factor is not None:
+        assert result.load_factor <= associative.load_factor * (1 + RANDOM) + RANDOM

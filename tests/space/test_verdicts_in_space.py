@@ -1,0 +1,61 @@
+"""Scenes in space without a load factor: what does not stand, what nothing brings down, and what friction that
+no load causes would hold."""
+
+from __future__ import annotations
+
+import pytest
+
+import masonry_opt as mo
+from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.status import Status
+
+METHODS = ["static", "kinematic", "nonassociative", "compliant", "mcp"]
+FRICTION = mo.JointDefaults(friction=0.6)
+
+
+def pushed(at: float, live: tuple[float, float, float] = (1.0, 0.0, 0.0)) -> mo.Solid:
+    """A cube of weight 1 whose base is so high."""
+    return mo.box("cube", (0, 1), (0, 1), (at, at + 1), unit_weight=1, live=live)
+
+
+def walls(*sides: str) -> list[mo.Solid]:
+    """Fixed, 3 high, on either side along x."""
+    span = {"left": (-1, 0), "right": (1, 2)}
+    return [mo.box(side, span[side], (-1, 2), (0, 3), fixed=True) for side in sides]
+
+
+def floor(end: float = 3.0) -> mo.Solid:
+    return mo.box("floor", (-3, end), (-3, 3), (-1, 0), fixed=True)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_box_that_overhangs_too_far_does_not_stand(method):
+    """Its centroid, at x = .5, lies .1 beyond the edge that bears it; at .1 before it it stands."""
+    result = mo.solve(mo.Scene(joints=FRICTION, blocks=[pushed(0.0), floor(0.4)]), method)
+    assert result.status is Status.UNSTABLE
+    assert result.load_factor is None
+    assert Code.FALLS in [reason.code for reason in result.reasons]
+    stands = mo.solve(mo.Scene(joints=FRICTION, blocks=[pushed(0.0), floor(0.6)]), method)
+    # The edge is .1 beyond the centroid, which is .5 above it.
+    assert stands.load_factor == pytest.approx(0.2, abs=1e-6)
+
+
+@pytest.mark.parametrize("live", [(1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (-0.6, 0.0, -0.8)])
+@pytest.mark.parametrize("method", METHODS)
+def test_nothing_brings_down_a_box_that_is_pushed_against_fixed_walls(method, live):
+    """No motion of it lets the load do work: a proof, whatever the flow rule."""
+    blocks = [pushed(0.0, live), floor(), *walls("left", "right")]
+    result = mo.solve(mo.Scene(joints=FRICTION, blocks=blocks), method)
+    assert result.status is Status.UNLIMITED
+    assert result.load_factor is None
+    assert result.solution.proven_none
+
+
+def test_a_box_that_friction_alone_holds_between_walls_gets_no_load_factor():
+    """Nothing presses its sides: dilatancy would, Coulomb's friction need not."""
+    blocks = [pushed(1.0, (0.0, -1.0, 0.0)), *walls("left", "right")]
+    scene = mo.Scene(joints=FRICTION, blocks=blocks)
+    assert mo.solve(scene, "static").status is Status.LOCKED
+    result = mo.solve(scene)
+    assert result.status is Status.UNSTABLE
+    assert Code.WEDGED in [reason.code for reason in result.reasons]

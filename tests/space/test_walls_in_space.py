@@ -1,0 +1,88 @@
+"""Corner walls and façades: associative values of two other programs, loads to expect of contact dynamics,
+and the lowest exact states known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+import scenes_in_space
+from scenes import solved
+from space.boxes import push
+from space.cone_program import by_polygons
+from space.reference_values import OUTWARDS, REFERENCES, Reference
+
+import masonry_opt as mo
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.reasons import Code
+from masonry_opt.problem.assembly import assemble
+
+#: The greatest walls of fast tests, and of all, in blocks.
+FAST, MOST = 20, 100
+#: Loads to expect that another program of compliant contacts found, by blocks and friction, by 12 sides (here
+#: 24); its contacts were all alike.
+EXPECTED = {(20, 0.6): 0.3460, (20, 0.4): 0.3128}
+#: The lowest exact states of corner walls that other programs found, by 16 sides.
+LEAST = {(20, 0.6): 0.24494, (20, 0.4): 0.24494, (42, 0.6): 0.19077, (42, 0.4): 0.18124}
+
+
+def corners(sizes: Callable[[Reference], bool]) -> list[object]:
+    found = [reference for reference in REFERENCES if sizes(reference)]
+    marks = [() if reference.blocks <= FAST else (pytest.mark.slow,) for reference in found]
+    return [pytest.param(each, marks=mark, id=str(each)) for each, mark in zip(found, marks, strict=True)]
+
+
+def scene(reference: Reference) -> mo.Scene:
+    return getattr(scenes_in_space, reference.wall.__name__)(*reference.size, reference.friction)
+
+
+@pytest.mark.parametrize("reference", corners(lambda wall: wall.blocks <= 231))
+def test_associative_load_factor_is_that_of_cones_declared_directly(reference):
+    """For Clarabel, over contact points found by another program."""
+    found = solved(scene(reference), "static")
+    problem = found.assembly.problem
+    assert (problem.blocks, problem.joints) == (reference.blocks, reference.points)
+    assert found.load_factor == pytest.approx(reference.associative, abs=2e-6)
+    if reference.earlier is not None:
+        assert found.load_factor == pytest.approx(reference.earlier, abs=3e-5)
+
+
+@pytest.mark.parametrize("reference", corners(lambda wall: wall.blocks <= 42))
+def test_associative_load_factor_by_polygons_is_that_of_another_program(reference):
+    """By HiGHS; sides along the directions of shear, as many and as large."""
+    problem = assemble(scene(reference)).problem
+    sides = len(problem.layout.senses)
+    # Tangents are along a joint's longest side; with sides at multiples of 15° turns by 90° change nothing.
+    other = by_polygons(push(reference.boxes, OUTWARDS), reference.friction, sides)
+    found = mo.solve(scene(reference), "static", model="pyomo", solver="highs")
+    assert found.load_factor == pytest.approx(other, abs=2e-6)
+
+
+@pytest.mark.parametrize("reference", corners(lambda wall: wall.blocks <= MOST))
+def test_load_to_expect_is_that_of_contact_dynamics(reference):
+    """Within 2 %, of which polygons of 24 sides are up to 1 %; it is on its plateau but on two walls."""
+    found = solved(scene(reference), "compliant")
+    assert found.load_factor == pytest.approx(reference.carried, rel=2e-2)
+    known = EXPECTED.get((reference.blocks, reference.friction))
+    if reference.wall.__name__ == "corner_wall" and known:
+        assert found.load_factor == pytest.approx(known, rel=1e-2)
+    assert found.load_factor < reference.associative + 1e-6
+
+
+@pytest.mark.parametrize("reference", corners(lambda wall: wall.blocks <= MOST))
+def test_default_is_exact_and_as_low_as_the_lowest_known(reference):
+    """At or below 1.10 times the lowest exact states that are known, and never the associative value."""
+    result = solved(scene(reference), expected=True)
+    answer = result.solution.answer
+    assert answer.curved
+    assert not answer.failing(Kind.ONE_PASS)
+    assert answer.slope == pytest.approx(0)
+    assert result.load_factor < reference.associative + 1e-6
+    assert result.associative == pytest.approx(reference.associative, abs=2e-6)
+    known = LEAST.get((reference.blocks, reference.friction))
+    if reference.wall.__name__ == "corner_wall":
+        # Of these walls the flow rule decides: nothing associative is called Coulomb's.
+        assert result.load_factor < result.expected < 0.95 * result.associative
+        assert Code.EXACT in [reason.code for reason in result.reasons]
+        if known:
+            assert result.load_factor <= 1.10 * known
