@@ -7,7 +7,7 @@ exactly it is projected on the equations, then mixed with a point well inside th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import cvxpy as cp
@@ -141,7 +141,24 @@ class _Polyhedron:
 
 
 def certified_bounds(problem: Problem) -> CertifiedBounds:
-    """Bounds of λ from feasible points of eqs (9) and (10).
+    """Bounds of λ from feasible points of eqs (9) and (10); in space of cones of friction, by the polygon
+    inside from below and the one round them from above.
+
+    See :func:`_certified_bounds`.
+    """
+    inside = _certified_bounds(problem)
+    if not problem.layout.round or inside.unlimited:
+        return inside
+    law, factor = problem.law, problem.layout.factor
+    wider = replace(law, friction=law.friction / factor, cohesion=law.cohesion / factor)
+    outside = _certified_bounds(replace(problem, law=wider))
+    if outside.unlimited or inside.unstable != outside.unstable:  # the cone lies in between
+        return CertifiedBounds(-np.inf if inside.unstable else inside.lower, np.inf)
+    return CertifiedBounds(inside.lower, outside.upper)
+
+
+def _certified_bounds(problem: Problem) -> CertifiedBounds:
+    """Bounds of λ from feasible points of eqs (9) and (10) as they stand.
 
     Feasible: equations to 1e-11 in units of the load and of the mean velocity, inequalities exactly. Where no
     point lies inside the inequalities there may be no bound. HiGHS decides on eq. (9) whether a small scene
