@@ -16,7 +16,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.associative import beside
 from masonry_opt.methods.exact.alternation import alternated
-from masonry_opt.methods.exact.refiner import ExactState, refiner_of
+from masonry_opt.methods.exact.refiner import ExactState, Refiner, refiner_of
 from masonry_opt.methods.exact.search import SMALL, Met, Search, lower_of
 from masonry_opt.methods.mcp.compliant import jams, pushed
 from masonry_opt.methods.mcp.large import by_loop, by_loop_unless_far
@@ -118,7 +118,8 @@ class _States:
     """
 
     def __init__(self, task: Task, passes: Passes) -> None:
-        self._problem, self._effort, self.met = task.problem, task.effort, Met()
+        self._problem, self._effort, self._passes = task.problem, task.effort, passes
+        self.met = Met()
         in_space, small = task.problem.layout.round, task.problem.joints <= _SIMPLEX_UP_TO
         self._search = None
         if small and not in_space:
@@ -137,9 +138,14 @@ class _States:
 
     def further(self, q: np.ndarray | None) -> None:
         """Look further on small scenes in the plane, given the forces (3c,) that led to the first state."""
-        if self._search and self._problem.joints <= SMALL:
-            for candidate in self._search.few(self._lowest, q):
-                self._keep(candidate.state)
+        search = self._search
+        if search is None or self._problem.joints > SMALL:
+            return
+        if self._lowest is None:
+            # Of blocks of very different sizes the vertex that a stalled pass led to may lead nowhere else.
+            search = Search(Refiner(self._problem, self._effort), self._passes.over, self.met)
+        for candidate in search.few(self._lowest, q if self._lowest else None):
+            self._keep(candidate.state)
 
     def _keep(self, state: ExactState | None) -> None:
         self._lowest = lower_of(self._lowest, state)
