@@ -20,7 +20,7 @@ _FACES = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], 
 
 
 def random_scene_in_space(kind: str, seed: int) -> Scene:
-    """The scene of a kind (a key of ``KINDS``) and a seed, of 60 blocks at most: the same in every release."""
+    """The scene of a kind (a key of ``KINDS``) and a seed, of up to 60 blocks: the same in every release."""
     rng = np.random.default_rng([list(KINDS).index(kind), seed])
     scene = KINDS[kind](rng)
     return scene.model_copy(update={"title": f"{kind} {seed}"})
@@ -148,7 +148,7 @@ def piers(rng: Rng) -> Scene:
             above = level + float(rng.uniform(0.5, 0.9)) if course < height - 1 else 0.8 * height
             next_slope = rng.uniform(-0.05, 0.05, 2) if course < height - 1 else np.zeros(2)
             bottom, top = (
-                np.column_stack([ring + [2 * pier, 0], at + ring @ gradient])
+                np.column_stack([ring + np.array([2, 0]) * pier, at + ring @ gradient])
                 for at, gradient in ((level, slope), (above, next_slope))
             )
             shapes.append(_between(bottom, top))

@@ -1,4 +1,4 @@
-"""What leaves a scene in space the same: turned, mirrored, in other units, renumbered, its faces in pieces."""
+"""What leaves a scene in space the same: turned, mirrored, in other units, renumbered, faces in pieces."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def mapped(
     blocks = []
     for block in scene.blocks:
         [shape] = block.polyhedra
-        corners, faces = (in_pieces(shape) if pieces else shape)
+        corners, faces = in_pieces(shape) if pieces else shape
         # Orders of corners are then all clockwise, which is one way to give them.
         keys = {} if block.fixed else {"unit_weight": block.unit_weight * force / length**3}
         blocks.append(
@@ -71,8 +71,6 @@ SAME: dict[str, Callable[[mo.Scene], mo.Scene]] = {
     "mirrored": lambda scene: mapped(scene, MIRROR),
     "turned, mirrored and moved": lambda scene: mapped(scene, TURN @ MIRROR, (3.1, 4.1, -5.9)),
     "in other units": lambda scene: mapped(scene, length=1e3, force=1e-2),
-    "renumbered": lambda scene: mapped(
-        scene, order=np.random.default_rng(7).permutation(len(scene.blocks))
-    ),
+    "renumbered": lambda scene: mapped(scene, order=np.random.default_rng(7).permutation(len(scene.blocks))),
     "faces in pieces": lambda scene: mapped(scene, pieces=True),
 }

@@ -49,9 +49,9 @@ def test_a_box_slides_or_overturns(method, size, friction, angle):
 
 @pytest.mark.parametrize(("size", "friction", "angle"), PUSHED)
 def test_a_box_to_expect_slides_by_the_polygon(size, friction, angle):
-    """By sides e_k = 2πk/P from the joint's longest side, at which cos(π/P) μ n ≥ e_k·(s, t): the side that
-    faces the push most, by δ, gives μ cos(π/P)/cos δ."""
-    apart = (angle + 180 / SIDES) % (360 / SIDES) - 180 / SIDES
+    """By sides e_k at (k + 1/2) 2π/P from the joint's longest side, with cos(π/P) μ n ≥ e_k·(s, t): the side
+    that faces the push most, by δ, gives μ cos(π/P)/cos δ. (Along the axes, towards a corner: μ.)"""
+    apart = angle % (360 / SIDES) - 180 / SIDES
     slides = friction * cos(pi / SIDES) / cos(radians(apart))
     found = mo.solve(pushed_box(size, friction, angle), "compliant")
     assert found.load_factor == pytest.approx(min(slides, overturning(size, angle)), abs=EXACT)
@@ -153,7 +153,8 @@ def levels() -> list[tuple[np.ndarray, np.ndarray, float]]:
     boxes = [((np.array(at)), np.array(at) + size, height) for at, size, height in STACK]
     weight = np.array([np.prod(high - low) * height for low, high, height in boxes])
     base = np.concatenate([[0.0], np.cumsum([height for *_, height in boxes])])
-    middle = np.array([[*(low + high) / 2, z + h / 2] for (low, high, h), z in zip(boxes, base, strict=False)])
+    middle = np.array([[*(low + high) / 2, 0] for low, high, _ in boxes])
+    middle[:, 2] = (base[:-1] + base[1:]) / 2
     found = []
     below = [(np.zeros(2), np.full(2, 2.0), 0.0), *boxes]
     for bed, (one, other) in enumerate(pairwise(below)):
@@ -200,9 +201,10 @@ def test_a_corner_of_one_course(method, friction, expected):
     slides at μ or overturns at 1/2; the second does not press on it before it slides itself, at μ. (Flow that
     dilates tips the first less easily before the second: see above.)"""
     keys = {"unit_weight": 1, "live_per_weight": (0, -1, 0)}
-    blocks = [mo.box("wall", (0, 3), (0, 1), (0, 2), **keys), mo.box("return", (0, 1), (1, 4), (0, 2), **keys)]
+    wall = mo.box("wall", (0, 3), (0, 1), (0, 2), **keys)
+    back = mo.box("return", (0, 1), (1, 4), (0, 2), **keys)
     ground = mo.box("ground", (-2, 6), (-2, 6), (-1, 0), fixed=True)
-    scene = mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[*blocks, ground])
+    scene = mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[wall, back, ground])
     found = mo.solve(scene, method, **_alone(method))
     assert found.load_factor == pytest.approx(expected, abs=EXACT)
 

@@ -160,6 +160,4 @@ def test_the_loop_where_it_ends_is_near_that_of_the_plane(name):
     if found.load_factor is None:
         assert found.reasons
     else:
-        assert found.load_factor == pytest.approx(
-            solved(path(name), "nonassociative").load_factor, rel=5e-3
-        )
+        assert found.load_factor == pytest.approx(solved(path(name), "nonassociative").load_factor, rel=5e-3)

@@ -1,5 +1,5 @@
-"""Metamorphic relations in space: what moves, turns, mirrors, rescales, renumbers or cuts the faces of a scene
-leaves its load factors as they are.
+"""Metamorphic relations in space: what moves, turns, mirrors, rescales or renumbers a scene, or cuts faces in
+pieces, leaves its load factors as they are.
 
 Of associative flow they are theorems. Of contacts that give too, whose forces are unique: the sides of
 polygons are set out from each joint's longest side and turn with it. The default ends in one exact state of

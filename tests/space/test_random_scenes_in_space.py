@@ -1,5 +1,5 @@
-"""Random scenes in space, from the seeds in the tests' names: the default ends certified, or it is proven that
-there is no load factor; associative load factors are those of a second program."""
+"""Random scenes in space, from the seeds in the tests' names: the default ends certified, or it is proven
+that there is no load factor; associative load factors are those of a second program."""
 
 from __future__ import annotations
 

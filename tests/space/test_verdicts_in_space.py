@@ -1,5 +1,5 @@
-"""Scenes in space without a load factor: what does not stand, what nothing brings down, and what friction that
-no load causes would hold."""
+"""Scenes in space without a load factor: what does not stand, what nothing brings down, and what friction
+that no load causes would hold."""
 
 from __future__ import annotations
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 import scenes_in_space
 from scenes import solved
@@ -20,7 +21,8 @@ from masonry_opt.problem.assembly import assemble
 #: The greatest walls of fast tests, and of all, in blocks.
 FAST, MOST = 20, 100
 #: Loads to expect that another program of compliant contacts found, by blocks and friction, by 12 sides (here
-#: 24); its contacts were all alike.
+#: 24); its contacts were all alike, here they are as stiff as they have area. Contact dynamics carries .3475
+#: and .313125 with the former, .35125 and .3125 with the latter.
 EXPECTED = {(20, 0.6): 0.3460, (20, 0.4): 0.3128}
 #: The lowest exact states of corner walls that other programs found, by 16 sides.
 LEAST = {(20, 0.6): 0.24494, (20, 0.4): 0.24494, (42, 0.6): 0.19077, (42, 0.4): 0.18124}
@@ -49,23 +51,23 @@ def test_associative_load_factor_is_that_of_cones_declared_directly(reference):
 
 @pytest.mark.parametrize("reference", corners(lambda wall: wall.blocks <= 42))
 def test_associative_load_factor_by_polygons_is_that_of_another_program(reference):
-    """By HiGHS; sides along the directions of shear, as many and as large."""
+    """By HiGHS; as many sides, a corner along each direction of shear."""
     problem = assemble(scene(reference)).problem
     sides = len(problem.layout.senses)
-    # Tangents are along a joint's longest side; with sides at multiples of 15° turns by 90° change nothing.
-    other = by_polygons(push(reference.boxes, OUTWARDS), reference.friction, sides)
+    # Tangents are along a joint's longest side: with 24 sides turns by 90° change nothing.
+    other = by_polygons(push(reference.boxes, OUTWARDS), reference.friction, sides, np.pi / sides)
     found = mo.solve(scene(reference), "static", model="pyomo", solver="highs")
     assert found.load_factor == pytest.approx(other, abs=2e-6)
 
 
 @pytest.mark.parametrize("reference", corners(lambda wall: wall.blocks <= MOST))
 def test_load_to_expect_is_that_of_contact_dynamics(reference):
-    """Within 2 %, of which polygons of 24 sides are up to 1 %; it is on its plateau but on two walls."""
+    """Within 1 %; a load increment there is .3 % of the least."""
     found = solved(scene(reference), "compliant")
-    assert found.load_factor == pytest.approx(reference.carried, rel=2e-2)
+    assert found.load_factor == pytest.approx(reference.carried, rel=1e-2)
     known = EXPECTED.get((reference.blocks, reference.friction))
     if reference.wall.__name__ == "corner_wall" and known:
-        assert found.load_factor == pytest.approx(known, rel=1e-2)
+        assert found.load_factor == pytest.approx(known, rel=2e-2)
     assert found.load_factor < reference.associative + 1e-6
 
 
