@@ -58,7 +58,7 @@ def test_associative_load_factor_by_polygons_is_that_of_another_program(referenc
     sides = len(problem.layout.senses)
     # Tangents are along a joint's longest side: with 24 sides turns by 90° change nothing.
     other = by_polygons(push(reference.boxes, OUTWARDS), reference.friction, sides, np.pi / sides)
-    found = mo.solve(scene(reference), "static", model="pyomo", solver="highs")
+    found = mo.solve(scene(reference), "static", model="pyomo", solver="highs-ipm")
     assert found.load_factor == pytest.approx(other, abs=2e-6)
 
 
