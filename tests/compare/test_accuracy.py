@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from atlas.small_scenes import block, chute, confined, overhanging
 from scenes import CASES, block_on_floor, small_wall, two_blocks
+from scenes_in_space import pushed_box
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
@@ -99,3 +100,13 @@ def test_an_unlimited_load_factor_is_said_to_be(scene):
     bounds = certified_bounds(assemble(scene(CASES)).problem)
     assert bounds.unlimited
     assert not bounds.unstable
+
+
+@pytest.mark.parametrize("angle", [0.0, 20.0])
+def test_bounds_in_space_hold_the_cone(angle):
+    """A box that slides at λ = μ, whatever the direction: between the polygon inside the cone and the one
+    round it, which are 1 / cos(π / 24) apart."""
+    bounds = certified_bounds(assemble(pushed_box((4.0, 4.0, 1.0), 0.3, angle)).problem)
+    assert bounds.lower <= 0.3 * (1 + 1e-9)
+    assert bounds.upper >= 0.3 * (1 - 1e-9)
+    assert 1 < bounds.upper / bounds.lower < 1.01 / np.cos(np.pi / 24)

@@ -142,3 +142,11 @@ def test_a_scene_whose_file_is_gone_has_no_picture(tmp_path, comparison):
     assert first.picture is None
     assert second.picture is not None
     assert page(lost, []).count('<path class="block"') == 1
+
+
+def test_a_scene_in_space_has_numbers_and_no_picture():
+    found = mo.compare([CASES / "space" / "pushed_box.toml"], methods=["static"], repeats=1)
+    (row,) = opening(found)[1]
+    assert row.picture is None
+    assert "nan" not in {cell.value for cell in row.cells}
+    assert row.scene in page(found, [])

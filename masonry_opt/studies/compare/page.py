@@ -95,7 +95,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class SceneRow:
-    """A scene: its picture (None if its case file is gone or has no shapes), and a cell a column."""
+    """A scene: its picture (None if its file is gone or has no shapes in the plane), and a cell a column."""
 
     scene: str
     title: str
@@ -282,7 +282,8 @@ def _certified_to(bounds: CertifiedBounds | None) -> str:
 
 def _picture(case: Path) -> Thumbnail | None:
     try:
-        return thumbnail(load(case))
+        scene = load(case)
+        return thumbnail(scene) if scene.dimension == 2 else None
     except CaseError:  # its file is gone, or a block has no shape
         return None
 
