@@ -8,7 +8,11 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.task import Task
 from masonry_opt.solvers.driver import Driver
+from masonry_opt.solvers.registry import rougher
 from masonry_opt.standing.diagnosis import no_optimum
+
+#: Tolerance of a second try with cones of friction, whose optimum a solver may reach but for its last digits.
+_ROUGHER = 1e-7
 
 
 def associative(task: Task, formulation: str = "static", by_chords: bool = False) -> Solution:
@@ -33,6 +37,9 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
     key = ("associative", formulation, task.solver.key, curved)
     driver = task.kept.of(key, problem, task.effort, declared)
     answer = driver.solve()
+    if answer.solved.failed and problem.layout.round and task.solver.tolerance < _ROUGHER:
+        rough = task.with_options(task.options, rougher(task.solver, _ROUGHER))
+        return associative(rough, formulation, by_chords)
     solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, size=driver.size())
     if answer.state is None:
         solution.found = Found(curved=curved)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from atlas.random_scenes_in_space import KINDS, random_scene_in_space
-from scenes import solved
+from scenes import CASES, solved
 from space import boxes
 from space.cone_program import by_cones
 
@@ -81,3 +81,17 @@ def test_the_default_is_certified_and_below_associative(kind, seed):
     assert not answer.failing(Kind.ONE_PASS)
     if associative.load_factor is not None:
         assert result.load_factor <= associative.load_factor * (1 + RANDOM) + RANDOM
+
+
+def test_where_no_program_of_cones_ends_the_state_of_a_pass_is_by_sides():
+    """Two piers and what they bear: alternation leaves 3e-5 of λ, and the result says which law it is by."""
+    result = solved(random_scene_in_space("piers", 30028))
+    assert result.friction_law == "polygon of 24 sides"
+    assert not result.solution.answer.failing(Kind.ONE_PASS)
+    assert result.load_factor < result.associative
+
+
+def test_an_arch_on_columns_that_clarabel_solves_but_for_the_last_digits():
+    plane = solved(CASES / "examples" / "segmental_arch_on_columns.toml", "static")
+    made_thick = solved(mo.extrude(CASES / "examples" / "segmental_arch_on_columns.toml"), "static")
+    assert made_thick.load_factor == pytest.approx(plane.load_factor, rel=RANDOM)

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Strict
 
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.answer import Answer
+from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.infeasibility import Existence
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
@@ -114,7 +114,6 @@ class _States:
     ----------
     descend: whether further starts pay: in space, and in the plane where simplex is quick.
     met: the states.
-    answer: the lowest.
     """
 
     def __init__(self, task: Task, passes: Passes) -> None:
@@ -126,7 +125,16 @@ class _States:
             self._search = Search(refiner_of(task), passes.over, self.met)
         self.descend = in_space or small
         self._lowest: ExactState | None = None
-        self.answer: Answer | None = None
+        self._by_programs: Answer | None = None
+        self._of_sides: Answer | None = None
+
+    @property
+    def answer(self) -> Answer | None:
+        """The lowest state: by simplex, or by programs, in space of cones; where these lead to none there,
+        that of a pass over rigid contacts, under the sides of cones."""
+        if self._lowest:
+            return self._lowest.answer
+        return self._by_programs or self._of_sides
 
     def near(self, start: Answer | State) -> None:
         """Look for a state near forces: by simplex, or else by two programs in turn."""
@@ -134,7 +142,10 @@ class _States:
             self._keep(self._search.start(start.q).state)
         if self._lowest is None:
             found = alternated(self._problem, start.load_factor, start.q, self._effort, self.met)
-            self.answer = lower_of(self.answer, found)
+            self._by_programs = lower_of(self._by_programs, found)
+        if self.answer is None and self._problem.layout.round:
+            of_sides = certified(self._problem, start.load_factor, start.q, start.d)
+            self._of_sides = None if of_sides.failing(Kind.ONE_PASS) else of_sides
 
     def further(self, q: np.ndarray | None) -> None:
         """Look further on small scenes in the plane, given the forces (3c,) that led to the first state."""
@@ -149,7 +160,6 @@ class _States:
 
     def _keep(self, state: ExactState | None) -> None:
         self._lowest = lower_of(self._lowest, state)
-        self.answer = self._lowest.answer if self._lowest else self.answer
 
 
 def _starts(task: Task, passes: Passes, solution: Solution) -> Iterator[Answer | State]:
