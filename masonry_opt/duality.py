@@ -18,7 +18,7 @@ from masonry_opt.problem.state import State
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import LANGUAGES, find_solver
-from masonry_opt.words.sentences import BY_CHORDS, numeral
+from masonry_opt.words.sentences import BY_CHORDS, by_sides, numeral
 from masonry_opt.words.terminal import frame_text
 
 #: CVXPY with Clarabel leaves more digits here than the default tolerance asks for.
@@ -35,11 +35,13 @@ class DualityReport:
         median of all), and the residuals ``equilibrium``, ``yield``, ``kinematics`` (Bᵀd = D p with
         p ≥ 0, over the largest velocity), ``virtual_work`` and ``complementarity`` (both over Σ|f_L|).
     crushing: whether any joint's strength is limited; by chords in all four.
+    friction: by which polygons it is limited in space, in all four; "" in the plane.
     warnings, warning_sentences: what looks unintended in the scene, as in a result.
     """
 
     table: pd.DataFrame
     crushing: bool = False
+    friction: str = ""
     warnings: tuple[Reason, ...] = ()
     warning_sentences: tuple[str, ...] = ()
 
@@ -56,6 +58,7 @@ class DualityReport:
             "static and kinematic, CVXPY and Pyomo " + agree,
             f"associative load factor {middle}, to {self.table['difference'].max():.1e}",
             *([f"joints crush by {BY_CHORDS}"] if self.crushing else []),
+            *([f"friction {self.friction}"] if self.friction else []),
             "",
             frame_text(self.table, "each with what is left of its conditions"),
             *(f"warning: {sentence}" for sentence in self.warning_sentences),
@@ -94,7 +97,8 @@ def check(scene: Scene | str | Path) -> DualityReport:
     table = pd.DataFrame(rows)
     middle = float(table["load_factor"].median())
     table.insert(3, "difference", (table["load_factor"] - middle).abs() / max(abs(middle), SMALLEST))
-    return DualityReport(table, bool(result.crushing), result.warnings, result.warning_sentences)
+    friction = by_sides(problem.layout) if problem.layout.round else ""
+    return DualityReport(table, bool(result.crushing), friction, result.warnings, result.warning_sentences)
 
 
 def _row(problem: Problem, state: State) -> dict[str, float]:

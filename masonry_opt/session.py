@@ -157,11 +157,13 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
     or solids."""
     problem = assembly.problem
     if not problem.live_norm:
-        raise CaseError(
-            f"{assembly.scene.origin}: no block carries a live load: give one 'live = [fx, fy]', there or in "
-            "a [[load]] (a [wall]: 'live_per_weight', a multiple of its weight), an [[edge_load]] of kind "
-            '"live", or \'tilt = "right"\' to tilt the ground'
+        ways = (
+            "'live = [fx, fy]', there or in a [[load]] (a [wall]: 'live_per_weight', a multiple of its "
+            'weight), an [[edge_load]] of kind "live", or \'tilt = "right"\' to tilt the ground'
         )
+        if assembly.scene.dimension == 3:
+            ways = "'live = [fx, fy, fz]', there or in a [[load]], 'live_per_weight', or 'tilt = [x, y, z]'"
+        raise CaseError(f"{assembly.scene.origin}: no block carries a live load: give one {ways}")
     if method.constant_dilatancy and problem.dilatancy_depends_on_stress:
         raise OptionError(
             f"method '{method.name}' does not know dilatancy that falls with stress: use 'nonassociative', "
@@ -185,15 +187,16 @@ def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: b
         _set_beside(task, solution)
     if solution.expected is not None:
         solution.expected.associative = solution.associative_value
-        if solution.proven_none and solution.expected.load_factor is not None:
-            # What contacts give before they lock is no collapse.
-            solution.expected.found, solution.expected.status = Found(), solution.status
-            solution.expected.reasons = list(solution.reasons)
     if solution.load_factor is not None and solution.load_factor >= -ZERO:
         return
     from masonry_opt.standing.no_load_factor import explain
 
     explain(assembly, solution, task.solver, task.effort, is_associative)
+    expected = solution.expected
+    if expected is not None and expected.load_factor is not None and solution.proven_none:
+        # What contacts give before they lock is no collapse.
+        expected.found, expected.status = Found(), solution.status
+        expected.reasons = list(solution.reasons)
 
 
 def _set_beside(task: Task, solution: Solution) -> None:

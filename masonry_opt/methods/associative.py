@@ -37,7 +37,7 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
     key = ("associative", formulation, task.solver.key, curved)
     driver = task.kept.of(key, problem, task.effort, declared)
     answer = driver.solve()
-    if answer.solved.failed and problem.layout.round and task.solver.tolerance < _ROUGHER:
+    if answer.solved.failed and curved and problem.layout.round and task.solver.tolerance < _ROUGHER:
         rough = task.with_options(task.options, rougher(task.solver, _ROUGHER))
         return associative(rough, formulation, by_chords)
     solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, size=driver.size())

@@ -148,12 +148,14 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Refiner) ->
     # Programs begun anew from the first state may end above it.
     kept = first.answer if same_law and first.kind is Kind.EXACT else None
     answer = lower_of(best.answer, kept) or best.answer
+    if is_kept := answer is kept:
+        lowest.met.count(kept)
     solution = Solution(
         Status.CONVERGED,
         Kind.EXACT,
         found=answer,
         history=lowest.history,
-        stationary=lowest.stationary,
+        stationary=None if is_kept else lowest.stationary,
         flow_rule_matters=first.flow_rule_matters,
         size=refiner.size,
     )
@@ -162,7 +164,7 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Refiner) ->
     fall = None if known is None else known - answer.load_factor
     solution.add(Code.EXACT, fall=fall)
     solution.reasons.append(lowest.met.reason)
-    if lowest.stationary is not None:
+    if solution.stationary is not None:
         solution.add(Code.STATIONARY if lowest.stationary else Code.UNDECIDED)
     if task.options is not None and task.options.search is not None:
         solution.add(Code.SEARCHED, candidates=lowest.met.candidates, interrupted=lowest.interrupted)

@@ -230,3 +230,9 @@ def in_cvxpy(solver: Solver) -> Solver:
     default solver where CVXPY does not drive it, or its verdicts cannot be trusted."""
     entry = SOLVERS.get(("cvxpy", solver.name))
     return find_solver("cvxpy", solver.name if entry and entry.decides else None)
+
+
+def taking_cones(solver: Solver, cones: bool = True) -> Solver:
+    """The same, and CVXPY's default where there are cones and that takes none."""
+    chosen = in_cvxpy(solver)
+    return chosen if chosen.entry.conic or not cones else find_solver("cvxpy", None)

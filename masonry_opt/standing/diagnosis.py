@@ -11,14 +11,14 @@ from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import DRIVES, NAMED, SLIDES
 from masonry_opt.effort import Effort
-from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyFalling, CvxpyStanding, by_cones
+from masonry_opt.models.cvxpy_standing import CvxpyDriven, CvxpyFalling, CvxpyStanding
 from masonry_opt.models.cvxpy_terms import ShearParameters
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.scene.extents import boxes
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine, has_optimum
-from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy
+from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy, taking_cones
 
 #: What a solver does here, as a result tells it.
 DEAD_LOAD, DIAGNOSIS = "dead load", "diagnosis"
@@ -65,7 +65,7 @@ def falling_mechanism(
     DeadLoadUndecided
         If the solver fails on both.
     """
-    chosen, limits = deciding(problem, solver), ShearLimits.true(problem)
+    chosen, limits = taking_cones(solver, problem.layout.round), ShearLimits.true(problem)
     kept = kept or Kept()
 
     def declared() -> _Standing:
@@ -87,14 +87,6 @@ def falling_mechanism(
     power, velocities = driven
     # A scene may stand so narrowly that no solver finds a state with room around it.
     return velocities if power > DRIVES else None
-
-
-def deciding(problem: Problem, solver: Solver) -> Solver:
-    """What decides whether a problem stands, if an analysis was asked to use a solver: see
-    :func:`~masonry_opt.solvers.registry.in_cvxpy`; CVXPY's default if that takes no cones, and there are
-    some."""
-    chosen = in_cvxpy(solver)
-    return chosen if chosen.entry.conic or not by_cones(problem) else find_solver("cvxpy", None)
 
 
 def _carries(problem: Problem, q: np.ndarray) -> bool:
@@ -165,7 +157,7 @@ def locking_joints(
         limits = ShearLimits(slope, np.zeros_like(slope))
         loaded = replace(problem.recession_cone, dead=problem.live / problem.live_norm)
         carrying = CvxpyStanding(loaded, limits)
-        if has_optimum(carrying.program, deciding(problem, solver), effort, DIAGNOSIS):
+        if has_optimum(carrying.program, taking_cones(solver, problem.layout.round), effort, DIAGNOSIS):
             q = carrying.statics.forces()[1]
         elif status is Status.UNLIMITED or q is None:
             return none
@@ -181,7 +173,9 @@ def _driven_by_live_load(
 ) -> tuple[float, np.ndarray] | None:
     """:func:`_driven` by the live load of unit sum, with an opening per unit slip (k,)."""
     limits, push = ShearLimits(slope, np.zeros_like(slope)), problem.live / problem.live_norm
-    return _driven(problem.recession_cone, push, limits, deciding(problem, solver), effort, DIAGNOSIS)
+    return _driven(
+        problem.recession_cone, push, limits, taking_cones(solver, problem.layout.round), effort, DIAGNOSIS
+    )
 
 
 def _driven(

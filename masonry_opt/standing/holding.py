@@ -21,12 +21,11 @@ from masonry_opt.models.cvxpy_terms import ShearParameters
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
-from masonry_opt.solvers.registry import Solver
+from masonry_opt.solvers.registry import Solver, taking_cones
 from masonry_opt.standing.diagnosis import (
     DEAD_LOAD,
     DeadLoadUndecided,
     as_it_falls,
-    deciding,
     falling_mechanism,
 )
 
@@ -97,7 +96,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
     most = _LARGEST_FRICTION / largest
     limits = ShearParameters(ShearLimits.true(problem))
     program = CvxpyStanding(problem, limits).program
-    engine = CvxpyEngine(program, deciding(problem, solver), effort, DEAD_LOAD, repeats=True)
+    engine = CvxpyEngine(program, taking_cones(solver, problem.layout.round), effort, DEAD_LOAD, repeats=True)
     for _ in range(_MOST_FACTORS):
         if stands is None and falls < most:
             factor = min(max(2.0, falls**2), most)

@@ -11,6 +11,7 @@ from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import LOWER, PLATEAU
 from masonry_opt.errors import counted, rounded_up
 from masonry_opt.problem.chords import CHORDS, MISSED
+from masonry_opt.problem.faces import Layout
 
 #: Items of a list that are named; the rest is counted.
 _NAMED = 5
@@ -20,6 +21,13 @@ _FIXED = 1e10
 
 #: How joints crush in all programs but the conic ones.
 BY_CHORDS = f"{len(CHORDS.slope)} chords inside the parabola, at most {100 * MISSED:.2f} % below it"
+
+
+def by_sides(layout: Layout) -> str:
+    """How friction is limited by polygons in space."""
+    missed = 100 * (1 - layout.factor)
+    return f"by the polygon of {len(layout.senses)} sides inside the cone, at most {missed:.2g} % below it"
+
 
 _RESIDUALS = {
     "work": "work of forces out of balance",

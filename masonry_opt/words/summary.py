@@ -18,7 +18,7 @@ from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.case_file import CaseFile
 from masonry_opt.scene.solids import Solid
-from masonry_opt.words.sentences import BY_CHORDS, message, numeral, sentences, verb
+from masonry_opt.words.sentences import BY_CHORDS, by_sides, message, numeral, sentences, verb
 
 #: Codes that tell what is known of lower states.
 _BOUNDS = (
@@ -200,7 +200,9 @@ def load_factors(result: Result) -> str:
         return ""
     said, found, expected = [], result.load_factor, result.expected
     if found is not None and result.kind is not Kind.COMPLIANT:
-        if expected is None or expected >= found or same(expected, found):
+        # In space the load to expect is by sides, which may lie below the cone by so much.
+        least = found * result.assembly.problem.layout.factor
+        if expected is None or expected >= least or same(expected, found):
             said.append(f"least known {_known(found)} (with the worst self-stress or fit)")
         else:
             said.append(f"found {_known(found)} (lower ones are likely)")
@@ -233,9 +235,9 @@ def _friction(result: Result) -> str:
 
 
 def _friction_law(result: Result) -> str:
-    missed = 100 * (1 - result.assembly.problem.layout.factor)
-    law = f"by the {result.friction_law}" if result.friction_law else "unlimited"
-    return law + (f" inside the cone, at most {missed:.2g} % below it" if "polygon" in law else "")
+    if "polygon" in result.friction_law:
+        return by_sides(result.assembly.problem.layout)
+    return f"by the {result.friction_law}" if result.friction_law else "unlimited"
 
 
 def _crushing(result: Result) -> str:

@@ -50,7 +50,7 @@ def alternated(
     tried = _WEIGHTS_IN_SPACE if curved else _WEIGHTS
     found = _first(_in_turn(problem, load_factor, q, effort, weights) for weights in tried)
     if met is not None and curved:
-        met.count(found)
+        met.count(None if found is None or found.failing(Kind.EXACT) else found)
     return found
 
 

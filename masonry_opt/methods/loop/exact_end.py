@@ -15,7 +15,7 @@ from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.cvxpy_engine import has_optimum
-from masonry_opt.solvers.registry import Solver, in_cvxpy
+from masonry_opt.solvers.registry import Solver, in_cvxpy, taking_cones
 
 #: Share of the largest rate above which a face belongs to the mechanism, well above what the solver's
 #: tolerance leaves of a zero: first for the larger mechanism, then for the surer one.
@@ -45,7 +45,7 @@ def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) ->
     First the forces of low λ that leave little energy z·p for its rates; then the mechanism of the true flow
     rule that leaves least for those forces (the sub-problem's own if the solver finds none).
     """
-    scaled, solver = in_units_of_load(problem), in_cvxpy(solver)
+    scaled, solver = in_units_of_load(problem), taking_cones(solver, problem.layout.round)
     forces = forces_for(scaled, state.p, solver, effort, _PURPOSE)
     if forces is None:
         return None

@@ -101,7 +101,10 @@ def _by_passes(task: Task) -> Solution:
     if answer.failing(Kind.EXACT):
         solution.kind = Kind.ONE_PASS
     else:
-        solution.add(Code.EXACT, fall=first.load_factor - answer.load_factor if first else None)
+        # Passes are by the sides of cones in space: the difference of two laws is no fall.
+        same_law = first is not None and first.curved == answer.curved
+        fall = first.load_factor - answer.load_factor if first and same_law else None
+        solution.add(Code.EXACT, fall=fall)
     if states.met.load_factors:
         solution.reasons.append(states.met.reason)
     return solution
@@ -142,7 +145,7 @@ class _States:
             self._keep(self._search.start(start.q).state)
         if self._lowest is None:
             found = alternated(self._problem, start.load_factor, start.q, self._effort, self.met)
-            self._by_programs = lower_of(self._by_programs, found)
+            self._by_programs = _exact_or_lower(self._by_programs, found)
         if self.answer is None and self._problem.layout.round:
             of_sides = certified(self._problem, start.load_factor, start.q, start.d)
             self._of_sides = None if of_sides.failing(Kind.ONE_PASS) else of_sides
@@ -160,6 +163,12 @@ class _States:
 
     def _keep(self, state: ExactState | None) -> None:
         self._lowest = lower_of(self._lowest, state)
+
+
+def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:
+    """The one of two answers that alone is exact, else the lower."""
+    exact = [answer for answer in (one, other) if answer and not answer.failing(Kind.EXACT)]
+    return exact[0] if len(exact) == 1 else lower_of(one, other)
 
 
 def _starts(task: Task, passes: Passes, solution: Solution) -> Iterator[Answer | State]:
