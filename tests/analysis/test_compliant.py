@@ -168,8 +168,8 @@ def test_a_curve_softens_and_tells_how_many_states_it_lacks():
     result = solved(random_scene("tessellation", 5), "compliant", curve=True)
     told = values_of(result, Code.CURVE)
     assert told["peak"] == result.curve["load_factor"].max() > 5 * told["last"]
-    passes = result.history["attempt"].nunique()
-    assert told["states"] + told["left_out"] == passes == 29
+    # Four a decade from a give of 10 to one of 1e-5; where a pass stalls a second is tried.
+    assert told["states"] + told["left_out"] == 25 <= result.history["attempt"].nunique()
     assert told["left_out"] > 0
     assert f"({told['left_out']} more were not found), falls from " in result.message
 
