@@ -251,3 +251,10 @@ def test_a_wall_pushed_from_rest_does_not_come_to_the_least_state():
     found = solved(random_scene("wall", OTHER), "mcp")
     assert found.exact
     assert found.load_factor < 0.2 * solved(random_scene("wall", OTHER), "compliant").load_factor
+
+
+@pytest.mark.parametrize("method", ["compliant", "mcp", "nonassociative"])
+def test_nothing_weighs_anything(method):
+    """Without weight and cohesion the least load moves a block: λ is 0."""
+    result = mo.solve(block_on_floor(weight=0.0), method)
+    assert abs(result.load_factor) < 1e-6

@@ -67,6 +67,8 @@ class Passes:
         about 0.
         """
         problem = self.problem
+        if not problem.dead.any():
+            return np.zeros(problem.B.shape[1])
         passes = Passes(replace(problem, live=problem.dead))
         state = passes.giving(1.0).run()
         if state is not None and (problem.cohesion.any() or len(problem.crushing)):
