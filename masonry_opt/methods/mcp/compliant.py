@@ -13,12 +13,12 @@ from typing import Annotated, Any
 
 from pydantic import Field, Strict, model_validator
 
-from masonry_opt.answer.acceptance import SMALLEST, Kind
+from masonry_opt.answer.acceptance import SMALLEST, Kind, over_load_factor
 from masonry_opt.answer.answer import Found, certified
 from masonry_opt.answer.reasons import Code, Reason
 from masonry_opt.answer.solution import GivingState, Solution
 from masonry_opt.answer.status import Status
-from masonry_opt.answer.thresholds import PLATEAU
+from masonry_opt.answer.thresholds import PLATEAU, ZERO
 from masonry_opt.methods.mcp.passes import follow, prepared
 from masonry_opt.methods.mcp.schedule import BRAKES
 from masonry_opt.methods.task import Options, Task
@@ -174,10 +174,12 @@ class _Contacts:
             return False
         answer, before = state.answer, solution.load_factor
         power = 0.0
-        if before is not None and min(before, answer.load_factor) > 0:
+        if before is not None and min(before, answer.load_factor) > ZERO:
             power = log10(answer.load_factor / before) / log10(self.give / give)
         self.give, self.elastic = give, _elastic_share(state)
-        change = None if before is None else abs(answer.load_factor - before) / abs(answer.load_factor)
+        change = None
+        if before is not None:
+            change = over_load_factor(abs(answer.load_factor - before), answer.load_factor)
         decided = change is not None and change <= PLATEAU
         code = Code.PLATEAU if decided else Code.NO_PLATEAU
         solution.found = answer
