@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import cvxpy as cp
 import numpy as np
 
@@ -14,24 +16,16 @@ from masonry_opt.problem.state import State
 class ConeStatics(Statics):
     """Contact forces q, equilibrium, eq. (1), and at each contact point
 
-        n ≥ 0,    |(s, t)| ≤ c + slope · n
-
-    Attributes
-    ----------
-    within_yield: these conditions.
+    n ≥ 0,    |(s, t)| ≤ c + slope · n
     """
 
-    def __init__(
-        self,
-        problem: Problem,
-        limits: ShearParameters | ShearLimits,
-        load_factor: cp.Expression | None = None,
-    ) -> None:
-        super().__init__(problem, limits, load_factor)
-        normal, *shears = (self.q[of_kind] for of_kind in _kinds(problem))
-        limit = limits.cohesion + cp.multiply(limits.slope, normal)
-        pressed = self.q[: problem.joints] >= 0
-        self.within_yield = [pressed, cp.SOC(limit, cp.vstack(shears), axis=0)]
+    @cached_property
+    def within_yield(self) -> list[cp.Constraint]:
+        """These conditions."""
+        normal, *shears = (self.q[of_kind] for of_kind in _kinds(self._problem))
+        limit = self._limits.cohesion + cp.multiply(self._limits.slope, normal)
+        pressed = self.q[: self._problem.joints] >= 0
+        return [pressed, cp.SOC(limit, cp.vstack(shears), axis=0)]
 
 
 class ConeMechanism:

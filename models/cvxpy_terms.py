@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import cvxpy as cp
 import numpy as np
 
@@ -45,10 +47,15 @@ class Statics:
         self.q = cp.Variable(problem.B.shape[1], name="q")
         self.load_factor = cp.Variable(name="load_factor") if load_factor is None else load_factor
         self.equilibrium = problem.B @ self.q + self.load_factor * problem.live + problem.dead == 0
+        self._problem, self._limits = problem, limits
+
+    @cached_property
+    def slacks(self) -> cp.Expression:
+        """z, made where it is asked for: cones have no use for it."""
+        problem, limits = self._problem, self._limits
         limit = limits.cohesion + cp.multiply(limits.slope, problem.N @ self.q)
-        self.slacks = problem.C(np.zeros(limit.size)) @ self.q + problem.limit_factors @ limit
-        if len(problem.crushing):
-            self.slacks += problem.crushing_moment
+        slacks = problem.C(np.zeros(limit.size)) @ self.q + problem.limit_factors @ limit
+        return slacks + problem.crushing_moment if len(problem.crushing) else slacks
 
     def forces(self) -> tuple[float, np.ndarray]:
         """λ and joint forces, shape (3c,), at the optimum."""

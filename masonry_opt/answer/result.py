@@ -312,11 +312,11 @@ class Result:
     def friction_law(self) -> str:
         """How friction is limited in space: by the "cone", or by a "polygon of P sides" inside it, which have
         cos(π/P) of its friction at least; "" in the plane, where friction is unlimited, and of no state."""
-        problem = self.assembly.problem
-        law = "cone" if self.solution.found.curved else f"polygon of {len(problem.layout.senses)} sides"
-        found = self.solution.found
+        problem, found = self.assembly.problem, self.solution.found
         nothing = found.q is None and found.d is None
-        return law if problem.layout.round and len(problem.sliding) and not nothing else ""
+        if nothing or not (problem.layout.round and len(problem.sliding)):
+            return ""
+        return "cone" if found.curved else f"polygon of {len(problem.layout.senses)} sides"
 
     @property
     def tilt_angle(self) -> float | None:

@@ -13,17 +13,15 @@ from masonry_opt.problem.edge_loads import LoadedPiece, edge_forces
 from masonry_opt.problem.loads import loads
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Law, Problem
-from masonry_opt.scene.contact import Joints, find_joints, joint_properties, with_properties
+from masonry_opt.scene.contact import Joints, find_joints, with_properties
 from masonry_opt.scene.geometry import Geometry, geometry
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.contacts import Contacts, find_contacts
+from masonry_opt.scene.space.contacts import with_properties as contacts_with_properties
 from masonry_opt.scene.space.shapes import Shapes, shapes
 
 #: Fields of a scene that matrices and loads depend on; the others are joint properties and words.
 _OF_GEOMETRY = ("gravity", "tolerance", "thickness", "tilt", "blocks", "edge_loads", "loads")
-
-#: Properties that contacts in space have.
-_OF_CONTACTS = ("friction", "cohesion", "dilatancy")
 
 
 @dataclass(frozen=True)
@@ -195,9 +193,7 @@ def with_joints_of(assembly: Assembly, scene: Scene) -> Assembly | None:
         return None
     force_unit = assembly.problem.force_unit
     if isinstance(assembly, SpaceAssembly):
-        contacts = assembly.joints
-        given = joint_properties(scene, contacts.first, contacts.second)
-        contacts = replace(contacts, **{name: given[name] for name in _OF_CONTACTS})
+        contacts = contacts_with_properties(assembly.joints, scene)
         problem = replace(assembly.problem, law=points.law(contacts, force_unit))
         return replace(assembly, problem=problem, scene=scene, joints=contacts)
     joints = with_properties(assembly.joints, scene)

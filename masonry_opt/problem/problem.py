@@ -230,10 +230,11 @@ class Problem:
         """Slack z of each face under forces q and the true friction law, eq. (4), shape (faces,): negative
         is a violation. With ``curved`` joints that crush are held to the parabola, not to its chords, and
         contact points in space to the cone of friction, not to its sides."""
-        z = self.true_yield @ q + self.face_cohesion
         if curved and self.layout.round:
             limit, shears = self._cone(q)
-            z[self.table.slides] = np.tile(limit - np.hypot(*shears), len(self.layout.senses))
+            sliding = np.tile(limit - np.hypot(*shears), len(self.layout.senses))
+            return np.concatenate([sliding, self.R @ q])
+        z = self.true_yield @ q + self.face_cohesion
         if curved and len(self.crushing):
             n, _, m = self.by_kind(q)[:, self.crushing]
             most = self.half_length[self.crushing] * parabola(n, self.crushing_force)
@@ -243,15 +244,14 @@ class Problem:
     def energy(self, q: np.ndarray, p: np.ndarray, curved: bool = False) -> float:
         """Σ |z p|: energy of faces that move without being at yield, in rates p, shape (faces,);
         ``curved`` as in ``slacks``."""
-        z = self.slacks(q)
-        if not curved:
-            return float(np.abs(z * p).sum())
-        if self.layout.round:
+        if curved and self.layout.round:
             limit, shears = self._cone(q)
             slips = p[self.table.slides].reshape(len(self.layout.senses), -1)
             wasted = limit * self.slip(p, curved) - (shears * (self.layout.senses.T @ slips)).sum(axis=0)
-            z[self.table.slides] = 0.0
-            return float(np.abs(wasted).sum() + np.abs(z * p).sum())
+            return float(np.abs(wasted).sum() + np.abs((self.R @ q) * p[self.table.rocks]).sum())
+        z = self.slacks(q)
+        if not curved:
+            return float(np.abs(z * p).sum())
         joints, half = self.crushing, self.half_length[self.crushing]
         n, _, m = self.by_kind(q)[:, joints]
         bent = p[self.bent]

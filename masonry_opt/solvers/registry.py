@@ -232,7 +232,7 @@ def in_cvxpy(solver: Solver) -> Solver:
     return find_solver("cvxpy", solver.name if entry and entry.decides else None)
 
 
-def taking_cones(solver: Solver, cones: bool = True) -> Solver:
+def taking_cones(solver: Solver, cones: bool) -> Solver:
     """The same, and CVXPY's default where there are cones and that takes none."""
     chosen = in_cvxpy(solver)
     return chosen if chosen.entry.conic or not cones else find_solver("cvxpy", None)

@@ -16,7 +16,6 @@ from masonry_opt.answer.acceptance import Kind, over_load_factor
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.energy import forces_for, motion_for
-from masonry_opt.methods.exact.search import Met
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.registry import find_solver
@@ -40,18 +39,12 @@ _LEFT = 1e-5
 _PURPOSE = "exact state"
 
 
-def alternated(
-    problem: Problem, load_factor: float, q: np.ndarray, effort: Effort, met: Met | None = None
-) -> Answer | None:
+def alternated(problem: Problem, load_factor: float, q: np.ndarray, effort: Effort) -> Answer | None:
     """The state that λ and forces (3c,) lead to, exact but for an energy z·p up to 1e-5 of λ; None if there
-    is none. In space it is counted among the states met."""
-    curved = problem.layout.round
+    is none."""
     effort.begins("exact state")
-    tried = _WEIGHTS_IN_SPACE if curved else _WEIGHTS
-    found = _first(_in_turn(problem, load_factor, q, effort, weights) for weights in tried)
-    if met is not None and curved:
-        met.count(None if found is None or found.failing(Kind.EXACT) else found)
-    return found
+    tried = _WEIGHTS_IN_SPACE if problem.layout.round else _WEIGHTS
+    return _first(_in_turn(problem, load_factor, q, effort, weights) for weights in tried)
 
 
 def _in_turn(

@@ -144,8 +144,10 @@ class _States:
         if self._search:
             self._keep(self._search.start(start.q).state)
         if self._lowest is None:
-            found = alternated(self._problem, start.load_factor, start.q, self._effort, self.met)
+            found = alternated(self._problem, start.load_factor, start.q, self._effort)
             self._by_programs = _exact_or_lower(self._by_programs, found)
+            if self._problem.layout.round:
+                self.met.count(None if found is None or found.failing(Kind.EXACT) else found)
         if self.answer is None and self._problem.layout.round:
             of_sides = certified(self._problem, start.load_factor, start.q, start.d)
             self._of_sides = None if of_sides.failing(Kind.ONE_PASS) else of_sides
@@ -186,13 +188,15 @@ def _starts(task: Task, passes: Passes, solution: Solution) -> Iterator[Answer |
         if last := follow(task, passes, history, attempt + number, brake):
             yield last
         if number == 1:
+            if joints > PASSES_UP_TO:
+                return
             solution.associative = beside(task)
             if solution.associative is None:
                 # Declared in Pyomo, which takes .3 s to import.
                 from masonry_opt.standing.existence import existence
 
                 solution.infeasibility = existence(task.problem, effort)
-            if solution.proven_none or not SMALL < joints <= PASSES_UP_TO:
+            if solution.proven_none or joints <= SMALL:
                 return
 
 
