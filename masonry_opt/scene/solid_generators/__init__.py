@@ -1,0 +1,1 @@
+"""Generators in space: walls along a plan, barrel vaults, domes, shafts of drums."""
