@@ -1,4 +1,4 @@
-"""The ring of an arch: what the plane's ``[arch]`` and a barrel vault are given by, and their stones in section."""
+"""The ring of an arch: what gives the plane's ``[arch]`` and a barrel vault, and their stones in section."""
 
 from __future__ import annotations
 

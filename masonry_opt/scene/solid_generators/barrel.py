@@ -1,9 +1,8 @@
-"""The generator ``[barrel]``: a barrel vault, an arch's voussoirs made long and cut into stones in running bond."""
+"""The generator ``[barrel]``: a barrel vault, an arch's voussoirs made long and cut into stones."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import zip_longest
 from typing import Any, Literal
 
 from masonry_opt.scene.arch_ring import ArchRing
@@ -58,9 +57,9 @@ class Barrel(ArchRing, SolidGenerator):
         """The stones, voussoir by voussoir from the left, named ``v1-1``, ``v1-2``, ... along y; those of
         skewbacks, ``skewback 1-1``; then ``abutment 1`` and ``abutment 2``."""
         built = []
-        # Skewbacks lie in bond with the voussoirs on them.
-        rows = [*range(self.voussoirs), 1, self.voussoirs]
-        for stone, row in zip_longest(self._stones(), rows, fillvalue=0):
+        # Skewbacks lie in bond with the voussoirs on them; abutments come last and are whole.
+        rows = [*range(self.voussoirs), 1, self.voussoirs, 0, 0]
+        for stone, row in zip(self._stones(), rows, strict=False):
             if stone.area is None:
                 built.append(self._support(stone.name, _slice(stone.corners, 0.0, self.length)))
                 continue

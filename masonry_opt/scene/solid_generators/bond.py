@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from itertools import pairwise
 
 #: Of a stone: pieces may be as short, and stones as much longer where a shorter piece would be left.
@@ -13,7 +13,7 @@ _ROUNDING = 1e-9
 
 
 def cut(
-    start: float, end: float, joints: Iterable[float], length: float, spare: Iterable[float] = ()
+    start: float, end: float, joints: Iterable[float], length: float, spare: Sequence[float] = ()
 ) -> list[tuple[float, float]]:
     """The stones from one end of a run to the other.
 
@@ -26,19 +26,19 @@ def cut(
     length:
         Of a stone. What is more than a closer longer is cut in two or more, as long as each other.
     spare:
-        Where it is cut first.
+        Where it is cut first, half a stone or more from joints.
     """
-    closer = length * (CLOSER - _ROUNDING)
 
-    def within(places: Iterable[float], low: float, high: float) -> list[float]:
-        return [place for place in places if low + closer < place < high - closer]
+    def within(places: Iterable[float], low: float, high: float, least: float) -> list[float]:
+        least *= length * (1 - _ROUNDING)
+        return [place for place in places if low + least < place < high - least]
 
     def too_long(low: float, high: float) -> bool:
         return high - low > length * (1 + CLOSER + _ROUNDING)
 
-    ends = [start, *within(joints, start, end), end]
-    spares = [at for low, high in pairwise(ends) if too_long(low, high) for at in within(spare, low, high)]
-    stones = []
+    ends = [start, *within(joints, start, end, CLOSER), end]
+    spares = [place for run in pairwise(ends) if too_long(*run) for place in within(spare, *run, 0.5)]
+    stones: list[tuple[float, float]] = []
     for low, high in pairwise(sorted([*ends, *spares])):
         count = math.ceil((high - low) / length - CLOSER - _ROUNDING) if too_long(low, high) else 1
         between = [low + (high - low) * number / count for number in range(1, count)]
@@ -48,7 +48,7 @@ def cut(
 
 def every(length: float, start: float, end: float) -> list[float]:
     """Joints a stone apart, the first at ``start``, up to ``end``."""
-    return [start + number * length for number in range(max(0, math.ceil((end - start) / length)))]
+    return [start + number * length for number in range(math.floor((end - start) / length + _ROUNDING) + 1)]
 
 
 def spaces(start: float, end: float, gaps: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:

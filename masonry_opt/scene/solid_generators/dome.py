@@ -37,8 +37,8 @@ class Dome(SolidGenerator):
     voussoirs:
         How many a ring.
     oculus:
-        Radius of the opening at the top, within. Without it the dome is closed by a key that spans the angle of a
-        ring.
+        Radius of the opening at the top, within. Without it a key that spans the angle of a ring closes the
+        dome.
     bond:
         "running": every other ring is turned by half a voussoir. "meridians": the upright joints run through.
     base:

@@ -74,8 +74,8 @@ class PlanWall(Record):
 
 
 class Plan(SolidGenerator):
-    """Walls of blocks in running bond, bonded or butted where they meet at right angles, on a fixed base whose
-    top is z = 0.
+    """Walls of blocks in running bond, bonded or butted where they meet at right angles, on a fixed base
+    whose top is z = 0.
 
     Courses alternate by half a block. At a corner or crossing a block of the wall that passes through reaches
     beyond the other's face. Pieces beside ends and openings are no shorter than a quarter of a block: where
@@ -161,11 +161,14 @@ class Plan(SolidGenerator):
             for number, opening in enumerate(wall.openings, start=1):
                 where = f"wall '{wall.name}': opening no. {number}"
                 if (rows := opening.sill + opening.height + 1) > top:
-                    yield f"{where}: with its lintel it ends at course {rows} of {top}: lower its 'sill' or 'height'"
+                    yield (
+                        f"{where}: with its lintel it ends at course {rows}, of {top}: lower its 'sill' or "
+                        "'height'"
+                    )
                 elif not any(hole.wall == index and hole.opening is opening for hole in held):
                     yield (
-                        f"{where}: with its lintel it reaches beyond the wall, or into one that crosses: move "
-                        "it, or make its 'width' or 'bearing' less"
+                        f"{where}: with its lintel it reaches beyond the wall, or into one that crosses: "
+                        "move it, or make its 'width' or 'bearing' less"
                     )
         for a, b in combinations(held, 2):
             if a.wall == b.wall and a.overlaps(b, self._nothing):
@@ -216,6 +219,7 @@ class Plan(SolidGenerator):
                         start=min(one[along], other[along]),
                         end=max(one[along], other[along]),
                         thickness=wall.leaves * self.thickness,
+                        leaves=wall.leaves,
                         courses=wall.courses or self.courses,
                         origin=one[along] - before if forwards else one[along] + before,
                         forwards=forwards,
@@ -227,8 +231,8 @@ class Plan(SolidGenerator):
     def _holes(self, stretch: Stretch) -> Iterator[_Hole]:
         """The openings of its wall that lie in the stretch, clear of its crossings."""
         for opening in self.walls[stretch.wall].openings:
-            ends = sorted(stretch.place(measure) for measure in (opening.at, opening.at + opening.width))
-            hole = _Hole(stretch.wall, opening, *ends, opening.bearing or self.block[0] / 2)
+            start, end = sorted(stretch.place(at) for at in (opening.at, opening.at + opening.width))
+            hole = _Hole(stretch.wall, opening, start, end, opening.bearing or self.block[0] / 2)
             low, high = hole.lintel
             if any(
                 start - self._nothing <= low and high <= end + self._nothing
@@ -266,26 +270,20 @@ class Plan(SolidGenerator):
 
     def _course(self, stretch: Stretch, holes: list[_Hole], course: int) -> Iterator[_Piece]:
         """The blocks of a stretch in a course."""
-        half = stretch.thickness / 2
-        whole = (stretch.line - half, stretch.line + half)
-        headers = bool(self.headers) and (course + 1) % (self.headers or 1) == 0
-        leaves = [whole]
-        if self.walls[stretch.wall].leaves == 2 and not headers:
-            leaves = [(whole[0], stretch.line), (stretch.line, whole[1])]
-        across = self.walls[stretch.wall].leaves == 2 and headers
-        length = self.thickness if across else self.block[0]
-        joints = []
+        whole, double = stretch.faces, stretch.leaves == 2
+        headers = double and self.headers is not None and (course + 1) % self.headers == 0
+        leaves = [(whole[0], stretch.line), (stretch.line, whole[1])] if double and not headers else [whole]
+        length = self.thickness if headers else self.block[0]
+        joints: list[float] = []
         for start, end, left in stretch.bays():
-            # Of two courses one begins with half a block: at a crossing that which passes through, so that
-            # no joint lies over the other wall's face.
-            odd = left.passes[course % 2] if left and self.bond == "toothed" else course % 2
-            joints += every(
-                length, start + (length / 2 if across or odd else 0.0), end - CLOSER * length + self._nothing
-            )
-        centres = [crossing.centre for crossing in stretch.crossings]
+            # Of two courses one begins with half a block: toothed, that which passes through, so that no
+            # joint lies over the other wall's face.
+            half = left.passes[course % 2] if left and self.bond == "toothed" else course % 2
+            joints += every(length, start + length / 2 * (headers or half), end - CLOSER * length)
+        middles = [middle for crossing in stretch.crossings for middle in crossing.middles]
         runs = _runs(stretch, holes, course)
         pieces = [
-            (piece, leaf) for leaf in leaves for run in runs for piece in cut(*run, joints, length, centres)
+            (piece, leaf) for leaf in leaves for run in runs for piece in cut(*run, joints, length, middles)
         ]
         lintels = [
             (hole.lintel, whole) for hole in holes if course == hole.opening.sill + hole.opening.height

@@ -3,32 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import combinations
+from typing import NamedTuple
 
 #: Of the plan's size, a distance that is nothing.
 _ROUNDING = 1e-9
 
 
-@dataclass(frozen=True)
-class Crossing:
+class Crossing(NamedTuple):
     """Where another wall crosses a stretch or meets its end.
 
     Attributes
     ----------
     start, end: faces of the other wall, along the stretch.
-    courses: of the other wall; above them there is nothing to cross.
+    leaves, courses: of the other wall; above them there is nothing to cross.
     passes: whether the stretch passes through, in even courses and in odd ones, counted from 0.
     """
 
     start: float
     end: float
+    leaves: int
     courses: int
     passes: tuple[bool, bool]
 
     @property
-    def centre(self) -> float:
-        return (self.start + self.end) / 2
+    def middles(self) -> list[float]:
+        """Of the other wall's leaves."""
+        leaf = (self.end - self.start) / self.leaves
+        return [self.start + (number + 0.5) * leaf for number in range(self.leaves)]
 
 
 @dataclass(frozen=True)
@@ -41,7 +44,7 @@ class Stretch:
     along: 0 if it runs along x, 1 along y.
     line: the other coordinate of its axis.
     start, end: of it along the axis; at corners the outer faces.
-    thickness, courses: of the wall.
+    thickness, leaves, courses: of the wall.
     origin, forwards: where the wall's own measure, from the first point of its axis, is 0 along the stretch,
         and whether it grows with the coordinate.
     crossings: rising.
@@ -53,17 +56,22 @@ class Stretch:
     start: float
     end: float
     thickness: float
+    leaves: int
     courses: int
     origin: float
     forwards: bool
-    crossings: tuple[Crossing, ...] = field(default=())
+    crossings: tuple[Crossing, ...] = ()
+
+    @property
+    def faces(self) -> tuple[float, float]:
+        """Across its axis."""
+        return self.line - self.thickness / 2, self.line + self.thickness / 2
 
     @property
     def bounds(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Least and greatest x, and y."""
-        across = self.line - self.thickness / 2, self.line + self.thickness / 2
         along = self.start, self.end
-        return (across, along) if self.along else (along, across)
+        return (self.faces, along) if self.along else (along, self.faces)
 
     def place(self, measure: float) -> float:
         """The coordinate along it of a measure of the wall."""
@@ -94,28 +102,25 @@ def crossed(stretches: list[Stretch], toothed: bool) -> list[Stretch]:
         if not _meet(one, other, near):
             continue
         ends = [near >= min(abs(a.start - b.line), abs(a.end - b.line)) for a, b in _both(one, other)]
-        # Butted, what ends there lies against what goes on, and of two that end the second named.
+        # Butted, what ends there lies against what goes on, and else the second named.
         first = not ends[0] or ends[1]
         passes = ((True, False), (False, True)) if toothed else ((first, first), (not first, not first))
-        for number, (a, b), own in zip((i, j), _both(one, other), passes, strict=True):
-            half = b.thickness / 2
-            found[number].append(Crossing(b.line - half, b.line + half, b.courses, own))
+        for number, wall, through in ((i, other, passes[0]), (j, one, passes[1])):
+            found[number].append(Crossing(*wall.faces, wall.leaves, wall.courses, through))
     whole = []
     for stretch, own in zip(stretches, found, strict=True):
-        own.sort(key=lambda crossing: crossing.start)
-        ends = stretch.start, stretch.end
-        for crossing in own:
-            if abs(crossing.centre - stretch.start) <= near:
-                ends = crossing.start, ends[1]
-            if abs(crossing.centre - stretch.end) <= near:
-                ends = ends[0], crossing.end
-        whole.append(replace(stretch, start=ends[0], end=ends[1], crossings=tuple(own)))
+        start, end = stretch.start, stretch.end
+        for crossing in sorted(own):
+            centre = (crossing.start + crossing.end) / 2
+            start = crossing.start if abs(centre - stretch.start) <= near else start
+            end = crossing.end if abs(centre - stretch.end) <= near else end
+        whole.append(replace(stretch, start=start, end=end, crossings=tuple(sorted(own))))
     return whole
 
 
 def conflicts(stretches: list[Stretch]) -> Iterator[tuple[Stretch, Stretch, bool]]:
-    """Crossed stretches that overlap and cannot be bonded, and whether they are parallel: else one ends within
-    the other."""
+    """Crossed stretches that overlap and cannot be bonded, and whether they are parallel: else one ends
+    within the other."""
     near = _ROUNDING * _size(stretches)
     for one, other in combinations(stretches, 2):
         overlap = [min(a[1], b[1]) - max(a[0], b[0]) for a, b in zip(one.bounds, other.bounds, strict=True)]
@@ -125,8 +130,7 @@ def conflicts(stretches: list[Stretch]) -> Iterator[tuple[Stretch, Stretch, bool
             yield one, other, True
             continue
         for a, b in _both(one, other):
-            faces = b.line - b.thickness / 2, b.line + b.thickness / 2
-            if a.start > faces[0] + near or a.end < faces[1] - near:
+            if a.start > b.faces[0] + near or a.end < b.faces[1] - near:
                 yield a, b, False
                 break
 
