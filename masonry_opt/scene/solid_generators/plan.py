@@ -38,7 +38,8 @@ class Opening(Record):
     height:
         Courses of it.
     bearing:
-        Of the lintel on either side (default: half a block).
+        Of the lintel on either side (default: half a block, which lies in bond where ``sill`` and ``height``
+        add up to an odd number and jambs are whole blocks from the wall's end).
     """
 
     at: NonNegative
