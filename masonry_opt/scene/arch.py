@@ -33,13 +33,13 @@ class Arch(ArchRing, Generator):
 
     Parameters
     ----------
+    radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments, unit_weight:
+        Of its ring: see :class:`~masonry_opt.scene.arch_ring.ArchRing`.
     point_loads:
         Live forces on single voussoirs (:class:`PointLoad`).
     name, at, live_per_weight, live:
         See :class:`~masonry_opt.scene.generator.Generator`; the origin is the centre of ``radius``, or the
         middle of the line between the springing points of ``span``, at the inner ends of the feet.
-
-    The others are those of its ring, :class:`~masonry_opt.scene.arch_ring.ArchRing`.
 
     Raises
     ------

@@ -53,8 +53,8 @@ def test_a_dome_carries_on_its_key_what_a_sector_does(thickness, friction):
 
 
 def test_a_dome_in_bond_carries_no_less_than_its_pieces():
-    """Cut along all its meridians it is a dome whose upright joints run through, with twice the voussoirs: the
-    same contact points at its beds, and more that can move."""
+    """Cut along all its meridians it is a dome whose upright joints run through, with twice the voussoirs:
+    the same contact points at its beds, and more that can move."""
     bonded = mo.solve(dome(0.1, 3, 6, "running", 0.4), "static").load_factor
     apart = mo.solve(dome(0.1, 3, 12, "meridians", 0.4), "static").load_factor
     assert bonded > 1.1 * apart

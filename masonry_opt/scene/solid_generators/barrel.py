@@ -13,10 +13,13 @@ from masonry_opt.scene.solids import Solid, prism
 
 
 class Barrel(ArchRing, SolidGenerator):
-    """A barrel vault along y, the point (x, y) of its arch being (x, t, y), t from 0 to its length.
+    """A barrel vault along y, the point (x, y) of its arch being (x, t, y), t from 0 to its
+    length: without ``stone`` that arch, extruded.
 
     Parameters
     ----------
+    radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments:
+        Of its ring: see :class:`~masonry_opt.scene.arch_ring.ArchRing`.
     length:
         Of the vault, along y.
     stone:
@@ -29,9 +32,6 @@ class Barrel(ArchRing, SolidGenerator):
     name, at, live_per_weight:
         See :class:`~masonry_opt.scene.solid_generators.generator.SolidGenerator`; the origin is that of the
         arch, at y = 0.
-
-    The others are those of its arch, :class:`~masonry_opt.scene.arch_ring.ArchRing`: a barrel without
-    ``stone`` is such an arch extruded by ``length``.
 
     Raises
     ------
