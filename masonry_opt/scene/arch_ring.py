@@ -63,6 +63,8 @@ class ArchRing(AnyGenerator):
     abutments:
         Whether a fixed abutment is built at either end, under the skewbacks where there are any. Without
         them the arch stands on other blocks.
+    name:
+        See :class:`~masonry_opt.scene.generator.AnyGenerator`.
 
     Raises
     ------

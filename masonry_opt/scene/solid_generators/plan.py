@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, Strict
 
-from masonry_opt.scene.blocks import MOST_BLOCKS, Name, NonNegative, Point, Positive, Record, YesNo
+from masonry_opt.scene.blocks import Name, NonNegative, Point, Positive, Record, YesNo
 from masonry_opt.scene.solid_generators.bond import CLOSER, cut, every, spaces
 from masonry_opt.scene.solid_generators.generator import SolidGenerator
 from masonry_opt.scene.solid_generators.stretches import Stretch, conflicts, crossed
@@ -68,7 +68,7 @@ class PlanWall(Record):
     """
 
     name: Name
-    axis: Annotated[list[Point], Field(min_length=2)]
+    axis: Annotated[list[Point], Field(min_length=2, max_length=50)]
     leaves: Literal[1, 2] = 1
     courses: Count | None = None
     openings: list[Opening] = []
@@ -114,7 +114,7 @@ class Plan(SolidGenerator):
 
     block: tuple[Positive, Positive]
     thickness: Positive
-    walls: Annotated[list[PlanWall], Field(min_length=1, max_length=200)]
+    walls: Annotated[list[PlanWall], Field(min_length=1, max_length=100)]
     courses: Count
     bond: Literal["toothed", "butted"] = "toothed"
     headers: Annotated[int, Strict(), Field(ge=1, le=1000)] | None = None
@@ -124,7 +124,9 @@ class Plan(SolidGenerator):
         if mistakes := [*self._wrong_axes()]:
             yield from mistakes
             return
-        yield from super()._mistakes()
+        if mistakes := [*super()._mistakes()]:
+            yield from mistakes
+            return
         if self.headers and all(wall.leaves == 1 for wall in self.walls):
             yield "'headers' bind two leaves: give a wall 'leaves = 2', or take 'headers' away"
         stretches = crossed(self._stretches(), self.bond == "toothed")
@@ -135,9 +137,7 @@ class Plan(SolidGenerator):
             else:
                 yield f"wall '{a}' ends within wall '{b}': end its 'axis' on that of '{b}', or at its face"
         mistakes = [*self._wrong_openings(stretches)]
-        yield from mistakes
-        if not mistakes and self.size <= MOST_BLOCKS:
-            yield from self._slivers(stretches)
+        yield from mistakes or self._slivers(stretches)
 
     def _wrong_axes(self) -> Iterator[str]:
         names = [wall.name for wall in self.walls]
@@ -166,17 +166,16 @@ class Plan(SolidGenerator):
                         f"{where}: with its lintel it ends at course {rows}, of {top}: lower its 'sill' or "
                         "'height'"
                     )
-                elif not any(hole.wall == index and hole.opening is opening for hole in held):
+                elif not any((hole.wall, hole.number) == (index, number) for hole in held):
                     yield (
                         f"{where}: with its lintel it reaches beyond the wall, or into one that crosses: "
                         "move it, or make its 'width' or 'bearing' less"
                     )
         for a, b in combinations(held, 2):
             if a.wall == b.wall and a.overlaps(b, self._nothing):
-                first, second = (self.walls[a.wall].openings.index(hole.opening) + 1 for hole in (a, b))
                 yield (
-                    f"wall '{self.walls[a.wall].name}': openings no. {first} and no. {second} overlap, with "
-                    "their lintels: move one, or make a 'bearing' less"
+                    f"wall '{self.walls[a.wall].name}': openings no. {a.number} and no. {b.number} overlap, "
+                    "with their lintels: move one, or make a 'bearing' less"
                 )
 
     def _slivers(self, stretches: list[Stretch]) -> Iterator[str]:
@@ -198,12 +197,9 @@ class Plan(SolidGenerator):
     @property
     def size(self) -> int:
         """Number of blocks, or some more."""
-        shortest = min(self.block[0], self.thickness) if self.headers else self.block[0]
-        return sum(
-            int(stretch.courses * self.walls[stretch.wall].leaves * (length / shortest + 4))
-            for stretch in self._stretches()
-            for length in [min(stretch.end - stretch.start, MOST_BLOCKS * shortest)]
-        )
+        least = min(self.block[0], self.thickness) if self.headers else self.block[0]
+        lengths = [(stretch, (stretch.end - stretch.start) / least + 4) for stretch in self._stretches()]
+        return int(sum(min(most, 1e9) * stretch.courses * stretch.leaves for stretch, most in lengths))
 
     def _stretches(self) -> list[Stretch]:
         found = []
@@ -231,9 +227,10 @@ class Plan(SolidGenerator):
 
     def _holes(self, stretch: Stretch) -> Iterator[_Hole]:
         """The openings of its wall that lie in the stretch, clear of its crossings."""
-        for opening in self.walls[stretch.wall].openings:
+        for number, opening in enumerate(self.walls[stretch.wall].openings, start=1):
             start, end = sorted(stretch.place(at) for at in (opening.at, opening.at + opening.width))
-            hole = _Hole(stretch.wall, opening, start, end, opening.bearing or self.block[0] / 2)
+            bearing = opening.bearing or self.block[0] / 2
+            hole = _Hole(stretch.wall, number, opening, start, end, bearing)
             low, high = hole.lintel
             if any(
                 start - self._nothing <= low and high <= end + self._nothing
@@ -298,6 +295,7 @@ class _Hole:
     """An opening of a wall in a stretch: its jambs along that, and how far its lintel bears."""
 
     wall: int
+    number: int
     opening: Opening
     start: float
     end: float
