@@ -33,6 +33,7 @@ _HOMES = {
     "scene.scene": ("Scene",),
     "scene.solid_generators.barrel": ("Barrel",),
     "scene.solid_generators.dome": ("Dome",),
+    "scene.solid_generators.groin": ("Groin",),
     "scene.solid_generators.plan": ("Opening", "Plan", "PlanWall"),
     "scene.solid_generators.shaft": ("Shaft",),
     "scene.solids": ("Part", "Solid", "box"),

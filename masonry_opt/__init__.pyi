@@ -29,6 +29,7 @@ from masonry_opt.scene.loads import Load as Load
 from masonry_opt.scene.scene import Scene as Scene
 from masonry_opt.scene.solid_generators.barrel import Barrel as Barrel
 from masonry_opt.scene.solid_generators.dome import Dome as Dome
+from masonry_opt.scene.solid_generators.groin import Groin as Groin
 from masonry_opt.scene.solid_generators.plan import Opening as Opening
 from masonry_opt.scene.solid_generators.plan import Plan as Plan
 from masonry_opt.scene.solid_generators.plan import PlanWall as PlanWall

@@ -19,6 +19,7 @@ from masonry_opt.scene.scene import Scene, SceneKeys
 from masonry_opt.scene.solid_generators.barrel import Barrel
 from masonry_opt.scene.solid_generators.dome import Dome
 from masonry_opt.scene.solid_generators.generator import SolidGenerator
+from masonry_opt.scene.solid_generators.groin import Groin
 from masonry_opt.scene.solid_generators.plan import Plan
 from masonry_opt.scene.solid_generators.shaft import Shaft
 from masonry_opt.scene.solids import Solid
@@ -45,6 +46,7 @@ class CaseFile(SceneKeys):
     plan: OneOrMore[Plan] = []
     barrel: OneOrMore[Barrel] = []
     dome: OneOrMore[Dome] = []
+    groin: OneOrMore[Groin] = []
     shaft: OneOrMore[Shaft] = []
 
     @model_validator(mode="after")
@@ -69,7 +71,7 @@ class CaseFile(SceneKeys):
         return [*self.wall, *self.facade, *self.arch, *self.column]
 
     def _in_space(self) -> list[SolidGenerator]:
-        return [*self.plan, *self.barrel, *self.dome, *self.shaft]
+        return [*self.plan, *self.barrel, *self.dome, *self.groin, *self.shaft]
 
     def tables_with_old_live(self) -> list[str]:
         """Generators that give ``live_per_weight`` by its old name, which elsewhere is a force."""

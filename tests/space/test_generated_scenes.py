@@ -36,6 +36,28 @@ def test_a_barrel_carries_what_its_arch_does(keys):
         assert found[1].load_factor == pytest.approx(found[0].load_factor, abs=1e-6)
 
 
+def test_a_groin_vault_carries_as_much_from_either_side():
+    keys = {
+        "span": 4,
+        "rise": 1.2,
+        "thickness": 0.4,
+        "voussoirs": 6,
+        "bay": 6,
+        "stone": 0.8,
+        "unit_weight": 1,
+    }
+    found = [
+        mo.solve(
+            mo.Scene(joints={"friction": 0.7}, blocks=mo.Groin(**keys, live_per_weight=push).blocks()),
+            "static",
+        )
+        for push in ((1, 0, 0), (0, 1, 0), (-1, 0, 0))
+    ]
+    assert found[0].certificate.worst < 1e-6
+    for other in found[1:]:
+        assert other.load_factor == pytest.approx(found[0].load_factor, rel=1e-6)
+
+
 @pytest.mark.parametrize(("sides", "drums"), [(4, 1), (16, 6)])
 def test_a_shaft_overturns_about_a_side_of_its_foot(sides, drums):
     """Pushed by λ times its weight at half its height: λ = d cos(π/n)/h."""

@@ -1,1 +1,1 @@
-"""Generators in space: walls along a plan, barrel vaults, domes, shafts of drums."""
+"""Generators in space: walls along a plan, barrel and groin vaults, domes, shafts of drums."""

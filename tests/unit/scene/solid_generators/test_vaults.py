@@ -1,4 +1,4 @@
-"""Barrel vaults, domes and shafts: volumes, joints and places by closed forms, and what is refused."""
+"""Barrel and groin vaults, domes and shafts: volumes, joints and places by closed forms, what is refused."""
 
 from __future__ import annotations
 
@@ -6,12 +6,22 @@ from math import cos, hypot, pi, radians, sin
 
 import numpy as np
 import pytest
+import shapely
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
 
 BARREL = {"span": 4.0, "rise": 1.0, "thickness": 0.4, "voussoirs": 9, "length": 3.0, "unit_weight": 2.0}
 DOME = {"radius": 2.0, "thickness": 0.3, "rings": 4, "voussoirs": 8, "unit_weight": 2.0}
+GROIN = {
+    "span": 4.0,
+    "rise": 2.0,
+    "thickness": 0.4,
+    "voussoirs": 10,
+    "bay": 6.0,
+    "stone": 0.8,
+    "unit_weight": 2.0,
+}
 SHAFT = {"diameter": (1.2, 0.8), "sides": 12, "height": 5.0, "drums": 6, "unit_weight": 2.0}
 
 
@@ -125,6 +135,27 @@ def test_rings_of_a_dome_break_joint_where_they_are_bonded():
         assert len([name for name in first if name.startswith("3-")]) == above
 
 
+@pytest.mark.parametrize("rise", [1.2, 2.0, 3.0])
+def test_a_groin_vault_is_whole(rise):
+    """Each of eight legs is the half arch between the groin, y = x, and the end of the barrel, y = 3: of a
+    piece of section dA it has 3 - x, of beds as much of each dx. On the crown every two legs share a joint."""
+    assembly = assembled(mo.Groin(**GROIN | {"rise": rise}))
+    arch = mo.Arch(span=4.0, rise=rise, thickness=0.4, voussoirs=10, unit_weight=1.0)
+    half = [shapely.Polygon(block.vertices) for block in arch.blocks()[5:10]]
+    volume = [section.area * (3 - section.centroid.x) for section in half]
+    assert moving(assembly, assembly.geometry.volume) == pytest.approx(8 * sum(volume))
+    crown, *beds = [shapely.LineString(block.vertices[:2]) for block in arch.blocks()[5:10]]
+    beds.append(shapely.LineString(arch.blocks()[9].vertices[2:]))
+    of_beds = 8 * sum(bed.length * (3 - bed.centroid.x) for bed in beds) + 4 * crown.length * 3
+    sections = [section.area for section in half[::-1]]
+    pieces = [
+        sum(block.name.startswith(f"1 x{course}-") for block in assembly.scene.blocks)
+        for course in range(1, 6)
+    ]
+    heads = 8 * sum(number * area for number, area in zip(pieces, sections, strict=True))
+    assert assembly.joints.area.sum() == pytest.approx(of_beds + heads)
+
+
 @pytest.mark.parametrize("sides", [3, 4, 12])
 def test_a_shaft_is_a_frustum(sides):
     made = mo.Shaft(**SHAFT | {"sides": sides}, at=(1.0, 2.0, 3.0))
@@ -153,6 +184,9 @@ REFUSED = [
     (mo.Dome, DOME | {"voussoirs": 2}, "'voussoirs'"),
     (mo.Dome, DOME | {"bond": "stacked"}, "'bond'"),
     (mo.Dome, DOME | {"rings": 1000, "voussoirs": 1000}, "blocks large"),
+    (mo.Groin, GROIN | {"bay": 5.0}, "'bay' must be 5.2 or more"),
+    (mo.Groin, GROIN | {"voussoirs": 9}, "'voussoirs'"),
+    (mo.Groin, GROIN | {"stone": 1e-4}, "blocks large"),
     (mo.Shaft, SHAFT | {"sides": 2}, "'sides'"),
     (mo.Shaft, SHAFT | {"diameter": (1.0, 0.0)}, r"'diameter\[1\]'"),
     (mo.Shaft, SHAFT | {"drums": 0}, "'drums'"),
