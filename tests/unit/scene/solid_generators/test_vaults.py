@@ -138,7 +138,7 @@ def test_rings_of_a_dome_break_joint_where_they_are_bonded():
 @pytest.mark.parametrize("rise", [1.2, 2.0, 3.0])
 def test_a_groin_vault_is_whole(rise):
     """Each of eight legs is the half arch between the groin, y = x, and the end of the barrel, y = 3: of a
-    piece of section dA it has 3 - x, of beds as much of each dx. On the crown every two legs share a joint."""
+    piece of section dA it has 3 - x, of beds as much of each dx. At the crown two legs share a joint."""
     assembly = assembled(mo.Groin(**GROIN | {"rise": rise}))
     arch = mo.Arch(span=4.0, rise=rise, thickness=0.4, voussoirs=10, unit_weight=1.0)
     half = [shapely.Polygon(block.vertices) for block in arch.blocks()[5:10]]
