@@ -97,8 +97,8 @@ class Plan(SolidGenerator):
         other in the second, in turn. "butted": a wall that ends at another lies against it; of two that end
         the second named lies against the first, and of two that cross.
     headers:
-        Of walls of two leaves, every so-manieth course is of headers: blocks across both leaves, half as wide
-        as both. Without them nothing but friction holds the leaves together.
+        Of walls of two leaves: 2 for every second course of headers, 3 for every third, ... These are blocks
+        across both leaves, half as wide as both. Without them nothing but friction holds the leaves together.
     base:
         Whether a fixed base is built under all, which reaches a leaf's thickness farther.
     name, at, live_per_weight, unit_weight:
