@@ -27,6 +27,13 @@ from masonry_opt.scene.joints import JointDefaults as JointDefaults
 from masonry_opt.scene.loads import EdgeLoad as EdgeLoad
 from masonry_opt.scene.loads import Load as Load
 from masonry_opt.scene.scene import Scene as Scene
+from masonry_opt.scene.solid_generators.barrel import Barrel as Barrel
+from masonry_opt.scene.solid_generators.dome import Dome as Dome
+from masonry_opt.scene.solid_generators.groin import Groin as Groin
+from masonry_opt.scene.solid_generators.plan import Opening as Opening
+from masonry_opt.scene.solid_generators.plan import Plan as Plan
+from masonry_opt.scene.solid_generators.plan import PlanWall as PlanWall
+from masonry_opt.scene.solid_generators.shaft import Shaft as Shaft
 from masonry_opt.scene.solids import Part as Part
 from masonry_opt.scene.solids import Solid as Solid
 from masonry_opt.scene.solids import box as box

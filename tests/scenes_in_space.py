@@ -45,32 +45,21 @@ def corner_wall(along_x: int, along_y: int, courses: int, friction: float = 0.6)
     """Two walls of 2 × 1 × 1 blocks that meet in a toothed corner at the origin, one along x and its return
     along y, so many blocks a course, half blocks at the free ends of every other one; pushed away from
     the return, -y, by their weight."""
-    blocks = []
-    keys = {"unit_weight": 1, "live_per_weight": (0, -1, 0)}
-    for course in range(courses):
-        z = (course, course + 1)
-        # Through the corner goes the wall in one course, its return in the next.
-        for leg, count, start in (("x", along_x, course % 2), ("y", along_y, 1 - course % 2)):
-            for number in range(count):
-                along = (start + 2 * number, min(start + 2 * number + 2, 2 * count))
-                x, y = (along, (0, 1)) if leg == "x" else ((0, 1), along)
-                blocks.append(mo.box(f"{leg} {course + 1}-{number + 1}", x, y, z, **keys))
-    ground = mo.box("ground", (-1, 2 * along_x + 1), (-1, 2 * along_y + 1), (-1, 0), fixed=True)
-    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[*blocks, ground])
+    axes = {"x": [(0.5, 0.5), (2 * along_x, 0.5)], "y": [(0.5, 0.5), (0.5, 2 * along_y)]}
+    return _pushed_out(axes, courses, friction)
 
 
 def facade(length: int, depth: int, courses: int, friction: float = 0.6) -> mo.Scene:
-    """A U of blocks 2 × 1 × 1: a front of a length along x, and toothed returns along +y to a depth from its
-    face, free ends flush; pushed outwards, -y, by their weight."""
-    blocks = []
-    for z in range(courses):
-        odd = z % 2
-        spans = [((start, min(start + 2, length - odd)), (0, 1)) for start in range(odd, length - odd, 2)]
-        for x in (0, length - 1):
-            spans += [((x, x + 1), (start, min(start + 2, depth))) for start in range(1 - odd, depth, 2)]
-        blocks += [
-            mo.box(f"{z}-{index}", *span, (z, z + 1), unit_weight=1, live_per_weight=(0, -1, 0))
-            for index, span in enumerate(spans)
-        ]
-    ground = mo.box("ground", (-1, length + 1), (-1, depth + 1), (-1, 0), fixed=True)
-    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=[*blocks, ground])
+    """A U of blocks 2 × 1 × 1: a front of an even length along x, and toothed returns along +y to a depth
+    from its face, free ends flush; pushed outwards, -y, by their weight."""
+    axes = {"front": [(0.5, 0.5), (length - 0.5, 0.5)]}
+    axes |= {f"return {x:g}": [(x, 0.5), (x, depth)] for x in (0.5, length - 0.5)}
+    return _pushed_out(axes, courses, friction)
+
+
+def _pushed_out(axes: dict[str, list[tuple[float, float]]], courses: int, friction: float) -> mo.Scene:
+    walls = [mo.PlanWall(name=name, axis=axis) for name, axis in axes.items()]
+    plan = mo.Plan(
+        block=(2, 1), thickness=1, courses=courses, walls=walls, unit_weight=1, live_per_weight=(0, -1, 0)
+    )
+    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=plan.blocks())

@@ -2,29 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterator
-from itertools import pairwise
 from typing import Annotated
 
 from pydantic import Field, Strict
 
-from masonry_opt.scene.blocks import (
-    Block,
-    NonNegative,
-    Number,
-    Point,
-    Positive,
-    Record,
-    YesNo,
-    rectangle,
-)
+from masonry_opt.scene.arch_ring import ArchRing
+from masonry_opt.scene.blocks import Block, Point, Record
 from masonry_opt.scene.generator import Generator
-from masonry_opt.scene.voussoir import Voussoir, Weights, half_key, wedge
-
-#: Relative excess of the rise over half the span that is rounding: the arch is a semicircle.
-_ROUNDING = 1e-9
 
 
 class PointLoad(Record):
@@ -42,43 +28,15 @@ class PointLoad(Record):
     force: Point
 
 
-class Arch(Generator):
-    """Equal voussoirs with radial joints, each end on a fixed abutment.
-
-    The arch is given by ``radius`` and ``angles``, or by ``span`` and ``rise``. Of the latter it is a
-    segment of a circle (``rise`` below half the span), a semicircle (at half the span), or pointed (above):
-    two arcs with centres on the springing line, of radius (span²/4 + rise²)/span within, that meet in an
-    upright joint at the crown.
+class Arch(ArchRing, Generator):
+    """An arch in the plane.
 
     Parameters
     ----------
-    radius:
-        Of the centreline; the centre is the origin.
-    angles:
-        Where the arch begins and ends, in degrees, counter-clockwise from the x axis. ``[180, 0]`` is a
-        semicircle whose voussoirs are counted from the left.
-    span, rise:
-        Of the intrados, above the line between its springing points. Voussoirs are counted from the left;
-        those of a pointed arch are even in number.
-    thickness:
-        Radial, less than twice the radius.
-    voussoirs:
-        How many.
-    unit_weight:
-        Weight per unit area (where the scene has a ``thickness``: per unit volume).
-    weights:
-        "sector": the weight between two arcs, at its centroid. "centreline": the weight of an annular
-        sector, spread along the centreline, as in many closed forms. "straight": that of the polygon
-        with straight edges. The polygon is what is drawn in any case.
+    radius, angles, span, rise, thickness, voussoirs, weights, skewbacks, abutments, unit_weight:
+        Of its ring: see :class:`~masonry_opt.scene.arch_ring.ArchRing`.
     point_loads:
         Live forces on single voussoirs (:class:`PointLoad`).
-    skewbacks:
-        Width of a block at either end, from the arch's sloping foot down to a level bed at the height of the
-        foot's inner end and out to an upright back, of the arch's unit weight: for a segmental arch on
-        columns.
-    abutments:
-        Whether a fixed abutment is built at either end, under the skewbacks where there are any. Without
-        them the arch stands on other blocks.
     name, at, live_per_weight, live:
         See :class:`~masonry_opt.scene.generator.Generator`; the origin is the centre of ``radius``, or the
         middle of the line between the springing points of ``span``, at the inner ends of the feet.
@@ -89,39 +47,10 @@ class Arch(Generator):
         If the measures make no arch, or a point load names no voussoir.
     """
 
-    radius: Positive | None = None
-    angles: tuple[Number, Number] | None = None
-    span: Positive | None = None
-    rise: Positive | None = None
-    thickness: Positive
-    voussoirs: Annotated[int, Strict(), Field(ge=1)]
-    unit_weight: NonNegative
-    weights: Weights = "sector"
     point_loads: list[PointLoad] = []
-    skewbacks: Positive | None = None
-    abutments: YesNo = True
 
     def _mistakes(self) -> Iterator[str]:
         yield from super()._mistakes()
-        by_angles, by_rise = (self.radius, self.angles), (self.span, self.rise)
-        if (None in by_angles and None in by_rise) or (any(by_angles) and any(by_rise)):
-            yield "give 'radius' and 'angles', or 'span' and 'rise'"
-            return
-        swept = math.degrees(self._swept)
-        if not 0 < swept < 360:
-            yield f"'angles' sweep {swept:g}°: must be more than 0° and less than 360°"
-        elif not swept < 180 * self.voussoirs:
-            yield f"a voussoir of {swept / self.voussoirs:g}° is no wedge: raise 'voussoirs'"
-        if self._is_pointed and self.voussoirs % 2:
-            yield (
-                "'rise' is more than half of 'span': a pointed arch has an even number of 'voussoirs' "
-                f"(found {self.voussoirs})"
-            )
-        if not self.thickness < 2 * self._radius:
-            yield (
-                f"'thickness' must be less than twice the radius {self._radius:g} (found {self.thickness:g})"
-            )
-        yield from self._wrong_skewbacks()
         numbers = Counter(load.voussoir for load in self.point_loads)
         for number, loads in numbers.items():
             if number > self.voussoirs:
@@ -129,121 +58,17 @@ class Arch(Generator):
             if loads > 1:
                 yield f"'point_loads' has two loads on voussoir {number}: add them up"
 
-    def _wrong_skewbacks(self) -> Iterator[str]:
-        if self.skewbacks is None:
-            return
-        for angle, turn in self._ends:
-            foot, up = self.thickness * -turn * math.cos(angle), math.sin(angle)
-            if up <= _ROUNDING or foot < -_ROUNDING * self.thickness:
-                yield "'skewbacks' go with feet that slope, rising outwards; level ones stand as they are"
-                return
-            if self.skewbacks < foot * (1 - _ROUNDING):
-                yield f"'skewbacks' are narrower than the arch's foot, {foot:g} (found {self.skewbacks:g})"
-                return
-
-    @property
-    def size(self) -> int:
-        """Number of voussoirs."""
-        return self.voussoirs
-
-    @property
-    def _is_pointed(self) -> bool:
-        return bool(self.span and self.rise and self.rise > self.span / 2 * (1 + _ROUNDING))
-
-    @property
-    def _circle(self) -> tuple[float, float]:
-        """Half the span and the radius of the intrados, of an arch by span and rise: of the circle through
-        springings and crown, or of arcs round points of the springing line."""
-        assert self.span is not None
-        assert self.rise is not None
-        half = self.span / 2
-        return half, (half**2 + self.rise**2) / (self.span if self._is_pointed else 2 * self.rise)
-
-    @property
-    def _radius(self) -> float:
-        """Radius of the centreline."""
-        return self._circle[1] + self.thickness / 2 if self.radius is None else self.radius
-
-    @property
-    def _springings(self) -> tuple[float, float]:
-        """Directions of the first and the last joint from their centres of curvature, in radians."""
-        if self.angles is not None:
-            return math.radians(self.angles[0]), math.radians(self.angles[1])
-        if self._is_pointed:
-            return math.pi, 0.0
-        half, radius = self._circle
-        angle = math.asin(min(half / radius, 1.0))
-        return math.pi / 2 + angle, math.pi / 2 - angle
-
-    @property
-    def _ends(self) -> list[tuple[float, float]]:
-        """Direction of the first and the last joint, and 1 if counter-clockwise is beyond it, else -1."""
-        first, last = self._springings
-        onwards = math.copysign(1.0, last - first)
-        return [(first, -onwards), (last, onwards)]
-
-    @property
-    def _swept(self) -> float:
-        """Angle from the first to the last joint, in radians; of a pointed arch that of both arcs."""
-        if self._is_pointed:
-            half, radius = self._circle
-            return 2 * math.acos(1 - half / radius)
-        if self.angles is not None:
-            return math.radians(abs(self.angles[1] - self.angles[0]))
-        return self._springings[0] - self._springings[1]
-
     def blocks(self, thickness: float = 1.0) -> list[Block]:
         """The voussoirs ``v1``, ``v2``, ..., then ``skewback 1`` and ``skewback 2``, then ``abutment 1`` and
         ``abutment 2``."""
-        forces = {load.voussoir: load.force for load in self.point_loads}
-        shapes = self._voussoirs()
+        forces = {f"v{load.voussoir}": load.force for load in self.point_loads}
         built = []
-        for number, shape in enumerate(shapes, start=1):
-            force = forces.get(number, (0.0, 0.0))
-            weight = self.unit_weight * shape.area * thickness
-            live = {"live": force, "live_at": shape.back} if any(force) else {}
-            at = shape.weight_at
-            built.append(self._stone(f"v{number}", shape.corners, weight, weight_at=at, **live))
-        first, last, (begin, end) = shapes[0].corners, shapes[-1].corners, self._ends
-        feet = [(first[0], first[1], *begin), (last[3], last[2], *end)]
-        if self.skewbacks is not None:
-            for number, (inner, outer, _, turn) in enumerate(feet, start=1):
-                # Between the foot, a level bed and an upright back.
-                back = inner[0] - turn * self.skewbacks
-                area = (outer[1] - inner[1]) * (self.skewbacks - abs(outer[0] - inner[0]) / 2)
-                corners = [inner, outer, (back, outer[1]), (back, inner[1])]
-                built.append(self._stone(f"skewback {number}", corners, self.unit_weight * area * thickness))
-        if self.abutments:
-            for number, foot in enumerate(feet, start=1):
-                built.append(self._support(f"abutment {number}", self._abutment(*foot)))
+        for name, corners, area, weight_at, back in self._stones():
+            if area is None:
+                built.append(self._support(name, corners))
+                continue
+            force = forces.get(name, (0.0, 0.0))
+            live = {"live": force, "live_at": back} if any(force) else {}
+            weight = self.unit_weight * area * thickness
+            built.append(self._stone(name, corners, weight, weight_at=weight_at, **live))
         return built
-
-    def _voussoirs(self) -> list[Voussoir]:
-        (first, last), count, angle = self._springings, self.voussoirs, self._swept / self.voussoirs
-        if not self._is_pointed:
-            joints = [first + (last - first) * k / count for k in range(count + 1)]
-            shapes = self._wedges(joints, angle)
-            if self.rise is None:
-                return shapes
-            return [shape.moved(0.0, self.rise - self._circle[1]) for shape in shapes]
-        # The left arc, whose centre lies right of the middle, and its mirror image.
-        half, radius = self._circle
-        centre, joints = radius - half, [math.pi - angle * k for k in range(count // 2)]
-        left = self._wedges(joints, angle)
-        left.append(half_key(radius, self.thickness, joints[-1], -centre, self.weights))
-        left = [shape.moved(centre, 0.0) for shape in left]
-        return [*left, *(shape.mirrored() for shape in reversed(left))]
-
-    def _wedges(self, joints: list[float], angle: float) -> list[Voussoir]:
-        return [
-            wedge(self._radius, self.thickness, begin, end, angle, self.weights)
-            for begin, end in pairwise(joints)
-        ]
-
-    def _abutment(self, inner: Point, outer: Point, angle: float, turn: float) -> list[Point]:
-        """A square on the far side of the springing, or a rectangle under the skewback."""
-        if self.skewbacks is not None:
-            left, right = sorted((inner[0], inner[0] - turn * self.skewbacks))
-            return rectangle(left, right, inner[1] - self.thickness, inner[1])
-        x, y = -turn * self.thickness * math.sin(angle), turn * self.thickness * math.cos(angle)
-        return [inner, outer, (outer[0] + x, outer[1] + y), (inner[0] + x, inner[1] + y)]

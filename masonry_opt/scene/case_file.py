@@ -13,13 +13,20 @@ from masonry_opt.errors import CaseError
 from masonry_opt.files import JSON_KEY, MARK, WRITER, refuse_replacing, write_whole
 from masonry_opt.scene.arch import Arch
 from masonry_opt.scene.blocks import MOST_BLOCKS
-from masonry_opt.scene.generator import Generator
+from masonry_opt.scene.generator import AnyGenerator, Generator
 from masonry_opt.scene.mistakes import wrong_file
 from masonry_opt.scene.scene import Scene, SceneKeys
+from masonry_opt.scene.solid_generators.barrel import Barrel
+from masonry_opt.scene.solid_generators.dome import Dome
+from masonry_opt.scene.solid_generators.generator import SolidGenerator
+from masonry_opt.scene.solid_generators.groin import Groin
+from masonry_opt.scene.solid_generators.plan import Plan
+from masonry_opt.scene.solid_generators.shaft import Shaft
+from masonry_opt.scene.solids import Solid
 from masonry_opt.scene.tables import as_path, read_tables, reason
 from masonry_opt.scene.walls import Column, Facade, Wall
 
-_G = TypeVar("_G", bound=Generator)
+_G = TypeVar("_G", bound=AnyGenerator)
 
 #: One table of a generator, [arch], or several of them, [[arch]].
 OneOrMore = Annotated[list[_G], BeforeValidator(lambda value: value if isinstance(value, list) else [value])]
@@ -36,24 +43,39 @@ class CaseFile(SceneKeys):
     arch: OneOrMore[Arch] = []
     column: OneOrMore[Column] = []
 
+    plan: OneOrMore[Plan] = []
+    barrel: OneOrMore[Barrel] = []
+    dome: OneOrMore[Dome] = []
+    groin: OneOrMore[Groin] = []
+    shaft: OneOrMore[Shaft] = []
+
     @model_validator(mode="after")
     def _can_be_built(self) -> CaseFile:
-        if (size := sum(generator.size for generator in self._generators())) > MOST_BLOCKS:
+        flat, solid = self._in_plane(), self._in_space()
+        if (size := sum(generator.size for generator in [*flat, *solid])) > MOST_BLOCKS:
             raise ValueError(f"its generators together build some {size} blocks; the most is {MOST_BLOCKS}")
-        if self.dimension == 3 and (generators := self._generators()):
-            table = type(generators[0]).__name__.lower()
+        if flat and self.dimension == 3:
+            other = _table(solid[0]) if solid else f"block '{self.blocks[0].name}'"
+            raise ValueError(f"{_table(flat[0])} builds blocks in the plane; {other} is of solids")
+        if solid and self.blocks and not isinstance(self.blocks[0], Solid):
             raise ValueError(
-                f"[{table}] builds blocks in the plane; block '{self.blocks[0].name}' is a solid"
+                f"{_table(solid[0])} builds solids; block '{self.blocks[0].name}' lies in the plane"
             )
         return self
 
-    def _generators(self) -> list[Generator]:
+    @property
+    def dimension(self) -> Literal[2, 3]:
+        return 3 if self._in_space() else super().dimension
+
+    def _in_plane(self) -> list[Generator]:
         return [*self.wall, *self.facade, *self.arch, *self.column]
+
+    def _in_space(self) -> list[SolidGenerator]:
+        return [*self.plan, *self.barrel, *self.dome, *self.groin, *self.shaft]
 
     def tables_with_old_live(self) -> list[str]:
         """Generators that give ``live_per_weight`` by its old name, which elsewhere is a force."""
-        given = [type(one).__name__.lower() for one in self._generators() if any(one.live)]
-        return [f"[{name}]" for name in dict.fromkeys(given)]
+        return list(dict.fromkeys(_table(one) for one in self._in_plane() if any(one.live)))
 
     def scene(self) -> Scene:
         """The scene, its generators expanded after the blocks written out.
@@ -61,9 +83,14 @@ class CaseFile(SceneKeys):
         Raises pydantic.ValidationError if the blocks do not make a scene, and CaseError if a generator
         cannot build its own.
         """
-        generated = [block for generator in self._generators() for block in generator.blocks(self.thickness)]
+        flat = [block for generator in self._in_plane() for block in generator.blocks(self.thickness)]
+        solid = [block for generator in self._in_space() for block in generator.blocks()]
         keys = {name: getattr(self, name) for name in SceneKeys.model_fields}
-        return Scene.model_validate(keys | {"blocks": [*self.blocks, *generated]})
+        return Scene.model_validate(keys | {"blocks": [*self.blocks, *flat, *solid]})
+
+
+def _table(generator: AnyGenerator) -> str:
+    return f"[{type(generator).__name__.lower()}]"
 
 
 def load(path: str | Path) -> Scene:

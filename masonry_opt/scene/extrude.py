@@ -17,7 +17,7 @@ from masonry_opt.scene.geometry import Geometry, geometry
 from masonry_opt.scene.joints import Joint, JointDefaults
 from masonry_opt.scene.loads import Load
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.solids import Solid
+from masonry_opt.scene.solids import Solid, prism
 
 _Vector = tuple[float, float, float]
 
@@ -122,8 +122,4 @@ def _prism(ring: list[Point], depth: float) -> dict[str, Any]:
     x, y = ({point[axis] for point in ring} for axis in (0, 1))
     if len(ring) == 4 and len(x) == len(y) == 2:
         return {"box": (tuple(sorted(x)), (0.0, depth), tuple(sorted(y)))}
-    count = len(ring)
-    # The front counter-clockwise seen from outside, from -y; the back; sides.
-    sides = [[i, count + i, count + j, j] for i, j in ((i, (i + 1) % count) for i in range(count))]
-    faces = [list(range(count)), list(range(2 * count - 1, count - 1, -1)), *sides]
-    return {"vertices": [_in_space(point, at) for at in (0.0, depth) for point in ring], "faces": faces}
+    return prism(*([_in_space(point, at) for point in ring] for at in (0.0, depth)))

@@ -1,10 +1,10 @@
-"""Generators of blocks: the name, place, live loads and weights that all of them have."""
+"""Generators of blocks: the name that all have, and place, live loads and weights of those in the plane."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from itertools import islice
-from typing import Any
+from typing import Any, Self
 
 from pydantic import model_validator
 
@@ -14,19 +14,13 @@ from masonry_opt.scene.blocks import MOST_BLOCKS, Block, Name, NonNegative, Poin
 _MOST_MISTAKES = 5
 
 
-class Generator(Record):
-    """A table of a case file that stands for many blocks.
+class AnyGenerator(Record):
+    """A table of a case file that stands for many blocks, in the plane or in space.
 
     Parameters
     ----------
     name:
         Its blocks are named after it, "left 3-2" in place of "3-2": for several generators in one scene.
-    at:
-        Where its origin lies, ``[x, y]``; which point that is, each generator says.
-    live_per_weight:
-        Live force on every block as a multiple of its weight, ``[fx, fy]``, where the weight acts.
-    live:
-        The old name of ``live_per_weight``. (``live`` of a block or of a load is a force.)
 
     Raises
     ------
@@ -36,12 +30,9 @@ class Generator(Record):
     """
 
     name: Name | None = None
-    at: Point = (0.0, 0.0)
-    live_per_weight: Point = (0.0, 0.0)
-    live: Point = (0.0, 0.0)
 
     @model_validator(mode="after")
-    def _can_be_built(self) -> Generator:
+    def _can_be_built(self) -> Self:
         if mistakes := list(islice(self._mistakes(), _MOST_MISTAKES)):
             raise ValueError("; ".join(mistakes))
         return self
@@ -50,13 +41,39 @@ class Generator(Record):
         """What is wrong with the values taken together, one sentence a rule."""
         if self.size > MOST_BLOCKS:
             yield f"is {self.size} blocks large; the most is {MOST_BLOCKS}"
-        if any(self.live) and any(self.live_per_weight):
-            yield "'live' is the old name of 'live_per_weight': give one of them"
 
     @property
     def size(self) -> int:
         """Number of blocks that it builds, or more: known before they are built."""
         raise NotImplementedError
+
+    def _named(self, block: str) -> str:
+        return block if self.name is None else f"{self.name} {block}"
+
+
+class Generator(AnyGenerator):
+    """A generator of blocks in the plane.
+
+    Parameters
+    ----------
+    name:
+        See :class:`AnyGenerator`.
+    at:
+        Where its origin lies, ``[x, y]``; which point that is, each generator says.
+    live_per_weight:
+        Live force on every block as a multiple of its weight, ``[fx, fy]``, where the weight acts.
+    live:
+        The old name of ``live_per_weight``. (``live`` of a block or of a load is a force.)
+    """
+
+    at: Point = (0.0, 0.0)
+    live_per_weight: Point = (0.0, 0.0)
+    live: Point = (0.0, 0.0)
+
+    def _mistakes(self) -> Iterator[str]:
+        yield from super()._mistakes()
+        if any(self.live) and any(self.live_per_weight):
+            yield "'live' is the old name of 'live_per_weight': give one of them"
 
     def blocks(self, thickness: float = 1.0) -> list[Block]:
         """The blocks, each with its weight as a force and its live load as a multiple of that.
@@ -79,8 +96,7 @@ class Generator(Record):
         return self._block(name, corners, fixed=True)
 
     def _block(self, name: str, corners: Iterable[Point], **keys: Any) -> Block:
-        name = name if self.name is None else f"{self.name} {name}"
-        return Block(name=name, vertices=[self._moved(corner) for corner in corners], **keys)
+        return Block(name=self._named(name), vertices=[self._moved(corner) for corner in corners], **keys)
 
     def _moved(self, point: Point) -> Point:
         # Left alone where nothing moves: adding 0 turns -0 into 0, which makes it another scene.

@@ -200,6 +200,15 @@ def box(
     return Solid(name=name, box=(x, y, z), **keys)
 
 
+def prism(front: Sequence[Sequence[float]], back: Sequence[Sequence[float]]) -> dict[str, Any]:
+    """``vertices`` and ``faces`` of a solid between two polygons with as many corners, the front one
+    counter-clockwise seen from outside, the back one in the same order."""
+    count = len(front)
+    sides = [[i, count + i, count + j, j] for i, j in ((i, (i + 1) % count) for i in range(count))]
+    faces = [list(range(count)), list(range(2 * count - 1, count - 1, -1)), *sides]
+    return {"vertices": [*front, *back], "faces": faces}
+
+
 def _wrong_faces(shape: Part | Solid) -> str | None:
     """What is wrong with the faces or the box of a shape, of which there is one kind."""
     if (shape.vertices is None) != (shape.faces is None):

@@ -8,12 +8,14 @@ from pathlib import Path
 import pytest
 
 import masonry_opt as mo
+from masonry_opt.scene.arch_ring import ArchRing
 
 pytest.importorskip("sphinx")
 
 RECORDS = [
     mo.Scene, mo.Block, mo.Joint, mo.JointDefaults, mo.EdgeLoad, mo.Load, mo.PointLoad, mo.Reference,
     mo.Arch, mo.Wall, mo.Facade, mo.Column, mo.Solid, mo.Part,
+    mo.Plan, mo.PlanWall, mo.Opening, mo.Barrel, mo.Dome, mo.Groin, mo.Shaft, ArchRing,
 ]  # fmt: skip
 
 

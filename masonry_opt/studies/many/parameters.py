@@ -28,7 +28,8 @@ _Way = tuple[str | int, ...]
 #: Tables whose entries are always named; entries of other tables are named where there are several.
 _NAMED = ("block", "joint")
 
-_GENERATORS = ("wall", "facade", "arch", "column")
+#: Tables of generators.
+_GENERATORS = tuple(name for name in CaseFile.model_fields if name not in SceneKeys.model_fields)
 
 #: Keys that exclude each other: a value of one removes the other.
 _INSTEAD = {

@@ -1,0 +1,1 @@
+"""Generators in space: walls along a plan, barrel and groin vaults, domes, shafts of drums."""

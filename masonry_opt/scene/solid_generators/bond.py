@@ -1,0 +1,61 @@
+"""Where the stones of a course end: joints of a bond, and what is done with pieces too short or too long."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from itertools import pairwise
+
+#: Of a stone: pieces may be as short, and stones as much longer where a shorter piece would be left.
+CLOSER = 0.25
+#: Of a stone, what is rounding.
+_ROUNDING = 1e-9
+
+
+def cut(
+    start: float, end: float, joints: Iterable[float], length: float, spare: Sequence[float] = ()
+) -> list[tuple[float, float]]:
+    """The stones from one end of a run to the other.
+
+    Parameters
+    ----------
+    start, end:
+        Of the run.
+    joints:
+        Where the bond has joints, rising; those nearer than a closer to an end of the run are left out.
+    length:
+        Of a stone. What is more than a closer longer is cut in two or more, as long as each other.
+    spare:
+        Where it is cut first, half a stone or more from joints.
+    """
+
+    def within(places: Iterable[float], low: float, high: float, least: float) -> list[float]:
+        least *= length * (1 - _ROUNDING)
+        return [place for place in places if low + least < place < high - least]
+
+    def too_long(low: float, high: float) -> bool:
+        return high - low > length * (1 + CLOSER + _ROUNDING)
+
+    ends = [start, *within(joints, start, end, CLOSER), end]
+    spares = [place for run in pairwise(ends) if too_long(*run) for place in within(spare, *run, 0.5)]
+    stones: list[tuple[float, float]] = []
+    for low, high in pairwise(sorted([*ends, *spares])):
+        count = math.ceil((high - low) / length - CLOSER - _ROUNDING) if too_long(low, high) else 1
+        between = [low + (high - low) * number / count for number in range(1, count)]
+        stones += pairwise([low, *between, high])
+    return stones
+
+
+def every(length: float, start: float, end: float) -> list[float]:
+    """Joints a stone apart, the first at ``start``, up to ``end``."""
+    return [start + number * length for number in range(math.floor((end - start) / length + _ROUNDING) + 1)]
+
+
+def spaces(start: float, end: float, gaps: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+    """What gaps, in any order, leave of the length from ``start`` to ``end``."""
+    left, at = [], start
+    for low, high in sorted(gaps):
+        if low > at:
+            left.append((at, min(low, end)))
+        at = max(at, high)
+    return [*left, (at, end)] if at < end else left

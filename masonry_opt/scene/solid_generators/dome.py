@@ -1,0 +1,130 @@
+"""The generator ``[dome]``: rings of voussoirs round an axis, closed by a key or open at an oculus."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Annotated, Literal
+
+from pydantic import Field, Strict
+
+from masonry_opt.scene.blocks import Number, Positive, YesNo
+from masonry_opt.scene.solid_generators.generator import Shape, SolidGenerator, polar
+from masonry_opt.scene.solids import Solid, prism
+from masonry_opt.scene.walls import Count
+
+#: Distance from the axis and height.
+_Place = tuple[float, float]
+
+
+class Dome(SolidGenerator):
+    """Equally high rings of voussoirs about the z axis, their corners on two spheres, on a fixed ring.
+
+    Faces are flat and shared whole: voussoirs of "running" bond have further corners in the middle, at those
+    of the rings above and below, and are two convex parts.
+
+    Parameters
+    ----------
+    radius:
+        Of the sphere half way between the corners within and without; its centre is the origin.
+    thickness:
+        Radial, between the two spheres.
+    springing:
+        Angle of the foot above the horizontal through the centre, in degrees: 0 is half a sphere.
+    rings:
+        How many, without the key.
+    voussoirs:
+        How many a ring.
+    oculus:
+        Radius of the opening at the top, within. Without it a key that spans the angle of a ring closes the
+        dome.
+    bond:
+        "running": every other ring is turned by half a voussoir. "meridians": the upright joints run through.
+    base:
+        Whether a fixed ring, as high as the dome is thick, is built under it.
+    name, at, live_per_weight, unit_weight:
+        See :class:`~masonry_opt.scene.solid_generators.generator.SolidGenerator`; the origin is the centre of
+        the spheres.
+
+    Raises
+    ------
+    CaseError
+        If the measures make no dome.
+    """
+
+    radius: Positive
+    thickness: Positive
+    springing: Annotated[Number, Field(ge=0, lt=90)] = 0.0
+    rings: Count
+    voussoirs: Annotated[int, Strict(), Field(ge=3, le=1000)]
+    oculus: Positive | None = None
+    bond: Literal["running", "meridians"] = "running"
+    base: YesNo = True
+
+    def _mistakes(self) -> Iterator[str]:
+        yield from super()._mistakes()
+        if not self.thickness < 2 * self.radius:
+            yield f"'thickness' must be less than twice the 'radius' (found {self.thickness:g})"
+            return
+        foot = self._inner * math.cos(math.radians(self.springing))
+        if self.oculus is not None and not self.oculus < foot:
+            yield f"'oculus' must be less than the foot's radius within, {foot:g} (found {self.oculus:g})"
+
+    @property
+    def size(self) -> int:
+        """Number of voussoirs, and the key."""
+        return self.rings * self.voussoirs + 1
+
+    @property
+    def _inner(self) -> float:
+        return self.radius - self.thickness / 2
+
+    @property
+    def _sectors(self) -> int:
+        """Of a ring: between neighbouring meridians with corners."""
+        return self.voussoirs * (2 if self.bond == "running" else 1)
+
+    def blocks(self) -> list[Solid]:
+        """The voussoirs, ring by ring from the foot, named ``ring-voussoir``; then the ``key`` and the
+        ``base``."""
+        first = math.radians(self.springing)
+        if self.oculus is None:
+            # Half of the key lies on this side of the axis.
+            step = (math.pi / 2 - first) / (self.rings + 0.5)
+        else:
+            step = (math.acos(self.oculus / self._inner) - first) / self.rings
+        beds = [self._bed(first + step * number) for number in range(self.rings + 1)]
+        each = self._sectors // self.voussoirs
+        built = []
+        for ring, (low, high) in enumerate(pairwise(beds)):
+            for number in range(self.voussoirs):
+                sectors = [each * number + ring % 2 * (each - 1) + part for part in range(each)]
+                parts = [self._part(low, high, sector) for sector in sectors]
+                built.append(self._stone(f"{ring + 1}-{number + 1}", *parts))
+        if self.oculus is None:
+            built.append(self._stone("key", prism(*(self._polygon(place) for place in beds[-1]))))
+        if self.base:
+            # Below the foot and square to it.
+            down = self.thickness * math.sin(first), -self.thickness * math.cos(first)
+            under = [(r + down[0], z + down[1]) for r, z in beds[0]]
+            parts = [self._part(under, beds[0], sector) for sector in range(self._sectors)]
+            built.append(self._support("base", *parts))
+        return built
+
+    def _bed(self, angle: float) -> list[_Place]:
+        """The ends of a bed joint, within and without, so far above the horizontal."""
+        outer = self._inner + self.thickness
+        return [(radius * math.cos(angle), radius * math.sin(angle)) for radius in (self._inner, outer)]
+
+    def _corner(self, place: _Place, meridian: int) -> tuple[float, float, float]:
+        # As whole numbers of sectors, so that neighbours have the same corners to the last digit.
+        return polar(place[0], 2 * math.pi * (meridian % self._sectors) / self._sectors, place[1])
+
+    def _part(self, low: list[_Place], high: list[_Place], sector: int) -> Shape:
+        """Between two bed joints and the meridians of a sector."""
+        faces = ([self._corner(place, at) for place in (*low, *high[::-1])] for at in (sector, sector + 1))
+        return prism(*faces)
+
+    def _polygon(self, place: _Place) -> list[tuple[float, float, float]]:
+        return [self._corner(place, meridian) for meridian in range(self._sectors)]

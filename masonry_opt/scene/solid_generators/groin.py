@@ -1,0 +1,125 @@
+"""The generator ``[groin]``: a groin vault, two equal barrels that cross over a square."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Annotated
+
+from pydantic import Field, Strict
+
+from masonry_opt.errors import CaseError
+from masonry_opt.scene.arch_ring import ArchRing
+from masonry_opt.scene.blocks import Point, Positive, YesNo
+from masonry_opt.scene.solid_generators.bond import CLOSER, cut, every
+from masonry_opt.scene.solid_generators.generator import Shape, SolidGenerator
+from masonry_opt.scene.solids import Solid, prism
+
+
+class Groin(SolidGenerator):
+    """Two barrel vaults along x and y whose intrados meet on the diagonals, on four fixed corners.
+
+    On each groin a course is one stone with a leg in either barrel, two convex parts; from there courses go
+    on in running bond to the ends of the barrels.
+
+    Parameters
+    ----------
+    span, rise, thickness:
+        Of the barrels' arch: see :class:`~masonry_opt.scene.arch_ring.ArchRing`.
+    voussoirs:
+        Of that, an even number: a joint runs along the crown.
+    bay:
+        Length of each barrel from end to end, more than the span and both thicknesses.
+    stone:
+        Length of a stone along its barrel.
+    abutments:
+        Whether a fixed abutment is built under each corner.
+    name, at, live_per_weight, unit_weight:
+        See :class:`~masonry_opt.scene.solid_generators.generator.SolidGenerator`; the origin is the middle of
+        the square, at the height of the springing points.
+
+    Raises
+    ------
+    CaseError
+        If the measures make no arch, or the bay leaves no room for stones beside the corners.
+    """
+
+    span: Positive
+    rise: Positive
+    thickness: Positive
+    voussoirs: Annotated[int, Strict(), Field(ge=2, le=1000, multiple_of=2)]
+    bay: Positive
+    stone: Positive
+    abutments: YesNo = True
+
+    def _mistakes(self) -> Iterator[str]:
+        yield from super()._mistakes()
+        try:
+            least = 2 * (_farthest(self._courses()[0]) + CLOSER * self.stone)
+        except CaseError as error:
+            yield str(error).removeprefix("ArchRing: ")
+            return
+        if self.bay < least:
+            yield (
+                f"'bay' must be {least:g} or more, the arch's width and a quarter of a stone at either end "
+                f"(found {self.bay:g})"
+            )
+
+    @property
+    def size(self) -> int:
+        """Number of stones, or some more."""
+        return int(4 * self.voussoirs * (2 + min(self.bay / 2 / self.stone, 1e9)))
+
+    def blocks(self) -> list[Solid]:
+        """The stones of each corner in turn, course by course from the springing: ``corner g1`` on the groin,
+        ``corner y1-1``, ... along y, ``corner x1-1``, ... along x; then each ``corner abutment``."""
+        built = []
+        *courses, foot = self._courses()
+        corners = [(1, 1), (-1, 1), (-1, -1), (1, -1)]
+        for corner, signs in enumerate(corners, start=1):
+            for number, section in enumerate(courses, start=1):
+                (_, end), *others = self._cuts(section, number)
+                legs = [_leg(section, None, end, signs, along) for along in "yx"]
+                built.append(self._stone(f"{corner} g{number}", *legs))
+                for along in "yx":
+                    for count, piece in enumerate(others, start=1):
+                        shape = _leg(section, *piece, signs, along)
+                        built.append(self._stone(f"{corner} {along}{number}-{count}", shape))
+        if self.abutments:
+            end = max(self.bay / 2, _farthest(foot) + self.thickness)
+            for corner, signs in enumerate(corners, start=1):
+                legs = [_leg(foot, None, end, signs, along) for along in "yx"]
+                built.append(self._support(f"{corner} abutment", *legs))
+        return built
+
+    def _courses(self) -> list[list[Point]]:
+        """Sections of the right half of the arch from the springing upwards, and of its abutment."""
+        arch = {key: getattr(self, key) for key in ("span", "rise", "thickness", "voussoirs", "unit_weight")}
+        stones = [stone.corners for stone in ArchRing(**arch)._stones()]
+        return [*stones[self.voussoirs // 2 : self.voussoirs][::-1], stones[-1]]
+
+    def _cuts(self, section: list[Point], course: int) -> list[tuple[float, float]]:
+        """Ends of the stones of a course from its groin to the end of the barrel."""
+        start, end = _farthest(section), self.bay / 2
+        begins = self.stone * (0.5 if course % 2 == 0 else 1.0)
+        joints = [end - place for place in every(self.stone, begins, end)]
+        return cut(start, end, joints[::-1], self.stone)
+
+
+def _farthest(section: Sequence[Point]) -> float:
+    return max(x for x, _ in section)
+
+
+def _leg(
+    section: Sequence[Point], start: float | None, end: float, signs: tuple[int, int], along: str
+) -> Shape:
+    """The piece of a course of the barrel along x or y, from a place along it, or from the groin, to another,
+    in the corner with these signs of x and y."""
+
+    def face(at: float | None) -> list[tuple[float, float, float]]:
+        places = [(x, x if at is None else at, z) for x, z in section]
+        return [
+            (signs[0] * (u if along == "y" else v), signs[1] * (v if along == "y" else u), z)
+            for u, v, z in places
+        ]
+
+    return prism(face(start), face(end))

@@ -1,0 +1,326 @@
+"""The generator ``[plan]``: walls along axes in plan, bonded where they meet, with openings under lintels."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import combinations, count, pairwise
+from typing import Annotated, Literal
+
+from pydantic import Field, Strict
+
+from masonry_opt.scene.blocks import Name, NonNegative, Point, Positive, Record, YesNo
+from masonry_opt.scene.solid_generators.bond import CLOSER, cut, every, spaces
+from masonry_opt.scene.solid_generators.generator import SolidGenerator
+from masonry_opt.scene.solid_generators.stretches import Stretch, conflicts, crossed
+from masonry_opt.scene.solids import Solid
+from masonry_opt.scene.walls import Count
+
+#: Of a block, what is rounding.
+_ROUNDING = 1e-6
+
+#: From and to along a stretch, and across it.
+_Piece = tuple[tuple[float, float], tuple[float, float]]
+
+
+class Opening(Record):
+    """A door or window through a wall, under a lintel one course high and as deep as the wall is thick.
+
+    Parameters
+    ----------
+    at:
+        Of its nearer jamb, from the first point of the wall's axis along it.
+    width:
+        Between the jambs.
+    sill:
+        Courses below it: 0 is a door.
+    height:
+        Courses of it.
+    bearing:
+        Of the lintel on either side (default: half a block, which lies in bond where ``sill`` and ``height``
+        add up to an odd number and jambs are whole blocks from the wall's end).
+    """
+
+    at: NonNegative
+    width: Positive
+    sill: Annotated[int, Strict(), Field(ge=0, le=1000)] = 0
+    height: Count
+    bearing: Positive | None = None
+
+
+class PlanWall(Record):
+    """A wall of a plan.
+
+    Parameters
+    ----------
+    name:
+        Its blocks are named after it, "front 3-2".
+    axis:
+        Points ``[[x, y], ...]`` of its middle line, each straight above, below, left or right of the one
+        before. It meets another wall where it crosses or ends on the other's axis.
+    leaves:
+        One or two, each as thick as a block.
+    courses:
+        Its height (default: that of the plan).
+    openings:
+        :class:`Opening` records.
+    """
+
+    name: Name
+    axis: Annotated[list[Point], Field(min_length=2, max_length=50)]
+    leaves: Literal[1, 2] = 1
+    courses: Count | None = None
+    openings: list[Opening] = []
+
+
+class Plan(SolidGenerator):
+    """Walls of blocks in running bond, bonded or butted where they meet at right angles, on a fixed base
+    whose top is z = 0.
+
+    Courses alternate by half a block. At a corner or crossing a block of the wall that passes through reaches
+    beyond the other's face. Pieces beside ends and openings are no shorter than a quarter of a block: where
+    one would be, its neighbour is as much longer.
+
+    Parameters
+    ----------
+    block:
+        Length and height of a block.
+    thickness:
+        Of a block, and so of a leaf.
+    walls:
+        :class:`PlanWall` records.
+    courses:
+        Height of the walls.
+    bond:
+        Where walls meet. "toothed": of two walls the first named passes through in the first course, the
+        other in the second, in turn. "butted": a wall that ends at another lies against it; of two that end
+        the second named lies against the first, and of two that cross.
+    headers:
+        Of walls of two leaves: 2 for every second course of headers, 3 for every third, ... These are blocks
+        across both leaves, half as wide as both. Without them nothing but friction holds the leaves together.
+    base:
+        Whether a fixed base is built under all, which reaches a leaf's thickness farther.
+    name, at, live_per_weight, unit_weight:
+        See :class:`~masonry_opt.scene.solid_generators.generator.SolidGenerator`; the origin is that of the
+        axes, at the foot of the walls.
+
+    Raises
+    ------
+    CaseError
+        If an axis turns by other than right angles, walls overlap, an opening does not fit, or a piece would
+        be shorter than a quarter of a block.
+    """
+
+    block: tuple[Positive, Positive]
+    thickness: Positive
+    walls: Annotated[list[PlanWall], Field(min_length=1, max_length=100)]
+    courses: Count
+    bond: Literal["toothed", "butted"] = "toothed"
+    headers: Annotated[int, Strict(), Field(ge=1, le=1000)] | None = None
+    base: YesNo = True
+
+    def _mistakes(self) -> Iterator[str]:
+        if mistakes := [*self._wrong_axes()]:
+            yield from mistakes
+            return
+        if mistakes := [*super()._mistakes()]:
+            yield from mistakes
+            return
+        if self.headers and all(wall.leaves == 1 for wall in self.walls):
+            yield "'headers' bind two leaves: give a wall 'leaves = 2', or take 'headers' away"
+        stretches = crossed(self._stretches(), self.bond == "toothed")
+        for one, other, parallel in conflicts(stretches):
+            a, b = self.walls[one.wall].name, self.walls[other.wall].name
+            if parallel:
+                yield f"walls '{a}' and '{b}' overlap: move one; what goes on in one line is one 'axis'"
+            else:
+                yield f"wall '{a}' ends within wall '{b}': end its 'axis' on that of '{b}', or at its face"
+        mistakes = [*self._wrong_openings(stretches)]
+        yield from mistakes or self._slivers(stretches)
+
+    def _wrong_axes(self) -> Iterator[str]:
+        names = [wall.name for wall in self.walls]
+        for name in {name for name in names if names.count(name) > 1}:
+            yield f"two walls are named '{name}': rename one"
+        for wall in self.walls:
+            for number, (one, other) in enumerate(pairwise(wall.axis), start=1):
+                if (one[0] == other[0]) == (one[1] == other[1]):
+                    yield (
+                        f"wall '{wall.name}': its 'axis' runs neither along x nor along y from point no. "
+                        f"{number} to the next: walls meet at right angles"
+                    )
+                    break
+            runs = [a[0] == b[0] for a, b in pairwise(wall.axis)]
+            if any(a == b for a, b in pairwise(runs)):
+                yield f"wall '{wall.name}': its 'axis' has a point where it does not turn: take it away"
+
+    def _wrong_openings(self, stretches: list[Stretch]) -> Iterator[str]:
+        held = [hole for stretch in stretches for hole in self._holes(stretch)]
+        for index, wall in enumerate(self.walls):
+            top = wall.courses or self.courses
+            for number, opening in enumerate(wall.openings, start=1):
+                where = f"wall '{wall.name}': opening no. {number}"
+                if (rows := opening.sill + opening.height + 1) > top:
+                    yield (
+                        f"{where}: with its lintel it ends at course {rows}, of {top}: lower its 'sill' or "
+                        "'height'"
+                    )
+                elif not any((hole.wall, hole.number) == (index, number) for hole in held):
+                    yield (
+                        f"{where}: with its lintel it reaches beyond the wall, or into one that crosses: "
+                        "move it, or make its 'width' or 'bearing' less"
+                    )
+        for a, b in combinations(held, 2):
+            if a.wall == b.wall and a.overlaps(b, self._nothing):
+                yield (
+                    f"wall '{self.walls[a.wall].name}': openings no. {a.number} and no. {b.number} overlap, "
+                    "with their lintels: move one, or make a 'bearing' less"
+                )
+
+    def _slivers(self, stretches: list[Stretch]) -> Iterator[str]:
+        for stretch in stretches:
+            holes = [*self._holes(stretch)]
+            for course in range(stretch.courses):
+                pieces = [high - low for low, high in _runs(stretch, holes, course)]
+                if min(pieces, default=math.inf) < CLOSER * self.block[0] - self._nothing:
+                    yield (
+                        f"wall '{self.walls[stretch.wall].name}': a piece of course {course + 1} would be "
+                        f"{min(pieces):.3g} long, less than a quarter of a block: move ends or openings"
+                    )
+                    break
+
+    @property
+    def _nothing(self) -> float:
+        return _ROUNDING * self.block[0]
+
+    @property
+    def size(self) -> int:
+        """Number of blocks, or some more."""
+        least = min(self.block[0], self.thickness) if self.headers else self.block[0]
+        lengths = [(stretch, (stretch.end - stretch.start) / least + 4) for stretch in self._stretches()]
+        return int(sum(min(most, 1e9) * stretch.courses * stretch.leaves for stretch, most in lengths))
+
+    def _stretches(self) -> list[Stretch]:
+        found = []
+        for index, wall in enumerate(self.walls):
+            before = 0.0
+            for one, other in pairwise(wall.axis):
+                along = 0 if one[1] == other[1] else 1
+                forwards = one[along] < other[along]
+                found.append(
+                    Stretch(
+                        wall=index,
+                        along=along,
+                        line=one[1 - along],
+                        start=min(one[along], other[along]),
+                        end=max(one[along], other[along]),
+                        thickness=wall.leaves * self.thickness,
+                        leaves=wall.leaves,
+                        courses=wall.courses or self.courses,
+                        origin=one[along] - before if forwards else one[along] + before,
+                        forwards=forwards,
+                    )
+                )
+                before += abs(other[along] - one[along])
+        return found
+
+    def _holes(self, stretch: Stretch) -> Iterator[_Hole]:
+        """The openings of its wall that lie in the stretch, clear of its crossings."""
+        for number, opening in enumerate(self.walls[stretch.wall].openings, start=1):
+            start, end = sorted(stretch.place(at) for at in (opening.at, opening.at + opening.width))
+            bearing = opening.bearing or self.block[0] / 2
+            hole = _Hole(stretch.wall, number, opening, start, end, bearing)
+            low, high = hole.lintel
+            if any(
+                start - self._nothing <= low and high <= end + self._nothing
+                for start, end, _ in stretch.bays()
+            ):
+                yield hole
+
+    def blocks(self) -> list[Solid]:
+        """The blocks, course by course and in each wall by wall, named ``wall course-block``; a wall's blocks
+        are counted along its axis's straights in turn, in each by rising coordinates, leaf by leaf. The
+        ``base`` comes last."""
+        stretches = crossed(self._stretches(), self.bond == "toothed")
+        holes = [[*self._holes(stretch)] for stretch in stretches]
+        built, height = [], self.block[1]
+        for course in range(max(stretch.courses for stretch in stretches)):
+            numbers = [count(1) for _ in self.walls]
+            for stretch, own in zip(stretches, holes, strict=True):
+                if course >= stretch.courses:
+                    continue
+                for along, across in self._course(stretch, own, course):
+                    x, y = (across, along) if stretch.along else (along, across)
+                    name = f"{self.walls[stretch.wall].name} {course + 1}-{next(numbers[stretch.wall])}"
+                    shape = {"box": (x, y, (course * height, (course + 1) * height))}
+                    built.append(self._stone(name, shape))
+        if self.base:
+            sides = [
+                (
+                    min(stretch.bounds[axis][0] for stretch in stretches) - self.thickness,
+                    max(stretch.bounds[axis][1] for stretch in stretches) + self.thickness,
+                )
+                for axis in (0, 1)
+            ]
+            built.append(self._support("base", {"box": (*sides, (-height, 0.0))}))
+        return built
+
+    def _course(self, stretch: Stretch, holes: list[_Hole], course: int) -> Iterator[_Piece]:
+        """The blocks of a stretch in a course."""
+        whole, double = stretch.faces, stretch.leaves == 2
+        headers = double and self.headers is not None and (course + 1) % self.headers == 0
+        leaves = [(whole[0], stretch.line), (stretch.line, whole[1])] if double and not headers else [whole]
+        length = self.thickness if headers else self.block[0]
+        joints: list[float] = []
+        for start, end, left in stretch.bays():
+            # Of two courses one begins with half a block: toothed, that which passes through, so that no
+            # joint lies over the other wall's face.
+            half = left.passes[course % 2] if left and self.bond == "toothed" else course % 2
+            joints += every(length, start + length / 2 * (headers or half), end - CLOSER * length)
+        middles = [middle for crossing in stretch.crossings for middle in crossing.middles]
+        runs = _runs(stretch, holes, course)
+        pieces = [
+            (piece, leaf) for leaf in leaves for run in runs for piece in cut(*run, joints, length, middles)
+        ]
+        lintels = [
+            (hole.lintel, whole) for hole in holes if course == hole.opening.sill + hole.opening.height
+        ]
+        # Leaf by leaf; lintels among the first leaf's.
+        yield from sorted([*pieces, *lintels], key=lambda piece: (piece[1][0], piece[0]))
+
+
+@dataclass(frozen=True)
+class _Hole:
+    """An opening of a wall in a stretch: its jambs along that, and how far its lintel bears."""
+
+    wall: int
+    number: int
+    opening: Opening
+    start: float
+    end: float
+    bearing: float
+
+    @property
+    def lintel(self) -> tuple[float, float]:
+        return self.start - self.bearing, self.end + self.bearing
+
+    def overlaps(self, other: _Hole, nothing: float) -> bool:
+        """Whether both, with their lintels, have something in common."""
+        one, two = self.lintel, other.lintel
+        a, b = self.opening, other.opening
+        beside = one[1] <= two[0] + nothing or two[1] <= one[0] + nothing
+        return not beside and a.sill <= b.sill + b.height and b.sill <= a.sill + a.height
+
+    def gap(self, course: int) -> tuple[float, float] | None:
+        """What it takes from a course: itself, or its lintel."""
+        level = course - self.opening.sill
+        if not 0 <= level <= self.opening.height:
+            return None
+        return self.lintel if level == self.opening.height else (self.start, self.end)
+
+
+def _runs(stretch: Stretch, holes: list[_Hole], course: int) -> list[tuple[float, float]]:
+    """Lengths of a stretch that a course fills with blocks."""
+    taken = [gap for hole in holes if (gap := hole.gap(course))]
+    return spaces(stretch.start, stretch.end, [*stretch.gaps(course), *taken])

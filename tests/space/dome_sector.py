@@ -1,0 +1,84 @@
+"""Half a sphere of voussoirs between meridians, under loads alike all round: a linear program of one sector.
+
+Nothing of the package is used here. By symmetry nothing slides across a meridian, and the forces on both
+sides of a voussoir are mirror images. Seen in the plane through its middle, with the distance from the axis
+and the height for coordinates, act at either end of a bed a normal force and a shear, and at the corners of
+its sides what the two hoop forces leave: a force outwards, 2 sin(π/n) of one of them.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import linprog
+
+
+def load_on_key(
+    radius: float, thickness: float, rings: int, voussoirs: int, friction: float, hoops: bool = True
+) -> float | None:
+    """Greatest load on the key, in weights per unit volume, that a dome of unit weight carries, with as much
+    friction in all joints; None if it does not stand. Without hoops its voussoirs are slices of an orange."""
+    inner, outer = radius - thickness / 2, radius + thickness / 2
+    half = np.pi / voussoirs
+    step = np.pi / (2 * rings + 1)
+
+    def corner(distance: float, bed: int) -> np.ndarray:
+        return distance * np.array([np.cos(half) * np.cos(step * bed), np.sin(step * bed)])
+
+    # Volumes: what turns round the axis sweeps 2 π ρ; a sector of flat faces sin(2π/n) ρ, ρ to the corners.
+    swept = np.sin(2 * half) * (outer**3 - inner**3) / 3 * np.sin(step) * np.cos(step / 2)
+    weight = [swept * np.cos((ring + 0.5) * step) for ring in range(rings)]
+    # Their centroids, ∫∫ ρ² over ∫∫ ρ, by cubature of the section in polar coordinates (each has its chords).
+    sections = [_moments(inner, outer, ring * step, step) for ring in range(rings)]
+    low, high = (d * np.array([np.cos(rings * step), np.sin(rings * step)]) for d in (inner, outer))
+    swell = (low[0] ** 2 + low[0] * high[0] + high[0] ** 2) / 3
+    key = np.sin(2 * half) / 2 * swell * (high[1] - low[1])
+
+    # Columns: of each bed n and s within and without, of each ring four hoop forces; the load last.
+    beds, columns = 4 * (rings + 1), 4 * (rings + 1) + 4 * rings + 1
+    A, b = np.zeros((3 * rings + 1, columns)), np.zeros(3 * rings + 1)
+    for ring in range(rings):
+        rows = slice(3 * ring, 3 * ring + 3)
+        for bed, sign in ((ring, 1.0), (ring + 1, -1.0)):
+            up, along = _bed_axes(corner(1.0, bed), half, step * bed)
+            for end, distance in enumerate((inner, outer)):
+                for kind, direction in enumerate((up, along)):
+                    A[rows, 4 * bed + 2 * end + kind] = _wrench(corner(distance, bed), sign * direction)
+        for number, (distance, bed) in enumerate((d, j) for d in (inner, outer) for j in (ring, ring + 1)):
+            outwards = 2 * np.sin(half) * np.array([1.0, 0.0])
+            A[rows, beds + 4 * ring + number] = _wrench(corner(distance, bed), outwards) * hoops
+        b[rows] = -_wrench(sections[ring] * [np.cos(half), 1.0], np.array([0.0, -weight[ring]]))
+    # Of the key what is upright: all else is the same from all sides.
+    up, along = _bed_axes(corner(1.0, rings), half, step * rings)
+    A[-1, 4 * rings : 4 * rings + 4] = [up[1], along[1]] * 2
+    A[-1, -1], b[-1] = -1.0 / voussoirs, key
+    sliding = np.zeros((2 * beds // 2, columns))
+    for slider in range(beds // 2):
+        sliding[2 * slider, 2 * slider : 2 * slider + 2] = -friction, 1.0
+        sliding[2 * slider + 1, 2 * slider : 2 * slider + 2] = -friction, -1.0
+    bounds = [(0, None), (None, None)] * (beds // 2) + [(0, None)] * (4 * rings) + [(0, None)]
+    found = linprog(-np.eye(columns)[-1], sliding, np.zeros(len(sliding)), A, b, bounds)
+    return float(found.x[-1]) if found.status == 0 else None
+
+
+def _bed_axes(direction: np.ndarray, half: float, angle: float) -> tuple[np.ndarray, np.ndarray]:
+    """Unit normal of a bed, upwards, and the direction along it outwards."""
+    along = direction / np.linalg.norm(direction)
+    return np.array([-along[1], along[0]]), along
+
+
+def _wrench(at: np.ndarray, force: np.ndarray) -> np.ndarray:
+    return np.array([*force, at[0] * force[1] - at[1] * force[0]])
+
+
+def _moments(inner: float, outer: float, start: float, step: float) -> np.ndarray:
+    """Mean of (ρ, z), each weighed by ρ, of the quadrilateral between two chords."""
+    ends = [np.array([np.cos(angle), np.sin(angle)]) for angle in (start, start + step)]
+    first, second = np.polynomial.legendre.leggauss(4)
+    total, mean = 0.0, np.zeros(2)
+    for u, wu in zip((first + 1) / 2, second / 2, strict=True):
+        for v, wv in zip((first + 1) / 2, second / 2, strict=True):
+            distance = inner + u * (outer - inner)
+            point = distance * (ends[0] + v * (ends[1] - ends[0]))
+            share = wu * wv * distance * point[0]
+            total, mean = total + share, mean + share * point
+    return mean / total

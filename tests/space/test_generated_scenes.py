@@ -1,0 +1,103 @@
+"""Load factors of what generators build: an arch's, a closed form, and those of a program of one sector."""
+
+from __future__ import annotations
+
+from math import cos, pi
+
+import pytest
+from space.dome_sector import load_on_key
+
+import masonry_opt as mo
+
+
+def dome(thickness, rings, voussoirs, bond, friction):
+    """Its key loaded."""
+    keys = {"radius": 1, "thickness": thickness, "rings": rings, "voussoirs": voussoirs, "bond": bond}
+    blocks = mo.Dome(**keys, unit_weight=1).blocks()
+    return mo.Scene(
+        joints={"friction": friction}, blocks=blocks, loads=[mo.Load(block="key", live=(0, 0, -1))]
+    )
+
+
+@pytest.mark.parametrize("keys", [{}, {"stone": 1.0}, {"stone": 1.0, "bond": "stacked"}, {"skewbacks": 0.5}])
+def test_a_barrel_carries_what_its_arch_does(keys):
+    """Statics of the arch stand in each slice of the barrel, its mechanisms move all of it."""
+    arch = {"span": 4.0, "rise": 1.0, "thickness": 0.4, "voussoirs": 9, "unit_weight": 1.0}
+    arch |= {"skewbacks": keys["skewbacks"]} if "skewbacks" in keys else {}
+    flat = mo.Scene(joints={"friction": 0.7}, blocks=mo.Arch(**arch, live_per_weight=(1, 0)).blocks())
+    barrel = mo.Barrel(**arch | keys, length=3.0, live_per_weight=(1, 0, 0))
+    deep = mo.Scene(joints={"friction": 0.7}, blocks=barrel.blocks())
+    # By hinges and by slip.
+    for friction in (0.7, 0.3):
+        found = [
+            mo.solve(scene.model_copy(update={"joints": mo.JointDefaults(friction=friction)}), "static")
+            for scene in (flat, deep)
+        ]
+        assert found[1].load_factor == pytest.approx(found[0].load_factor, abs=1e-6)
+
+
+def test_a_groin_vault_carries_as_much_from_either_side():
+    keys = {
+        "span": 4,
+        "rise": 1.2,
+        "thickness": 0.4,
+        "voussoirs": 6,
+        "bay": 6,
+        "stone": 0.8,
+        "unit_weight": 1,
+    }
+    found = [
+        mo.solve(
+            mo.Scene(joints={"friction": 0.7}, blocks=mo.Groin(**keys, live_per_weight=push).blocks()),
+            "static",
+        )
+        for push in ((1, 0, 0), (0, 1, 0), (-1, 0, 0))
+    ]
+    assert found[0].certificate.worst < 1e-6
+    for other in found[1:]:
+        assert other.load_factor == pytest.approx(found[0].load_factor, rel=1e-6)
+
+
+@pytest.mark.parametrize(("sides", "drums"), [(4, 1), (16, 6)])
+def test_a_shaft_overturns_about_a_side_of_its_foot(sides, drums):
+    """Pushed by λ times its weight at half its height: λ = d cos(π/n)/h."""
+    made = mo.Shaft(diameter=1, sides=sides, height=5, drums=drums, unit_weight=1, live_per_weight=(1, 0, 0))
+    found = mo.solve(mo.Scene(joints={"friction": 0.7}, blocks=made.blocks()), "static")
+    assert found.load_factor == pytest.approx(cos(pi / sides) / 5, abs=1e-7)
+
+
+@pytest.mark.parametrize(("thickness", "friction"), [(0.1, 0.7), (0.15, 0.4)])
+def test_a_dome_carries_on_its_key_what_a_sector_does(thickness, friction):
+    found = mo.solve(dome(thickness, 5, 8, "meridians", friction), "static")
+    expected = load_on_key(1, thickness, 5, 8, friction)
+    assert found.load_factor == pytest.approx(expected, rel=1e-6)
+    assert found.certificate.worst < 1e-6
+
+
+def test_a_dome_in_bond_carries_no_less_than_its_pieces():
+    """Cut along all its meridians it is a dome whose upright joints run through, with twice the voussoirs:
+    the same contact points at its beds, and more that can move."""
+    bonded = mo.solve(dome(0.1, 3, 6, "running", 0.4), "static").load_factor
+    apart = mo.solve(dome(0.1, 3, 12, "meridians", 0.4), "static").load_factor
+    assert bonded > 1.1 * apart
+
+
+def least(rings, voussoirs, hoops):
+    """Least thickness over radius of one that stands, by halving."""
+    low, high = 0.01, 0.1
+    while high - low > 1e-5:
+        middle = (low + high) / 2
+        stands = load_on_key(1, middle, rings, voussoirs, 0.9, hoops) is not None
+        low, high = (low, middle) if stands else (middle, high)
+    return high
+
+
+def test_slices_of_an_orange_stand_from_the_thickness_known():
+    """Heyman (1967), "On shell solutions for masonry domes", has t/R = .042 for half a sphere."""
+    assert least(40, 100, hoops=False) == pytest.approx(0.042, rel=0.025)
+
+
+@pytest.mark.slow
+def test_least_thickness_of_a_dome_is_that_of_a_sector():
+    found = mo.least(lambda thickness: dome(thickness, 8, 12, "meridians", 0.9), 0.03, 0.06)
+    assert found.value == pytest.approx(least(8, 12, hoops=True), rel=2e-3)
