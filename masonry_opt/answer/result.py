@@ -72,7 +72,7 @@ class Result:
     load_factor: λ; None unless ``status.usable``.
     certificate: residuals of λ, forces and mechanism, from the matrices alone; None without λ.
     infeasibility: without λ what is proven of its existence, with residuals from the matrices alone; None
-        with λ, of scenes that fall, and above 2000 joints.
+        with λ, of scenes that fall, and above 2000 joints (in space points).
     flow_rule_matters: False if the loop's associative start already obeys the joints' own flow rule.
     iterations: of the solver, summed.
     lp_solves, nlp_solves: linear and nonlinear programs solved (without the check of the dead load).

@@ -62,7 +62,8 @@ class CaseFile(SceneKeys):
         cannot build its own.
         """
         generated = [block for generator in self._generators() for block in generator.blocks(self.thickness)]
-        keys = {name: getattr(self, name) for name in SceneKeys.model_fields}
+        # Those that were given: what is refused by name is refused whatever its value.
+        keys = {name: getattr(self, name) for name in SceneKeys.model_fields if name in self.model_fields_set}
         return Scene.model_validate(keys | {"blocks": [*self.blocks, *generated]})
 
 

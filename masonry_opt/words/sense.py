@@ -45,6 +45,7 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
         *_clamping(assembly, solution),
         *_small_gaps(assembly),
         *_corners(assembly),
+        *_turned_faces(assembly),
         *_bearing_corners(assembly, solution),
         *_bare_edge_loads(assembly),
         *_far_away(assembly),
@@ -123,6 +124,12 @@ def _corners(assembly: Assembly) -> list[Reason]:
         return [reason(Code.WITHOUT_NORMAL, pairs=pairs)] if pairs else []
     pairs = [assembly.names(np.array(pair)) for pair in assembly.joints.corners]
     return [reason(Code.CORNERS_MEET, pairs=pairs)] if pairs else []
+
+
+def _turned_faces(assembly: Assembly) -> list[Reason]:
+    """Solids whose faces were given turned this way and that."""
+    mixed = assembly.geometry.mixed if isinstance(assembly, SpaceAssembly) else np.zeros(0, dtype=int)
+    return [reason(Code.FACES_TURNED, blocks=assembly.names(mixed))] if len(mixed) else []
 
 
 def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reason]:

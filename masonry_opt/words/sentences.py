@@ -102,6 +102,10 @@ def _joints(v: dict[str, Any]) -> str:
     return f"{_OF_JOINTS[v['status']]}: {_pairs(v)}"
 
 
+def _joints_or_points(v: dict[str, Any]) -> str:
+    return counted(v["contacts"], "contact point") if "contacts" in v else counted(v["joints"], "joint")
+
+
 def _pairs(v: dict[str, Any], told: Sequence[str] = ()) -> str:
     """The pairs of blocks, each with what is told of it in brackets."""
     brackets = [f" ({words})" for words in told] or [""] * len(v["pairs"])
@@ -272,7 +276,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.SUB_PROBLEM_FAILED: "sub-problem {number} ended with '{word}': try another solver",
     Code.SUB_PROBLEM_EMPTY: (
-        "sub-problem {number} has no equilibrium state: joints that lost their normal force "
+        "sub-problem {number} has no equilibrium state: contacts that lost their normal force "
         "have locked; use an interior-point solver, or lower 'alpha'"
     ),
     Code.BEGAN_AGAIN: _began_again,
@@ -291,10 +295,10 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.PASS_LOST: "the load factor of a pass grew without end",
     Code.LOOP_FAR: lambda v: (
-        f"with {counted(v['joints'], 'joint')} the loop began, and left the scene to passes: after "
+        f"with {_joints_or_points(v)} the loop began, and left the scene to passes: after "
         f"{counted(v['count'], 'sub-problem')} its sliding was off the true law by {v['off']:.0%} of λ"
     ),
-    Code.TOO_LARGE: lambda v: f"with {counted(v['joints'], 'joint')} the loop is quicker than passes",
+    Code.TOO_LARGE: lambda v: f"with {_joints_or_points(v)} the loop is quicker than passes",
     Code.DILATANCY_FALLS: (
         "dilatancy falls with stress, which only the loop, method 'nonassociative', follows"
     ),
@@ -312,7 +316,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         )
     ),
     Code.NOT_EXPECTED: lambda v: (
-        f"not looked for with {counted(v['joints'], 'joint')}: method 'compliant' takes long"
+        f"not looked for with {_joints_or_points(v)}: method 'compliant' takes long"
     ),
     Code.CURVE: lambda v: (
         f"λ over displacement, in {counted(v['states'], 'state')}"
@@ -383,6 +387,10 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.WITHOUT_NORMAL: lambda v: (
         f"{_pairs(v)} meet corner on corner, corner on edge or edge along edge, where there is no normal and "
         "nothing holds them: a joint needs a face of either, or edges that cross"
+    ),
+    Code.FACES_TURNED: lambda v: (
+        f"not all faces of {_blocks(v['blocks'])} were given turned one way; they are taken so: were these "
+        "meant?"
     ),
     Code.CORNERS_BEAR: _corners_bear,
     Code.BARE_EDGE_LOAD: (

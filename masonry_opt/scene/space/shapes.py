@@ -29,6 +29,7 @@ class Shapes:
     convex: whether each is one convex part, shape (blocks,).
     parts: the convex parts.
     faces: the outer faces.
+    mixed: blocks whose faces were not all given turned one way, and were turned.
     """
 
     origin: np.ndarray
@@ -38,6 +39,7 @@ class Shapes:
     convex: np.ndarray
     parts: Parts
     faces: Faces
+    mixed: np.ndarray
 
     @property
     def size(self) -> np.ndarray:
@@ -48,7 +50,7 @@ class Shapes:
 def shapes(scene: Scene) -> Shapes:
     """Volumes, centroids, convex parts and outer faces of the blocks.
 
-    Parts given inside out are turned. Coplanar pieces of a block are made one face; where its parts meet is
+    Parts given inside out are turned, and faces against the others. Coplanar pieces of a block are made one face; where its parts meet is
     no outer face.
 
     Raises
@@ -81,7 +83,7 @@ def shapes(scene: Scene) -> Shapes:
     centroid = sums(given.block, volume[:, None] * masses.centroid, blocks) / whole[:, None]
     convex = np.bincount(given.block, minlength=blocks) == 1
     faces = outer_faces(given, flat, tolerance)
-    return Shapes(origin, tolerance, whole, centroid, convex, parts, faces)
+    return Shapes(origin, tolerance, whole, centroid, convex, parts, faces, given.mixed)
 
 
 class _Masses(NamedTuple):
