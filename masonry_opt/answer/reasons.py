@@ -56,8 +56,8 @@ class Code(StrEnum):
     LOOP_FAR = "loop far"  # joints (in space contacts), count: of sub-problems, off: share of λ
 
     # Contacts that give.
-    PLATEAU = "plateau"  # give, change: of λ from softer contacts; steps
-    NO_PLATEAU = "no plateau"  # give, change: None where only one pass ended; steps
+    PLATEAU = "plateau"  # give, change: of λ from contacts so many times softer; softer, steps
+    NO_PLATEAU = "no plateau"  # the same; change, softer: None where only one pass ended
     GROWS_WITH_STIFFNESS = "grows with stiffness"  # give, load_factor, elastic: share of the work
     NOT_EXPECTED = "not expected"  # joints, in space contacts: too many for passes
     CURVE = "curve"  # states, left_out: passes that ended in none; peak, last: load factors

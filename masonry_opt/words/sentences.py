@@ -102,6 +102,11 @@ def _joints(v: dict[str, Any]) -> str:
     return f"{_OF_JOINTS[v['status']]}: {_pairs(v)}"
 
 
+def _other_contacts(v: dict[str, Any]) -> str:
+    times, word = max((v["softer"], "softer"), (1 / v["softer"], "stiffer"))
+    return f"ones {times:.2g} times {word} change λ by {v['change']:.2%}"
+
+
 def _joints_or_points(v: dict[str, Any]) -> str:
     return counted(v["contacts"], "contact point") if "contacts" in v else counted(v["joints"], "joint")
 
@@ -304,7 +309,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.PLATEAU: lambda v: (
         f"in {counted(v['steps'], 'Newton step')}, with contacts that give by {v['give']:.0e} of the motion; "
-        f"softer ones, at least ten times, change λ by {v['change']:.2%}"
+        f"{_other_contacts(v)}"
     ),
     Code.NO_PLATEAU: lambda v: (
         f"with contacts that give by {v['give']:.0e} of the motion; that λ does not depend on their "
@@ -312,7 +317,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         + (
             "no pass ended with softer or stiffer ones"
             if v["change"] is None
-            else f"softer ones, at least ten times, change λ by {v['change']:.2%}"
+            else _other_contacts(v)
         )
     ),
     Code.NOT_EXPECTED: lambda v: (

@@ -270,17 +270,21 @@ def _reference(result: Result) -> str:
     """The case file's own reference value for the method, and how far the result is from it.
 
     Where none is known of the complementarity problem the loop's serves: both answer for Coulomb's joints.
+    Where neither is, the associative one, and how far the associative load factor beside the result is.
     """
     names = {"static": ["associative"], "kinematic": ["associative"], "mcp": ["mcp", "nonassociative"]}
     known = result.assembly.scene.reference
     name = next((name for name in names.get(result.method, [result.method]) if name in known), None)
+    found, of = result.load_factor, ""
+    if name is None and "associative" in known and result.associative is not None:
+        name, found, of = "associative", result.associative, "associative "
     if name is None:
         return ""
     reference = known[name]
     off = ""
-    if result.load_factor is not None and reference.value:
-        off = f", here {numeral(100 * (result.load_factor / reference.value - 1), '+.3f')} %"
-    return f"{reference.value} ({reference.source}){off}"
+    if found is not None and reference.value:
+        off = f", here {numeral(100 * (found / reference.value - 1), '+.3f')} %"
+    return f"{of}{reference.value} ({reference.source}){off}"
 
 
 def _technical(result: Result) -> list[str]:
