@@ -92,7 +92,8 @@ def _most_slack(problem: Problem, of: StateBounds) -> np.ndarray:
 
 
 def _objective(words: str, problem: Problem) -> str:
-    return f"objective: {words} times {problem.live_norm!r}, the sum of the live load's components"
+    of = "live forces and moments, by their sizes" if problem.layout.round else "the live load's components"
+    return f"objective: {words} times {problem.live_norm!r}, the sum of {of}"
 
 
 #: By method, what declares its program.

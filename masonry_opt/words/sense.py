@@ -99,7 +99,7 @@ def _idle_supports(assembly: Assembly) -> list[Reason]:
 def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
     """Joints with supports whose friction carries load though nothing presses them together."""
     found = solution.infeasibility if solution and solution.load_factor is None else None
-    clamped = np.array(found.clamped if found else (), dtype=int)
+    clamped = assembly.joints_of(np.array(found.clamped if found else (), dtype=int))
     joints = assembly.joints
     supports = ~np.isin([joints.first[clamped], joints.second[clamped]], assembly.movable).all(axis=0)
     if not supports.any():

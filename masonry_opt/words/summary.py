@@ -323,7 +323,8 @@ def _programs(result: Result) -> str:
     if not result.lp_solves and not result.nlp_solves:
         return f"none: {counted(result.iterations, 'Newton step')}" if result.iterations else ""
     nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""
-    return f"{result.lp_solves} linear{nonlinear} ({counted(result.iterations, 'solver iteration')})"
+    cones = " or of cones" if result.assembly.problem.layout.round else ""
+    return f"{result.lp_solves} linear{cones}{nonlinear} ({counted(result.iterations, 'solver iteration')})"
 
 
 def left_out(assembly: Assembly) -> tuple[str, ...]:
