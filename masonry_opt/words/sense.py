@@ -227,10 +227,10 @@ def _weights(assembly: Assembly) -> list[Reason]:
     problem, scene, movable = assembly.problem, assembly.scene, assembly.movable
     area = assembly.geometry.size[movable]
     weight = weights(scene, assembly.geometry, movable)
-    heavy = weight > 0
+    density = np.divide(weight, area)
+    heavy = density > 0
     if not heavy.any():
         return []
-    density = np.divide(weight, area)
     usual = np.quantile(density[heavy], 0.5, method="lower")
     ratio = np.where(heavy, density / usual, 1.0)
     per = {"per": "volume"} if isinstance(assembly, SpaceAssembly) else {}

@@ -314,15 +314,9 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.NO_PLATEAU: lambda v: (
         f"with contacts that give by {v['give']:.0e} of the motion; that λ does not depend on their "
         "stiffness is not shown: "
-        + (
-            "no pass ended with softer or stiffer ones"
-            if v["change"] is None
-            else _other_contacts(v)
-        )
+        + ("no pass ended with softer or stiffer ones" if v["change"] is None else _other_contacts(v))
     ),
-    Code.NOT_EXPECTED: lambda v: (
-        f"not looked for with {_joints_or_points(v)}: method 'compliant' takes long"
-    ),
+    Code.NOT_EXPECTED: lambda v: f"not looked for with {_joints_or_points(v)}: method 'compliant' takes long",
     Code.CURVE: lambda v: (
         f"λ over displacement, in {counted(v['states'], 'state')}"
         + (f" ({v['left_out']} more were not found)" if v["left_out"] else "")

@@ -226,7 +226,8 @@ def _friction(result: Result) -> str:
     """At what points forces act in space, and by which law friction holds there."""
     if result.size.contacts is None:
         return ""
-    said, expected = [_friction_law(result)], result.at_expected
+    unlimited, expected = not len(result.assembly.problem.sliding), result.at_expected
+    said = [_friction_law(result)] if unlimited or result.friction_law else []
     if result.expected is not None and expected and expected.friction_law != result.friction_law:
         said.append(f"the load to expect {_friction_law(expected)}")
     if result.load_factor is not None:

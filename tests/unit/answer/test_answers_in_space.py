@@ -27,9 +27,9 @@ def moves(result):
 
 
 def test_a_pushed_box_slides_along_the_push():
-    """At λ = μ under W = 1. The live load does the work |f_L| = 1, so the slip is 1, along the push, and opens
-    by μ times that. The resultant passes through the centroid's line of action:
-    μ h/2 off the middle."""
+    """At λ = μ under W = 1. The live load does the work |f_L| = 1, so the slip is 1, along the push, and
+    opens by μ times that. The resultant passes through the centroid's line of action: μ h/2 off the
+    middle."""
     result = mo.solve(pushed_box((1, 2, 0.5), 0.6, 30), "static")
     assert result.load_factor == pytest.approx(0.6, **EXACT)
     push = np.array([math.cos(math.radians(30)), math.sin(math.radians(30)), 0])
