@@ -172,7 +172,7 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
     if assembly.scene.dimension == 3 and not method.space:
         raise OptionError(
             f"{assembly.scene.origin}: its blocks are solids, which method '{method.name}' does not know: "
-            "use another, such as 'refined'"
+            "use another"
         )
     if len(problem.crushing) and not method.crushing:
         raise OptionError(

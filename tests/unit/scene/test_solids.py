@@ -294,3 +294,9 @@ def test_numbers_of_solids_can_be_varied(tmp_path):
     assert changed.blocks[0].live == (0, 1, 3)
     assert changed.loads[0].at == (0.1, 0.1, 0.25)
     assert changed.gravity == (0, 0, -1)
+
+
+def test_numbers_of_the_plane_are_none_of_solids(tmp_path):
+    names = Parameters(loaded(CASE, tmp_path)).names
+    assert "joints.cohesion" in names
+    assert not {"thickness", "joints.strength"} & set(names)
