@@ -211,8 +211,8 @@ def run_plan(
         )
     if far := [name for name, of in bounds.items() if of.finite and of.width > _FAR_APART]:
         notes.append(
-            "certified bounds, in space by polygons inside and round the cones of friction, are far apart, and "
-            f"no error below half of that is told, on {', '.join(far)}"
+            "certified bounds, in space by polygons inside and round the cones of friction, are far "
+            f"apart, and no error below half of that is told, on {', '.join(far)}"
         )
     found = lowest_exact(rows, known)
     notes += improve(scenes, found, update_best_known)
