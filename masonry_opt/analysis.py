@@ -61,7 +61,8 @@ def solve(
         Feasibility and gap tolerance asked of the solver, for the same three (default 1e-9; with cones of
         friction in space 1e-7 where that is not reached).
     expected:
-        Whether Coulomb methods also tell the load to expect, by method "compliant" (up to 8000 joints).
+        Whether Coulomb methods also tell the load to expect, by method "compliant" (up to 8000
+        joints, in space contact points).
     progress:
         Called with every step of the method: :class:`~.mcp.schedule.NewtonStep`,
         :class:`~.loop.run.Iteration` of the loop, :class:`~.mpec.RelaxationStep`,

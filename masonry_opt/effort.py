@@ -22,7 +22,7 @@ class Effort:
         ``expected`` (the load to expect beside a Coulomb answer), ``build`` (declaring the model),
         ``compile`` (to solver data, updates included), ``solve`` (the solver's own time), ``read`` (its
         answer to arrays), ``associative`` (the program beside a Coulomb answer).
-    lp_solves, nlp_solves: linear and nonlinear programs solved.
+    lp_solves, nlp_solves: linear programs solved, cone programs in space among them, and nonlinear ones.
     iterations: of the solvers, summed.
     solvers: names of the solvers by what they did, such as "dead load" or "sub-problems".
     begins: called with the name of each phase as it begins.

@@ -11,7 +11,7 @@ from typing import Any
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Found
 from masonry_opt.answer.motion import moving_names
-from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.answer.reasons import Code, reason, size_of
 from masonry_opt.answer.result import Result, make_result
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
@@ -138,7 +138,7 @@ class Session:
         if method.constant_dilatancy and problem.dilatancy_depends_on_stress:
             return Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, [reason(Code.DILATANCY_FALLS)])
         if problem.joints > PASSES_UP_TO:
-            why = reason(Code.NOT_EXPECTED, joints=problem.joints)
+            why = reason(Code.NOT_EXPECTED, **size_of(problem))
             return Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, [why])
         effort.begins("load to expect")
         solver = find_solver("pyomo", "newton")
@@ -172,7 +172,7 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
     if assembly.scene.dimension == 3 and not method.space:
         raise OptionError(
             f"{assembly.scene.origin}: its blocks are solids, which method '{method.name}' does not know: "
-            "use another, such as 'refined'"
+            "use another"
         )
     if len(problem.crushing) and not method.crushing:
         raise OptionError(

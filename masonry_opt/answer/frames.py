@@ -94,7 +94,8 @@ def curve_frame(assembly: Assembly, states: Iterable[GivingState]) -> pd.DataFra
     """A row a state of contacts that give less and less; joints that start are those of no row before."""
     problem = assembly.problem
     rows, started = [], np.zeros((2, len(assembly.joints.first)), dtype=bool)
-    # Velocities are scaled by a sum over components, which depends on the axes: a displacement must not.
+    # In the plane velocities are scaled by a sum over components, which depends on the axes: a displacement
+    # must not.
     work = problem.live_norm / (problem.force_sizes(problem.live).sum() or problem.live_norm)
     for state in states:
         solution = Solution(Status.CONVERGED, Kind.COMPLIANT, found=state.answer)

@@ -39,8 +39,9 @@ class InfeasibilityCertificate:
     equilibrium, yield_: :func:`ray_residuals` of forces that carry the live load alone within the true
         friction without cohesion (where there is no mechanism: within the joints' own dilatancy). None
         without such forces.
-    clamped: joints, by their numbers in ``Result.joints``, in self-stress, the most stressed first: other
-        forces carry the opposite of the live load, and the sum of both balances itself.
+    clamped: joints in self-stress, by their numbers in the problem, of a result by those in
+        ``Result.joints``, the most stressed first: other forces carry the opposite of the live load, and the
+        sum of both balances itself.
     static_cuts, kinematic_cuts: numbers of sets of faces that cannot come to yield together, and of sets of
         which one face must move. Together they leave no choice of moving faces.
     cut_residual: the largest :func:`static_residual` or :func:`kinematic_residual` of these sets.

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
+from masonry_opt.problem.problem import Problem
+
 
 class Code(StrEnum):
     """What can be said of how an analysis ended; beside each, its values."""
@@ -50,14 +52,14 @@ class Code(StrEnum):
     PASS_STOPPED = "pass stopped"  # word, attempts
     PASS_LOST = "pass lost"
     DILATANCY_FALLS = "dilatancy falls"
-    TOO_LARGE = "too large"  # joints
-    LOOP_FAR = "loop far"  # joints, count: of sub-problems, off: by what share of λ
+    TOO_LARGE = "too large"  # joints, in space contacts: points
+    LOOP_FAR = "loop far"  # joints (in space contacts), count: of sub-problems, off: share of λ
 
     # Contacts that give.
-    PLATEAU = "plateau"  # give, change: of λ from softer contacts; steps
-    NO_PLATEAU = "no plateau"  # give, change: None where only one pass ended; steps
+    PLATEAU = "plateau"  # give, change: of λ from contacts so many times softer; softer, steps
+    NO_PLATEAU = "no plateau"  # the same; change, softer: None where only one pass ended
     GROWS_WITH_STIFFNESS = "grows with stiffness"  # give, load_factor, elastic: share of the work
-    NOT_EXPECTED = "not expected"  # joints: too many for passes
+    NOT_EXPECTED = "not expected"  # joints, in space contacts: too many for passes
     CURVE = "curve"  # states, left_out: passes that ended in none; peak, last: load factors
 
     # The MPEC.
@@ -102,6 +104,7 @@ class Code(StrEnum):
     SMALL_GAPS = "small gaps"  # pairs: of blocks; widths: of the gap of each
     CORNERS_MEET = "corners meet"  # pairs: of blocks
     WITHOUT_NORMAL = "without normal"  # pairs: of blocks in space
+    FACES_TURNED = "faces turned"  # blocks in space
     CORNERS_BEAR = "corners bear"  # pairs: of blocks; normal_forces: of each, largest first
     BARE_EDGE_LOAD = "bare edge load"  # number: counted from 1, length
     ACTS_OUTSIDE = "acts outside"  # load: 'live' or 'dead', blocks, distance: of the first one's point to it
@@ -123,3 +126,8 @@ class Reason:
 def reason(code: Code, **values: Any) -> Reason:
     """A reason from its code and values."""
     return Reason(code, values)
+
+
+def size_of(problem: Problem) -> dict[str, int]:
+    """How many joints a problem has, as a value of a reason; in space they are ``contacts``, points."""
+    return {"contacts" if problem.layout.round else "joints": problem.joints}

@@ -72,10 +72,11 @@ class Result:
     load_factor: λ; None unless ``status.usable``.
     certificate: residuals of λ, forces and mechanism, from the matrices alone; None without λ.
     infeasibility: without λ what is proven of its existence, with residuals from the matrices alone; None
-        with λ, of scenes that fall, and above 2000 joints.
+        with λ, of scenes that fall, and above 2000 joints (in space points).
     flow_rule_matters: False if the loop's associative start already obeys the joints' own flow rule.
     iterations: of the solver, summed.
-    lp_solves, nlp_solves: linear and nonlinear programs solved (without the check of the dead load).
+    lp_solves, nlp_solves: linear programs solved, cone programs in space among them, and nonlinear ones
+        (without the check of the dead load).
     stationary: of a refined answer: True if no mechanism tried among the faces at yield lowers λ, False if
         the solver could not tell for some; None for other methods.
     expected: load factor to expect of a scene that stands and is then pushed, that of method "compliant";
@@ -158,8 +159,10 @@ class Result:
     @cached_property
     def blocks(self) -> pd.DataFrame:
         """A row a movable block: ``block``, ``x``, ``y`` (centroid), ``vx``, ``vy``, ``omega``; velocities
-        scaled so that the live load does the work Σ|f_L|, the sum over its components. In space ``block``,
-        ``x``, ``y``, ``z``, ``vx``, ``vy``, ``vz``, and rotation about the axes ``wx``, ``wy``, ``wz``."""
+        scaled so that the live load does the work Σ|f_L|, in the plane the sum over its components, in space
+        over the sizes of forces and of moments about centroids (forces times half the root of the median
+        joint's area). In space ``block``, ``x``, ``y``, ``z``, ``vx``, ``vy``, ``vz``, and rotation about the
+        axes, right-handed, ``wx``, ``wy``, ``wz``."""
         from masonry_opt.answer.frames import block_frame
 
         return block_frame(self.assembly, self.solution)
@@ -221,7 +224,10 @@ class Result:
 
     @property
     def infeasibility(self) -> InfeasibilityCertificate | None:
-        return self.solution.infeasibility if self.load_factor is None else None
+        if self.load_factor is not None or (found := self.solution.infeasibility) is None:
+            return None
+        clamped = self.assembly.joints_of(np.array(found.clamped, dtype=int))
+        return replace(found, clamped=tuple(clamped.tolist()))
 
     @property
     def flow_rule_matters(self) -> bool:

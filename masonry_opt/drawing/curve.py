@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.result import Result
 from masonry_opt.drawing.colours import BLACK, HATCH, HINGES, SLIDES
-from masonry_opt.drawing.elements import result_elements
+from masonry_opt.drawing.elements import heading, title_of
 from masonry_opt.drawing.figure import Handle, Picture, entitle, finish, style
 from masonry_opt.errors import OptionError
 from masonry_opt.words.sentences import numeral, sentences
@@ -41,8 +41,7 @@ def curve_picture(result: Result) -> Picture:
         axes.set_xscale("log")
         axes.set_xlabel("displacement of the live load, in what a mean contact gives under the dead load")
         axes.set_ylabel("load factor λ")
-        elements = result_elements(result)
-        entitle(axes, elements.title, elements.heading)
+        entitle(axes, title_of(result.assembly.scene), heading(result))
         axes.plot(curve["displacement"], curve["load_factor"], color=BLACK, marker=".", zorder=3)
         handles, top = _levels(axes, result, float(curve["load_factor"].max()))
         axes.set_ylim(-_BELOW * top, (1 + _ABOVE) * top)

@@ -73,9 +73,7 @@ class Elements:
 
     @property
     def title(self) -> str:
-        """The scene's title, or the name of its file, in one line."""
-        scene = self.assembly.scene
-        return printable(" ".join(scene.title.split()) or Path(scene.origin).stem)
+        return title_of(self.assembly.scene)
 
     @property
     def outline_width(self) -> float:
@@ -107,6 +105,11 @@ class Elements:
         low = np.minimum(corners.min(axis=0) - _MARGIN * size, reach.min(axis=0) - pad)
         high = np.maximum(corners.max(axis=0) + _MARGIN * size, reach.max(axis=0) + pad)
         return np.array([low, high])
+
+
+def title_of(scene: Scene) -> str:
+    """The scene's title, or the name of its file, in one line."""
+    return printable(" ".join(scene.title.split()) or Path(scene.origin).stem)
 
 
 def legend(marks: Iterable[Marks]) -> dict[str, list[Marks]]:
@@ -179,7 +182,7 @@ def result_elements(result: Result) -> Elements:
         layers["thrust"] = list(thrust_marks(result, size, shrink))
         layers["utilisation"] = list(utilisation_marks(assembly, used, shrink))
     arrows = list(load_marks(assembly, size, motion, live=result.status.live_load_acts))
-    return Elements(assembly, _heading(result, movement), movement, motion, arrows, layers)
+    return Elements(assembly, heading(result), movement, motion, arrows, layers)
 
 
 def _shrink(assembly: Assembly) -> float:
@@ -231,9 +234,10 @@ def _movement(result: Result) -> str:
     return "the last motion tried, magnified: no collapse"
 
 
-def _heading(result: Result, movement: str) -> str:
+def heading(result: Result) -> str:
     """The load factor, or why there is none."""
     if result.load_factor is None:
+        movement = _movement(result)
         tried = movement and result.status is not Status.UNSTABLE
         return f"no load factor ({result.status}){f'; drawn: {movement}' if tried else ''}"
     line = f"load factor λ = {numeral(result.load_factor, '.5f')} ({result.method})"

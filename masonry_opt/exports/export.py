@@ -28,6 +28,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.session import refuse_unsuited
+from masonry_opt.words.sentences import by_sides
 
 #: ε of the products z p ≤ ε that are written for complementarity: far above what solvers take for feasible,
 #: and far below a load factor.
@@ -91,7 +92,8 @@ def _most_slack(problem: Problem, of: StateBounds) -> np.ndarray:
 
 
 def _objective(words: str, problem: Problem) -> str:
-    return f"objective: {words} times {problem.live_norm!r}, the sum of the live load's components"
+    of = "live forces and moments, by their sizes" if problem.layout.round else "the live load's components"
+    return f"objective: {words} times {problem.live_norm!r}, the sum of {of}"
 
 
 #: By method, what declares its program.
@@ -196,10 +198,14 @@ def _header(method: str, assembly: Assembly) -> list[str]:
     """What every program says of itself, in ASCII."""
     problem, scene = assembly.problem, assembly.scene
     name = " ".join(f"{Path(scene.origin).name} {scene.title}".split())
+    points, friction = "", []
+    if problem.layout.round:
+        points = f", contact points: {problem.joints}"
+        friction = [f"friction: {by_sides(problem.layout) if len(problem.sliding) else 'unlimited'}"]
     lines = [
         f"{MARK}: program of method {method} for {name}",
-        f"movable blocks: {problem.blocks}, joints: {len(assembly.joints.first)}"
-        + (f", contact points: {problem.joints}" if problem.layout.round else ""),
+        f"movable blocks: {problem.blocks}, joints: {len(assembly.joints.first)}{points}",
+        *friction,
         f"units: forces {problem.force_unit!r}, lengths {problem.length_unit!r} of the case's; the load "
         "factor is the same in both",
     ]

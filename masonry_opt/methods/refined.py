@@ -63,7 +63,8 @@ class Refinement:
     origin: what led to it: "start" (the pass's state or the result handed in), a pass with other "friction"
         or "loads", a "fixed point", or a "neighbour" of the lowest state.
     candidate: its number, counted from 1.
-    lp_solves, seconds: linear programs solved, and time passed, since the method began.
+    lp_solves, seconds: linear programs solved, in space cone programs too, and time passed in seconds, since
+        the method began.
     """
 
     load_factor: float

@@ -81,8 +81,9 @@ class Problem:
     matrices are ``dataclasses.replace(problem, law=…)``; what matrices and faces have computed is shared.
 
     Forces are in units of ``force_unit`` (the median dead load of a block), lengths in units of
-    ``length_unit`` (half the median joint length), so that the numbers a solver sees are near one whatever
-    units a case file uses. Shapes (3b,) and (3c,) are those of the plane (see :class:`~.faces.Layout`).
+    ``length_unit`` (half the median joint length, in space half the root of the median area), so that the
+    numbers a solver sees are near one whatever units a case file uses. Shapes (3b,) and (3c,) are those of
+    the plane; in space, where the c joints are contact points, (6b,) and (3c,) (see :class:`~.faces.Layout`).
 
     Attributes
     ----------
@@ -162,11 +163,16 @@ class Problem:
 
     @property
     def live_norm(self) -> float:
-        """Σ|f_L|, by which objective and velocities are scaled (so that velocities are near 1)."""
+        """Σ|f_L|, by which objective and velocities are scaled (so that velocities are near 1): in the plane
+        over components, in space over the sizes of forces and of moments, which no axes change."""
+        if self.layout.round:
+            turning = np.hypot.reduce(self.moments(self.live), axis=1)
+            return float((self.force_sizes(self.live) + turning).sum())
         return float(np.abs(self.live).sum())
 
     def forces(self, load: np.ndarray) -> np.ndarray:
-        """Forces, or velocities, of the blocks, shape (b, 2), in a load or motion, shape (3b,)."""
+        """Forces, or velocities, of the blocks, shape (b, 2), in a load or motion, shape (3b,); in space
+        (b, 3) of (6b,)."""
         return self.by_block(load)[:, : self.layout.dimension]
 
     def force_sizes(self, load: np.ndarray) -> np.ndarray:
@@ -174,7 +180,8 @@ class Problem:
         return np.hypot.reduce(self.forces(load), axis=1)
 
     def moments(self, load: np.ndarray) -> np.ndarray:
-        """Moments, or rotations, of the blocks, shape (b, 1), in a load or motion, shape (3b,)."""
+        """Moments about the centroids of the blocks (force × length unit), or rotations (by length unit),
+        shape (b, 1), in a load or motion, shape (3b,); in space (b, 3), about the axes, of (6b,)."""
         return self.by_block(load)[:, self.layout.dimension :]
 
     def _cone(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -266,13 +273,15 @@ class Problem:
     ) -> np.ndarray:
         """Rates p ≥ 0 with which the joints could follow Bᵀd under a flow rule, shape (faces,).
 
-        Slip gives the sliding rates, of one sense only; rotation and the opening that sliding does not
-        explain give the rocking rates. Where the opening is too small for p ≥ 0, slip and rotation are
-        kept, and ``Bᵀd − D p`` is the violation of the flow rule.
+        Slip gives the sliding rates, of one sense only, in space of the two next to its direction; rotation
+        and the opening that sliding does not explain give the rocking rates, in space that opening alone.
+        Where it is too small for p ≥ 0, slip and rotation are kept, and ``Bᵀd − D p`` is the violation of the
+        flow rule. Rates of sliding are slips, as velocities are; of rocking rotations (times length unit), in
+        space openings.
 
         Parameters
         ----------
-        d: block velocities, shape (3b,).
+        d: block velocities, shape (3b,), in space (6b,).
         slope: opening per unit slip, shape (k,).
         q: forces under which contacts give, shape (3c,), if they do.
         curved: as in ``slacks``.
@@ -292,7 +301,8 @@ class Problem:
         return np.maximum(np.concatenate([slides.ravel(), rock.ravel(), crush]), 0.0)
 
     def edge_forces(self, q: np.ndarray) -> np.ndarray:
-        """Forces at the edges about which joints rock, shape (2, c): (n ∓ m / lever) / 2."""
+        """Forces at the edges about which joints rock, in force units, shape (2, c): (n ∓ m / lever) / 2; in
+        space at the contact points, shape (1, c): n."""
         layout, kinds = self.layout, self.by_kind(q)
         moment = kinds[layout.dimension :].sum(axis=0) / self.lever
         return (kinds[0] + np.multiply.outer(layout.edges, moment)) / len(layout.edges)

@@ -48,6 +48,8 @@ Point = tuple[Number, Number]
 YesNo = Annotated[bool, Strict()]
 #: Chooses between two types, each marked with its ``Tag``, so that errors name only the one that was meant.
 ONE_OR_SEVERAL = Discriminator(lambda value: "<several>" if isinstance(value, (list, tuple)) else "<one>")
+#: What gives the shape of a convex solid.
+SHAPES = "'box', or 'vertices' with 'faces'"
 #: Control characters, line ends, and marks that turn the direction of writing round.
 _UNSEEN = r"\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
 Name = Annotated[str, Strict(), StringConstraints(min_length=1, max_length=200, pattern=rf"^[^{_UNSEEN}]*$")]
@@ -188,7 +190,9 @@ class Block(Body):
 
     def _wrong_shape(self) -> str | None:
         both_or_neither = (self.vertices is None) == (self.parts is None)
-        return "give 'vertices', or 'parts' for a block of several polygons" if both_or_neither else None
+        if both_or_neither:
+            return f"give 'vertices', or 'parts' for a block of several polygons (of a solid: {SHAPES})"
+        return None
 
     @property
     def rings(self) -> list[list[Point]]:

@@ -85,7 +85,8 @@ class CaseFile(SceneKeys):
         """
         flat = [block for generator in self._in_plane() for block in generator.blocks(self.thickness)]
         solid = [block for generator in self._in_space() for block in generator.blocks()]
-        keys = {name: getattr(self, name) for name in SceneKeys.model_fields}
+        # Those that were given: what is refused by name is refused whatever its value.
+        keys = {name: getattr(self, name) for name in SceneKeys.model_fields if name in self.model_fields_set}
         return Scene.model_validate(keys | {"blocks": [*self.blocks, *flat, *solid]})
 
 

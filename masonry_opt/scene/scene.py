@@ -150,7 +150,7 @@ class Scene(SceneKeys):
                     return f"{where}: '{key}' is for solids: take it away"
         if self.tilt and isinstance(self.tilt, str) == space:
             return "'tilt' needs a direction, [x, y, z]" if space else '\'tilt\' needs "left" or "right"'
-        if space and self.thickness != 1:
+        if space and "thickness" in self.model_fields_set:
             return f"'thickness' is for scenes in the plane: block '{first.name}' is a solid"
         return self.of_plane_alone() if space else None
 

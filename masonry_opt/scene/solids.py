@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple
 import numpy as np
 from pydantic import BeforeValidator, Discriminator, Field, Strict, Tag, model_validator
 
-from masonry_opt.scene.blocks import Block, Body, Name, NonNegative, Number, Point, Record, YesNo
+from masonry_opt.scene.blocks import SHAPES, Block, Body, Name, NonNegative, Number, Point, Record, YesNo
 
 
 def _three(value: Any) -> Any:
@@ -47,6 +47,9 @@ Face = Annotated[list[Annotated[int, Strict(), Field(ge=0)]], Field(min_length=3
 Corners = Annotated[list[Vector], Field(min_length=4)]
 Faces = Annotated[list[Face], Field(min_length=4)]
 
+#: Keys of a block that have as many numbers as its points.
+_VECTORS = ("live", "live_per_weight", "dead", "weight_at", "live_at", "dead_at")
+
 #: Faces of a box, counter-clockwise seen from outside: bottom, top, front, right, back, left. Its corners go
 #: counter-clockwise seen from above, those of the bottom first.
 _BOX_FACES = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
@@ -75,7 +78,7 @@ class Part(Record):
     @model_validator(mode="after")
     def _one_shape(self) -> Part:
         if (self.vertices is None) == (self.box is None):
-            raise ValueError("give 'vertices' with 'faces', or a 'box'")
+            raise ValueError(f"give {SHAPES}")
         if mistake := _wrong_faces(self):
             raise ValueError(mistake)
         return self
@@ -92,7 +95,8 @@ class Solid(Body):
         Unique within the scene.
     vertices, faces:
         Corners ``[[x, y, z], ...]``, and faces as lists of indices of corners, the first of which is 0, in
-        order round each face: all faces counter-clockwise seen from outside, or all clockwise.
+        order round each face: all faces counter-clockwise seen from outside, or all clockwise (else they
+        are turned one way, with a warning).
     box:
         In place of them, ``[[x0, x1], [y0, y1], [z0, z1]]``.
     parts:
@@ -145,9 +149,7 @@ class Solid(Body):
     def _wrong_shape(self) -> str | None:
         given = [shape for shape in (self.vertices, self.box, self.parts) if shape is not None]
         if len(given) != 1:
-            return (
-                "give one of 'vertices' with 'faces', 'box', and 'parts' for a block of several convex parts"
-            )
+            return f"give {'one' if given else 'a'} shape: {SHAPES}, or 'parts', several convex ones"
         return _wrong_faces(self)
 
     @property
@@ -165,12 +167,20 @@ def _is_solid(value: Any) -> bool:
     """Whether a record, or a table of keys, means a block in space."""
     if not isinstance(value, Mapping):
         return isinstance(value, Solid)
-    if "box" in value or "faces" in value:
+    if not value.keys().isdisjoint({"box", "faces", "live_moment", "dead_moment"}):
         return True
-    parts, vertices = (_entries(value.get(key)) for key in ("parts", "vertices"))
-    return (
-        any(isinstance(part, Part | Mapping) for part in parts) or len(_entries((vertices or [None])[0])) == 3
-    )
+    shape = value.get("vertices", value.get("parts"))
+    if shape is None:  # which is to be told of the kind that its forces and points are of
+        return any(_numbers(value.get(key)) == 3 for key in _VECTORS)
+    return any(isinstance(part, Part | Mapping) for part in _entries(shape)) or _numbers(shape) == 3
+
+
+def _numbers(value: Any) -> int:
+    """Entries of the first list of numbers in nested ones."""
+    entries = _entries(value)
+    for _ in range(2):
+        entries = _entries(entries[0]) or entries if entries else entries
+    return len(entries)
 
 
 def _entries(value: Any) -> Sequence[Any]:
@@ -211,8 +221,10 @@ def prism(front: Sequence[Sequence[float]], back: Sequence[Sequence[float]]) -> 
 
 def _wrong_faces(shape: Part | Solid) -> str | None:
     """What is wrong with the faces or the box of a shape, of which there is one kind."""
-    if (shape.vertices is None) != (shape.faces is None):
-        return "'vertices' and 'faces' go together: give both"
+    if shape.vertices is not None and shape.faces is None:
+        return "'vertices' of a solid need 'faces', lists of their numbers round each face (or give a 'box')"
+    if shape.faces is not None and shape.vertices is None:
+        return "'faces' go with 'vertices' alone: take them away"
     for axis, (low, high) in zip("xyz", shape.box or (), strict=False):
         if not low < high:
             return f"'box' has no extent along {axis}: give rising numbers (found [{low:g}, {high:g}])"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from masonry_opt.answer.infeasibility import Existence, InfeasibilityCertificate
@@ -33,15 +31,11 @@ def explain(
             solution.infeasibility = existence(assembly.problem, effort, of_mechanism=not associative)
         else:  # statics are bounded
             solution.infeasibility = InfeasibilityCertificate(Existence.UNDECIDED)
-    if (found := solution.infeasibility) and found.clamped:
-        clamped = assembly.joints_of(np.array(found.clamped))
-        solution.infeasibility = replace(found, clamped=tuple(clamped.tolist()))
     if not associative:
         if solution.status is not Status.UNSTABLE:
             _settle(solution)
         if solution.infeasibility and solution.infeasibility.clamped:
-            pairs = assembly.pairs_of(np.array(solution.infeasibility.clamped))
-            solution.add(Code.CLAMPED, pairs=pairs)
+            solution.add(Code.CLAMPED, pairs=assembly.pairs(np.array(solution.infeasibility.clamped)))
     locking = locking_joints(assembly.problem, solution.status, solution.q, solver, Effort())
     if len(locking):
         solution.add(Code.JOINTS, status=str(solution.status), pairs=assembly.pairs(locking))

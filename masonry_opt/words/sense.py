@@ -45,6 +45,7 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
         *_clamping(assembly, solution),
         *_small_gaps(assembly),
         *_corners(assembly),
+        *_turned_faces(assembly),
         *_bearing_corners(assembly, solution),
         *_bare_edge_loads(assembly),
         *_far_away(assembly),
@@ -98,7 +99,7 @@ def _idle_supports(assembly: Assembly) -> list[Reason]:
 def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
     """Joints with supports whose friction carries load though nothing presses them together."""
     found = solution.infeasibility if solution and solution.load_factor is None else None
-    clamped = np.array(found.clamped if found else (), dtype=int)
+    clamped = assembly.joints_of(np.array(found.clamped if found else (), dtype=int))
     joints = assembly.joints
     supports = ~np.isin([joints.first[clamped], joints.second[clamped]], assembly.movable).all(axis=0)
     if not supports.any():
@@ -123,6 +124,12 @@ def _corners(assembly: Assembly) -> list[Reason]:
         return [reason(Code.WITHOUT_NORMAL, pairs=pairs)] if pairs else []
     pairs = [assembly.names(np.array(pair)) for pair in assembly.joints.corners]
     return [reason(Code.CORNERS_MEET, pairs=pairs)] if pairs else []
+
+
+def _turned_faces(assembly: Assembly) -> list[Reason]:
+    """Solids whose faces were given turned this way and that."""
+    mixed = assembly.geometry.mixed if isinstance(assembly, SpaceAssembly) else np.zeros(0, dtype=int)
+    return [reason(Code.FACES_TURNED, blocks=assembly.names(mixed))] if len(mixed) else []
 
 
 def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reason]:
@@ -220,10 +227,10 @@ def _weights(assembly: Assembly) -> list[Reason]:
     problem, scene, movable = assembly.problem, assembly.scene, assembly.movable
     area = assembly.geometry.size[movable]
     weight = weights(scene, assembly.geometry, movable)
-    heavy = weight > 0
+    density = np.divide(weight, area)
+    heavy = density > 0
     if not heavy.any():
         return []
-    density = np.divide(weight, area)
     usual = np.quantile(density[heavy], 0.5, method="lower")
     ratio = np.where(heavy, density / usual, 1.0)
     per = {"per": "volume"} if isinstance(assembly, SpaceAssembly) else {}

@@ -102,6 +102,15 @@ def _joints(v: dict[str, Any]) -> str:
     return f"{_OF_JOINTS[v['status']]}: {_pairs(v)}"
 
 
+def _other_contacts(v: dict[str, Any]) -> str:
+    times, word = max((v["softer"], "softer"), (1 / v["softer"], "stiffer"))
+    return f"ones {times:.2g} times {word} change λ by {v['change']:.2%}"
+
+
+def _joints_or_points(v: dict[str, Any]) -> str:
+    return counted(v["contacts"], "contact point") if "contacts" in v else counted(v["joints"], "joint")
+
+
 def _pairs(v: dict[str, Any], told: Sequence[str] = ()) -> str:
     """The pairs of blocks, each with what is told of it in brackets."""
     brackets = [f" ({words})" for words in told] or [""] * len(v["pairs"])
@@ -272,7 +281,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.SUB_PROBLEM_FAILED: "sub-problem {number} ended with '{word}': try another solver",
     Code.SUB_PROBLEM_EMPTY: (
-        "sub-problem {number} has no equilibrium state: joints that lost their normal force "
+        "sub-problem {number} has no equilibrium state: contacts that lost their normal force "
         "have locked; use an interior-point solver, or lower 'alpha'"
     ),
     Code.BEGAN_AGAIN: _began_again,
@@ -291,29 +300,23 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.PASS_LOST: "the load factor of a pass grew without end",
     Code.LOOP_FAR: lambda v: (
-        f"with {counted(v['joints'], 'joint')} the loop began, and left the scene to passes: after "
+        f"with {_joints_or_points(v)} the loop began, and left the scene to passes: after "
         f"{counted(v['count'], 'sub-problem')} its sliding was off the true law by {v['off']:.0%} of λ"
     ),
-    Code.TOO_LARGE: lambda v: f"with {counted(v['joints'], 'joint')} the loop is quicker than passes",
+    Code.TOO_LARGE: lambda v: f"with {_joints_or_points(v)} the loop is quicker than passes",
     Code.DILATANCY_FALLS: (
         "dilatancy falls with stress, which only the loop, method 'nonassociative', follows"
     ),
     Code.PLATEAU: lambda v: (
         f"in {counted(v['steps'], 'Newton step')}, with contacts that give by {v['give']:.0e} of the motion; "
-        f"softer ones, at least ten times, change λ by {v['change']:.2%}"
+        f"{_other_contacts(v)}"
     ),
     Code.NO_PLATEAU: lambda v: (
         f"with contacts that give by {v['give']:.0e} of the motion; that λ does not depend on their "
         "stiffness is not shown: "
-        + (
-            "no pass ended with softer or stiffer ones"
-            if v["change"] is None
-            else f"softer ones, at least ten times, change λ by {v['change']:.2%}"
-        )
+        + ("no pass ended with softer or stiffer ones" if v["change"] is None else _other_contacts(v))
     ),
-    Code.NOT_EXPECTED: lambda v: (
-        f"not looked for with {counted(v['joints'], 'joint')}: method 'compliant' takes long"
-    ),
+    Code.NOT_EXPECTED: lambda v: f"not looked for with {_joints_or_points(v)}: method 'compliant' takes long",
     Code.CURVE: lambda v: (
         f"λ over displacement, in {counted(v['states'], 'state')}"
         + (f" ({v['left_out']} more were not found)" if v["left_out"] else "")
@@ -383,6 +386,10 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.WITHOUT_NORMAL: lambda v: (
         f"{_pairs(v)} meet corner on corner, corner on edge or edge along edge, where there is no normal and "
         "nothing holds them: a joint needs a face of either, or edges that cross"
+    ),
+    Code.FACES_TURNED: lambda v: (
+        f"not all faces of {_blocks(v['blocks'])} were given turned one way; they are taken so: were these "
+        "meant?"
     ),
     Code.CORNERS_BEAR: _corners_bear,
     Code.BARE_EDGE_LOAD: (

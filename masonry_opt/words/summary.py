@@ -226,7 +226,8 @@ def _friction(result: Result) -> str:
     """At what points forces act in space, and by which law friction holds there."""
     if result.size.contacts is None:
         return ""
-    said, expected = [_friction_law(result)], result.at_expected
+    unlimited, expected = not len(result.assembly.problem.sliding), result.at_expected
+    said = [_friction_law(result)] if unlimited or result.friction_law else []
     if result.expected is not None and expected and expected.friction_law != result.friction_law:
         said.append(f"the load to expect {_friction_law(expected)}")
     if result.load_factor is not None:
@@ -270,17 +271,21 @@ def _reference(result: Result) -> str:
     """The case file's own reference value for the method, and how far the result is from it.
 
     Where none is known of the complementarity problem the loop's serves: both answer for Coulomb's joints.
+    Where neither is, the associative one, and how far the associative load factor beside the result is.
     """
     names = {"static": ["associative"], "kinematic": ["associative"], "mcp": ["mcp", "nonassociative"]}
     known = result.assembly.scene.reference
     name = next((name for name in names.get(result.method, [result.method]) if name in known), None)
+    found, of = result.load_factor, ""
+    if name is None and "associative" in known and result.associative is not None:
+        name, found, of = "associative", result.associative, "associative "
     if name is None:
         return ""
     reference = known[name]
     off = ""
-    if result.load_factor is not None and reference.value:
-        off = f", here {numeral(100 * (result.load_factor / reference.value - 1), '+.3f')} %"
-    return f"{reference.value} ({reference.source}){off}"
+    if found is not None and reference.value:
+        off = f", here {numeral(100 * (found / reference.value - 1), '+.3f')} %"
+    return f"{of}{reference.value} ({reference.source}){off}"
 
 
 def _technical(result: Result) -> list[str]:
@@ -319,7 +324,8 @@ def _programs(result: Result) -> str:
     if not result.lp_solves and not result.nlp_solves:
         return f"none: {counted(result.iterations, 'Newton step')}" if result.iterations else ""
     nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""
-    return f"{result.lp_solves} linear{nonlinear} ({counted(result.iterations, 'solver iteration')})"
+    cones = " or of cones" if result.assembly.problem.layout.round else ""
+    return f"{result.lp_solves} linear{cones}{nonlinear} ({counted(result.iterations, 'solver iteration')})"
 
 
 def left_out(assembly: Assembly) -> tuple[str, ...]:

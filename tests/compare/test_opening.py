@@ -10,6 +10,7 @@ import pytest
 import shapely
 from comparisons import BLOCKS, NAMES, WALL, made_up
 from scenes import CASES, two_blocks
+from scenes_in_space import pushed_box
 
 import masonry_opt as mo
 from masonry_opt.studies.compare import frames
@@ -144,8 +145,14 @@ def test_a_scene_whose_file_is_gone_has_no_picture(tmp_path, comparison):
     assert page(lost, []).count('<path class="block"') == 1
 
 
-def test_a_scene_in_space_has_numbers_and_no_picture():
-    found = mo.compare([CASES / "space" / "pushed_box.toml"], methods=["static"], repeats=1)
+def test_a_scene_in_space_has_numbers_and_no_picture(tmp_path):
+    """A box slides across the middle of a side: the polygon round its cone touches it there, the one inside
+    has cos(π/24) of it."""
+    mo.save(pushed_box((2.0, 2.0, 1.0), 0.5, 7.5), tmp_path / "slides.toml")
+    found = mo.compare([tmp_path / "slides.toml"], methods=["static"], solvers=["clarabel"], repeats=1)
+    (bounds,), inside = found.bounds.values(), np.cos(np.pi / 24)
+    assert bounds.width == pytest.approx(2 * (1 - inside) / (1 + inside), rel=1e-4)
+    assert any("slides" in note and "polygons" in note for note in found.notes)
     (row,) = opening(found)[1]
     assert row.picture is None
     assert "nan" not in {cell.value for cell in row.cells}

@@ -42,6 +42,25 @@ def test_check_agrees(monkeypatch, capsys, case):
     assert "agree" in out
 
 
+def test_a_curve_is_drawn(monkeypatch, capsys, case):
+    asked = ("--method", "compliant", "-o", "curve=true", "--plot-kind", "curve", "--plot")
+    code, out, _ = run_command(monkeypatch, capsys, "solve", case, *asked, case.with_suffix(".png"))
+    assert code == 0
+    assert "does not fall" in out
+    assert case.with_suffix(".png").exists()
+    code, _, said = run_command(monkeypatch, capsys, "solve", case, *asked, case.with_suffix(".html"))
+    assert code == OptionError.exit_code
+    assert "solids" in said
+
+
+def test_the_associative_reference_stands_beside_other_methods(monkeypatch, capsys, case):
+    """Of a box, λ = μ = 0.5, 25 % above a reference of 0.4."""
+    case.write_text(case.read_text() + '[reference]\nassociative = { value = 0.4, source = "none" }\n')
+    for method in ("mcp", "static"):
+        _, out, _ = run_command(monkeypatch, capsys, "solve", case, "--method", method)
+        assert "0.4 (none), here +25.000 %" in out
+
+
 @pytest.mark.parametrize("arguments", [("solve", "--plot"), ("draw",)])
 def test_pictures_are_refused(monkeypatch, capsys, case, arguments):
     """Before anything is solved."""

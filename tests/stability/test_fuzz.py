@@ -230,9 +230,9 @@ def mutate_bytes(data, rng):
     )
 
 
-def mutant(rng):
-    """A case file of one to four mutations: its ending and its bytes."""
-    text = rng.choice(SEEDS)
+def mutant(rng, texts=SEEDS):
+    """A case file of one to four mutations of one of the texts: its ending and its bytes."""
+    text = rng.choice(texts)
     if rng.random() < 0.25:
         data = text.encode()
         for _ in range(rng.randint(1, 4)):

@@ -7,6 +7,7 @@ import pytest
 from scenes_in_space import box_on_floor, corner_wall
 
 import masonry_opt as mo
+from masonry_opt.answer.reasons import Code
 
 SCENE = box_on_floor((2, 2, 1), 0.5)
 
@@ -24,6 +25,18 @@ def test_pictures(result, kind, tmp_path):
         with pytest.raises(mo.OptionError, match="solids"):
             result.save(tmp_path / name, kind)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_curve_needs_no_picture_of_blocks(tmp_path):
+    """The box slides at λ = μ: the curve ends at its plateau, whose softer contacts are three times so."""
+    found = mo.solve(SCENE, "compliant", curve=True)
+    assert found.curve["load_factor"].iloc[-1] == pytest.approx(0.5, rel=1e-6)
+    why = next(said for said in found.reasons if said.code is Code.PLATEAU)
+    assert 2 < why.values["softer"] < 4
+    found.save(tmp_path / "curve.png", "curve")
+    assert (tmp_path / "curve.png").stat().st_size > 5000
+    (axes, *_) = found.plot("curve").axes
+    assert len(axes.lines[0].get_xdata()) == len(found.curve)
 
 
 def test_scenes_are_not_drawn(tmp_path):
@@ -52,6 +65,9 @@ def test_programs_are_exported_by_polygons(method, ending, tmp_path):
     """Read again and solved by HiGHS, the objective is λ over Σ|f_L|, or the work."""
     scene = corner_wall(1, 1, 2)
     (path,) = mo.export(scene, tmp_path / f"a.{ending}", method)
+    said = path.read_text().splitlines()[:6]
+    # cos(π/24) = 0.9914.
+    assert [line for line in said if "friction: " in line and " 24 sides" in line and "0.86 %" in line]
     solver = highspy.Highs()
     solver.setOptionValue("output_flag", False)
     solver.readModel(str(path))

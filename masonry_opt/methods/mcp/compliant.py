@@ -176,14 +176,16 @@ class _Contacts:
         power = 0.0
         if before is not None and min(before, answer.load_factor) > ZERO:
             power = log10(answer.load_factor / before) / log10(self.give / give)
-        self.give, self.elastic = give, _elastic_share(state)
-        change = None
+        change = times = None
         if before is not None:
             change = over_load_factor(abs(answer.load_factor - before), answer.load_factor)
+            times = self.give / give
+        self.give, self.elastic = give, _elastic_share(state)
         decided = change is not None and change <= PLATEAU
         code = Code.PLATEAU if decided else Code.NO_PLATEAU
         solution.found = answer
-        solution.end(Status.CONVERGED, code, give=give, change=change, steps=len(solution.history))
+        told = {"give": give, "change": change, "softer": times, "steps": len(solution.history)}
+        solution.end(Status.CONVERGED, code, **told)
         if power > _GROWS:
             self.withdraw()
             return True

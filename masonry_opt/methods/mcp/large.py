@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from math import inf
 
-from masonry_opt.answer.reasons import Code, Reason, reason
+from masonry_opt.answer.reasons import Code, Reason, reason, size_of
 from masonry_opt.answer.solution import Solution
 from masonry_opt.methods.loop.nonassociative import nonassociative
 from masonry_opt.methods.loop.options import LoopOptions
@@ -27,7 +27,7 @@ class _FarError(Exception):
 def by_loop(task: Task, code: Code) -> Solution:
     """The loop's solution; the code, with the number of joints, tells why it was asked."""
     solution = nonassociative(task.with_options(LoopOptions(), find_solver("cvxpy", None)))
-    solution.reasons.insert(0, reason(code, joints=task.problem.joints))
+    solution.reasons.insert(0, reason(code, **size_of(task.problem)))
     return solution
 
 
@@ -48,4 +48,4 @@ def by_loop_unless_far(task: Task) -> Solution | Reason:
     except _FarError:
         assert last is not None
         off = last.mismatch / abs(last.load_factor)
-        return reason(Code.LOOP_FAR, joints=task.problem.joints, count=last.iteration, off=off)
+        return reason(Code.LOOP_FAR, **size_of(task.problem), count=last.iteration, off=off)

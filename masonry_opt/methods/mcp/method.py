@@ -50,8 +50,8 @@ def mcp(task: Task) -> Solution:
     """Load factor of an exact state that forces under contacts that give lead to, on small scenes the lowest
     of several; where they lead to none, of one that those of passes with rigid contacts lead to.
 
-    Scenes of more than 8000 joints are for the loop, as long as its sub-problems come near the true law;
-    dilatancy that falls with stress always.
+    Scenes of more than 8000 joints (in space contact points) are for the loop, as long as its sub-problems
+    come near the true law; dilatancy that falls with stress always.
     """
     if task.problem.dilatancy_depends_on_stress:
         return by_loop(task, Code.DILATANCY_FALLS)

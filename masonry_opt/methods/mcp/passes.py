@@ -104,15 +104,17 @@ class Passes:
 
 
 def unit_compliance(problem: Problem, least_forces: np.ndarray) -> np.ndarray:
-    """Compliance of each joint by kind of force, shape (3c,): a contact of mean length moves by one under the
-    mean contact force.
+    """Compliance of each joint by kind of force, shape (3c,), as motion over force, in the problem's units: a
+    contact of mean length, in space area, moves by one along its normal under the mean contact force. In the
+    plane of (n, s, m) of each joint, that of m as rotation over moment; in space of (n, s, t) of each point.
 
     A contact is an edge of a joint, or a contact point. Its stiffness grows with its area, in the plane its
     length; in shear a joint is half as stiff as along its normal, about as stone is.
 
     Parameters
     ----------
-    least_forces: least forces at edges and in shear that carry the dead load, shape (3, c).
+    least_forces: least forces that carry the dead load, shape (3, c): in the plane at the two edges and in
+        shear, in space along the normal and in two shears.
     """
     layout, extent = problem.layout, problem.matrices.extent
     edges = len(layout.edges)

@@ -29,6 +29,7 @@ class Shapes:
     convex: whether each is one convex part, shape (blocks,).
     parts: the convex parts.
     faces: the outer faces.
+    mixed: blocks whose faces were not all given turned one way, and were turned.
     """
 
     origin: np.ndarray
@@ -38,6 +39,7 @@ class Shapes:
     convex: np.ndarray
     parts: Parts
     faces: Faces
+    mixed: np.ndarray
 
     @property
     def size(self) -> np.ndarray:
@@ -48,8 +50,8 @@ class Shapes:
 def shapes(scene: Scene) -> Shapes:
     """Volumes, centroids, convex parts and outer faces of the blocks.
 
-    Parts given inside out are turned. Coplanar pieces of a block are made one face; where its parts meet is
-    no outer face.
+    Parts given inside out are turned, and faces against the others. Coplanar pieces of a block are made one
+    face; where its parts meet is no outer face.
 
     Raises
     ------
@@ -69,7 +71,12 @@ def shapes(scene: Scene) -> Shapes:
     given = replace(given, points=given.points - origin)
     masses = _masses(given)
     block = given.block[np.abs(masses.volume) <= tolerance * masses.surface / 2]
-    raise_for(np.unique(block), scene, "has no volume: give the faces of a solid")
+    raise_for(
+        np.unique(block),
+        scene,
+        f"has no volume (the tolerance is {tolerance:.3g}): give the faces of a solid, and all coordinates "
+        "in one unit",
+    )
     given = reversed_faces(given, masses.volume[given.part] < 0)
     volume = np.abs(masses.volume)
     flat = planes(given, tolerance)
@@ -81,7 +88,7 @@ def shapes(scene: Scene) -> Shapes:
     centroid = sums(given.block, volume[:, None] * masses.centroid, blocks) / whole[:, None]
     convex = np.bincount(given.block, minlength=blocks) == 1
     faces = outer_faces(given, flat, tolerance)
-    return Shapes(origin, tolerance, whole, centroid, convex, parts, faces)
+    return Shapes(origin, tolerance, whole, centroid, convex, parts, faces, given.mixed)
 
 
 class _Masses(NamedTuple):
@@ -96,7 +103,7 @@ def _masses(given: Surfaces) -> _Masses:
     """By tetrahedra between a point of each part and triangles of its faces."""
     count, corners, parts = given.count, given.corners, len(given.block)
     part = given.part[given.face]
-    inside = sums(part, corners, parts) / np.bincount(part, minlength=parts)[:, None]
+    inside = sums(part, corners, parts) / np.maximum(np.bincount(part, minlength=parts), 1)[:, None]
     first = (np.cumsum(count) - count)[given.face]
     a, b, c = (corners[at] - inside[part] for at in (first, np.arange(len(part)), given.following()))
     volume = dots(a, np.cross(b, c)) / 6

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from typing import NoReturn
 
@@ -27,6 +27,7 @@ class Surfaces:
     part: part of each face, rising, shape (faces,).
     face: face of each corner, rising, shape (corners,).
     vertex: vertex of each corner, shape (corners,).
+    mixed: blocks whose faces were not all given turned one way.
     """
 
     scene: Scene
@@ -35,6 +36,7 @@ class Surfaces:
     part: np.ndarray
     face: np.ndarray
     vertex: np.ndarray
+    mixed: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))
 
     @property
     def corners(self) -> np.ndarray:
@@ -144,7 +146,8 @@ def _turned(given: Surfaces) -> Surfaces:
     twisted = np.flatnonzero(group[:count] == group[count:])
     if len(twisted):
         given.refuse(int(twisted[0]), "is part of a surface without inside and outside: give a solid's faces")
-    return reversed_faces(given, group[:count] > group[count:])
+    mixed = np.unique(given.block[given.part[one[same_way]]])
+    return reversed_faces(replace(given, mixed=mixed), group[:count] > group[count:])
 
 
 def reversed_faces(given: Surfaces, chosen: np.ndarray) -> Surfaces:

@@ -58,6 +58,9 @@ _POINTS = (
 #: Keys of a scene that no analysis follows steadily.
 _LEFT_OUT = ("tolerance", "reference")
 
+#: Numbers that scenes in space do not take.
+_OF_PLANE = ("thickness", "strength")
+
 #: Names that a message lists.
 _LISTED = 12
 
@@ -72,6 +75,8 @@ class Parameters:
         self.scene = scene
         self._source: SceneKeys = case if unchanged and case is not None else scene
         self._ways = dict(_numbers(self._source))
+        if scene.dimension == 3:
+            self._ways = {name: way for name, way in self._ways.items() if way[-1] not in _OF_PLANE}
         self._joint_ways = dict(_numbers(scene))
         self._last: tuple[dict[str, float], Scene] | None = None
 

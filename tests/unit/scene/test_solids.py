@@ -53,8 +53,10 @@ def test_polyhedra_are_what_was_given_however_it_was():
 WRONG_SOLIDS = {
     "no shape": ({}, ["'A'", "'vertices'", "'box'", "'parts'"]),
     "two shapes": ({"box": UNIT, "parts": [WEDGE]}, ["'A'", "'box'", "'parts'"]),
-    "no faces": ({"vertices": CORNERS}, ["'A'", "'vertices'", "'faces'"]),
+    "no faces": ({"vertices": CORNERS}, ["'A'", "'vertices'", "'faces'", "'box'"]),
     "faces of a box": ({"box": UNIT, "faces": FACES}, ["'A'", "'vertices'", "'faces'"]),
+    "faces of parts": ({"parts": [WEDGE], "faces": FACES}, ["'A'", "'faces'"]),
+    "faces of nothing": ({"faces": FACES}, ["'A'", "'vertices'", "'box'"]),
     "a corner too many": ({**WEDGE, "faces": [*FACES[:3], [0, 3, 4]]}, ["'A'", "no. 4", "'vertices'"]),
     "a corner before the first": ({**WEDGE, "faces": [*FACES[:3], [0, -1, 2]]}, ["'A'", "'faces[3][1]'"]),
     "a corner twice": ({**WEDGE, "faces": [*FACES[:3], [0, 3, 3]]}, ["'A'", "no. 4", "'faces'"]),
@@ -112,6 +114,7 @@ WRONG_SCENES = {
     "no gravity": ({"gravity": (0, 0, 0)}, ["'gravity'"]),
     "gravity of four": ({"gravity": (0, 0, -1, 0)}, ["'gravity'"]),
     "thickness": ({"thickness": 2}, ["'thickness'", "'A'"]),
+    "thickness of nothing": ({"thickness": 1}, ["'thickness'", "'A'"]),
     "strength": ({"joints": {"friction": 1, "strength": 9}}, ["'joints'", "'strength'"]),
     "dilatancy by stress": (
         {"joints": {"friction": 1, "dilatancy_stress": (1, 2)}},
@@ -144,6 +147,19 @@ WRONG_SCENES = {
     "keys of the kind that is meant": (
         {"blocks": [A | {"fcaes": []}, FLAT | {"fixd": True}]},
         ["no. 1 ('A')", "'fcaes'", "'faces'", "no. 2 ('flat')", "'fixd'", "'fixed'"],
+    ),
+    "no shape, with a force in space": (
+        {"blocks": [{"name": "B", "weight": 1, "live": (1, 0, 0)}, FLOOR]},
+        ["no. 1 ('B')", "'box'", "'faces'"],
+    ),
+    "no shape at all": ({"blocks": [{"name": "B", "weight": 1}, FLOOR]}, ["no. 1 ('B')", "'box'", "'faces'"]),
+    "parts by corners": (
+        {"blocks": [{"name": "B", "weight": 1, "parts": [CORNERS]}, FLOOR]},
+        ["no. 1 ('B')", "'parts[0]'", "Part"],
+    ),
+    "vertices alone": (
+        {"blocks": [{"name": "B", "weight": 1, "vertices": CORNERS}, FLOOR]},
+        ["no. 1 ('B')", "'faces'", "'box'"],
     ),
     "solid without faces": ({"blocks": [A | {"box": None, "vertices": CORNERS}]}, ["no. 1 ('A')", "'faces'"]),
 }
@@ -255,6 +271,9 @@ WRONG_CASES = {
         ["[wall]", "'A'"],
     ),
     "thickness": (("[joints]", "thickness = 0.3\n[joints]"), ["'thickness'", "'A'"]),
+    "thickness of nothing": (("[joints]", "thickness = 1\n[joints]"), ["'thickness'", "'A'"]),
+    "no faces": (("faces =", "# faces ="), ["block no. 1 ('A')", "'faces'", "'box'"]),
+    "no shape": (("vertices =", "# vertices ="), ["block no. 1 ('A')", "'box'", "'vertices'"]),
     "gravity": (("[joints]", "gravity = [0, -1]\n[joints]"), ["'gravity'", "'A'"]),
     "single brackets": (("[[load]]", "[load]"), ["[load]", "[[load]]"]),
 }
@@ -275,3 +294,9 @@ def test_numbers_of_solids_can_be_varied(tmp_path):
     assert changed.blocks[0].live == (0, 1, 3)
     assert changed.loads[0].at == (0.1, 0.1, 0.25)
     assert changed.gravity == (0, 0, -1)
+
+
+def test_numbers_of_the_plane_are_none_of_solids(tmp_path):
+    names = Parameters(loaded(CASE, tmp_path)).names
+    assert "joints.cohesion" in names
+    assert not {"thickness", "joints.strength"} & set(names)

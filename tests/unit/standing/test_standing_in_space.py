@@ -4,13 +4,19 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 from scenes_in_space import box_on_floor
 
 import masonry_opt as mo
+from masonry_opt.analysis import prepare
 from masonry_opt.answer.infeasibility import Existence
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.status import Status
+from masonry_opt.effort import Effort
+from masonry_opt.scene.space.contacts import find_contacts
+from masonry_opt.solvers.registry import find_solver
+from masonry_opt.standing.no_load_factor import explain
 
 FLOOR = mo.box("floor", (-5, 2), (-5, 5), (-1, 0), fixed=True)
 
@@ -95,9 +101,30 @@ def test_friction_between_walls_clamps_and_joints_are_named():
     assert result.infeasibility.existence is Existence.UNBOUNDED
     # Numbers of joints, not of contact points: three, with walls and floor.
     assert set(result.infeasibility.clamped) <= {0, 1, 2}
+    points = np.array(result.solution.infeasibility.clamped)
+    assert len(points) > 3
+    explain(result.assembly, result.solution, find_solver("cvxpy", None), Effort(), associative=True)
+    again = mo.solve(between_walls((0, 1, 0)), "static").infeasibility.clamped
+    assert result.infeasibility.clamped == again
+    assert set(again) == set(result.contacts["joint"].iloc[points])
     warning = next(w for w in result.warnings if w.code is Code.HELD_BY_CLAMPING)
     named = {name for pair in warning.values["pairs"] for name in pair}
     assert {"A", "wall -1", "wall 1"} <= named
+
+
+def test_contacts_are_found_once_while_joints_alone_change(monkeypatch):
+    found, session = [], prepare("static", keeps=True)
+
+    def counted(*of, **how):
+        found.append(of)
+        return find_contacts(*of, **how)
+
+    monkeypatch.setattr("masonry_opt.problem.assembly.find_contacts", counted)
+    box = box_on_floor((2, 2, 1), 0.5)
+    for friction in (0.3, 0.4, 0.45):
+        changed = box.model_copy(update={"joints": mo.JointDefaults(friction=friction)})
+        assert session.solve(changed).load_factor == pytest.approx(friction, rel=1e-6)
+    assert len(found) == 1
 
 
 def test_sweeps_reuse_matrices():

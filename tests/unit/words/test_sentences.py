@@ -60,6 +60,7 @@ VALUES = {
     "remedies": ["beta=0.3"],
     "residuals": {"flow": 0.1},
     "size": 3.0,
+    "softer": 10.0,
     "states": 21,
     "static_cuts": 2,
     "status": str(mo.Status.LOCKED),

@@ -9,7 +9,7 @@ import pytest
 from scenes_in_space import box_on_floor
 
 import masonry_opt as mo
-from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.reasons import Code, reason, size_of
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.words.sense import warnings_of
 from masonry_opt.words.sentences import sentences
@@ -70,6 +70,27 @@ def test_small_gaps_are_told():
     found = warned(with_blocks(beside("B", 1.001)), Code.SMALL_GAPS)
     assert found["pairs"] == [["A", "B"]]
     assert found["widths"] == pytest.approx([0.001])
+
+
+def test_faces_that_are_not_turned_one_way_are_told():
+    """A tetrahedron one face of which is clockwise seen from outside, the others not; all turned is none."""
+    faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 2, 3]]
+    corners = [(2, 0, 0), (3, 0, 0), (2, 1, 0), (2, 0, 1)]
+    mixed = mo.Solid(name="B", vertices=corners, faces=faces, weight=1)
+    assert warned(with_blocks(mixed), Code.FACES_TURNED) == {"blocks": ["B"]}
+    inwards = [face[::-1] for face in [*faces[:3], [0, 3, 2]]]
+    all_inwards = mo.Solid(name="B", vertices=corners, faces=inwards, weight=1)
+    assert warned(with_blocks(all_inwards), Code.FACES_TURNED) is None
+
+
+@pytest.mark.parametrize("code", [Code.NOT_EXPECTED, Code.TOO_LARGE, Code.LOOP_FAR])
+def test_contact_points_are_no_joints(code):
+    """A box on a floor has one joint of four points."""
+    counted = size_of(assemble(box_on_floor()).problem)
+    assert counted == {"contacts": 4}
+    (words,) = sentences([reason(code, **counted, count=2, off=0.1)])
+    assert "4 contact points" in words
+    assert "joint" not in words
 
 
 def test_the_summary_tells_contact_points_law_and_moments():

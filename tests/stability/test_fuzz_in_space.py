@@ -1,0 +1,211 @@
+"""Case files and records of solids that went wrong: a message comes out, never a traceback, never a wrong
+number."""
+
+from __future__ import annotations
+
+import json
+import random
+import time
+import tomllib
+import warnings
+
+import numpy as np
+import pytest
+from scenes_in_space import box_on_floor
+from stability.test_fuzz import ODD_VALUES, mutant, outcomes
+
+import masonry_opt as mo
+from masonry_opt.errors import MasonryError
+
+SOLIDS = """
+title = "a wedge and a block of two parts on a floor"
+gravity = [0, 0.1, -1]
+tolerance = 1e-6
+[joints]
+friction = 0.6
+cohesion = 0.1
+[[block]]
+name = "wedge"
+vertices = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [0, 1, 1]]
+faces = [[0, 3, 2, 1], [0, 4, 5, 3], [0, 1, 4], [3, 5, 2], [1, 2, 5, 4]]
+unit_weight = 20
+live = [1.0, 0.5, 0.0]
+live_at = [0.25, 0.5, 0.5]
+[[block]]
+name = "parts"
+weight = 25
+live_per_weight = [0, -0.1, 0]
+live_moment = [0, 0, 1]
+dead = [0, 0, -1]
+[[block.parts]]
+box = [[-1, 0], [0, 1], [0, 1]]
+[[block.parts]]
+vertices = [[-2, 0, 0], [-1, 0, 0], [-1, 1, 0], [-1, 0, 1]]
+faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
+[[block]]
+name = "floor"
+box = [[-4, 5], [-3, 4], [-1, 0]]
+fixed = true
+[[joint]]
+between = ["wedge", "parts"]
+friction = 0.3
+dilatancy = 0.1
+[[load]]
+block = "wedge"
+live = [0.5, 0, 0]
+at = [0.2, 0.5, 0.6]
+dead_moment = [0.1, 0, 0]
+"""
+TILTED = """
+tilt = [1, 0.2, 0]
+[joints]
+friction_angle = 35
+[[block]]
+name = "lower"
+box = [[0, 2], [0, 1], [0, 1]]
+unit_weight = 20
+[[block]]
+name = "upper"
+vertices = [[1, 0, 1], [3, 0, 1], [1, 1, 1], [1, 0, 3]]
+faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]]
+unit_weight = 20
+[[block]]
+name = "base"
+box = [[-1, 4], [-1, 2], [-1, 0]]
+fixed = true
+"""
+
+SEEDS = [SOLIDS, TILTED]
+
+#: What is added to a coordinate: from rounding to beyond what numbers carry.
+OFF = [1e-12, -1e-9, 1e-7, -1e-6, 1e-5, -1e-4, 1e-3, -0.01, 0.1, -0.5, 1.0, -2.0]
+OFF += [1e3, 1e6, 1e10, -1e15, 1e20, 1e29, 1e31, 1e200, float("inf"), float("nan")]
+
+#: What lengths, or a load, are multiplied by.
+TIMES = [0.0, -1.0, 1e-300, 1e-30, 1e-12, 1e-6, 1e-3, 1e3, 1e6, 1e12, 1e25, float("nan")]
+
+TOLERANCES = [1e-15, 1e-9, 1e-3, 0.1, 0.5, 3.0, 1e6, 0.0, -1.0]
+
+#: Seconds of processor time that one file may take, solved twice.
+LONGEST = 10.0
+
+
+def mutate_shape(tree, rng):
+    """One change of a solid that is likely to be read as one: its corners, the corners and number of its
+    faces, its size, its loads, or the tolerance."""
+    blocks = [block for block in tree["block"] if isinstance(block, dict)]
+    shapes = [shape for block in blocks for shape in (block, *block.get("parts", ()))]
+    shape = rng.choice([shape for shape in shapes if "box" in shape or "vertices" in shape])
+    points, faces = shape.get("box") or shape["vertices"], shape.get("faces")
+    match rng.randrange(9 if faces else 4):
+        case 0:
+            point = rng.choice(points)
+            point[rng.randrange(len(point))] += rng.choice(OFF)
+        case 1:
+            times = rng.choice(TIMES)
+            points[:] = [[times * value for value in point] for point in points]
+        case 2:
+            tree["tolerance"] = rng.choice(TOLERANCES)
+        case 3:
+            block = rng.choice(blocks)
+            times, key = (
+                rng.choice(TIMES),
+                rng.choice(["weight", "unit_weight", "live", "dead", "live_moment"]),
+            )
+            value = block.get(key, 1.0)
+            block[key] = [times * part for part in value] if isinstance(value, list) else times * value
+        case 4:
+            rng.choice(faces).reverse()
+        case 5:
+            faces.pop(rng.randrange(len(faces)))
+        case 6:
+            rng.choice(faces).insert(rng.randrange(4), rng.randrange(len(points)))
+        case 7:
+            points[rng.randrange(len(points))] = list(rng.choice(points))
+        case 8:
+            faces.append(list(rng.choice(faces)))
+
+
+def told_of(path):
+    """The message about a file; or, if it loads, what is wrong with its answers: polygons lie inside cones;
+    "" if nothing."""
+    began = time.process_time()
+    try:
+        cone, polygon = mo.solve(path, "static"), mo.solve(path, "static", solver="highs")
+    except MasonryError as error:
+        return str(error)
+    assert str(cone)
+    assert cone.to_json()
+    assert time.process_time() - began < LONGEST
+    if cone.load_factor is None or polygon.load_factor is None:
+        return "" if cone.status is polygon.status else f"WRONG: {cone.status} and {polygon.status}"
+    room = 1e-6 * abs(cone.load_factor) + 1e-7
+    if 0.9 * cone.load_factor - room <= polygon.load_factor <= cone.load_factor + room:
+        return ""
+    return f"WRONG: {cone.load_factor} by cones, {polygon.load_factor} by polygons"
+
+
+def shaped(seed):
+    rng = random.Random(seed)
+    tree = tomllib.loads(rng.choice(SEEDS))
+    for _ in range(rng.randint(1, 2)):
+        mutate_shape(tree, rng)
+    return json.dumps(tree)
+
+
+def check(seeds, folder):
+    """What is told of each mutant; warnings of numpy are errors."""
+    told = []
+    path = folder / "case.json"
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", RuntimeWarning)
+        for seed in seeds:
+            path.write_text(shaped(seed))
+            try:
+                told.append(told_of(path))
+            except Exception as error:
+                error.add_note(f"{seed}: {path.read_text()}")
+                raise
+            assert "WRONG" not in told[-1], (seed, told[-1], path.read_text())
+    return told
+
+
+def test_seeds_are_valid(tmp_path):
+    for text in SEEDS:
+        (tmp_path / "case.toml").write_text(text)
+        assert told_of(tmp_path / "case.toml") == ""
+
+
+def test_mutated_solids_end_in_a_message_or_a_true_number(tmp_path):
+    told = check(range(40), tmp_path)
+    assert 5 < told.count("") < 30
+    assert len({message.split(": ", 1)[-1][:40] for message in told}) > 10
+
+
+@pytest.mark.slow
+def test_many_mutated_solids_end_in_a_message_or_a_true_number(tmp_path):
+    assert len(check(range(1000, 1600), tmp_path)) == 600
+
+
+def test_anything_in_place_of_keys_and_values_ends_in_a_message(tmp_path):
+    made = ((seed, mutant(random.Random(seed), SEEDS)) for seed in range(80))
+    assert len(list(outcomes(made, tmp_path))) == 80
+
+
+#: Beside what files hold, what Python has.
+THINGS = [*ODD_VALUES, None, b"A", 1j, np.zeros(3), np.eye(3), np.nan, object(), {1}, range(3), mo.Solid, []]
+
+
+@pytest.mark.parametrize("key", mo.Solid.model_fields)
+def test_anything_for_a_key_of_a_solid_makes_a_solid_or_a_message(key):
+    good = {"name": "B", "box": [[2, 3], [0, 1], [0, 1]], "weight": 1}
+    scene = box_on_floor()
+    made = 0
+    for thing in THINGS:
+        try:
+            solid = mo.Solid(**good | {key: thing})
+            result = mo.solve(mo.Scene(joints=scene.joints, blocks=[*scene.blocks, solid]), "static")
+            made += result.load_factor is not None
+        except MasonryError:
+            continue
+    assert made < len(THINGS) / 2
