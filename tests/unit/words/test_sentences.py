@@ -33,6 +33,7 @@ VALUES = {
     "forces": True,
     "friction": 0.5,
     "change": 2e-3,
+    "softer": 10.0,
     "gap": 1e-4,
     "give": 1e-4,
     "hangs": False,
