@@ -4,10 +4,12 @@ was not tuned on, and what that loses is printed; what loses nothing can go.
     python benchmarks/ablation.py --list
     python benchmarks/ablation.py two-repairs further-starts --random 30
     python benchmarks/ablation.py rough-sub-problems --random 0 --large
+    python benchmarks/ablation.py in-space --random 0 --walls "" --no-facades --space 3
 
 Scenes: small random ones (tests/atlas) from seed 90000 on (--first), walls 1 to 6 of Ferris & Tin-Loi with
 other frictions, façades of up to 3 × 2 openings; with --large façades and walls of more than 1000 joints,
-with --rubble walls of 60 and 200 stones.
+with --rubble walls of 60 and 200 stones; with --space random ones in space, from seed 97000 on
+(--first-in-space), and corner walls of 12 to 26 blocks. "in-space" names all that concerns these alone.
 Printed of each name, against the methods as they are: answers, loads to expect and exact states lost (and
 gained), how often and by how much λ is higher or lower (by more than 1e-6 of it; a Coulomb answer that is
 lower is better), and steps and processor time over those of the methods as they are.
@@ -34,18 +36,27 @@ sys.path.insert(0, str(ROOT / "tests"))
 
 from atlas.large_scenes import rubble  # noqa: E402
 from atlas.random_scenes import KINDS, random_scene  # noqa: E402
+from atlas.random_scenes_in_space import KINDS as KINDS_IN_SPACE  # noqa: E402
+from atlas.random_scenes_in_space import random_scene_in_space  # noqa: E402
+from scenes_in_space import corner_wall  # noqa: E402
 
 import masonry_opt as mo  # noqa: E402
+from masonry_opt.answer.acceptance import SMALLEST  # noqa: E402
+from masonry_opt.answer.reasons import Code  # noqa: E402
 from masonry_opt.answer.thresholds import SAME  # noqa: E402
 
 #: First seed of the random scenes, above all that anything was tuned on.
-FIRST_SEED = 90_000
+FIRST_SEED, FIRST_SEED_IN_SPACE = 90_000, 97_000
+
+#: Blocks along x, along y, and courses of the corner walls, and frictions of each.
+CORNERS, CORNER_FRICTIONS = ((2, 2, 3), (3, 3, 3), (3, 2, 5)), (0.45, 0.7)
 
 #: The options with which a method is measured.
 MEASURED: dict[str, dict[str, Any]] = {
     "nonassociative": {},
     "rough": {"method": "nonassociative", "sub_problems": "rough"},
     "mcp": {"expected": True},
+    "compliant": {},
     "forces": {"method": "mcp"},
     "search": {"method": "refined", "search": 2.0},
     "global": {"time_limit": 5.0},
@@ -70,8 +81,39 @@ _SEARCH, _RUN, _BOUND = "exact.search:", "loop.run:", "bracket.relaxation:"
 _SCHEDULE, _PASS = "mcp.schedule:", "mcp.interior_point:"
 _REMEDIES, _ENERGY = "loop.nonassociative:REMEDIES", "exact.energy:forces_for.__defaults__"
 
-#: By name: attributes ("module:NAME" within ``masonry_opt.methods``) of a method, and their new values, or
-#: functions of their old ones.
+
+def _solved_alone(has_optimum: Callable[..., bool]) -> Callable[..., bool]:
+    return lambda *arguments, nearly: has_optimum(*arguments)
+
+
+_WEIGHTS, _STIFF = "exact.alternation:_WEIGHTS_IN_SPACE", "mcp.compliant:_STIFF_IN_SPACE"
+_TOLERANCES, _SIDES = "exact.alternation:_TOLERANCES", ".problem.points:SIDES"
+
+#: What concerns blocks in space alone, as in ``ABLATIONS``.
+IN_SPACE: dict[str, tuple[str, dict[str, Any]]] = {
+    "slowly-rising-weight": ("mcp", {_WEIGHTS: lambda old: old[1:]}),
+    "heavy-weight-next": ("mcp", {_WEIGHTS: lambda old: old[:1]}),
+    "rising-to-1e6": ("mcp", {_WEIGHTS: lambda old: (old[0], old[1][:5])}),
+    "seven-rises": ("mcp", {_WEIGHTS: lambda old: (old[0][::2], old[1])}),
+    "weights-from-3": ("mcp", {_WEIGHTS: lambda old: (old[0][2:], old[1])}),
+    "rougher-tolerances": ("mcp", {_TOLERANCES: lambda old: old[:1]}),
+    "roughest-tolerance": ("mcp", {_TOLERANCES: lambda old: old[:2]}),
+    "tightest-tolerance": ("mcp", {_TOLERANCES: lambda old: old[1:]}),
+    "programs-nearly-solved": ("mcp", {"exact.energy:has_optimum": _solved_alone}),
+    "energy-left": ("mcp", {"exact.alternation:_LEFT": 1e-8}),
+    "compliances-of-the-plane": ("compliant", {_STIFF: (1e-3, 1e-4, 1e-5, 1e-6)}),
+    "softest-of-four": ("compliant", {_STIFF: lambda old: old[1:]}),
+    "stiffest-of-four": ("compliant", {_STIFF: lambda old: old[:3]}),
+    "softer-contacts-too": ("mcp", {"mcp.method:_SOFT": 1e-4}),
+    "sixteen-sides": ("mcp", {_SIDES: 16}),
+    "thirty-two-sides": ("mcp", {_SIDES: 32}),
+    "others-give-less-in-space": ("search", {"mcp.passes:_OTHERS_GIVE_IN_SPACE": 1e-4}),
+    "search-frictions-in-space": ("search", {_SEARCH + "_ROUND_IN_SPACE": _without("friction")}),
+    "search-loads-in-space": ("search", {_SEARCH + "_ROUND_IN_SPACE": _without("loads")}),
+}
+
+#: By name: attributes ("module:NAME" within ``masonry_opt.methods``, ".module:NAME" beside it) of a method,
+#: and their new values, or functions of their old ones.
 ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "small-cohesion-of-a-block": ("nonassociative", {"loop.steps:_DWARFS": inf}),
     "end-at-the-larger-mechanism": ("nonassociative", {"loop.exact_end:_SHARES": (1e-4,)}),
@@ -143,12 +185,14 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "coarse-interior-point": ("global", {_BOUND + "_COARSE": 0.0}),
     "fastest-velocity": ("global", {_BOUND + "_FASTEST": 1e3}),
     "near-products-first": ("global", {"bracket.bracket:RADII": lambda old: old[3:]}),
+    **IN_SPACE,
 }
 
 
 @dataclass(frozen=True)
 class Measured:
-    """One run; value is λ (of "global" the proven bound), None without an answer; processor time."""
+    """One run; value is λ (of "global" the proven bound), None without an answer; exact: of "compliant"
+    whether it is on a plateau; processor time."""
 
     value: float | None
     exact: bool
@@ -161,9 +205,8 @@ def measured(scene: mo.Scene, name: str) -> Measured:
     began = time.process_time()
     result = mo.solve(scene, **{"method": name, "expected": False} | MEASURED[name])
     value = result.bound if name == "global" else result.load_factor
-    return Measured(
-        value, result.exact, result.expected is not None, result.iterations, time.process_time() - began
-    )
+    exact = result.exact or any(reason.code is Code.PLATEAU for reason in result.reasons)
+    return Measured(value, exact, result.expected is not None, result.iterations, time.process_time() - began)
 
 
 def scenes(asked: argparse.Namespace) -> Iterator[mo.Scene]:
@@ -176,6 +219,12 @@ def scenes(asked: argparse.Namespace) -> Iterator[mo.Scene]:
             yield wall.model_copy(update={"joints": joints, "title": f"{wall.title}, {share} of friction"})
     for stones in (60, 200) if asked.rubble else ():
         yield from (rubble(stones, asked.first + number) for number in range(asked.rubble))
+    seeds = range(asked.first_in_space, asked.first_in_space + asked.space)
+    yield from (random_scene_in_space(kind, seed) for kind in KINDS_IN_SPACE for seed in seeds)
+    for size in CORNERS if asked.space else ():
+        for friction in CORNER_FRICTIONS:
+            title = f"corner {size}, friction {friction}"
+            yield corner_wall(*size, friction).model_copy(update={"title": title})
     sizes = [(1, 1, 3), (2, 1, 3), (2, 2, 3), (3, 2, 3)] if asked.facades else []
     common: Any = {"weight": 1, "live": (1, 0), "block": (3, 1)}
     common_facade = common | {"jamb": 1, "sill": 2, "spandrel": 2, "lintel_weight": 1}
@@ -196,7 +245,7 @@ def _of_frictions(title: str, blocks: list[mo.Block]) -> Iterator[mo.Scene]:
 def lost(before: list[Measured], after: list[Measured]) -> str:
     pairs = list(zip(before, after, strict=True))
     both = [(old.value, new.value) for old, new in pairs if None not in (old.value, new.value)]
-    change = np.array([(new - old) / max(abs(old), 1e-9) for old, new in both])  # type: ignore[operator]
+    change = np.array([(new - old) / max(abs(old), SMALLEST) for old, new in both])  # type: ignore[operator]
     answers = sum(new.value is not None for _, new in pairs) - sum(old.value is not None for old, _ in pairs)
     exact = sum(new.exact for new in after) - sum(old.exact for old in before)
     expected = sum(new.expected for new in after) - sum(old.expected for old in before)
@@ -213,7 +262,8 @@ def lost(before: list[Measured], after: list[Measured]) -> str:
 def main(asked: argparse.Namespace) -> None:
     chosen, before = list(scenes(asked)), {}
     print(f"{len(chosen)} scenes")
-    for name in asked.names or ABLATIONS:
+    names = [one for name in asked.names for one in (IN_SPACE if name == "in-space" else [name])]
+    for name in names or ABLATIONS:
         method, changes = ABLATIONS[name]
         if method not in before:
             before[method] = [measured(scene, method) for scene in chosen]
@@ -221,7 +271,7 @@ def main(asked: argparse.Namespace) -> None:
             for where, value in changes.items():
                 module, path = where.split(":")
                 *owners, attribute = path.split(".")
-                of: Any = import_module(f"masonry_opt.methods.{module}")
+                of: Any = import_module(f".{module}", "masonry_opt.methods")
                 for owner in owners:
                     of = getattr(of, owner)
                 new = value(getattr(of, attribute)) if callable(value) else value
@@ -237,10 +287,14 @@ def main(asked: argparse.Namespace) -> None:
 if __name__ == "__main__":
     raw = argparse.RawDescriptionHelpFormatter
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=raw)
-    parser.add_argument("names", nargs="*", choices=[[], *ABLATIONS], metavar="NAME", help="default: all")
+    parser.add_argument(
+        "names", nargs="*", choices=[[], "in-space", *ABLATIONS], metavar="NAME", help="default: all"
+    )
     parser.add_argument("--list", action="version", version="\n".join(ABLATIONS), help="the names there are")
     parser.add_argument("--random", type=int, default=10, help="random scenes of each of the four kinds")
     parser.add_argument("--first", type=int, default=FIRST_SEED, help="the first seed")
+    parser.add_argument("--space", type=int, default=0, help="the same of the four kinds in space")
+    parser.add_argument("--first-in-space", type=int, default=FIRST_SEED_IN_SPACE, help="the first seed")
     parser.add_argument("--rubble", type=int, default=0, help="rubble walls of 60 and of 200 stones")
     parser.add_argument("--walls", type=lambda text: text.split(",") if text else [], default=list("123"))
     parser.add_argument("--facades", action=argparse.BooleanOptionalAction, default=True)

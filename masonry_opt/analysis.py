@@ -58,8 +58,8 @@ def solve(
         For these three "clarabel" (CVXPY's default), "highs" (simplex; Pyomo's default), "highs-ipm"
         (Pyomo's default for the loop), or any solver that CVXPY finds. The others bring their own.
     tolerance:
-        Feasibility and gap tolerance asked of the solver, for the same three (default 1e-9; with cones of
-        friction in space 1e-7 where that is not reached).
+        Feasibility and gap tolerance asked of the solver, for the same three (default 1e-9). With cones of
+        friction in space the associative answer may be a state short of it: the reasons then say so.
     expected:
         Whether Coulomb methods also tell the load to expect, by method "compliant" (up to 8000
         joints, in space contact points).

@@ -36,20 +36,36 @@ class DualityReport:
         p ≥ 0, over the largest velocity), ``virtual_work`` and ``complementarity`` (both over Σ|f_L|).
     crushing: whether any joint's strength is limited; by chords in all four.
     friction: by which polygons it is limited in space, in all four; "" in the plane.
+    cones: load factors in space by the cones that these lie in, of statics and kinematics; None in the plane.
     warnings, warning_sentences: what looks unintended in the scene, as in a result.
     """
 
     table: pd.DataFrame
     crushing: bool = False
     friction: str = ""
+    cones: tuple[float, float] | None = None
     warnings: tuple[Reason, ...] = ()
     warning_sentences: tuple[str, ...] = ()
 
     @property
     def passed(self) -> bool:
-        """Load factors agree to 1e-7 relative, every residual is below 1e-6."""
+        """Load factors agree to 1e-7 relative, every residual is below 1e-6; by cones λ is no less."""
         residuals = self.table.drop(columns=["formulation", "model", "load_factor", "difference"])
-        return bool((self.table["difference"] <= AGREEMENT).all() and (residuals <= DUALITY).all(axis=None))
+        agree = bool((self.table["difference"] <= AGREEMENT).all() and (residuals <= DUALITY).all(axis=None))
+        return agree and (self.cones is None or (self._gap <= AGREEMENT and self._missed >= -AGREEMENT))
+
+    @property
+    def _gap(self) -> float:
+        """Relative difference of statics and kinematics by cones."""
+        assert self.cones is not None
+        return float(np.ptp(self.cones)) / max(abs(self.cones[0]), SMALLEST)
+
+    @property
+    def _missed(self) -> float:
+        """By how much λ is lower by polygons than by cones, relative."""
+        assert self.cones is not None
+        middle = float(self.table["load_factor"].median())
+        return (self.cones[0] - middle) / max(abs(self.cones[0]), SMALLEST)
 
     def __str__(self) -> str:
         agree = "agree" if self.passed else "do NOT agree: see differences and residuals below"
@@ -59,6 +75,14 @@ class DualityReport:
             f"associative load factor {middle}, to {self.table['difference'].max():.1e}",
             *([f"joints crush by {BY_CHORDS}"] if self.crushing else []),
             *([f"friction {self.friction}"] if self.friction else []),
+            *(
+                [
+                    f"by the cone {numeral(self.cones[0], '.7f')}, static and kinematic to {self._gap:.1e}; "
+                    f"the polygon has {self._missed:.2%} less"
+                ]
+                if self.cones
+                else []
+            ),
             "",
             frame_text(self.table, "each with what is left of its conditions"),
             *(f"warning: {sentence}" for sentence in self.warning_sentences),
@@ -83,22 +107,32 @@ def check(scene: Scene | str | Path) -> DualityReport:
     result = solve(scene, "static")
     result.required()
     problem = result.assembly.problem
-    rows = []
-    for language in LANGUAGES:
+
+    def solved(formulation: str, language: str, curved: bool = False) -> State:
         solver = find_solver(language, None, _SOLVER_TOLERANCE)
-        for formulation in ("static", "kinematic"):
-            answer = Driver(problem, formulation, solver, Effort(), of_load=True).solve()
-            if answer.state is None:
-                status = answer.solved.status
-                raise NoLoadFactorError(
-                    f"{result.case}: {formulation}, {language}: the solver stopped with '{status}'"
-                )
-            rows.append({"formulation": formulation, "model": language} | _row(problem, answer.state))
+        driver = Driver(problem, formulation, solver, Effort(), of_load=True, curved=curved)
+        answer = driver.solve(nearly=curved)
+        if answer.state is None:
+            raise NoLoadFactorError(
+                f"{result.case}: {formulation}, {language}: the solver stopped with '{answer.solved.status}'"
+            )
+        return answer.state
+
+    rows = [
+        {"formulation": formulation, "model": language} | _row(problem, solved(formulation, language))
+        for language in LANGUAGES
+        for formulation in ("static", "kinematic")
+    ]
     table = pd.DataFrame(rows)
     middle = float(table["load_factor"].median())
     table.insert(3, "difference", (table["load_factor"] - middle).abs() / max(abs(middle), SMALLEST))
     friction = by_sides(problem.layout) if problem.layout.round else ""
-    return DualityReport(table, bool(result.crushing), friction, result.warnings, result.warning_sentences)
+    cones = None
+    if friction:
+        static, kinematic = (solved(each, "cvxpy", curved=True) for each in ("static", "kinematic"))
+        cones = static.load_factor, kinematic.load_factor
+    crushing = bool(result.crushing)
+    return DualityReport(table, crushing, friction, cones, result.warnings, result.warning_sentences)
 
 
 def _row(problem: Problem, state: State) -> dict[str, float]:

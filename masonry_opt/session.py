@@ -184,7 +184,11 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
 def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: bool) -> None:
     """Set the associative load factor beside a Coulomb answer; without a load factor ≥ 0, explain why."""
     if not is_associative:
-        _set_beside(task, solution)
+        # Which no Coulomb answer exceeds. (Where none is proven to exist, statics carry any multiple.)
+        from masonry_opt.methods.associative import set_beside
+
+        if not solution.proven_none and task.problem.joints <= _BESIDE_UP_TO:
+            set_beside(task, solution)
     if solution.expected is not None:
         solution.expected.associative = solution.associative_value
     if solution.load_factor is not None and solution.load_factor >= -ZERO:
@@ -197,13 +201,3 @@ def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: b
         # What contacts give before they lock is no collapse.
         expected.found, expected.status = Found(), solution.status
         expected.reasons = list(solution.reasons)
-
-
-def _set_beside(task: Task, solution: Solution) -> None:
-    """Compute the associative load factor, which no Coulomb answer exceeds, unless the method did, or it is
-    proven that no load factor exists (statics then carry any multiple of the load)."""
-    from masonry_opt.methods.associative import beside
-
-    wanted = solution.associative is None and not solution.proven_none
-    if wanted and task.problem.joints <= _BESIDE_UP_TO:
-        solution.associative = beside(task)

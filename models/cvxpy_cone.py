@@ -22,7 +22,7 @@ class ConeStatics(Statics):
     @cached_property
     def within_yield(self) -> list[cp.Constraint]:
         """These conditions."""
-        normal, *shears = (self.q[of_kind] for of_kind in _kinds(self._problem))
+        normal, *shears = (self.q[of_kind] for of_kind in self._problem.columns_of_sliding)
         limit = self._limits.cohesion + cp.multiply(self._limits.slope, normal)
         pressed = self.q[: self._problem.joints] >= 0
         return [pressed, cp.SOC(limit, cp.vstack(shears), axis=0)]
@@ -48,7 +48,7 @@ class ConeMechanism:
         self.slip = cp.Variable((2, slope.size), name="w")
         self.speed = cp.Variable(slope.size, name="gamma")
         width = problem.B.shape[1]
-        normal, *shears = (selection(of_kind, width).T for of_kind in _kinds(problem))
+        normal, *shears = (selection(of_kind, width).T for of_kind in problem.columns_of_sliding)
         flow = selection(np.arange(problem.joints), width).T @ self.opening
         flow += normal @ cp.multiply(slope, self.speed)
         flow += sum(shear @ self.slip[axis] for axis, shear in enumerate(shears))
@@ -111,7 +111,7 @@ def cone_forces(problem: Problem, p: np.ndarray, weight: float) -> tuple[ConeSta
     statics = ConeStatics(problem, ShearLimits.true(problem))
     slips = -problem.layout.senses.T @ p[problem.table.slides].reshape(len(problem.layout.senses), -1)
     cost = np.concatenate([p[problem.table.rocks], np.zeros(2 * problem.joints)])
-    normal, *shears = _kinds(problem)
+    normal, *shears = problem.columns_of_sliding
     cost[normal] += problem.friction * np.hypot(*slips)
     for of_kind, slip in zip(shears, slips, strict=True):
         cost[of_kind] += slip
@@ -126,14 +126,8 @@ def cone_motion(problem: Problem, q: np.ndarray, slope: np.ndarray) -> tuple[cp.
     min  γ·(c + μ n) + w·(s, t) + u·n    within kinematics
     """
     mechanism = ConeMechanism(problem, slope)
-    normal, *shears = (q[of_kind] for of_kind in _kinds(problem))
+    normal, *shears = (q[of_kind] for of_kind in problem.columns_of_sliding)
     limit = np.maximum(problem.cohesion + problem.friction * normal, np.hypot(*shears))
     energy = limit @ mechanism.speed + cp.sum(cp.multiply(np.stack(shears), mechanism.slip))
     energy += np.maximum(q[: problem.joints], 0.0) @ mechanism.opening
     return mechanism.d, cp.Problem(cp.Minimize(energy), mechanism.rows)
-
-
-def _kinds(problem: Problem) -> np.ndarray:
-    """Indices of n, s and t of the points that can slide, shape (3, k)."""
-    kinds: np.ndarray = problem.by_kind(np.arange(problem.B.shape[1]))[:, problem.sliding]
-    return kinds

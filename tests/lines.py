@@ -17,6 +17,7 @@ def line(**known: Any) -> dict[str, Any]:
         "kind": "associative",
         "existence": "",
         "crushing": "",
+        "friction_law": "",
         "load_factor": 1.0,
         "equilibrium": 0.0,
         "yield": 0.0,

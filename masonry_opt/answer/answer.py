@@ -54,11 +54,14 @@ class Answer(Found):
         """Residuals that exceed the limits of a kind of answer."""
         return LIMITS[kind].failing(self.residuals)
 
-    def under(self, problem: Problem, slope: np.ndarray) -> Answer:
-        """The same state under a flow rule, shape (k,), and the contacts of a problem: itself if its own."""
-        if self.compliance is problem.compliance and np.array_equal(self.slope, slope):
+    def under(self, problem: Problem, slope: np.ndarray, curved: bool | None = None) -> Answer:
+        """The same state under a flow rule, shape (k,), the contacts of a problem, and cone and parabola or
+        their sides and chords (by default its own): itself if all are its own."""
+        curved = self.curved if curved is None else curved
+        same = self.compliance is problem.compliance and self.curved == curved
+        if same and np.array_equal(self.slope, slope):
             return self
-        return certified(problem, self.load_factor, self.q, self.d, slope, self.curved)
+        return certified(problem, self.load_factor, self.q, self.d, slope, curved)
 
 
 def certified(

@@ -48,14 +48,18 @@ def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
     """
     assert solution.d is not None
     problem = assembly.problem
-    slope = np.zeros(problem.joints)
     # Blocks that fall under their dead load do so by associative flow.
     own = problem.friction if solution.load_factor is None else problem.dilatancy
-    slope[problem.sliding] = own if solution.found.slope is None else solution.found.slope
+    slope = own if solution.found.slope is None else solution.found.slope
+    curved = solution.found.curved
+    explained = np.zeros(problem.joints)
+    # By sides a point that slides between two of their senses opens by less than by the cone.
+    rates = problem.rates(solution.d, slope, solution.q, curved)
+    explained[problem.sliding] = slope * problem.slip(rates, curved)
     opening, *tangential = problem.by_kind(problem.motion(solution.d, solution.q))
     slips = np.stack(tangential[: problem.layout.dimension - 1])
     slip = np.hypot.reduce(np.abs(slips), axis=0)
-    moves = _Moves(opening - slope * slip, slip, fastest(assembly, solution.d))
+    moves = _Moves(opening - explained, slip, fastest(assembly, solution.d))
     n = None if solution.q is None else problem.normal_forces(solution.q)
     pressed = None if n is None else n > IDLE * np.abs(n).max(initial=0.0)
     if isinstance(assembly, SpaceAssembly):

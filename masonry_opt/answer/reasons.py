@@ -23,6 +23,7 @@ class Code(StrEnum):
     DEAD_LOAD_UNDECIDED = "dead load undecided"  # word
     WEDGED = "wedged"  # load_factor, blocks
     SOLVER_STOPPED = "solver stopped"  # word
+    STOPPED_SHORT = "stopped short"  # word: with an answer all the same
     DILATANCY_LOCKS = "dilatancy locks"
     NO_MECHANISM = "no mechanism"
     NO_COLLAPSE = "no collapse"  # static_cuts, kinematic_cuts: of the proof
@@ -56,9 +57,10 @@ class Code(StrEnum):
     LOOP_FAR = "loop far"  # joints (in space contacts), count: of sub-problems, off: share of λ
 
     # Contacts that give.
-    PLATEAU = "plateau"  # give, change: of λ from contacts so many times softer; softer, steps
+    PLATEAU = "plateau"  # give, change: of λ from contacts so many times softer: softer; steps
     NO_PLATEAU = "no plateau"  # the same; change, softer: None where only one pass ended
     GROWS_WITH_STIFFNESS = "grows with stiffness"  # give, load_factor, elastic: share of the work
+    STILL_ELASTIC = "still elastic"  # the same
     NOT_EXPECTED = "not expected"  # joints, in space contacts: too many for passes
     CURVE = "curve"  # states, left_out: passes that ended in none; peak, last: load factors
 
@@ -78,10 +80,12 @@ class Code(StrEnum):
     # candidates, count: of different exact states among theirs; least, most: their load factors
     STATES_MET = "states met"
     SEARCHED = "searched"  # candidates, interrupted: whether by the user
-    NOT_REFINED = "not refined"  # why: one of the next three; residuals with the last
+    NOT_REFINED = "not refined"  # why: one of the next five; residuals with the first
+    RESIDUAL = "residual"
     NO_STATICS = "no statics"
     NO_KINEMATICS = "no kinematics"
-    RESIDUAL = "residual"
+    NO_PROGRAM = "no program"
+    NO_TIME = "no time"
 
     # The bracket.
     # Values: bound, load_factor; rates: the sum of rates that the bound assumes, None if none;

@@ -85,7 +85,8 @@ class Result:
     at_expected: the result of the state to expect, with its mechanism, tables and pictures, and the seconds
         and solvers of all; None where it was not asked for.
     associative: load factor with associative flow, which no Coulomb answer exceeds; None where unlimited.
-    exact: whether all residuals under the joints' own flow rule are within the limits of exact answers.
+    exact: whether all residuals under the joints' own flow rule, in space by the cone of friction, are within
+        the limits of exact answers.
     bound: lower bound of λ, of method "global", below the rates (and forces) that ``reasons`` say it assumes,
         if any; None for other methods.
     seconds: by part (see :class:`~masonry_opt.effort.Effort`).

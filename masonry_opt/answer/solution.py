@@ -49,6 +49,7 @@ class Solution:
     history: one record a step of the method.
     stationary: of a refined state: True if no mechanism tried among the faces at yield lowers λ.
     associative: associative load factor; None where it is unlimited, or was not computed.
+    associative_sought: whether a program was solved for it alone.
     expected: of a Coulomb method, what method "compliant" found, or why it was not asked; None where it is
         switched off, and of scenes that fall.
     bound: lower bound of λ, of the bracket; what it assumes, if anything, stands in the reasons.
@@ -67,6 +68,7 @@ class Solution:
     history: list[Any] = field(default_factory=list)
     stationary: bool | None = None
     associative: float | None = None
+    associative_sought: bool = False
     expected: Solution | None = None
     bound: float | None = None
     bound_derived: bool = False
@@ -132,9 +134,13 @@ class Solution:
         return endless or self.proven_none
 
     def is_exact(self, problem: Problem) -> bool:
-        """Whether the answer is an exact state under the joints' own flow rule."""
+        """Whether the answer is an exact state of Coulomb friction, in space by the cone whatever it was
+        found by, under the joints' own flow rule."""
         answer = self.answer
-        return answer is not None and not answer.under(problem, problem.dilatancy).failing(Kind.EXACT)
+        if answer is None:
+            return False
+        own = answer.under(problem, problem.dilatancy, answer.curved or problem.layout.round)
+        return not own.failing(Kind.EXACT)
 
     def end(self, status: Status, code: Code, **values: Any) -> None:
         """Set the status, and the one reason for it."""

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Found, certified
+from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.task import Task
 from masonry_opt.solvers.driver import Driver
-from masonry_opt.solvers.registry import rougher
 from masonry_opt.standing.diagnosis import no_optimum
-
-#: Tolerance of a second try with cones of friction, whose optimum a solver may reach but for its last digits.
-_ROUGHER = 1e-7
 
 
 def associative(task: Task, formulation: str = "static", by_chords: bool = False) -> Solution:
@@ -36,10 +33,8 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
 
     key = ("associative", formulation, task.solver.key, curved)
     driver = task.kept.of(key, problem, task.effort, declared)
-    answer = driver.solve()
-    if answer.solved.failed and curved and problem.layout.round and task.solver.tolerance < _ROUGHER:
-        rough = task.with_options(task.options, rougher(task.solver, _ROUGHER))
-        return associative(rough, formulation, by_chords)
+    # With cones of friction a solver may reach the optimum but for its last digits.
+    answer = driver.solve(nearly=curved and problem.layout.round)
     solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, size=driver.size())
     if answer.state is None:
         solution.found = Found(curved=curved)
@@ -48,6 +43,8 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
     else:
         state = answer.state
         solution.found = certified(problem, state.load_factor, state.q, state.d, problem.friction, curved)
+        if answer.solved.failed:
+            solution.add(Code.STOPPED_SHORT, word=answer.solved.status)
     return solution
 
 
@@ -56,12 +53,15 @@ def kinematic(task: Task) -> Solution:
     return associative(task, "kinematic")
 
 
-def beside(task: Task) -> float | None:
-    """The associative load factor to set beside a Coulomb answer, by the usual solver; None if there is none
-    that its certificate bears out."""
+def set_beside(task: Task, of: Solution) -> None:
+    """Set the associative load factor beside a Coulomb answer, by the usual solver, unless it was looked for
+    before; it stays None if there is none that its certificate bears out."""
+    if of.associative_sought or of.associative is not None:
+        return
+    of.associative_sought = True
     own = Task(task.problem, kept=task.kept)
     task.effort.begins("associative load factor")
     task.effort.uses(own.solver.name, "associative")
     with task.effort.measure("associative"):
         solution = associative(own, by_chords=True)
-    return solution.load_factor if solution.accept() else None
+    of.associative = solution.load_factor if solution.accept() else None

@@ -14,7 +14,7 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.exact.cone_refiner import ConeRefiner
-from masonry_opt.methods.exact.refiner import ExactState, OutOfTime, Refiner, refiner_of
+from masonry_opt.methods.exact.refiner import ExactState, OutOfTime, Settling, refiner_of
 from masonry_opt.methods.exact.search import Candidate, Met, Search, lower_of
 from masonry_opt.methods.mcp.method import mcp
 from masonry_opt.methods.mcp.passes import passes_of
@@ -84,8 +84,7 @@ def refined(task: Task) -> Solution:
         first = of_same_scene(options.start, problem)
     if first.proven_none or (first.q is None and options.search is None):
         return first
-    in_space = problem.layout.round
-    refiner = ConeRefiner(problem, task.effort) if in_space else refiner_of(task)
+    refiner: Settling = ConeRefiner(problem, task.effort) if problem.layout.round else refiner_of(task)
     lowest = _Lowest(task, refiner)
     search = Search(refiner, passes_of(task).over, lowest.met)
     if options.search is not None:
@@ -99,7 +98,7 @@ def refined(task: Task) -> Solution:
             while lowest.state is None or lowest.state.load_factor > until:
                 lowest.see(next(candidates))
     except OutOfTime:
-        pass
+        refiner.why = Code.NO_TIME
     except KeyboardInterrupt:
         if options.search is None or lowest.state is None:
             raise
@@ -117,7 +116,7 @@ class _Lowest:
     interrupted: whether the user ended the search.
     """
 
-    def __init__(self, task: Task, refiner: Refiner) -> None:
+    def __init__(self, task: Task, refiner: Settling) -> None:
         self._task, self._refiner, self._began = task, refiner, time.perf_counter()
         self.state: ExactState | None = None
         self.stationary: bool | None = None
@@ -131,14 +130,14 @@ class _Lowest:
         if state is None or lower_of(self.state, state) is not state:
             return
         self.state = state
-        if not isinstance(self._refiner, ConeRefiner):
-            self.stationary = self._refiner.undecided == 0
+        undecided = self._refiner.undecided
+        self.stationary = None if undecided is None else undecided == 0
         counts = self.met.candidates, self._task.effort.lp_solves, time.perf_counter() - self._began
         self.history.append(Refinement(state.load_factor, candidate.origin, *counts))
         self._task.progress(self.history[-1])
 
 
-def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Refiner) -> Solution:
+def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Settling) -> Solution:
     """The lowest state as a solution; the first solution where there is none."""
     best = lowest.state
     if best is None or best.answer is None:

@@ -207,6 +207,12 @@ class Problem:
         motion, dimension = self.by_kind(self.motion(d, q)), self.layout.dimension
         return motion[0], motion[1:dimension], motion[dimension:].sum(axis=0)
 
+    @property
+    def columns_of_sliding(self) -> np.ndarray:
+        """Indices in q of n, s and t of the contact points that can slide, shape (3, k)."""
+        columns: np.ndarray = self.by_kind(np.arange(self.B.shape[1]))[:, self.sliding]
+        return columns
+
     @cached_property
     def true_yield(self) -> sp.csr_array:
         """C(μ), of the true friction law, shape (faces, 3c)."""

@@ -17,6 +17,7 @@ _VERDICTS = {
     cp.INFEASIBLE: Verdict.INFEASIBLE,
     cp.UNBOUNDED: Verdict.UNBOUNDED,
     cp.settings.INFEASIBLE_OR_UNBOUNDED: Verdict.INFEASIBLE_OR_UNBOUNDED,
+    cp.OPTIMAL_INACCURATE: Verdict.NEARLY,
 }
 
 #: From so many columns on parameters are compiled as constants, again for every solve: CVXPY's tensor over
@@ -94,9 +95,9 @@ def has_optimum(
     program: cp.Problem, solver: Solver, effort: Effort, purpose: str, *, nearly: bool = False
 ) -> bool:
     """Solve a program once; whether there is an optimum to read. ``nearly``: or a point at which the solver
-    stopped short of its tolerance, which a certificate must judge."""
-    optimal = CvxpyEngine(program, solver, effort, purpose).solve().optimal
-    return optimal or (nearly and program.status == cp.OPTIMAL_INACCURATE)
+    stopped short of its tolerance."""
+    solved = CvxpyEngine(program, solver, effort, purpose).solve()
+    return solved.optimal or (nearly and solved.verdict is Verdict.NEARLY)
 
 
 def _highs_iterations(info: Any) -> int:

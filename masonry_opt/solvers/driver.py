@@ -7,7 +7,7 @@ from typing import Any
 from masonry_opt.effort import Effort
 from masonry_opt.problem.load_units import Scaled, in_units_of_load
 from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.solvers.lp import LpAnswer, LpSize
+from masonry_opt.solvers.lp import LpAnswer, LpSize, Verdict
 from masonry_opt.solvers.registry import Solver
 
 
@@ -78,10 +78,10 @@ class Driver:
         with self.effort.measure("compile"):
             self.model.limits.set(self._scaled.limits(limits))
 
-    def solve(self) -> LpAnswer:
-        """Solve with the present shear limits."""
+    def solve(self, nearly: bool = False) -> LpAnswer:
+        """Solve with the present shear limits; ``nearly`` as of :func:`~.cvxpy_engine.has_optimum`."""
         solved = self._engine.solve()
-        if not solved.optimal:
+        if not (solved.optimal or (nearly and solved.verdict is Verdict.NEARLY)):
             return LpAnswer(solved, None)
         with self.effort.measure("read"):
             return LpAnswer(solved, self._scaled.state(self.model.read()))

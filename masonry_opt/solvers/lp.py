@@ -17,6 +17,8 @@ class Verdict(Enum):
     #: A presolve that stops at "infeasible or unbounded".
     INFEASIBLE_OR_UNBOUNDED = "infeasible or unbounded"
     FAILED = "solver failed"
+    #: A point short of the solver's tolerance, which a certificate must judge.
+    NEARLY = "nearly optimal"
 
 
 @dataclass(frozen=True)
@@ -35,12 +37,12 @@ class Solved:
     @property
     def failed(self) -> bool:
         """Whether the solver decided nothing."""
-        return self.verdict is Verdict.FAILED
+        return self.verdict in (Verdict.FAILED, Verdict.NEARLY)
 
 
 @dataclass(frozen=True)
 class LpAnswer:
-    """A solve of eq. (9) or eq. (10), with the state at the optimum if there is one."""
+    """A solve of eq. (9) or eq. (10), with the state at the optimum, or near it, if there is one."""
 
     solved: Solved
     state: State | None

@@ -229,6 +229,9 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "for weights or lengths of very different size"
     ),
     Code.WEDGED: _wedged,
+    Code.STOPPED_SHORT: (
+        "the solver stopped short of its tolerance ('{word}'): the certificate says what is left"
+    ),
     Code.SOLVER_STOPPED: "the solver stopped with '{word}': try another solver",
     Code.DILATANCY_LOCKS: (
         "sliding joints that dilate jam the blocks, so that they carry any multiple of the live "
@@ -309,7 +312,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.PLATEAU: lambda v: (
         f"in {counted(v['steps'], 'Newton step')}, with contacts that give by {v['give']:.0e} of the motion; "
-        f"{_other_contacts(v)}"
+        + _other_contacts(v)
     ),
     Code.NO_PLATEAU: lambda v: (
         f"with contacts that give by {v['give']:.0e} of the motion; that λ does not depend on their "
@@ -329,6 +332,10 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.GROWS_WITH_STIFFNESS: (
         "the load factor grows with the stiffness of contacts (the last was {load_factor:.4g}), as it does "
         "where nothing collapses"
+    ),
+    Code.STILL_ELASTIC: (
+        "with contacts that give by {give:.0e} of the motion {elastic:.0%} of the load's work is elastic "
+        "(the last λ was {load_factor:.4g}): that is no collapse"
     ),
     Code.LOCAL_MINIMUM: "a local minimum, complementary to within ε = {epsilon:.0e}",
     Code.RELAXED_FROM: "relaxed from ε = {epsilon:.0e}, larger ones could not be followed",
@@ -355,6 +362,8 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.NO_STATICS: "no statics bring every face of a mechanism to yield",
     Code.RESIDUAL: lambda v: f"the state found leaves residuals up to {max(v['residuals'].values()):.1e}",
     Code.NO_KINEMATICS: "kinematics allow no mechanism",
+    Code.NO_PROGRAM: "no program of cones for its mechanism ended",
+    Code.NO_TIME: "the time was over before an exact state was found",
     Code.PROVEN: lambda v: f"proven least: {_bracket(v)}",
     Code.WITHIN_IMPOSED: lambda v: f"proven least of all states with {_imposed(v)}: {_bracket(v)}",
     Code.TOUCHES_IMPOSED: lambda v: f"nothing is proven: the answer exceeds {_imposed(v)}",

@@ -30,7 +30,7 @@ _BOUNDS = (
 )
 
 #: Codes that tell what was tried, and nothing of the scene.
-_TRIED = (Code.PASS_LOST, Code.GROWS_WITH_STIFFNESS, Code.BEGAN_AGAIN, Code.CURVE)
+_TRIED = (Code.PASS_LOST, Code.GROWS_WITH_STIFFNESS, Code.STILL_ELASTIC, Code.BEGAN_AGAIN, Code.CURVE)
 
 #: Width of the labels.
 _LABEL = 16
@@ -161,7 +161,8 @@ def _certainty(result: Result) -> str:
         )
     unique = _is_associative(result)
     if unique and (result.kind is Kind.ASSOCIATIVE or result.exact):
-        return "exact: the flow rule of all joints is the associative one, so no state is lower"
+        law = f" {_friction_law(result)}" if _by_sides(result) else ""
+        return f"exact{law}: the flow rule of all joints is the associative one, so no state is lower"
     if result.kind is Kind.ASSOCIATIVE and not result.exact:
         return (
             "an upper bound, for joints that open as they slide: those that do not may collapse sooner "
@@ -188,9 +189,11 @@ def _is_associative(result: Result) -> bool:
 
 
 def _left(result: Result) -> str:
-    """Residuals above what an exact state may leave."""
+    """Residuals above what an exact state may leave; or that friction is by sides, not by the cone."""
     above = LIMITS[Kind.EXACT].failing(result.certificate.as_dict() if result.certificate else {})
     named = ", ".join(f"{name} {value:.1e}" for name, value in above.items())
+    if not above and _by_sides(result):
+        return f"friction, {_friction_law(result)}"
     return f"what its certificate leaves ({named})" if named else "what its certificate leaves"
 
 
@@ -235,8 +238,12 @@ def _friction(result: Result) -> str:
     return "; ".join(said)
 
 
+def _by_sides(result: Result) -> bool:
+    return "polygon" in result.friction_law
+
+
 def _friction_law(result: Result) -> str:
-    if "polygon" in result.friction_law:
+    if _by_sides(result):
         return by_sides(result.assembly.problem.layout)
     return f"by the {result.friction_law}" if result.friction_law else "unlimited"
 

@@ -9,10 +9,12 @@ from contact_dynamics import load_carried
 from mappings import SAME
 from residuals import residuals
 from scenes import CASES, KINDS_OF_JOINTS, WALLS, block_on_floor, small_wall, solved, two_blocks, values_of
+from scenes_in_space import box_on_floor
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.reasons import Code
+from masonry_opt.methods.mcp import compliant
 from masonry_opt.methods.mcp.passes import Passes
 from masonry_opt.models.pyomo_mcp import PyomoMcp
 from masonry_opt.problem.assembly import assemble
@@ -93,6 +95,21 @@ def test_the_load_to_expect_is_unmoved(name):
 def test_nothing_collapses_where_the_load_presses_blocks_down():
     scene = random_scene("wall", 77010)
     assert solved(scene, "compliant").load_factor is None
+
+
+def test_where_nearly_all_work_stays_elastic_that_is_the_reason(monkeypatch):
+    monkeypatch.setattr(compliant, "PLATEAU", -1.0)
+    monkeypatch.setattr(compliant, "_elastic_share", lambda _: 0.9)
+    result = mo.solve(two_blocks(), "compliant")
+    assert (result.load_factor, code(result)) == (None, Code.STILL_ELASTIC)
+    assert values_of(result, Code.STILL_ELASTIC)["elastic"] == 0.9
+
+
+def test_a_plateau_says_how_many_times_softer_the_contacts_before_were():
+    """Ten times in the plane, three in space."""
+    assert values_of(mo.solve(two_blocks(), "compliant"), Code.PLATEAU)["softer"] == pytest.approx(10)
+    box = mo.solve(box_on_floor((2, 2, 1), 0.5), "compliant")
+    assert values_of(box, Code.PLATEAU)["softer"] == pytest.approx(3)
 
 
 def test_a_stated_compliance_is_taken():

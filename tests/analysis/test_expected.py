@@ -6,6 +6,7 @@ import json
 
 import pandas as pd
 import pytest
+from atlas.small_scenes import confined
 from scenes import (
     CASES,
     WALLS,
@@ -24,7 +25,10 @@ from masonry_opt import session
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.errors import OptionError
+from masonry_opt.methods import associative
 from masonry_opt.methods.mcp import compliant
+from masonry_opt.methods.mcp.interior_point import Outcome
+from masonry_opt.methods.mcp.passes import Passes
 
 TWO_BLOCKS = CASES / "gilbert" / "two_blocks.toml"
 
@@ -125,6 +129,21 @@ def test_where_there_is_none_the_reason_says_why(monkeypatch, asked):
     falling = mo.solve(stressed, "nonassociative")
     assert [reason.code for reason in falling.expected_reasons] == [Code.DILATANCY_FALLS]
     assert len(asked) == 1
+
+
+def test_an_associative_load_factor_that_is_none_is_looked_for_once(monkeypatch):
+    """No pass ends, and statics of a block between floor and ceiling carry any multiple of its load."""
+    solved, one = [], associative.associative
+
+    def counted(task, **options):
+        solved.append(one(task, **options))
+        return solved[-1]
+
+    monkeypatch.setattr(associative, "associative", counted)
+    monkeypatch.setattr(Passes, "run", lambda passes, *_: setattr(passes, "outcome", Outcome.LOST))
+    result = mo.solve(confined(0.5)(CASES), expected=False)
+    assert (result.associative, len(solved)) == (None, 1)
+    assert not result.solution.proven_none
 
 
 def test_json_has_it_and_whether_it_is_on_a_plateau():

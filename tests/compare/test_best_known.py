@@ -58,6 +58,7 @@ def test_a_pass_alone_is_no_measure_of_others(case):
         {"load_factor": 0.15, "complementarity": None},
         {"load_factor": 0.15, "flow": float("nan")},
         {"load_factor": 0.15, "method": "nonassociative"},
+        {"load_factor": 0.15, "method": "mcp", "friction_law": "polygon of 24 sides"},
         {"load_factor": None},
     ],
 )

@@ -49,6 +49,19 @@ def test_bounds_of_chords_say_nothing_of_the_parabola():
     assert judge(row | {"flow": 1.0}, BOUNDS, None, {})["verdict"] == WRONG
 
 
+def test_what_holds_for_cones_holds_for_their_sides_from_above_alone():
+    """Some .3 % below the cone, as right, and off by as much; locked by the cone alone, where there is less
+    friction by sides."""
+    row = line(load_factor=0.4985, friction_law="polygon of 24 sides")
+    judged = judge(row, BOUNDS, None, {})
+    assert (judged["verdict"], judged["error"]) == (CERTIFIED, pytest.approx(3e-3))
+    assert judge(row | {"friction_law": "cone"}, BOUNDS, None, {})["verdict"] == WRONG
+    assert judge(row | {"load_factor": 0.503}, BOUNDS, None, {})["verdict"] == WRONG
+    unlimited = CertifiedBounds(float("inf"), float("inf"))
+    assert judge(row, unlimited, None, {})["verdict"] == CERTIFIED
+    assert judge(row | {"friction_law": "cone"}, unlimited, None, {})["verdict"] == WRONG
+
+
 def test_without_a_reference_there_is_no_error():
     assert judge(line(), None, None, {})["error"] is None
     assert judge(line(method="refined"), BOUNDS, None, {})["error"] is None

@@ -35,6 +35,14 @@ def test_four_ways_by_polygons(name):
     report = mo.check(ALL[name])
     assert len(report.table) == 4
     assert report.passed, report.table.to_string()
+    assert report.cones == pytest.approx(2 * (mo.solve(ALL[name], "static").load_factor,), rel=1e-7)
+
+
+def test_load_factors_by_cones_that_disagree_do_not_pass():
+    report = mo.check(SCENES["box"])
+    static, kinematic = report.cones
+    for cones in ((static, kinematic * (1 + 1e-6)), (0.98 * static, 0.98 * kinematic)):
+        assert not replace(report, cones=cones).passed
 
 
 @pytest.mark.parametrize("name", every())

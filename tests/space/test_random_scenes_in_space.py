@@ -6,14 +6,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from atlas.random_scenes_in_space import KINDS, random_scene_in_space
-from scenes import CASES, solved
+from scenes import CASES, solved, values_of
+from scenes_in_space import pushed_box
 from space import boxes
 from space.cone_program import by_cones
 
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.answer import certified
+from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
-from masonry_opt.problem.assembly import SpaceAssembly
+from masonry_opt.methods.mcp.passes import Passes
+from masonry_opt.problem.assembly import SpaceAssembly, assemble
+from masonry_opt.words.summary import facts
 
 SCENES = [
     *((kind, 0) for kind in KINDS),
@@ -87,8 +93,32 @@ def test_where_no_program_of_cones_ends_the_state_of_a_pass_is_by_sides():
     """Two piers and what they bear: alternation leaves 3e-5 of λ, and the result says which law it is by."""
     result = solved(random_scene_in_space("piers", 30028))
     assert result.friction_law == "polygon of 24 sides"
-    assert not result.solution.answer.failing(Kind.ONE_PASS)
+    assert not result.solution.answer.failing(Kind.EXACT)
+    assert (result.exact, result.kind) == (False, Kind.ONE_PASS)
+    assert "exact" not in [reason.code for reason in result.reasons]
+    assert "exact but for friction" in facts(result)["how sure"]
     assert result.load_factor < result.associative
+
+
+@pytest.mark.slow
+def test_what_alternation_leaves_is_why_nothing_is_refined():
+    refined = solved(random_scene_in_space("piers", 30028), "refined")
+    assert values_of(refined, Code.NOT_REFINED)["why"] == Code.RESIDUAL
+
+
+def test_a_state_by_sides_that_the_cone_allows_is_exact():
+    """A box that overturns, and one that slides along an axis of its contact; at 7.5° to one it is not."""
+    for scene, exact in (
+        (pushed_box((0.5, 2, 2), 0.6, 0.0), True),
+        (pushed_box((2, 2, 1), 0.5, 0.0), True),
+        (pushed_box((2, 2, 1), 0.5, 7.5), False),
+    ):
+        problem = assemble(scene).problem
+        state = Passes(problem).run()
+        by_sides = certified(problem, state.load_factor, state.q, state.d)
+        assert not by_sides.failing(Kind.EXACT)
+        solution = Solution(Status.CONVERGED, Kind.EXACT, found=by_sides)
+        assert solution.is_exact(problem) == exact
 
 
 def test_an_arch_on_columns_that_clarabel_solves_but_for_the_last_digits():

@@ -7,7 +7,8 @@ where simplex would take minutes.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import partial
 from typing import TypeVar
 
 import numpy as np
@@ -19,6 +20,9 @@ from masonry_opt.methods.exact.energy import forces_for, motion_for
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.registry import find_solver
+
+#: Told the last state before each program, None before there is one, and at the end.
+Follow = Callable[[Answer | None], None]
 
 _T = TypeVar("_T")
 
@@ -39,33 +43,47 @@ _LEFT = 1e-5
 _PURPOSE = "exact state"
 
 
-def alternated(problem: Problem, load_factor: float, q: np.ndarray, effort: Effort) -> Answer | None:
+def alternated(
+    problem: Problem, load_factor: float, q: np.ndarray, effort: Effort, follow: Follow = lambda _: None
+) -> Answer | None:
     """The state that λ and forces (3c,) lead to, exact but for an energy z·p up to 1e-5 of λ; None if there
     is none."""
     effort.begins("exact state")
     tried = _WEIGHTS_IN_SPACE if problem.layout.round else _WEIGHTS
-    return _first(_in_turn(problem, load_factor, q, effort, weights) for weights in tried)
+    found = (_in_turn(problem, load_factor, q, effort, weights, follow) for weights in tried)
+    return next((one for one in found if one is not None), None)
 
 
 def _in_turn(
-    problem: Problem, load_factor: float, q: np.ndarray, effort: Effort, weights: Iterable[float]
+    problem: Problem,
+    load_factor: float,
+    q: np.ndarray,
+    effort: Effort,
+    weights: Iterable[float],
+    follow: Follow,
 ) -> Answer | None:
     """The last state within the limits that these weights lead to; of those that are exact, if any is."""
     scaled, curved = in_units_of_load(problem), problem.layout.round
     solvers = [
         find_solver("cvxpy", None, tolerance) for tolerance in (_TOLERANCES if curved else _TOLERANCES[:1])
     ]
-    # Contact points whose forces are indeterminate often stop Clarabel short of any tolerance.
-    nearly = [curved and solver is solvers[-1] for solver in solvers]
+    answer: Answer | None = None
+
+    def solved(program: Callable[..., _T | None]) -> _T | None:
+        for solver in solvers:
+            follow(answer)
+            # Contact points whose forces are indeterminate often stop Clarabel short of any tolerance.
+            nearly = curved and solver is solvers[-1]
+            if (one := program(solver, effort, _PURPOSE, nearly=nearly)) is not None:
+                return one
+        return None
+
     forces: tuple[float, np.ndarray] | None = load_factor / scaled.load_factor, q / scaled.force
     found: Answer | None = None
     for weight in (*weights, None):
         if forces is None:
             break
-        d = _first(
-            motion_for(scaled, forces[1], solver, effort, _PURPOSE, nearly=near)
-            for solver, near in zip(solvers, nearly, strict=True)
-        )
+        d = solved(partial(motion_for, scaled, forces[1]))
         if d is None:
             break
         load_factor, q = scaled.load_factor * forces[0], scaled.force * forces[1]
@@ -76,13 +94,6 @@ def _in_turn(
             found = found if rougher else answer
         if weight is not None:
             p = problem.rates(d, problem.dilatancy, curved=curved)
-            forces = _first(
-                forces_for(scaled, p, solver, effort, _PURPOSE, weight, nearly=near)
-                for solver, near in zip(solvers, nearly, strict=True)
-            )
+            forces = solved(partial(forces_for, scaled, p, weight=weight))
+    follow(answer)
     return found
-
-
-def _first(found: Iterable[_T | None]) -> _T | None:
-    """The first that was found."""
-    return next((one for one in found if one is not None), None)

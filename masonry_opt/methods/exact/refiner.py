@@ -12,6 +12,7 @@ least, may lower it.
 from __future__ import annotations
 
 import time
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from math import inf
 
@@ -84,29 +85,59 @@ def _programs(problem: Problem) -> _Programs:
     return forces, motion, LinearProgram.of(forces.program), LinearProgram.of(motion.program)
 
 
-class Refiner:
-    """The two linear programs of one problem, loaded once.
+class Settling(ABC):
+    """What leads forces to exact states.
 
     Attributes
     ----------
     deadline: time of ``time.perf_counter`` from which every program raises OutOfTime.
-    why: why ``first`` last found nothing.
+    why: why forces last led to no state.
     left: residuals too large for the state that forces last led to; empty if it was taken.
-    undecided: programs of the last round of ``descend`` that the solver neither solved nor found infeasible.
-        With any of them it is not known that nothing lowers λ.
+    undecided: programs of the last descent that the solver neither solved nor found infeasible. With any of
+        them it is not known that nothing lowers λ; None where nothing is known of what does.
+    size: of a linear program that is solved again and again.
     """
 
+    def __init__(self, problem: Problem, effort: Effort) -> None:
+        self.problem, self.effort, self.deadline = problem, effort, inf
+        self.why = Code.NO_STATICS
+        self.left: dict[str, float | None] = {}
+        self.undecided: int | None = None
+        self.size: LpSize | None = None
+
+    @abstractmethod
+    def settled(self, q: np.ndarray) -> ExactState | None:
+        """The exact state that forces (3c,) lead to; None if they lead to none."""
+
+    def least(self, support: np.ndarray, d: np.ndarray) -> ExactState | None:
+        """Least load factor with every face of the support (faces,) at yield, beside velocities (3b,); None
+        if there is none, or there are no programs for it."""
+        return None
+
+    def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        """Forces (3c,) that maximise λ times the live load's norm less cost·n of the joints that can slide,
+        cost of shape (k,), and the rates (faces,) that go with them; None as of :meth:`least`."""
+        return None
+
+    def check_time(self) -> None:
+        """Raise OutOfTime from the deadline on."""
+        if time.perf_counter() >= self.deadline:
+            raise OutOfTime
+
+
+class Refiner(Settling):
+    """The two linear programs of one problem, loaded once."""
+
+    undecided: int
+
     def __init__(self, problem: Problem, effort: Effort, programs: _Programs | None = None) -> None:
-        self.problem, self.effort = problem, effort
+        super().__init__(problem, effort)
         self._forces, self._motion, forces, motion = programs or _programs(problem)
         self._statics = HighsSession(forces, effort, _PURPOSE)
-        self.size: LpSize | None = self._statics.size
+        self.size = self._statics.size
         self._kinematics = HighsSession(motion, effort, _PURPOSE)
         self._minimise_load_factor()
         self.undecided = 0
-        self.why = Code.NO_STATICS
-        self.left: dict[str, float | None] = {}
-        self.deadline = inf
 
     def under(self, problem: Problem, effort: Effort) -> Refiner:
         """A refiner of a problem that differs in friction, cohesion and dilatancy alone. It shares the
@@ -136,7 +167,7 @@ class Refiner:
         return self._kinematics.values(mechanism.d), self._kinematics.values(mechanism.p)
 
     def least(self, support: np.ndarray, d: np.ndarray) -> ExactState | None:
-        """(b): least load factor with every face of the support at yield; None if there is none."""
+        """(b)."""
         statics = self._forces.statics
         self._hold(support)
         if not self._solved(self._statics):
@@ -215,8 +246,7 @@ class Refiner:
         return candidate if fell else None
 
     def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        """Forces (3c,) that maximise λ times the live load's norm less cost·n of the joints that can slide,
-        cost of shape (k,), and the rates (faces,) that go with them; None if there are none."""
+        """With the costs of (b)'s program changed."""
         problem = self.problem
         if not self._solved_at(-problem.live_norm, problem.N.T @ cost):
             return None
@@ -245,11 +275,6 @@ class Refiner:
 
     def _hold(self, support: np.ndarray) -> None:
         self._statics.set_room(self._forces.within_yield, np.where(support, 0.0, np.inf))
-
-    def check_time(self) -> None:
-        """Raise OutOfTime from the deadline on."""
-        if time.perf_counter() >= self.deadline:
-            raise OutOfTime
 
     def _solved(self, session: HighsSession) -> bool:
         self.check_time()

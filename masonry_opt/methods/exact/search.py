@@ -12,7 +12,7 @@ import numpy as np
 from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.thresholds import is_lower, same
-from masonry_opt.methods.exact.refiner import ExactState, Refiner
+from masonry_opt.methods.exact.refiner import ExactState, Settling
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 
@@ -74,8 +74,8 @@ class Met:
 class Search:
     """Candidates of one problem: ``other_pass`` starts those of other loads and frictions."""
 
-    def __init__(self, refiner: Refiner, other_pass: OtherPass, met: Met) -> None:
-        self.refiner, self.problem, self.met = refiner, refiner.problem, met
+    def __init__(self, settling: Settling, other_pass: OtherPass, met: Met) -> None:
+        self._settling, self.problem, self.met = settling, settling.problem, met
         self._other_pass = other_pass
 
     def start(self, q: np.ndarray) -> Candidate:
@@ -124,11 +124,11 @@ class Search:
             yield self.met.seen(kind, state)
 
     def _settled(self, q: np.ndarray | None) -> ExactState | None:
-        return None if q is None else self.refiner.settled(q)
+        return None if q is None else self._settling.settled(q)
 
     def _of_pass(self, problem: Problem) -> np.ndarray | None:
-        with self.refiner.effort.measure("solve"):
-            state = self._other_pass(problem, lambda _: self.refiner.check_time())
+        with self._settling.effort.measure("solve"):
+            state = self._other_pass(problem, lambda _: self._settling.check_time())
         return None if state is None else state.q
 
     def with_other_friction(self, rng: np.random.Generator) -> np.ndarray | None:
@@ -154,7 +154,7 @@ class Search:
         closing = problem.friction - problem.dilatancy
         cost = closing * rng.exponential(1.0, len(closing))
         for _ in range(_FIXED_POINT):
-            found = self.refiner.at_cost(cost)
+            found = self._settling.at_cost(cost)
             if found is None:
                 return None
             q, p = found
@@ -170,7 +170,7 @@ class Search:
         dropped = state.holding[rng.random(len(state.holding)) < _LET_GO]
         support = state.support.copy()
         support[dropped if len(dropped) else rng.choice(state.holding)] = False
-        relaxed = self.refiner.least(support, state.d)
+        relaxed = self._settling.least(support, state.d)
         if relaxed is None:
             return None
         weight = rng.uniform()

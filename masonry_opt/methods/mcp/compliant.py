@@ -110,8 +110,8 @@ def _look_for_plateau(solution: Solution, contacts: _Contacts, options: Complian
             if (solution.answer is None or contacts.elastic > _ELASTIC) and contacts.settle(give):
                 return
         if solution.answer and contacts.elastic > _ELASTIC:
-            # λ neither collapses anything nor grows as it does where nothing can.
-            solution.found = Found()
+            contacts.withdraw(Code.STILL_ELASTIC)
+            return
     if solution.answer is None:
         told = {"word": contacts.word, "attempts": contacts.attempts}
         solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, **told)
@@ -176,26 +176,26 @@ class _Contacts:
         power = 0.0
         if before is not None and min(before, answer.load_factor) > ZERO:
             power = log10(answer.load_factor / before) / log10(self.give / give)
-        change = times = None
+        change = softer = None
         if before is not None:
+            softer = self.give / give
             change = over_load_factor(abs(answer.load_factor - before), answer.load_factor)
-            times = self.give / give
         self.give, self.elastic = give, _elastic_share(state)
         decided = change is not None and change <= PLATEAU
         code = Code.PLATEAU if decided else Code.NO_PLATEAU
         solution.found = answer
-        told = {"give": give, "change": change, "softer": times, "steps": len(solution.history)}
+        told = {"give": give, "change": change, "softer": softer, "steps": len(solution.history)}
         solution.end(Status.CONVERGED, code, **told)
         if power > _GROWS:
-            self.withdraw()
+            self.withdraw(Code.GROWS_WITH_STIFFNESS)
             return True
         return decided
 
-    def withdraw(self) -> None:
+    def withdraw(self, code: Code) -> None:
         """End without the last state, whose work is elastic."""
         told = {"load_factor": self._solution.load_factor, "give": self.give, "elastic": self.elastic}
         self._solution.found = Found()
-        self._solution.end(Status.SOLVER_FAILED, Code.GROWS_WITH_STIFFNESS, **told)
+        self._solution.end(Status.SOLVER_FAILED, code, **told)
 
 
 def _elastic_share(state: GivingState) -> float:

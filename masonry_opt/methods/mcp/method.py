@@ -14,7 +14,7 @@ from masonry_opt.answer.infeasibility import Existence
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
-from masonry_opt.methods.associative import beside
+from masonry_opt.methods.associative import set_beside
 from masonry_opt.methods.exact.alternation import alternated
 from masonry_opt.methods.exact.refiner import ExactState, Refiner, refiner_of
 from masonry_opt.methods.exact.search import SMALL, Met, Search, lower_of
@@ -98,7 +98,7 @@ def _by_passes(task: Task) -> Solution:
         return solution
     solution.found = answer
     solution.end(Status.CONVERGED, Code.ONE_PASS, steps=len(history), attempt=_passes_in(history))
-    if answer.failing(Kind.EXACT):
+    if not solution.is_exact(task.problem):
         solution.kind = Kind.ONE_PASS
     else:
         # Passes are by the sides of cones in space: the difference of two laws is no fall.
@@ -149,8 +149,12 @@ class _States:
             if self._problem.layout.round:
                 self.met.count(None if found is None or found.failing(Kind.EXACT) else found)
         if self.answer is None and self._problem.layout.round:
-            of_sides = certified(self._problem, start.load_factor, start.q, start.d)
-            self._of_sides = None if of_sides.failing(Kind.ONE_PASS) else of_sides
+            # Where nothing slides between the corners of a polygon it is a state of the cone too.
+            given = (
+                certified(self._problem, start.load_factor, start.q, start.d, curved=curved)
+                for curved in (True, False)
+            )
+            self._of_sides = next((one for one in given if not one.failing(Kind.ONE_PASS)), None)
 
     def further(self, q: np.ndarray | None) -> None:
         """Look further on small scenes in the plane, given the forces (3c,) that led to the first state."""
@@ -190,7 +194,7 @@ def _starts(task: Task, passes: Passes, solution: Solution) -> Iterator[Answer |
         if number == 1:
             if joints > PASSES_UP_TO:
                 return
-            solution.associative = beside(task)
+            set_beside(task, solution)
             if solution.associative is None:
                 # Declared in Pyomo, which takes .3 s to import.
                 from masonry_opt.standing.existence import existence

@@ -2,7 +2,8 @@
 
 By weak duality of eqs (9) and (10) every state of equilibrium within yield bounds λ from below, and every
 mechanism with normal flow from above. A solver's answer satisfies these conditions nearly. To satisfy them
-exactly it is projected on the equations, then mixed with a point well inside the inequalities.
+exactly it is projected on the equations, then mixed with a point well inside the inequalities. In space these
+are cones of friction, and of speeds of slip.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from masonry_opt.answer.acceptance import FEASIBLE, SMALLEST
 from masonry_opt.effort import Effort
+from masonry_opt.problem.faces import selection
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Driver
@@ -27,7 +29,7 @@ from masonry_opt.standing.diagnosis import falling_mechanism
 #: (upper − lower) / |λ| that is close enough: until then the next solver is asked.
 CLOSE = 1e-9
 
-#: Solvers whose answers are made exact, in turn until the bounds are close. HiGHS: small scenes only.
+#: Solvers whose answers are made exact, in turn until the bounds are close. HiGHS: small scenes in the plane.
 _SOURCES = (("cvxpy", "clarabel", 1e-11), ("cvxpy", "clarabel", 1e-10), ("pyomo", "highs", 1e-10))
 
 #: Scenes with fewer joints are small. For larger ones HiGHS takes minutes.
@@ -41,6 +43,9 @@ _INFEASIBLE, _UNBOUNDED = 2, 3
 
 #: Least slack of an interior point.
 _MARGIN = 1e-9
+
+#: Limits, shape (k, x), and what they limit of two components each, (2, k, x): limit · x + c ≥ |two · x|.
+_Cones = tuple[sp.csr_array, np.ndarray, tuple[sp.csr_array, sp.csr_array]]
 
 
 @dataclass(frozen=True)
@@ -78,24 +83,33 @@ class CertifiedBounds:
 
 
 @dataclass(frozen=True)
-class _Polyhedron:
-    """A x = b, G x + g ≥ 0, and the load factor λ = cost · x that its points bound."""
+class _Convex:
+    """A x = b, G x + g ≥ 0 and cones, and the load factor λ = cost · x that its points bound."""
 
     A: sp.csr_array
     b: np.ndarray
     G: sp.csr_array
     g: np.ndarray
     cost: np.ndarray
+    cones: _Cones | None = None
+
+    def slack(self, x: np.ndarray) -> np.ndarray:
+        """Of each inequality and cone, concave in x: at a mean of two points no less than the mean."""
+        flat = self.G @ x + self.g
+        if self.cones is None:
+            return flat
+        limit, constant, two = self.cones
+        return np.concatenate([flat, limit @ x + constant - np.hypot(*(each @ x for each in two))])
 
     def inside(self, x: np.ndarray, interior: np.ndarray | None) -> float:
         """Bound of a feasible point next to x; NaN if there is none."""
         x = self._projected(x)
-        slack = self.G @ x + self.g
+        slack = self.slack(x)
         if slack.min() >= 0:
             return self._bound(x)
         if interior is None:
             return np.nan
-        room = self.G @ interior + self.g
+        room = self.slack(interior)
         out = slack < 0
         share = float((slack[out] / (slack[out] - room[out])).max())
         for further in _FURTHER:
@@ -106,13 +120,16 @@ class _Polyhedron:
 
     def _bound(self, x: np.ndarray) -> float:
         """λ of a point; NaN unless it is feasible."""
-        feasible = (self.G @ x + self.g).min() >= 0 and np.abs(self.A @ x - self.b).max() <= FEASIBLE
+        feasible = self.slack(x).min() >= 0 and np.abs(self.A @ x - self.b).max() <= FEASIBLE
         return float(self.cost @ x) if feasible else np.nan
 
     def interior(self) -> np.ndarray | None:
         """The point with the largest slack everywhere (at most 1); None if no point has any."""
         x, margin = cp.Variable(self.G.shape[1]), cp.Variable()
         room = [self.A @ x == self.b, self.G @ x + self.g >= margin, margin <= 1]
+        if self.cones is not None:
+            limit, constant, two = self.cones
+            room.append(cp.SOC(limit @ x + constant - margin, cp.vstack([each @ x for each in two]), axis=0))
         program = cp.Problem(cp.Maximize(margin), room)
         program.solve(solver=cp.CLARABEL)
         if x.value is None or margin.value <= _MARGIN:
@@ -141,63 +158,53 @@ class _Polyhedron:
 
 
 def certified_bounds(problem: Problem) -> CertifiedBounds:
-    """Bounds of λ from feasible points of eqs (9) and (10); in space of cones of friction, by the polygon
-    inside from below and the one round them from above.
-
-    See :func:`_certified_bounds`.
-    """
-    inside = _certified_bounds(problem)
-    if not problem.layout.round or inside.unlimited:
-        return inside
-    law, factor = problem.law, problem.layout.factor
-    wider = replace(law, friction=law.friction / factor, cohesion=law.cohesion / factor)
-    outside = _certified_bounds(replace(problem, law=wider))
-    if outside.unlimited or inside.unstable != outside.unstable:  # the cone lies in between
-        return CertifiedBounds(-np.inf if inside.unstable else inside.lower, np.inf)
-    return CertifiedBounds(inside.lower, outside.upper)
-
-
-def _certified_bounds(problem: Problem) -> CertifiedBounds:
-    """Bounds of λ from feasible points of eqs (9) and (10) as they stand.
+    """Bounds of λ from feasible points of eqs (9) and (10), in space of cones of friction.
 
     Feasible: equations to 1e-11 in units of the load and of the mean velocity, inequalities exactly. Where no
     point lies inside the inequalities there may be no bound. HiGHS decides on eq. (9) whether a small scene
-    stands and whether its λ is limited; of a large scene the analysis' own check decides whether it stands.
+    in the plane stands; of others the analysis' own check does. It decides, too, whether λ of a small scene
+    is limited: in space by the sides inside the cones, so that one which is not, by these, is by no law.
     """
     scaled = in_units_of_load(problem)
-    problem = scaled.problem
-    statics, kinematics = _statics(problem), _kinematics(problem)
+    problem, curved = scaled.problem, problem.layout.round
+    by_sides = _statics(problem)
     small = problem.joints < _SMALL
-    if small:
-        falls = statics.extreme(fixed=True) == _INFEASIBLE
+    if small and not curved:
+        falls = by_sides.extreme(fixed=True) == _INFEASIBLE
     else:
         falls = falling_mechanism(problem, find_solver("cvxpy", None), Effort()) is not None
     if falls:
         return CertifiedBounds(-np.inf, -np.inf)
+    if curved:
+        statics, kinematics = _statics_by_cones(problem), _kinematics_by_cones(problem)
+    else:
+        statics, kinematics = by_sides, _kinematics(problem)
     within, opening = statics.interior(), kinematics.interior()
     bounds = CertifiedBounds(-np.inf, np.inf)
     for language, name, tolerance in _SOURCES:
-        if name == "highs" and not small:
+        if name == "highs" and (curved or not small):
             continue
         solver = find_solver(language, name, tolerance)
-        state = Driver(problem, "static", solver, Effort(), of_load=True).solve().state
+        driver = Driver(problem, "static", solver, Effort(), of_load=True, curved=curved)
+        state = driver.solve(nearly=curved).state
         if state is None:
             continue
+        p = _speeds(problem, state.d) if curved else state.p
         lower = scaled.load_factor * statics.inside(np.append(state.q, state.load_factor), within)
-        upper = scaled.load_factor * kinematics.inside(np.concatenate([state.d, state.p]), opening)
+        upper = scaled.load_factor * kinematics.inside(np.concatenate([state.d, p]), opening)
         bounds = CertifiedBounds(float(np.fmax(bounds.lower, lower)), float(np.fmin(bounds.upper, upper)))
         if bounds.width <= CLOSE:
             break
-    if small and not bounds.finite and statics.extreme(fixed=False) == _UNBOUNDED:
+    if small and not bounds.finite and by_sides.extreme(fixed=False) == _UNBOUNDED:
         return CertifiedBounds(np.inf, np.inf)
     return bounds
 
 
-def _statics(problem: Problem) -> _Polyhedron:
+def _statics(problem: Problem) -> _Convex:
     """Eq. (9) over (q, λ): equilibrium; the slacks of the faces as forces."""
     arm = problem.face_arm
     slacks = sp.diags_array(1 / arm) @ problem.true_yield
-    return _Polyhedron(
+    return _Convex(
         A=sp.hstack([problem.B, problem.live[:, None]], format="csr"),
         b=-problem.dead,
         G=sp.hstack([slacks, sp.csr_array((problem.faces, 1))], format="csr"),
@@ -206,14 +213,54 @@ def _statics(problem: Problem) -> _Polyhedron:
     )
 
 
-def _kinematics(problem: Problem) -> _Polyhedron:
+def _kinematics(problem: Problem) -> _Convex:
     """Eq. (10) over (d, p): Bᵀd = D p, f_L·d = Σ|f_L|, p ≥ 0."""
     velocities, faces = problem.B.shape[0], problem.faces
     live = np.append(problem.live, np.zeros(faces))
-    return _Polyhedron(
+    return _Convex(
         A=sp.vstack([sp.hstack([problem.B.T, -problem.D(problem.friction)]), live[None, :]], format="csr"),
         b=np.append(np.zeros(problem.B.shape[1]), problem.live_norm),
         G=sp.hstack([sp.csr_array((faces, velocities)), sp.eye_array(faces)], format="csr"),
         g=np.zeros(faces),
         cost=np.concatenate([-problem.dead, problem.face_cohesion]) / problem.live_norm,
     )
+
+
+def _statics_by_cones(problem: Problem) -> _Convex:
+    """Eq. (9) over (q, λ): equilibrium, n ≥ 0 and |(s, t)| ≤ c + μ n."""
+    by_sides, width = _statics(problem), problem.B.shape[1] + 1
+    normal, *shears = (selection(of_kind, width) for of_kind in problem.columns_of_sliding)
+    limit = (sp.diags_array(problem.friction) @ normal).tocsr()
+    every = selection(np.arange(problem.joints), width)
+    cones = limit, problem.cohesion, (shears[0], shears[1])
+    return replace(by_sides, G=every, g=np.zeros(problem.joints), cones=cones)
+
+
+def _kinematics_by_cones(problem: Problem) -> _Convex:
+    """Eq. (10) over (d, u, γ, w): Bᵀd = (u + μ γ, w), f_L·d = Σ|f_L|, u ≥ 0 and γ ≥ |w|."""
+    (velocities, forces), points, k = problem.B.shape, problem.joints, len(problem.sliding)
+    normal, *shears = (selection(of_kind, forces).T for of_kind in problem.columns_of_sliding)
+    opening = selection(np.arange(points), forces).T
+    flow = sp.hstack([opening, normal @ sp.diags_array(problem.friction), *shears])
+    at, width = velocities + points + np.arange(k), velocities + points + 3 * k
+    speed, first, second = (selection(at + number * k, width) for number in range(3))
+    return _Convex(
+        A=sp.vstack(
+            [sp.hstack([problem.B.T, -flow]), np.pad(problem.live, (0, width - velocities))[None]], "csr"
+        ),
+        b=np.append(np.zeros(forces), problem.live_norm),
+        G=selection(velocities + np.arange(points), width),
+        g=np.zeros(points),
+        cost=np.concatenate([-problem.dead, np.zeros(points), problem.cohesion, np.zeros(2 * k)])
+        / problem.live_norm,
+        cones=(speed, np.zeros(k), (first, second)),
+    )
+
+
+def _speeds(problem: Problem, d: np.ndarray) -> np.ndarray:
+    """u, γ and w of a mechanism with velocities d (3b,)."""
+    opening, *slips = problem.by_kind(problem.motion(d, None))
+    slips = [slip[problem.sliding] for slip in slips]
+    speed = np.hypot(*slips)
+    opening[problem.sliding] -= problem.friction * speed
+    return np.concatenate([np.maximum(opening, 0.0), speed, *slips])

@@ -15,7 +15,7 @@ from masonry_opt.answer.thresholds import is_lower
 from masonry_opt.errors import CaseError
 from masonry_opt.files import write_whole
 from masonry_opt.studies.compare.plan import CaseScene
-from masonry_opt.studies.compare.runs import residuals_over_limit
+from masonry_opt.studies.compare.runs import by_sides, residuals_over_limit
 
 #: The registry's name, in the folder of the case files or one above.
 FILE = "best_known.toml"
@@ -70,8 +70,8 @@ def lowest_exact(
 
 
 def is_exact(row: dict[str, Any]) -> bool:
-    """Whether a run ended in an exact Coulomb state, by the limits of exact answers."""
-    can_be = row["load_factor"] is not None and row["kind"] in _EXACT_KINDS
+    """Whether a run ended in an exact Coulomb state, in space by the cone, by the limits of exact answers."""
+    can_be = row["load_factor"] is not None and row["kind"] in _EXACT_KINDS and not by_sides(row)
     return can_be and not residuals_over_limit(row, Kind.EXACT)
 
 

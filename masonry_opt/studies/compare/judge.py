@@ -13,7 +13,7 @@ from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import SAME
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
-from masonry_opt.studies.compare.runs import residuals_over_limit
+from masonry_opt.studies.compare.runs import by_sides, residuals_over_limit
 from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, REFUSED, TIME_LIMIT
 from masonry_opt.words.sentences import numeral
 
@@ -125,7 +125,8 @@ def judge(
 
     Parameters
     ----------
-    bounds: of the associative load factor, with crushing by chords; not applied to a run with the parabola.
+    bounds: of the associative load factor, with crushing by chords, and in space by cones. Not applied to a
+        run with the parabola; of one by the sides of cones the lower does not hold, nor that λ is unlimited.
     expected: claims known by hand, by question (see :func:`known_claims`).
 
     Returns
@@ -137,7 +138,7 @@ def judge(
     None.
     """
     question = question_of(row["method"])
-    if row["crushing"] == "parabola":
+    if row["crushing"] == "parabola" or (bounds and by_sides(row) and not bounds.finite):
         bounds = None
     known = known_claims(question, bounds, expected)
     verdict, reason = _verdict(row, bounds, known)
@@ -180,8 +181,9 @@ def _verdict(
         margin = OUTSIDE * max(abs(bounds.middle), SMALLEST)
         if load_factor > bounds.upper + margin:
             return WRONG, VerdictReason.ABOVE_BOUND
-        # Coulomb's λ has the upper bound alone: its states are states of eq. (9).
-        if load_factor < bounds.lower - margin and question_of(row["method"]) == ASSOCIATIVE:
+        # Coulomb's λ has the upper bound alone: its states are states of eq. (9). So are those within sides.
+        both = question_of(row["method"]) == ASSOCIATIVE and not by_sides(row)
+        if both and load_factor < bounds.lower - margin:
             return WRONG, VerdictReason.BELOW_BOUND
     return CERTIFIED, VerdictReason.NONE
 

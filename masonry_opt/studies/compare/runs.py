@@ -29,7 +29,7 @@ KEY = ("scene", "content", "versions", "method", "model", "solver", "tolerance",
 #: Residuals of a certificate.
 RESIDUALS = ("equilibrium", "yield", "flow", "complementarity")
 
-_WORDS = ("ended", "status", "kind", "existence", "crushing", "message")
+_WORDS = ("ended", "status", "kind", "existence", "crushing", "friction_law", "message")
 _SECONDS = tuple(f"{part}_seconds" for part in PARTS)
 _COUNTS = ("lp_solves", "nlp_solves", "iterations", "blocks", "joints")
 _SIZE = ("rows", "columns", "nonzeros")
@@ -75,7 +75,7 @@ def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
     result = solve(path, pair.method, expected=False, **chosen, **options)
     wall = time.perf_counter() - start
     told = result.as_dict()
-    same = ("status", "kind", "crushing", "message", "load_factor", "bound", *_COUNTS)
+    same = ("status", "kind", "crushing", "friction_law", "message", "load_factor", "bound", *_COUNTS)
     return (
         {name: told[name] for name in same}
         | {name: told["size"].get(name) for name in _SIZE}
@@ -120,6 +120,11 @@ def row_of(key: Mapping[str, Any], end: End, time_limit: float, memory_limit: fl
 
 def pair_of(row: Mapping[str, Any]) -> Pair:
     return Pair(row["method"], row["model"], row["solver"], row["tolerance"])
+
+
+def by_sides(row: Mapping[Any, Any]) -> bool:
+    """Whether friction in space is limited by sides inside the cone."""
+    return "polygon" in row["friction_law"]
 
 
 def residuals_over_limit(row: Mapping[Any, Any], kind: Kind | None = None) -> dict[str, float | None]:

@@ -11,7 +11,13 @@ from scenes import CASES, block_on_floor
 from scenes_in_space import box_on_floor, corner_wall, pushed_box, volume
 
 import masonry_opt as mo
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.answer import certified
 from masonry_opt.answer.motion import joint_motion, moving_names
+from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.status import Status
+from masonry_opt.problem.assembly import assemble
 
 #: Programs of one box leave less; cones are round, so that directions of slip are known to its root.
 EXACT, ROUND = {"rel": 1e-6, "abs": 1e-6}, {"rel": 1e-4, "abs": 1e-4}
@@ -89,6 +95,22 @@ def test_a_twisted_box_slips_round_its_middle():
     assert vectors(points, "v")[:, :2] == pytest.approx(np.cross(turn, beside)[:, :2], **EXACT)
     assert points["slip"].to_numpy() == pytest.approx(np.full(4, turn[2] / math.sqrt(2)), **EXACT)
     assert moves(result) == ["slides"]
+
+
+def test_opening_by_dilatancy_is_that_of_the_sides_where_they_hold():
+    """A plate that turns about a point 10 beside its corner: one end slips along a corner of the polygon, the
+    other 7.5° off, along a side. By sides both ends slip alike, and open alike by dilatancy; by cones the
+    other would open .9 % more, and the plate hinge."""
+    length = 10 * math.tan(math.radians(7.5))
+    assembly = assemble(box_on_floor((length, 0.01, 0.1), 0.9))
+    problem = assembly.problem
+    # About the x axis by so much that a point of the base opens by 0.9 of its slip along x.
+    turn, arm = np.array([0.9, 0.0, 1.0]), np.array([length / 2, 10.005, 0.05])
+    d = np.concatenate([np.cross(turn, arm), problem.length_unit * turn])
+    found = certified(problem, 0.0, np.zeros(problem.B.shape[1]), d, problem.friction)
+    assert found.certificate.flow < 1e-12
+    motion = joint_motion(assembly, Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, found=found))
+    assert (motion.slides.all(), motion.hinges.any(), motion.separates.any()) == (True, False, False)
 
 
 @pytest.mark.parametrize("method", ["static", "mcp"])
@@ -247,3 +269,10 @@ def test_a_box_on_two_edges_turns_about_one():
     assert vectors(joints, "w") == pytest.approx(np.array([[0, 2, 0]] * 2), **EXACT)
     assert vectors(joints, "p")[1] == pytest.approx([0.2, 0.5, 0], **EXACT)
     assert np.isnan(vectors(joints, "p")[0]).all()
+
+
+def test_an_answer_short_of_the_solver_s_tolerance_is_told_and_as_good_as_it_gets():
+    """No solver comes to 1e-15: the state where it stopped, not one of a looser tolerance, is the answer."""
+    result = mo.solve(corner_wall(2, 2, 3), "static", tolerance=1e-15)
+    assert [reason.code for reason in result.reasons] == [Code.STOPPED_SHORT]
+    assert result.certificate.complementarity < 1e-10

@@ -1,0 +1,47 @@
+"""Exact states by cones: what leads to them ends in time, and tells why it led to none."""
+
+from __future__ import annotations
+
+import pytest
+from scenes import values_of
+from scenes_in_space import corner_wall
+
+import masonry_opt as mo
+from masonry_opt.answer.reasons import Code
+from masonry_opt.effort import Effort
+from masonry_opt.methods.exact import energy
+from masonry_opt.methods.exact.cone_refiner import ConeRefiner
+from masonry_opt.methods.exact.refiner import OutOfTime
+
+WALL = corner_wall(2, 2, 2)
+
+
+@pytest.fixture(scope="module")
+def start():
+    return mo.solve(WALL, "compliant")
+
+
+def test_it_ends_after_the_program_in_which_its_deadline_passes(monkeypatch, start):
+    refiner, programs, solved = ConeRefiner(start.assembly.problem, Effort()), [], energy.has_optimum
+
+    def last(*arguments, **options):
+        refiner.deadline = 0.0
+        programs.append(solved(*arguments, **options))
+        return programs[-1]
+
+    monkeypatch.setattr(energy, "has_optimum", last)
+    with pytest.raises(OutOfTime):
+        refiner.settled(start.solution.q)
+    assert len(programs) == 1
+
+
+def test_it_tells_that_no_program_ended(monkeypatch, start):
+    monkeypatch.setattr(energy, "has_optimum", lambda *_, **__: False)
+    refiner = ConeRefiner(start.assembly.problem, Effort())
+    assert refiner.settled(start.solution.q) is None
+    assert (refiner.why, refiner.left) == (Code.NO_PROGRAM, {})
+
+
+def test_a_search_without_time_says_so():
+    refined = mo.solve(WALL, "refined", search=1e-9)
+    assert values_of(refined, Code.NOT_REFINED)["why"] == Code.NO_TIME
