@@ -20,13 +20,13 @@ from masonry_opt.methods.exact.refiner import ExactState, Refiner, refiner_of
 from masonry_opt.methods.exact.search import SMALL, Met, Search, lower_of
 from masonry_opt.methods.mcp.compliant import jams, pushed
 from masonry_opt.methods.mcp.large import by_loop, by_loop_unless_far
-from masonry_opt.methods.mcp.passes import PASSES_UP_TO, Passes, follow, prepared
+from masonry_opt.methods.mcp.passes import PASSES_UP_TO, Passes, follow, follow_path, prepared
 from masonry_opt.methods.mcp.schedule import BRAKES
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.state import State
 
-#: Joints in the plane up to which simplex makes states exact and descends: beyond, it takes longer than all
-#: else, and in space it knows no cones.
+#: Joints in the plane up to which simplex makes states exact and descends, and the path of centres is
+#: followed: beyond, either takes longer than all else, and in space there are cones.
 _SIMPLEX_UP_TO = 500
 
 #: Compliance of the contacts whose forces lead to states that are sometimes lower: of wall 3 with a friction
@@ -180,7 +180,8 @@ def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:
 def _starts(task: Task, passes: Passes, solution: Solution) -> Iterator[Answer | State]:
     """Forces under contacts that give, then those of passes with rigid ones. After the first of these, unless
     statics bound the load factor, a proof is sought that there is none; without it others follow under other
-    brakes, where a pass takes longer than further starts."""
+    brakes, where a pass takes longer than further starts, and the end of the path of centres, which a pass
+    that stalls leaves."""
     effort, history, joints = task.effort, solution.history, task.problem.joints
     effort.begins("contacts that give")
     given = task.expected.answer if task.expected and history else pushed(task, history)
@@ -200,8 +201,15 @@ def _starts(task: Task, passes: Passes, solution: Solution) -> Iterator[Answer |
                 from masonry_opt.standing.existence import existence
 
                 solution.infeasibility = existence(task.problem, effort)
-            if solution.proven_none or joints <= SMALL:
+            if solution.proven_none:
                 return
+            if joints <= SMALL:
+                break
+    if solution.associative is None or task.problem.layout.round or joints > _SIMPLEX_UP_TO:
+        return
+    effort.begins("path of centres")
+    if end := follow_path(task, passes, history, _passes_in(history) + 1):
+        yield end
 
 
 def _end_without(task: Task, solution: Solution, word: str) -> None:

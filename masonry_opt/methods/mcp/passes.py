@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.effort import Effort
+from masonry_opt.methods.mcp.central_path import LEFT, CentralPath
 from masonry_opt.methods.mcp.edge_form import EdgeForm
 from masonry_opt.methods.mcp.interior_point import Outcome, run
 from masonry_opt.methods.mcp.newton import Elimination
-from masonry_opt.methods.mcp.schedule import BRAKES, NewtonStep
+from masonry_opt.methods.mcp.schedule import BRAKES, LEAST_LOAD, NewtonStep
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
@@ -96,6 +97,22 @@ class Passes:
         state = self._elimination.form.state(end.iterate)
         return replace(state, load_factor=self._unit * state.load_factor)
 
+    def end_of_path(self, follow: Callable[[NewtonStep], None]) -> State | None:
+        """The state that the path of centres ends in; None if it is given up before, or does not begin.
+
+        Parameters
+        ----------
+        follow: called with every centre, as with a step.
+        """
+        path = CentralPath(replace(self.problem, live=self._unit * self.problem.live))
+        for number, centre in enumerate(path.centres(), start=1):
+            load_factor = centre.state.load_factor
+            gap = centre.energy / max(abs(load_factor), LEAST_LOAD)
+            follow(NewtonStep(number, self._unit * load_factor, gap, *3 * [LEFT], blend=1.0))
+            if centre.is_end:
+                return replace(centre.state, load_factor=self._unit * load_factor)
+        return None
+
     def over(self, problem: Problem, follow: Callable[[NewtonStep], None]) -> State | None:
         """The state that a pass over a problem of other loads or law ends in, with contacts that give."""
         same = problem.same_program(self.problem)
@@ -140,14 +157,22 @@ def follow(
     task: Task, passes: Passes, history: list[Any], attempt: int, brake: float = BRAKES[0]
 ) -> State | None:
     """The state that a pass ends in (see :meth:`Passes.run`), its steps reported and recorded."""
+    return passes.run(_recorder(task, history, attempt), brake)
 
+
+def follow_path(task: Task, passes: Passes, history: list[Any], attempt: int) -> State | None:
+    """The same of the path of centres."""
+    return passes.end_of_path(_recorder(task, history, attempt))
+
+
+def _recorder(task: Task, history: list[Any], attempt: int) -> Callable[[NewtonStep], None]:
     def record(step: NewtonStep) -> None:
         history.append(replace(step, attempt=attempt))
         task.effort.iterations += 1
         task.effort.add("solve", step.seconds)
         task.progress(history[-1])
 
-    return passes.run(record, brake)
+    return record
 
 
 def _unit_of_load(problem: Problem) -> float:

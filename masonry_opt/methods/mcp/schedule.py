@@ -41,7 +41,7 @@ _GAP, _STATICS, _KINEMATICS, _OVERSHOOT = 1e-9, 1e-9, 1e-6, 0.3
 _LOST_GAP, _LOST_GROWTH, _LOST_LOAD = 1e9, 1e3, 1e8
 
 #: The gap is measured at this λ at least.
-_LEAST_LOAD = 1e-3
+LEAST_LOAD = 1e-3
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class Schedule:
 
     def gap(self, at: Iterate) -> float:
         """Energy z·p of all faces, over the live load's work at |λ|."""
-        return at.energy / (self.form.problem.live_norm * max(abs(at.load_factor), _LEAST_LOAD))
+        return at.energy / (self.form.problem.live_norm * max(abs(at.load_factor), LEAST_LOAD))
 
     def look(self, at: Iterate, iteration: int) -> NewtonStep:
         """Set the matrix's friction by the gap, and record what the iterate leaves."""

@@ -44,9 +44,6 @@ OUT = Path("results/compare")
 #: Runs that take longer (seconds) are not repeated: their scatter is relatively small.
 REPEATED_BELOW = 5.0
 
-#: Width of certified bounds, over their middle, that no solver's tolerance explains.
-_FAR_APART = 1e-4
-
 #: Seconds that what is computed once for a scene may take at least.
 _SCENE_TIME = 120.0
 
@@ -208,11 +205,6 @@ def run_plan(
         notes.append(
             "static and kinematic with a conic solver crush joints by the parabola, all other runs and the "
             f"certified bounds by chords inside it: no error is given for the former on {', '.join(bent)}"
-        )
-    if far := [name for name, of in bounds.items() if of.finite and of.width > _FAR_APART]:
-        notes.append(
-            "certified bounds, in space by polygons inside and round the cones of friction, are far "
-            f"apart, and no error below half of that is told, on {', '.join(far)}"
         )
     found = lowest_exact(rows, known)
     notes += improve(scenes, found, update_best_known)

@@ -25,6 +25,7 @@ VALUES = {
     "count": 7,
     "dilatancy": -2.0,
     "distance": 120.0,
+    "elastic": 0.9,
     "epsilon": 3e-9,
     "exact": True,
     "factor": 1.4434,
