@@ -19,6 +19,7 @@ from masonry_opt.answer.reasons import Code, Reason
 from masonry_opt.answer.solution import GivingState, Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import PLATEAU, ZERO
+from masonry_opt.methods.mcp.edge_form import Iterate
 from masonry_opt.methods.mcp.passes import follow, prepared
 from masonry_opt.methods.mcp.schedule import BRAKES
 from masonry_opt.methods.task import Options, Task
@@ -43,8 +44,8 @@ _SOFTEST, _A_DECADE = 10.0, 4
 #: with which λ grows where nothing collapses: friction jams the blocks.
 _ELASTIC, _GROWS = 0.5, 0.9
 
-#: The same share, which falls with the compliance, above which λ is far from its plateau: such a pass is left
-#: out, which on façades takes longest.
+#: The same share, which falls with the compliance, above which λ is far from its plateau: in the plane such a
+#: pass is left out, which on façades takes longest.
 _STILL_ELASTIC = 0.05
 
 
@@ -103,7 +104,8 @@ def jams(task: Task) -> Reason | None:
 def _look_for_plateau(solution: Solution, contacts: _Contacts, options: CompliantOptions) -> None:
     stiff = _STIFF_IN_SPACE if contacts.in_space else STIFF
     for give in stiff if options.give is None else (options.give,):
-        if contacts.elastic * give / contacts.give <= _STILL_ELASTIC and contacts.settle(give):
+        far = not contacts.in_space and contacts.elastic * give / contacts.give > _STILL_ELASTIC
+        if not far and contacts.settle(give):
             return
     if options.give is None:
         for give in SOFT:
@@ -147,6 +149,7 @@ class _Contacts:
             self._settled = self._passes.settled_forces()
         self.states: dict[float, GivingState | None] = {}
         self.word, self.elastic, self.give, self.attempts = "", 0.0, inf, 0
+        self._last: Iterate | None = None
 
     def state(self, give: float) -> GivingState | None:
         """The state with this compliance; None if no pass ends in one."""
@@ -157,13 +160,18 @@ class _Contacts:
     def _ended(self, give: float) -> GivingState | None:
         self._task.effort.begins(f"contacts that give by {give:.0e}")
         passes = self._passes.giving(give, self._settled)
-        for brake in _BRAKES:
+        tries: list[tuple[float, Iterate | None]] = [(brake, None) for brake in _BRAKES]
+        if self.in_space and self._last:
+            # On a plateau stiffer contacts change no forces: a step leads from one state to the other.
+            tries.insert(0, (_BRAKES[0], self._last))
+        for brake, begun in tries:
             self.attempts += 1
-            state = follow(self._task, passes, self._solution.history, self.attempts, brake)
+            state = follow(self._task, passes, self._solution.history, self.attempts, brake, begun)
             self.word = str(passes.outcome)
             if state is not None:
                 answer = certified(passes.problem, state.load_factor, state.q, state.d)
                 if not answer.failing(Kind.COMPLIANT):
+                    self._last = passes.inside
                     return GivingState(give, passes.problem, answer)
         return None
 

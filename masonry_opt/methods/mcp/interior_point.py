@@ -59,11 +59,12 @@ class Outcome(StrEnum):
 
 @dataclass(frozen=True)
 class Pass:
-    """A pass: how it ended, its last iterate, and that one's gap."""
+    """A pass: how it ended, its last iterate, that one's gap, and the last one inside all limits."""
 
     outcome: Outcome
     iterate: Iterate
     gap: float
+    inside: Iterate
 
 
 @dataclass(frozen=True)
@@ -101,20 +102,26 @@ def start(form: EdgeForm) -> Iterate:
     )
 
 
-def run(elimination: Elimination, brake: float, follow: Callable[[NewtonStep], None]) -> Pass:
+def run(
+    elimination: Elimination,
+    brake: float,
+    follow: Callable[[NewtonStep], None],
+    begun: Iterate | None = None,
+) -> Pass:
     """One pass from the start to the end or to where it is given up.
 
     Parameters
     ----------
     brake: see :data:`~.schedule.BRAKES`.
     follow: called with every step.
+    begun: where another pass ended, to go on from as long as steps are not very short.
     """
     form = elimination.form
-    at = start(form)
+    at = inside = begun or start(form)
     schedule = Schedule(form, at, brake)
 
     def ended(outcome: Outcome) -> Pass:
-        return Pass(outcome, at, schedule.gap(at))
+        return Pass(outcome, at, schedule.gap(at), inside)
 
     for iteration in range(1, _MOST_STEPS + 1):
         began = time.perf_counter()
@@ -123,6 +130,7 @@ def run(elimination: Elimination, brake: float, follow: Callable[[NewtonStep], N
             follow(step)
             return ended(Outcome.LOST)
         try:
+            inside = at
             if schedule.ended(step):
                 at = _onto_kinematics(elimination, at, schedule)
                 follow(replace(step, seconds=time.perf_counter() - began))
@@ -133,7 +141,7 @@ def run(elimination: Elimination, brake: float, follow: Callable[[NewtonStep], N
                 return ended(Outcome.SINGULAR)
             continue
         follow(replace(step, seconds=time.perf_counter() - began))
-        if schedule.stalls(min(step.forces, step.velocities)):
+        if schedule.stalls(min(step.forces, step.velocities), at_once=begun is not None):
             return ended(Outcome.STALLED)
         if schedule.lingers(step):
             return ended(Outcome.STEPS)

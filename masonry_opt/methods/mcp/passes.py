@@ -11,7 +11,7 @@ import numpy as np
 
 from masonry_opt.effort import Effort
 from masonry_opt.methods.mcp.central_path import LEFT, CentralPath
-from masonry_opt.methods.mcp.edge_form import EdgeForm
+from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate
 from masonry_opt.methods.mcp.interior_point import Outcome, run
 from masonry_opt.methods.mcp.newton import Elimination
 from masonry_opt.methods.mcp.schedule import BRAKES, LEAST_LOAD, NewtonStep
@@ -37,9 +37,11 @@ class Passes:
     ----------
     problem: with the law or the compliance of these passes.
     outcome: how the last one ended.
+    inside: its last iterate inside all limits.
     """
 
     outcome: Outcome
+    inside: Iterate
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self._unit = problem, _unit_of_load(problem)
@@ -77,7 +79,10 @@ class Passes:
         return None if state is None else state.q / (1 + state.load_factor)
 
     def run(
-        self, follow: Callable[[NewtonStep], None] = lambda _: None, brake: float = BRAKES[0]
+        self,
+        follow: Callable[[NewtonStep], None] = lambda _: None,
+        brake: float = BRAKES[0],
+        begun: Iterate | None = None,
     ) -> State | None:
         """The state that a pass ends in, or the last iterate of one that stalls near a state; else None.
 
@@ -85,13 +90,14 @@ class Passes:
         ----------
         follow: called with every step, its λ that of the problem.
         brake: see :data:`~.schedule.BRAKES`.
+        begun: see :func:`~.interior_point.run`.
         """
 
         def in_whole(step: NewtonStep) -> None:
             follow(replace(step, load_factor=self._unit * step.load_factor))
 
-        end = run(self._elimination, brake, in_whole)
-        self.outcome = end.outcome
+        end = run(self._elimination, brake, in_whole, begun)
+        self.outcome, self.inside = end.outcome, end.inside
         if end.outcome is Outcome.LOST or (end.outcome is not Outcome.SOLVED and not end.gap < _NEAR):
             return None
         state = self._elimination.form.state(end.iterate)
@@ -108,7 +114,7 @@ class Passes:
         for number, centre in enumerate(path.centres(), start=1):
             load_factor = centre.state.load_factor
             gap = centre.energy / max(abs(load_factor), LEAST_LOAD)
-            follow(NewtonStep(number, self._unit * load_factor, gap, *3 * [LEFT], blend=1.0))
+            follow(NewtonStep(number, self._unit * load_factor, gap, LEFT, LEFT, LEFT, blend=1.0))
             if centre.is_end:
                 return replace(centre.state, load_factor=self._unit * load_factor)
         return None
@@ -154,10 +160,15 @@ def prepared(task: Task) -> Passes:
 
 
 def follow(
-    task: Task, passes: Passes, history: list[Any], attempt: int, brake: float = BRAKES[0]
+    task: Task,
+    passes: Passes,
+    history: list[Any],
+    attempt: int,
+    brake: float = BRAKES[0],
+    begun: Iterate | None = None,
 ) -> State | None:
     """The state that a pass ends in (see :meth:`Passes.run`), its steps reported and recorded."""
-    return passes.run(_recorder(task, history, attempt), brake)
+    return passes.run(_recorder(task, history, attempt), brake, begun)
 
 
 def follow_path(task: Task, passes: Passes, history: list[Any], attempt: int) -> State | None:

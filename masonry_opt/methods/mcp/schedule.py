@@ -160,8 +160,9 @@ class Schedule:
         self.diagonal = min(_MORE * self.diagonal, _MOST_DIAGONAL)
         return at_most
 
-    def stalls(self, length: float) -> bool:
-        """Adapt to the length of a step; whether it was the last of too many very short ones in a row."""
+    def stalls(self, length: float, *, at_once: bool = False) -> bool:
+        """Adapt to the length of a step; whether it was the last of too many very short ones in a row, or at
+        once the first."""
         if length < _SHORT:
             self._rung = min(self._rung + 1, len(_RUNGS) - 1)
             self.diagonal = min(_MORE * self.diagonal, _MOST_DIAGONAL)
@@ -169,4 +170,4 @@ class Schedule:
             self._rung = max(self._rung - 1, 0)
             self.diagonal = max(_LESS * self.diagonal, _LEAST_DIAGONAL)
         self._short = self._short + 1 if length < _SHORTEST else 0
-        return self._short >= _MOST_SHORT
+        return self._short >= (1 if at_once else _MOST_SHORT)
