@@ -254,19 +254,34 @@ def draw(
 @app.command()
 def export(
     case: Case,
-    file: Annotated[Path, typer.Argument(help="File to write (.lp, .mps, .nl).", show_default=False)],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="File to write (.lp, .mps, .nl; of solids .obj, .glb, .gltf, .json).", show_default=False
+        ),
+    ],
     method: Annotated[
-        str, typer.Option(help="static, kinematic or global (any file), mpec or mcp (.nl).")
-    ] = "static",
+        str | None,
+        typer.Option(
+            help="Of programs static (default), kinematic or global (any file), mpec or mcp (.nl); of solids "
+            "the one whose mechanism and forces to write (default: blocks at rest).",
+            show_default=False,
+        ),
+    ] = None,
     force: Force = False,
 ) -> None:
-    """Write the program that a method declares for CASE to FILE, for other solvers.
+    """Write the program that a method declares for CASE to FILE, for other solvers; or solids, for others.
 
     Beside a .nl file stand the names of its rows and columns (.row, .col). Prints the files written.
     """
-    from masonry_opt.exports.export import export as export_program
+    from masonry_opt.exports.export import export as write
+    from masonry_opt.exports.solid_files import SOLID_ENDS
 
-    print_text("\n".join(printable(str(path)) for path in export_program(case, file, method, force)))
+    solids = file.suffix.lower() in SOLID_ENDS
+    what = solve_scene(case, method, expected=False) if solids and method else case
+    print_text(
+        "\n".join(printable(str(path)) for path in write(what, file, None if solids else method, force))
+    )
 
 
 @contextlib.contextmanager

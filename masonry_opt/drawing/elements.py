@@ -233,7 +233,9 @@ def _mechanism(result: Result, motion: np.ndarray, shrink: float) -> Iterable[Ma
     if (which := moves.hinges).any():
         if solid:
             opens = (which & ~moves.slides)[joint]
-            yield from joint_marks("opens", "hinging joint", HINGES, 0.4 * width, ends[opens], with_joint[opens])
+            yield from joint_marks(
+                "opens", "hinging joint", HINGES, 0.4 * width, ends[opens], with_joint[opens]
+            )
         at = moves.hinge[which][:, None]
         yield Marks("hinges", "hinging joint", "dot", HINGES, 5.2 * shrink, at, midway[which])
 

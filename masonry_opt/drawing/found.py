@@ -88,7 +88,7 @@ def meeting_corners(assembly: Assembly) -> np.ndarray:
 
 def unjoined(assembly: SpaceAssembly) -> tuple[np.ndarray, np.ndarray]:
     """In space, relative to the geometry's origin: corners of blocks that meet others without a normal, shape
-    (points, 3), and lengths of edges that lie across a small gap from another block, shape (lengths, 2, 3)."""
+    (points, 3), and lengths of edges that face another block across a small gap, shape (lengths, 2, 3)."""
     shapes, contacts = assembly.geometry, assembly.joints
     every, of_corner = corners_of(shapes)
     start, end, face = shapes.faces.sides()
@@ -114,11 +114,14 @@ def _beside(shapes: Shapes, block: int, points: np.ndarray) -> np.ndarray:
 
 def doubts(assembly: Assembly) -> Iterator[str]:
     """Sentences on blocks that touch nothing, which no analysis takes, and on what looks unintended."""
-    refuse = refuse_floating_solids if isinstance(assembly, SpaceAssembly) else refuse_floating
+    joints = assembly.joints
+    gaps = dict(zip(joints.near_misses, joints.gaps, strict=True))
+    blocks = joints.first, joints.second
     try:
-        joints = assembly.joints
-        gaps = dict(zip(joints.near_misses, joints.gaps, strict=True))
-        refuse(assembly.scene, assembly.geometry, joints.first, joints.second, gaps)
+        if isinstance(assembly, SpaceAssembly):
+            refuse_floating_solids(assembly.scene, assembly.geometry, *blocks, gaps)
+        else:
+            refuse_floating(assembly.scene, assembly.geometry, *blocks, gaps)
     except CaseError as error:
         yield str(error)
     yield from sentences(warnings_of(assembly, None))

@@ -14,8 +14,8 @@ from masonry_opt.problem.edge_loads import LoadedPiece
 from masonry_opt.problem.loads import Forces, loads
 from masonry_opt.scene.extents import boxes, outside
 
-#: Number of weights, and of other parallel forces, above which one arrow shows the direction of all; in space,
-#: where arrows of blocks behind each other would lie on each other.
+#: Number of weights, and of other parallel forces, above which one arrow shows the direction of all; fewer in
+#: space, where arrows lie on each other.
 _MOST_WEIGHTS, _MOST = 30, 200
 _MOST_WEIGHTS_IN_SPACE, _MOST_IN_SPACE = 1, 8
 

@@ -48,7 +48,8 @@ _COLUMNS = {
 _NOTE = {
     2: "<i>n</i> and <i>s</i> act on the first block, <i>s</i> along the joint, a quarter turn clockwise of "
     "<i>n</i>; rates are of its motion against the second. Units are those of the case.",
-    3: "Forces act on the first block; rates are of its motion against the second. Units are those of the case.",
+    3: "Forces act on the first block; rates are of its motion against the second. Units are those of the "
+    "case.",
 }
 
 
@@ -133,9 +134,9 @@ def _in_space(result: Result, elements: Elements, view: View | None) -> dict[str
         "picture": Template(folder.joinpath("page_space.html").read_text(encoding="utf-8")).substitute(
             title=escape(elements.title), source=source
         ),
-        "controls": Template(folder.joinpath("page_space_controls.html").read_text(encoding="utf-8")).substitute(
-            view=f"{azimuth:g} {elevation:g}"
-        ),
+        "controls": Template(
+            folder.joinpath("page_space_controls.html").read_text(encoding="utf-8")
+        ).substitute(view=f"{azimuth:g} {elevation:g}"),
         "block": folder.joinpath("page_space_block.html").read_text(encoding="utf-8"),
         "library": f"<script>{three()}</script>\n",
         "joints": {},

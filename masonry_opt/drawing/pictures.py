@@ -3,28 +3,24 @@
 from __future__ import annotations
 
 from pathlib import Path as FilePath
-from typing import Any
 
 import numpy as np
 import shapely
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import LineCollection, PathCollection
+from matplotlib.collections import PathCollection
 from matplotlib.colors import ListedColormap
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
 
 from masonry_opt.answer.result import Result
-from masonry_opt.drawing.colours import AT_REST, BLOCK, FIXED, HATCH, UTILISATION
+from masonry_opt.drawing.colours import AT_REST, UTILISATION
 from masonry_opt.drawing.curve import curve_picture
 from masonry_opt.drawing.elements import (
     CURVE,
     NO_FORCES,
     START,
     Elements,
-    legend,
     outlines,
     refuse_kind,
     result_elements,

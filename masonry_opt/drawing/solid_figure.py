@@ -14,6 +14,7 @@ from masonry_opt.drawing.marks import Marks, joint_lines
 from masonry_opt.drawing.solids import surface
 from masonry_opt.drawing.view import View
 from masonry_opt.errors import OptionError
+from masonry_opt.problem.assembly import SpaceAssembly
 
 #: Units of the figure along the scene's size: coordinates are whole numbers, which keeps large scenes short.
 _UNITS = 20_000
@@ -39,7 +40,9 @@ def three() -> str:
         raise OptionError(
             "pages of solids need trimesh, which brings three.js; install it with: pip install '.[meshes]'"
         ) from None
-    script, end, _ = viewer.scene_to_html(trimesh.creation.box().scene()).partition("<script>")[2].partition(_END)
+    script, end, _ = (
+        viewer.scene_to_html(trimesh.creation.box().scene()).partition("<script>")[2].partition(_END)
+    )
     if not end or "</script" in script:
         raise OptionError(
             f"trimesh {trimesh.__version__} does not bring the three.js that pages need: install the version "
@@ -57,13 +60,13 @@ class Figure:
 
     def data(self, view: View) -> dict[str, Any]:
         """All that a page draws: see ``page_space.js``."""
-        elements, contacts = self.elements, self.elements.assembly.joints
+        elements, assembly = self.elements, self.elements.assembly
+        assert isinstance(assembly, SpaceAssembly)
+        contacts = assembly.joints
         drawn = surface(elements)
         corners = np.concatenate([drawn.triangles.reshape(-1, 3), drawn.edges.reshape(-1, 3)])
         block = np.concatenate([np.repeat(drawn.of_triangle, 3), np.repeat(drawn.of_edge, 2)])
-        rows, number = np.unique(
-            np.column_stack([block, self._at(corners)]), axis=0, return_inverse=True
-        )
+        rows, number = np.unique(np.column_stack([block, self._at(corners)]), axis=0, return_inverse=True)
         triangles = number[: 3 * len(drawn.triangles)]
         lines, joint = joint_lines(contacts)
         middle = (rows[:, 1:].min(axis=0) + rows[:, 1:].max(axis=0)) / 2

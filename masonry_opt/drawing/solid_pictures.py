@@ -154,7 +154,7 @@ class Solids:
             tip = self.foot + self.unit * direction[:2]
             self.axes.annotate("", tip, self.foot, arrowprops=arrow)
             at = self.foot + _LETTERS * self.unit * direction[:2]
-            self.axes.text(*at, letter, ha="center", va="center", fontsize=9)
+            self.axes.text(at[0], at[1], letter, ha="center", va="center", fontsize=9)
         if names:
             self._write_names(self.raster)
 
@@ -175,7 +175,7 @@ class Solids:
             letters = min(0.8 * wide / (_LETTER * len(name)), 0.4 * high, _NAME)
             if letters < _LEAST_NAME:
                 continue
-            written = self.axes.text(*at, name, fontsize=letters, ha="center", va="center", zorder=7)
+            written = self.axes.text(at[0], at[1], name, fontsize=letters, ha="center", va="center", zorder=7)
             written.set_path_effects([withStroke(linewidth=0.2 * letters, foreground="white")])
             written.set_parse_math(False)
             written.set_in_layout(False)

@@ -98,7 +98,9 @@ def _hatching(faces: Faces, step: float) -> np.ndarray:
         starts = np.arange(left - (high - low), right, step)
         rows = shapely.linestrings([[(x, low), (x + high - low, high)] for x in starts])
         parts = shapely.get_parts(shapely.intersection(rows, polygon))
-        parts = parts[(shapely.get_type_id(parts) == shapely.GeometryType.LINESTRING) & ~shapely.is_empty(parts)]
+        parts = parts[
+            (shapely.get_type_id(parts) == shapely.GeometryType.LINESTRING) & ~shapely.is_empty(parts)
+        ]
         flat = shapely.get_coordinates(parts)
         lines.append(faces.frame.up(flat, np.full(len(flat), number)).reshape(-1, 2, 3))
     return np.concatenate(lines)
@@ -128,7 +130,12 @@ def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> 
     frames = (kept.frame, own.frame, sides.where(np.array(number)))
     every = Faces(
         np.concatenate([kept.block, own.block, block]),
-        Frames(*(np.concatenate(column) for column in zip(*(vars(each).values() for each in frames), strict=True))),
+        Frames(
+            *(
+                np.concatenate(column)
+                for column in zip(*(vars(each).values() for each in frames), strict=True)
+            )
+        ),
         np.concatenate([kept.polygon, polygon, section]),
     )
     return every.where(shapely.area(every.polygon) > 0)

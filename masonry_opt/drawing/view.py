@@ -16,8 +16,8 @@ from masonry_opt.scene.touching import ranges
 #: Azimuth and elevation, in degrees.
 View = tuple[float, float]
 
-#: Elevation of the view of a scene for which none is asked, and the azimuths among which the best is taken, the
-#: usual one of scenes that do not care first: half round from one another, off the axes.
+#: Of the view of a scene for which none is asked: elevation, and azimuths among which the best is taken, the
+#: usual ones first.
 _ELEVATION, _AZIMUTHS = 22.0, (-60.0, -120.0, -30.0, -150.0, 30.0, 60.0, 120.0, 150.0)
 
 #: How much it counts that a mechanism comes towards the eye, against the widths that are seen.
@@ -50,8 +50,8 @@ def refuse_view(scene: Scene, view: object) -> None:
 def axes_of(view: View) -> np.ndarray:
     """Directions in which a picture's right, its upper side and the eye lie, shape (3, 3): rows."""
     azimuth, elevation = np.radians(view)
-    right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
-    towards = np.array([*(np.cos(elevation) * np.array([np.cos(azimuth), np.sin(azimuth)])), np.sin(elevation)])
+    (east, north), (out, up) = ((np.cos(angle), np.sin(angle)) for angle in (azimuth, elevation))
+    right, towards = np.array([-north, east, 0.0]), np.array([out * east, out * north, up])
     return np.stack([right, np.cross(towards, right), towards])
 
 
@@ -64,8 +64,8 @@ def best_view(elements: Elements) -> View:
     comes = moves / (np.linalg.norm(moves) or 1.0)
 
     def shows(azimuth: float) -> float:
-        right, _, towards = np.abs(axes_of((azimuth, 0.0)))
-        return float(right[:2] @ wide) + _TOWARDS * float(comes @ axes_of((azimuth, 0.0))[2])
+        right, _, towards = axes_of((azimuth, 0.0))
+        return float(np.abs(right[:2]) @ wide + _TOWARDS * comes @ towards)
 
     return max(_AZIMUTHS, key=lambda azimuth: round(shows(azimuth), 9)), _ELEVATION
 
