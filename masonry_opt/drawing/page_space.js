@@ -158,6 +158,7 @@ const figure = (() => {
     Object.assign(camera, {left: -wide, right: wide, top: half, bottom: -half, near: 0, far: 20 * size});
     camera.updateProjectionMatrix();
     renderer.render(scene, camera);
+    element.dataset.half = half;
     const turn = new THREE.Matrix4().copy(camera.matrixWorld).invert();
     triad.forEach((group, axis) => {
       const [x, y] = [turn.elements[4 * axis], -turn.elements[4 * axis + 1]];
