@@ -104,14 +104,11 @@ def result_picture(
 
 
 def draw_mechanism(result: Result, axes: Axes) -> list[Handle]:
-    """Draw a result's mechanism without loads on given axes; what a legend shows of it."""
+    """Draw a mechanism in the plane, without loads, on given axes; what a legend shows of it."""
     elements = result_elements(result)
     marks = elements.layers["mechanism"]
-    if result.assembly.scene.dimension == 3:
-        Solids(axes, elements, marks, START, best_view(elements)).draw()
-    else:
-        _frame(axes, elements, marks, START)
-        _draw(axes, elements, marks, START)
+    _frame(axes, elements, marks, START)
+    _draw(axes, elements, marks, START)
     return handles(marks)
 
 
