@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from masonry_opt.answer.motion import fastest
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.drawing.colours import UTILISATION
@@ -201,7 +202,17 @@ def _foot(result: Result) -> str:
 def _joints(result: Result) -> dict[str, list[float | None]]:
     """Joints by columns."""
     joints, frame = result.assembly.joints, result.joints
-    columns = {name: _rounded(frame[name].to_numpy()) for name in _COLUMNS[result.assembly.scene.dimension]}
+    beside: dict[str, float] = {}
+    if result.assembly.scene.dimension == 3:
+        # What is zero in all joints is rounding beside forces, and beside the fastest motion.
+        force, length = float(frame["n"].abs().max()), 2 * result.assembly.problem.length_unit
+        speed = 1.0 if result.solution.d is None else fastest(result.assembly, result.solution.d)
+        beside = {"s": force, "torsion": force * length, "slip": speed, "opening": speed}
+        beside["rotation"] = speed / length
+    columns = {
+        name: _rounded(frame[name].to_numpy(), beside.get(name, 0.0))
+        for name in _COLUMNS[result.assembly.scene.dimension]
+    }
     return {"first": joints.first.tolist(), "second": joints.second.tolist(), **columns}
 
 
@@ -211,9 +222,10 @@ def _json(data: dict[str, Any]) -> str:
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
-def _rounded(values: np.ndarray) -> list[float | None]:
-    """Five digits of each number, None in place of NaN, what is next to nothing as 0."""
-    nothing = IDLE * np.nan_to_num(np.abs(values)).max(initial=0.0)
+def _rounded(values: np.ndarray, beside: float = 0.0) -> list[float | None]:
+    """Five digits of each number, None in place of NaN, what is next to nothing beside the largest, or a
+    number that is larger, as 0."""
+    nothing = IDLE * np.nan_to_num(np.abs([*values, beside])).max()
     return [
         None if np.isnan(value) else 0 if abs(value) <= nothing else float(f"{value:.5g}") for value in values
     ]

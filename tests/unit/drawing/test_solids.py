@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import re
+import sys
+
 import numpy as np
 import pytest
 from drawn import elements_of, labels
@@ -12,6 +16,8 @@ import masonry_opt as mo
 from masonry_opt.answer.thresholds import MOVES
 from masonry_opt.drawing.elements import FULL, KINDS, result_elements
 from masonry_opt.drawing.marks import moved
+from masonry_opt.drawing.saved import refuse_saving
+from masonry_opt.drawing.solid_figure import three
 from masonry_opt.drawing.solids import surface
 from masonry_opt.drawing.view import axes_of, best_view, raster
 
@@ -221,6 +227,31 @@ def test_small_gaps_and_corners_are_drawn_before_solving():
     assert "corner on corner: no joint" in told
     figure = mo.draw(scene)
     assert any("'above'" in text.get_text() for text in figure.texts)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_page_shows_first_the_kind_asked_for(kind, tmp_path):
+    pytest.importorskip("trimesh", reason="needs the extra meshes")
+    result = mo.solve(box_on_floor((2, 2, 1), 0.5), "static")
+    result.save(tmp_path / "a.html", kind, view=(10, 20))
+    text = (tmp_path / "a.html").read_text(encoding="utf-8")
+    assert len(text) < 1_200_000
+    (chosen,) = [line for line in text.splitlines() if " checked" in line]
+    assert f'value="{kind}"' in chosen
+    told = json.loads(re.search(r'id="data">(.*?)</script>', text, re.DOTALL)[1])
+    assert told["figure"]["view"] == [10, 20]
+    # It slides without turning, and the base presses on it evenly: not by rounding, but by zero.
+    assert told["joints"]["n"] == [pytest.approx(1.0)]
+    assert told["joints"]["rotation"] == [0]
+    assert told["joints"]["torsion"] == [0]
+    assert told["joints"]["utilisation"] == [pytest.approx(1.0, abs=1e-4)]
+
+
+def test_a_page_without_trimesh_is_refused_before_long_work(monkeypatch, tmp_path):
+    three.cache_clear()
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    with pytest.raises(mo.OptionError, match="meshes"):
+        refuse_saving(box_on_floor(), tmp_path / "a.html", "mechanism")
 
 
 def test_a_notebook_shows_a_picture_and_the_load_factor():
