@@ -11,7 +11,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.patheffects import withStroke
 
 from masonry_opt.drawing.colours import AT_REST, BLOCK, FIXED, HATCH
-from masonry_opt.drawing.elements import INSIDE, Elements, size_of
+from masonry_opt.drawing.elements import INSIDE, Elements
 from masonry_opt.drawing.mark_artists import draw_marks
 from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.solids import surface
@@ -30,7 +30,7 @@ _PALE = 0.55
 #: Free round what is shown, over the longer side.
 _MARGIN = 0.03
 
-#: Length of the axes shown, at most, over the size of the scene; how far their letters are, over that.
+#: Length of the axes shown, at most, over the longer side; how far their letters are, over that.
 _AXES, _LETTERS = 0.1, 1.4
 
 #: Size of the letters of block names in points, largest and smallest; their width over their height.
@@ -59,7 +59,7 @@ class Solids:
         self.box = np.array([low - _MARGIN * side, high + _MARGIN * side])
         self.raster = raster(triangles, self.box, _PIXELS)
         # The longest of 1, 2 and 5 times powers of ten.
-        most = _AXES * size_of(elements.assembly)
+        most = _AXES * side
         power = 10.0 ** np.floor(np.log10(most))
         self.unit = max(digit * power for digit in (1, 2, 5) if digit * power <= most)
         # In the lower left corner, or below what is drawn there.
