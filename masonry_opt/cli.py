@@ -20,7 +20,7 @@ from rich.console import Console
 from typer.core import TyperGroup
 
 from masonry_opt.analysis import solve as solve_scene
-from masonry_opt.command_options import Force, method_options
+from masonry_opt.command_options import Force, View, angles, method_options
 from masonry_opt.errors import (
     InterruptedByUserError,
     MasonryError,
@@ -127,6 +127,7 @@ def solve(
         ),
     ] = None,
     names: Annotated[bool, typer.Option("--names", help="With --plot: write the blocks' names.")] = False,
+    view: View = None,
     force: Force = False,
     option: Annotated[
         list[str] | None,
@@ -139,23 +140,20 @@ def solve(
     """
     if json + verbose + quiet > 1:
         raise OptionError("--json, --verbose and --quiet say each what is printed: give one of them")
-    if plot is None and (names or force or plot_kind is not None or mechanism is not None):
+    if plot is None and (names or force or any(how is not None for how in (plot_kind, mechanism, view))):
         raise OptionError(
-            "--plot-kind, --mechanism, --names and --force say how to draw: give --plot FILE too"
+            "--plot-kind, --mechanism, --names, --view and --force say how to draw: give --plot FILE too"
         )
     if mechanism not in (None, *_DRAWN):
         raise OptionError(f"--mechanism '{mechanism}' is unknown; choose from: {', '.join(_DRAWN)}")
     if mechanism == _DRAWN[1] and (not expected or method in ("static", "kinematic")):
         raise OptionError(f"--mechanism {mechanism}: goes with a Coulomb method, and not with --no-expected")
-    kind = plot_kind or "mechanism"
+    kind, seen_from = plot_kind or "mechanism", angles(view)
     if plot is not None:  # refused now, not after the solve
-        from masonry_opt.drawing.elements import refuse_space
         from masonry_opt.drawing.saved import refuse_saving
         from masonry_opt.scene.case_file import load
 
-        refuse_saving(plot, kind, names, force)
-        if kind != "curve" or plot.suffix.lower() == ".html":  # a curve shows no blocks
-            refuse_space(load(case))
+        refuse_saving(load(case), plot, kind, names, force, seen_from)
     options = method_options(option, solve_scene)
     if kind == "curve" and not options.get("curve"):
         raise OptionError("--plot-kind curve needs --method compliant and --option curve=true")
@@ -203,7 +201,7 @@ def solve(
     if plot is not None:
         drawn = result.at_expected if mechanism == _DRAWN[1] else result
         with _writing(plot):
-            (drawn or result).save(plot, kind, names, force)
+            (drawn or result).save(plot, kind, names, force, seen_from)
     if quiet:
         result.required()
     if not result.status.usable:
@@ -229,6 +227,7 @@ def draw(
     case: Case,
     file: Annotated[Path, typer.Argument(help="File to write (.png, .svg, .pdf).", show_default=False)],
     names: Annotated[bool, typer.Option("--names", help="Write the blocks' names.")] = False,
+    view: View = None,
     force: Force = False,
 ) -> None:
     """Draw CASE to FILE before solving it: blocks, supports, joints found, small gaps, loads.
@@ -238,13 +237,16 @@ def draw(
     from masonry_opt.drawing.figure import refuse_picture
     from masonry_opt.drawing.found import counts, doubts
     from masonry_opt.drawing.pictures import scene_picture
+    from masonry_opt.drawing.view import refuse_view
     from masonry_opt.problem.assembly import assemble
     from masonry_opt.scene.case_file import load
 
     refuse_picture(file, force)
-    assembly = assemble(load(case), floating=True)
+    scene, seen_from = load(case), angles(view)
+    refuse_view(scene, seen_from)
+    assembly = assemble(scene, floating=True)
     with _writing(file):
-        scene_picture(assembly, names).save(file, force)
+        scene_picture(assembly, names, seen_from).save(file, force)
     warnings = [f"warning: {sentence}" for sentence in doubts(assembly)]
     print_text(printable("\n".join([f"{file}: {counts(assembly)}", *warnings])))
 
@@ -252,19 +254,34 @@ def draw(
 @app.command()
 def export(
     case: Case,
-    file: Annotated[Path, typer.Argument(help="File to write (.lp, .mps, .nl).", show_default=False)],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="File to write (.lp, .mps, .nl; of solids .obj, .glb, .gltf, .json).", show_default=False
+        ),
+    ],
     method: Annotated[
-        str, typer.Option(help="static, kinematic or global (any file), mpec or mcp (.nl).")
-    ] = "static",
+        str | None,
+        typer.Option(
+            help="Of programs static (default), kinematic or global (any file), mpec or mcp (.nl); of solids "
+            "the one whose mechanism and forces to write (default: blocks at rest).",
+            show_default=False,
+        ),
+    ] = None,
     force: Force = False,
 ) -> None:
-    """Write the program that a method declares for CASE to FILE, for other solvers.
+    """Write the program that a method declares for CASE to FILE, for other solvers; or solids, for others.
 
     Beside a .nl file stand the names of its rows and columns (.row, .col). Prints the files written.
     """
-    from masonry_opt.exports.export import export as export_program
+    from masonry_opt.exports.export import export as write
+    from masonry_opt.exports.solid_files import SOLID_ENDS
 
-    print_text("\n".join(printable(str(path)) for path in export_program(case, file, method, force)))
+    solids = file.suffix.lower() in SOLID_ENDS
+    what = solve_scene(case, method, expected=False) if solids and method else case
+    print_text(
+        "\n".join(printable(str(path)) for path in write(what, file, None if solids else method, force))
+    )
 
 
 @contextlib.contextmanager

@@ -15,6 +15,23 @@ from masonry_opt.files import WRITER
 #: Of every command that replaces what it wrote before.
 Force = Annotated[bool, typer.Option("--force", help=f"Replace also what {WRITER} did not write.")]
 
+#: Of every command that draws.
+View = Annotated[
+    str | None,
+    typer.Option(metavar="AZIMUTH,ELEVATION", help="Of solids: from where they are seen, in degrees."),
+]
+
+
+def angles(view: str | None) -> tuple[float, float] | None:
+    """Azimuth and elevation from a text; raises OptionError if it has another form."""
+    if view is None:
+        return None
+    try:
+        azimuth, elevation = map(float, view.split(","))
+    except ValueError:
+        raise OptionError(f"--view {view}: write azimuth and elevation as in --view=-60,22") from None
+    return azimuth, elevation
+
 
 def method_options(texts: Sequence[str] | None, function: Callable[..., Any]) -> dict[str, Any]:
     """Options of a method from texts NAME=VALUE, for a function that passes them on.

@@ -339,7 +339,9 @@ class Result:
             raise NoLoadFactorError(f"{self.case}: {self.status}: {self.message}{warnings}")
         return self.load_factor
 
-    def plot(self, kind: str = "mechanism", names: bool = False) -> Figure:
+    def plot(
+        self, kind: str = "mechanism", names: bool = False, view: tuple[float, float] | None = None
+    ) -> Figure:
         """Draw the result, as a matplotlib figure without pyplot's state; a notebook shows it.
 
         Parameters
@@ -349,19 +351,27 @@ class Result:
             "utilisation" (of each joint the force over its limit, in colours), or "curve" (λ over
             displacement, where there is a ``curve``).
         names: whether to write each block's name into it.
+        view: in space, azimuth (from x towards y) and elevation of the eye, in degrees. By default one that
+            shows the scene's wider side, and its mechanism coming nearer.
 
         Raises
         ------
         OptionError
-            If there is no such kind, of this result, or it shows no names, or the scene is one in space.
+            If there is no such kind, of this result, or it shows no names, or the view is none, or of a scene
+            in the plane.
         """
         # Drawing comes after results, and takes matplotlib: both are loaded where a picture is asked for.
         from masonry_opt.drawing.pictures import result_picture
 
-        return result_picture(self, kind, names)
+        return result_picture(self, kind, names, view)
 
     def save(
-        self, path: str | Path, kind: str = "mechanism", names: bool = False, force: bool = False
+        self,
+        path: str | Path,
+        kind: str = "mechanism",
+        names: bool = False,
+        force: bool = False,
+        view: tuple[float, float] | None = None,
     ) -> None:
         """Write the result whole or not at all: a picture (.png, .svg, .pdf), or one interactive page (.html)
         that needs no network.
@@ -371,18 +381,20 @@ class Result:
         kind: as in ``plot``; of a page, what joints show first (a curve it shows below).
         names: as in ``plot``; a page tells them of each joint.
         force: whether to replace a file that was not written here, which is known by a mark in it.
+        view: as in ``plot``; of a page, the one that it shows first.
 
         Raises
         ------
         OptionError
             If the file's name has another ending, there is no such kind, the file cannot be written or
-            replaced, or the scene is one in space.
+            replaced, the view is none, or of a scene in the plane; of a page in space also if trimesh, of the
+            extra "meshes", is not installed.
         OSError
             If the file cannot be written.
         """
         from masonry_opt.drawing.saved import save
 
-        save(self, path, kind, names, force)
+        save(self, path, kind, names, force, view)
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, strings, lists and dictionaries (NaN as None)."""

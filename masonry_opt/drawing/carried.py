@@ -21,6 +21,9 @@ _CHAIN = 3
 #: Length of the longest resultant, and height of the scale over the blocks, over the size of the scene.
 _LONGEST, _ABOVE = 0.12, 0.08
 
+#: That length in space, where one joint may carry most.
+_LONGEST_IN_SPACE = 0.3
+
 
 def thrust(result: Result) -> tuple[np.ndarray, np.ndarray]:
     """Resultants on the joints' first blocks in the case's unit of force, and the points where they act, at
@@ -98,10 +101,31 @@ def thrust_marks(result: Result, size: float, shrink: float) -> Iterable[Marks]:
     yield Marks("scale", "", "bar", THRUST, 1.6, ends, text=f"= {scale:g}")
 
 
-def utilisation_marks(assembly: Assembly, used: np.ndarray, shrink: float) -> Iterable[Marks]:
-    """Joints in the colours of their utilisation, shape (c,), the most used last; idle ones thin."""
-    joints, steps = assembly.joints, len(UTILISATION)
-    ends = np.stack([joints.start, joints.end], axis=1)
+def resultant_marks(result: Result, size: float, shrink: float) -> Iterable[Marks]:
+    """Resultants of joints in space, half to each side of where they act."""
+    frame, origin = result.joints, result.assembly.geometry.origin
+    force, point = (frame[[f"{kind}{axis}" for axis in "xyz"]].to_numpy() for kind in "fp")
+    acts = np.isfinite(point).all(axis=1)
+    if not acts.any():
+        return
+    force, point = force[acts], point[acts] - origin
+    most = float(np.linalg.norm(force, axis=1).max())
+    half = _LONGEST_IN_SPACE * size / most * force / 2
+    label = f"resultant of a joint; the longest is {most:.3g} in the case's unit of force"
+    width = float(np.clip(25 / np.sqrt(len(point)), 0.8, 1.6))
+    yield Marks("resultants", label, "line", THRUST, width, np.stack([point - half, point + half], axis=1))
+    yield Marks("points", "", "point", THRUST, 1.8 * width, point[:, None])
+
+
+def utilisation_marks(ends: np.ndarray, used: np.ndarray, shrink: float) -> Iterable[Marks]:
+    """Joints in the colours of their utilisation, the most used last; idle ones thin.
+
+    Parameters
+    ----------
+    ends: lines of joints, as :func:`joint_marks` takes them.
+    used: utilisation of the joint of each, shape (lines,).
+    """
+    steps = len(UTILISATION)
     step = np.where(np.isnan(used), -1, np.clip(np.nan_to_num(used) * steps, 0, steps - 1)).astype(int)
     for number, colour in enumerate((IDLE, *UTILISATION), start=-1):
         label, name = ("idle joint", "idle") if number < 0 else ("", "used")

@@ -12,13 +12,14 @@ import shapely
 from masonry_opt.answer.motion import fastest, joint_motion
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
-from masonry_opt.drawing.carried import thrust_marks, utilisation_marks
+from masonry_opt.drawing.carried import resultant_marks, thrust_marks, utilisation_marks
 from masonry_opt.drawing.colours import CRUSHES, HINGES, SEPARATES, SLIDES
 from masonry_opt.drawing.found import counts, found_marks
 from masonry_opt.drawing.loads import load_marks
-from masonry_opt.drawing.marks import Marks, joint_marks, moved
+from masonry_opt.drawing.marks import Marks, joint_lines, joint_marks, moved
 from masonry_opt.errors import OptionError, printable
-from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.assembly import Assembly, SpaceAssembly
+from masonry_opt.scene.extents import boxes
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral
 
@@ -28,14 +29,14 @@ KINDS = ("mechanism", "thrust", "utilisation")
 #: A kind of picture that shows no joints but the curve of contacts that give.
 CURVE = "curve"
 
-#: What a legend says of the colours of utilisation.
-UTILISATION_LABEL = "utilisation of joints (1: about to slide, hinge or crush)"
-
 #: Number of joints from which marks are small.
 MANY = 1000
 
 #: What is said where a result has no forces.
 NO_FORCES = "no forces were found to draw"
+
+#: Names of marks that lie inside blocks: in space they are seen through them, as arrows are.
+INSIDE = ("resultants", "points")
 
 #: The fastest corner of a mechanism that is fully moved has moved by this share of the scene's size.
 FULL = 0.1
@@ -56,10 +57,10 @@ class Elements:
 
     Attributes
     ----------
-    assembly: of the scene; its polygons are the blocks.
+    assembly: of the scene; its polygons, or solids, are the blocks.
     heading: a line below the scene's title.
     movement: name of the motion; "" where nothing moves.
-    motion: full motion of the scene's blocks, as ``moved`` takes it, shape (blocks, 3).
+    motion: full motion of the scene's blocks, as ``moved`` takes it, shape (blocks, 3) or (blocks, 6).
     loads: arrows of loads.
     layers: marks on joints: "scene" before it is solved; of a result those of ``KINDS`` that are known.
     """
@@ -122,9 +123,15 @@ def legend(marks: Iterable[Marks]) -> dict[str, list[Marks]]:
 
 
 def size_of(assembly: Assembly) -> float:
-    """The larger side of the box round the movable blocks at rest."""
-    left, bottom, right, top = shapely.total_bounds(assembly.geometry.polygons[assembly.movable])
-    return float(max(right - left, top - bottom))
+    """The largest side of the box round the movable blocks at rest."""
+    low, high = reach(assembly)
+    return float((high - low).max())
+
+
+def reach(assembly: Assembly) -> tuple[np.ndarray, np.ndarray]:
+    """Least and largest coordinates of the movable blocks at rest, shape (2,) or (3,) each."""
+    low, high = boxes(assembly.geometry)
+    return low[assembly.movable].min(axis=0), high[assembly.movable].max(axis=0)
 
 
 def outlines(shapes: np.ndarray) -> list[list[np.ndarray]]:
@@ -137,6 +144,12 @@ def outlines(shapes: np.ndarray) -> list[list[np.ndarray]]:
     for owner, points in zip(block[part], pieces, strict=True):
         found[owner].append(points)
     return found
+
+
+def utilisation_label(assembly: Assembly) -> str:
+    """What a legend says of the colours of utilisation."""
+    limit = "slide" if isinstance(assembly, SpaceAssembly) else "slide, hinge or crush"
+    return f"utilisation of joints (1: about to {limit})"
 
 
 def has_mechanism(result: Result) -> bool:
@@ -153,73 +166,80 @@ def refuse_kind(kind: object, names: bool = False) -> None:
         raise OptionError("a picture of kind 'curve' has no blocks whose names to write")
 
 
-def refuse_space(scene: Scene) -> None:
-    """Raise OptionError for a scene of solids."""
-    if scene.dimension == 3:
-        raise OptionError(
-            f"{scene.origin}: its blocks are solids, of which there are no pictures and pages: results have "
-            "'blocks', 'joints' and 'contacts' as tables"
-        )
-
-
 def scene_elements(assembly: Assembly) -> Elements:
-    """What there is to draw of a scene before it is solved. Raises OptionError in space."""
-    refuse_space(assembly.scene)
-    still = np.zeros((len(assembly.scene.blocks), 3))
+    """What there is to draw of a scene before it is solved."""
+    still = np.zeros((len(assembly.scene.blocks), _columns(assembly)))
     arrows = list(load_marks(assembly, size_of(assembly), still))
     layers = {"scene": list(found_marks(assembly, _shrink(assembly)))}
     return Elements(assembly, counts(assembly), "", still, arrows, layers)
 
 
 def result_elements(result: Result) -> Elements:
-    """What there is to draw of a result. Raises OptionError in space."""
-    refuse_space(result.assembly.scene)
+    """What there is to draw of a result."""
     assembly, size, shrink = result.assembly, size_of(result.assembly), _shrink(result.assembly)
     motion, movement = _motion(result, size), _movement(result)
     layers = {"mechanism": list(_mechanism(result, motion, shrink)) if movement else []}
     if result.joints["n"].notna().all():
-        used = result.joints["utilisation"].to_numpy()
-        layers["thrust"] = list(thrust_marks(result, size, shrink))
-        layers["utilisation"] = list(utilisation_marks(assembly, used, shrink))
+        ends, joint = joint_lines(assembly.joints)
+        used = result.joints["utilisation"].to_numpy()[joint]
+        resultants = resultant_marks if isinstance(assembly, SpaceAssembly) else thrust_marks
+        layers["thrust"] = list(resultants(result, size, shrink))
+        layers["utilisation"] = list(utilisation_marks(ends, used, shrink))
     arrows = list(load_marks(assembly, size, motion, live=result.status.live_load_acts))
     return Elements(assembly, heading(result), movement, motion, arrows, layers)
 
 
 def _shrink(assembly: Assembly) -> float:
     """How large marks on joints are: less where there are many."""
-    return 1.0 if len(assembly.joints.length) < MANY else 0.6
+    return 1.0 if len(assembly.joints.first) < MANY else 0.6
+
+
+def _columns(assembly: Assembly) -> int:
+    """How many numbers a motion has."""
+    return 6 if isinstance(assembly, SpaceAssembly) else 3
 
 
 def _motion(result: Result, size: float) -> np.ndarray:
     assembly = result.assembly
-    motion = np.zeros((len(assembly.scene.blocks), 3))
+    motion = np.zeros((len(assembly.scene.blocks), _columns(assembly)))
     if has_mechanism(result):
         assert result.solution.d is not None
-        vx, vy, omega = result.blocks[["vx", "vy", "omega"]].to_numpy().T
-        x, y = assembly.geometry.centroid[assembly.movable].T
-        velocity = np.column_stack([vx + omega * y, vy - omega * x, omega])
+        rates = result.blocks.filter(regex="^(v|w|omega)").to_numpy()
+        centroid = assembly.geometry.centroid[assembly.movable]
+        # Of the point of each block that lies in the origin, and of its turning.
+        velocity = np.column_stack([moved(-centroid, rates) + centroid, rates[:, centroid.shape[1] :]])
         motion[assembly.movable] = FULL * size / fastest(assembly, result.solution.d) * velocity
     return motion
 
 
 def _mechanism(result: Result, motion: np.ndarray, shrink: float) -> Iterable[Marks]:
-    """Joints by how they move, midway between their blocks."""
+    """Joints by how they move, midway between their blocks; in space the outlines of joints, with each of
+    their blocks."""
     joints = result.assembly.joints
     moves = joint_motion(result.assembly, result.solution)
     midway = (motion[joints.first] + motion[joints.second]) / 2
-    ends, width = np.stack([joints.start, joints.end], axis=1), 2.3 * shrink
+    (ends, joint), width = joint_lines(joints), 2.3 * shrink
+    with_joint = midway[joint]
+    if solid := isinstance(result.assembly, SpaceAssembly):
+        with_joint = np.concatenate([motion[joints.first[joint]], motion[joints.second[joint]]])
+        ends, joint = np.tile(ends, (2, 1, 1)), np.tile(joint, 2)
     for name, label, colour, dashes in (
         ("separates", "separating joint", SEPARATES, (1.6, 1.1)),
         ("slides", "sliding joint", SLIDES, ()),
         ("crushes", "crushing joint", CRUSHES, ()),
     ):
-        which = getattr(moves, name)
-        yield from joint_marks(name, label, colour, width, ends[which], midway[which], dashes)
+        which = getattr(moves, name)[joint]
+        yield from joint_marks(name, label, colour, width, ends[which], with_joint[which], dashes)
     # Colour alone cannot be told apart in grey.
     if (which := moves.crushes).any():
         middle = ends[which].mean(axis=1, keepdims=True)
         yield Marks("crosses", "crushing joint", "cross", CRUSHES, 6.0 * shrink, middle, midway[which])
     if (which := moves.hinges).any():
+        if solid:
+            opens = (which & ~moves.slides)[joint]
+            yield from joint_marks(
+                "opens", "hinging joint", HINGES, 0.4 * width, ends[opens], with_joint[opens]
+            )
         at = moves.hinge[which][:, None]
         yield Marks("hinges", "hinging joint", "dot", HINGES, 5.2 * shrink, at, midway[which])
 

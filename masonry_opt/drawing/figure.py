@@ -95,13 +95,14 @@ def finish(
     if replace_missing(figure) or said != [*map(printable, notes)]:
         said.append(NOTE)
     lines = [line for note in said for line in textwrap.wrap(note, _NOTE)]
-    at_legend = _ALONG + (_BAR if colours is not None else 0.0)
+    along = _ALONG if axes.axison else 0.1
+    at_legend = along + (_BAR if colours is not None else 0.0)
     at_notes = at_legend + rows * _LINE + 0.1
     below = at_notes + len(lines) * _LINE
     fit(figure, axes, below)
     width, height = figure.get_size_inches()
     if colours is not None:
-        bar = figure.add_axes((0.2, (below - _ALONG - 0.12) / height, 0.6, 0.12 / height))
+        bar = figure.add_axes((0.2, (below - along - 0.12) / height, 0.6, 0.12 / height))
         figure.colorbar(colours, cax=bar, orientation="horizontal", label=label)
     figure.legend(
         handles=handles,

@@ -8,20 +8,30 @@ import numpy as np
 import shapely
 
 from masonry_opt.drawing.colours import GAP, JOINT, MARKED
-from masonry_opt.drawing.marks import Marks, joint_marks
+from masonry_opt.drawing.marks import Marks, joint_lines, joint_marks
 from masonry_opt.errors import CaseError, counted
-from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.assembly import Assembly, SpaceAssembly
 from masonry_opt.scene.contact import refuse_floating
+from masonry_opt.scene.extents import corners as corners_of
+from masonry_opt.scene.extents import outside
+from masonry_opt.scene.space.floating import refuse_floating as refuse_floating_solids
+from masonry_opt.scene.space.shapes import Shapes
 from masonry_opt.words.sense import warnings_of
 from masonry_opt.words.sentences import sentences
+
+#: Points along an edge of a solid at which it is held against another block.
+_SAMPLES = 9
 
 
 def found_marks(assembly: Assembly, shrink: float) -> Iterable[Marks]:
     """Joints, corners that meet in no joint, and small gaps."""
-    joints, width = assembly.joints, 2.0 * shrink
-    ends = np.stack([joints.start, joints.end], axis=1)
-    yield from joint_marks("joint", "joint", JOINT, width, ends, in_point="joint of a corner on an edge")
-    corners, gaps = meeting_corners(assembly), near_misses(assembly)
+    (ends, _), width = joint_lines(assembly.joints), 2.0 * shrink
+    if isinstance(assembly, SpaceAssembly):
+        in_point, corners, gaps = "joint in a point", *unjoined(assembly)
+    else:
+        in_point = "joint of a corner on an edge"
+        corners, gaps = meeting_corners(assembly), near_misses(assembly)
+    yield from joint_marks("joint", "joint", JOINT, width, ends, in_point=in_point)
     if len(corners):
         label = "corner on corner: no joint"
         yield Marks("corners", label, "cross", MARKED, 3.0 * width, corners[:, None])
@@ -35,7 +45,7 @@ def counts(assembly: Assembly) -> str:
     numbers = {
         "block": movable,
         "support": len(assembly.scene.blocks) - movable,
-        "joint": len(assembly.joints.length),
+        "joint": len(assembly.joints.first),
         "small gap": len(assembly.joints.near_misses),
     }
     told = [(noun, number) for noun, number in numbers.items() if number or noun == "joint"]
@@ -76,12 +86,42 @@ def meeting_corners(assembly: Assembly) -> np.ndarray:
     return np.concatenate(found)
 
 
+def unjoined(assembly: SpaceAssembly) -> tuple[np.ndarray, np.ndarray]:
+    """In space, relative to the geometry's origin: corners of blocks that meet others without a normal, shape
+    (points, 3), and lengths of edges that face another block across a small gap, shape (lengths, 2, 3)."""
+    shapes, contacts = assembly.geometry, assembly.joints
+    every, of_corner = corners_of(shapes)
+    start, end, face = shapes.faces.sides()
+    share = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
+    points, lengths = [np.empty((0, 3))], [np.empty((0, 2, 3))]
+    for pair in contacts.without_normal:
+        for one, other in (pair, pair[::-1]):
+            own = every[of_corner == one]
+            points.append(own[_beside(shapes, other, own) <= 2 * shapes.tolerance])
+    for pair, gap in zip(contacts.near_misses, contacts.gaps, strict=True):
+        for one, other in (pair, pair[::-1]):
+            for side in np.flatnonzero(shapes.faces.block[face] == one):
+                along = (1 - share) * start[side] + share * end[side]
+                near = _beside(shapes, other, along) <= 1.01 * gap
+                both = near[:-1] & near[1:]
+                lengths.append(np.stack([along[:-1], along[1:]], axis=1)[both])
+    return np.concatenate(points), np.concatenate(lengths)
+
+
+def _beside(shapes: Shapes, block: int, points: np.ndarray) -> np.ndarray:
+    return outside(shapes, np.full(len(points), block), points)
+
+
 def doubts(assembly: Assembly) -> Iterator[str]:
     """Sentences on blocks that touch nothing, which no analysis takes, and on what looks unintended."""
+    joints = assembly.joints
+    gaps = dict(zip(joints.near_misses, joints.gaps, strict=True))
+    blocks = joints.first, joints.second
     try:
-        joints = assembly.joints
-        gaps = dict(zip(joints.near_misses, joints.gaps, strict=True))
-        refuse_floating(assembly.scene, assembly.geometry, joints.first, joints.second, gaps)
+        if isinstance(assembly, SpaceAssembly):
+            refuse_floating_solids(assembly.scene, assembly.geometry, *blocks, gaps)
+        else:
+            refuse_floating(assembly.scene, assembly.geometry, *blocks, gaps)
     except CaseError as error:
         yield str(error)
     yield from sentences(warnings_of(assembly, None))

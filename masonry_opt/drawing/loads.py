@@ -12,9 +12,12 @@ from masonry_opt.drawing.marks import Marks, moved
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.edge_loads import LoadedPiece
 from masonry_opt.problem.loads import Forces, loads
+from masonry_opt.scene.extents import boxes, outside
 
-#: Number of weights, and of other parallel forces, above which one arrow shows the direction of all.
+#: Number of weights, and of other parallel forces, above which one arrow shows the direction of all; fewer in
+#: space, where arrows lie on each other.
 _MOST_WEIGHTS, _MOST = 30, 200
+_MOST_WEIGHTS_IN_SPACE, _MOST_IN_SPACE = 1, 8
 
 #: Length of the longest arrow of a kind, over the size of the scene; the number of forces above which it is
 #: at most this share of a usual block.
@@ -42,8 +45,11 @@ def load_marks(assembly: Assembly, size: float, motion: np.ndarray, live: bool =
     Parameters
     ----------
     size: of the scene.
-    motion: what moves the scene's blocks, shape (blocks, 3).
+    motion: what moves the scene's blocks, shape (blocks, 3) or (blocks, 6).
     """
+    most, most_weights = _MOST, _MOST_WEIGHTS
+    if assembly.scene.dimension == 3:
+        most, most_weights = _MOST_IN_SPACE, _MOST_WEIGHTS_IN_SPACE
     given = loads(assembly.scene, assembly.geometry, assembly.movable)
     for kind, (colour, width, each, of_all) in _KINDS.items():
         if kind == "live" and not live:
@@ -51,8 +57,9 @@ def load_marks(assembly: Assembly, size: float, motion: np.ndarray, live: bool =
         forces: Forces = getattr(given, kind)
         pieces = [p for p in assembly.loaded_pieces if assembly.scene.edge_loads[p.load].kind == kind]
         label, points, moves = each, np.empty((0, 2, 2)), np.empty((0, 3))
-        if _many_parallel(forces, _MOST_WEIGHTS if kind == "weight" else _MOST):
-            label, points, moves = of_all, _direction(assembly, size, forces), np.zeros((1, 3))
+        if _many_parallel(forces, most_weights if kind == "weight" else most):
+            label, points = of_all, _direction(assembly, size, forces)
+            moves = np.zeros((1, motion.shape[1]))
         elif len(forces.force):
             points, moves = _forces(assembly, size, forces, motion)
         if pieces:
@@ -68,15 +75,17 @@ def load_marks(assembly: Assembly, size: float, motion: np.ndarray, live: bool =
 def _many_parallel(forces: Forces, most: int) -> bool:
     if len(forces.force) <= most:
         return False
-    direction = forces.force / np.hypot(*forces.force.T)[:, None]
+    direction = forces.force / np.linalg.norm(forces.force, axis=1)[:, None]
     return bool((np.abs(direction - direction[0]) < 1e-9).all())
 
 
 def _direction(assembly: Assembly, size: float, forces: Forces) -> np.ndarray:
     total = forces.force.sum(axis=0)
-    _, _, right, top = shapely.total_bounds(assembly.geometry.polygons[assembly.movable])
-    tail = np.array([right, top + _ABOVE * size])
-    return np.array([[tail, tail + _DIRECTION * size * total / np.hypot(*total)]])
+    tail = boxes(assembly.geometry)[1][assembly.movable].max(axis=0)
+    tail[-1] += _ABOVE * size
+    # In space it may point to the eye.
+    length = _DIRECTION * (len(tail) - 1) * size
+    return np.array([[tail, tail + length * total / np.linalg.norm(total)]])
 
 
 def _forces(
@@ -84,16 +93,21 @@ def _forces(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Arrows from where forces act, or to there if they push from outside, and their motions, which keep the
     arrows' direction."""
-    own, point, blocks = np.hypot(*forces.force.T), forces.point, assembly.movable[forces.block]
-    polygons = assembly.geometry.polygons[blocks]
+    point, blocks = forces.point, assembly.movable[forces.block]
+    own, dimension = np.linalg.norm(forces.force, axis=1), point.shape[1]
     longest = _LONGEST * size
     if len(own) > _LONE:
-        longest = min(longest, _OF_BLOCK * float(np.sqrt(np.median(shapely.area(polygons)))))
+        usual = float(np.median(assembly.geometry.size[blocks])) ** (1 / dimension)
+        longest = min(longest, _OF_BLOCK * usual)
     arrow = longest * forces.force / own.max()
     behind = point - 0.02 * longest * forces.force / own[:, None]
-    from_outside = ~shapely.intersects(polygons, shapely.points(behind))
+    if dimension == 2:
+        from_outside = ~shapely.intersects(assembly.geometry.polygons[blocks], shapely.points(behind))
+    else:
+        from_outside = outside(assembly.geometry, blocks, behind) > assembly.geometry.tolerance
     tail = point - np.where(from_outside[:, None], arrow, 0.0)
-    motions = np.column_stack([moved(point, motion[blocks]) - point, np.zeros(len(point))])
+    motions = np.zeros((len(point), motion.shape[1]))
+    motions[:, :dimension] = moved(point, motion[blocks]) - point
     return np.stack([tail, tail + arrow], axis=1), motions
 
 

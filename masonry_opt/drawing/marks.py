@@ -8,12 +8,16 @@ from typing import Literal
 
 import numpy as np
 
+from masonry_opt.scene.contact import Joints
+from masonry_opt.scene.space.contacts import Contacts
+
 Shape = Literal["line", "arrow", "bar", "dot", "point", "square", "cross"]
 
 
 @dataclass(frozen=True)
 class Marks:
-    """Marks of one kind. Points are relative to the geometry's origin, in the case's unit of length.
+    """Marks of one kind. Points are relative to the geometry's origin, in the case's unit of length; in space
+    they have three coordinates, and motions six.
 
     Attributes
     ----------
@@ -45,13 +49,29 @@ class Marks:
 
 
 def moved(points: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Points, shape (..., 2), moved by motions (vx, vy, ω), shape (..., 3).
-
-    The point (x, y) moves by (vx - ω y, vy + ω x).
+    """Points, shape (..., 2), moved by motions (vx, vy, ω), shape (..., 3): (x, y) moves by
+    (vx - ω y, vy + ω x). In space points, shape (..., 3), move by v + ω × x, motions are (v, ω), shape
+    (..., 6).
     """
+    if points.shape[-1] == 3:
+        return points + motion[..., :3] + np.cross(motion[..., 3:], points)
     vx, vy, omega = np.moveaxis(motion, -1, 0)
     x, y = np.moveaxis(points, -1, 0)
     return np.stack([x + vx - omega * y, y + vy + omega * x], axis=-1)
+
+
+def joint_lines(joints: Joints | Contacts) -> tuple[np.ndarray, np.ndarray]:
+    """Lines along joints, in space along the sides of their outlines, both ends of each, shape (lines, 2, 2)
+    or (lines, 2, 3), and the joint of each, rising. Ends of what has no length are the same."""
+    if isinstance(joints, Joints):
+        return np.stack([joints.start, joints.end], axis=1), np.arange(len(joints.first))
+    rings = [(joint, ring) for joint, outline in enumerate(joints.outline) for ring in outline]
+    # A ring closes; the two ends of an edge are one line.
+    lines = [
+        np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)[: 1 if len(ring) == 2 else None]
+        for _, ring in rings
+    ]
+    return np.concatenate(lines), np.repeat([joint for joint, _ in rings], [len(each) for each in lines])
 
 
 def joint_marks(
@@ -68,13 +88,13 @@ def joint_marks(
 
     Parameters
     ----------
-    ends: of the joints, shape (joints, 2, 2).
+    ends: of the joints, or in space of the sides of their outlines, shape (lines, 2, 2) or (lines, 2, 3).
     in_point: what a legend says of the squares, if not ``label``.
     """
     point = (ends[:, 0] == ends[:, 1]).all(axis=1)
-    moves = np.zeros((len(ends), 3)) if motion is None else motion
+    along, at = (None if motion is None else motion[which] for which in (~point, point))
     if (~point).any():
-        yield Marks(name, label, "line", colour, width, ends[~point], moves[~point], dashes)
+        yield Marks(name, label, "line", colour, width, ends[~point], along, dashes)
     if point.any():
         said = in_point if in_point is not None else "" if (~point).any() else label
-        yield Marks(name, said, "square", colour, 2.4 * width, ends[point][:, :1], moves[point])
+        yield Marks(name, said, "square", colour, 2.4 * width, ends[point][:, :1], at)

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from base64 import b64encode
+
 from masonry_opt.answer.result import Result
 from masonry_opt.drawing.elements import START, Elements, result_elements
 from masonry_opt.drawing.page import caption
+from masonry_opt.drawing.pictures import result_picture
 from masonry_opt.drawing.svg import Canvas, blocks_svg, legend_svg, marks_svg
 from masonry_opt.words.page import headline, text
 from masonry_opt.words.sentences import numeral
@@ -18,10 +21,7 @@ _WIDTH = 560
 
 
 def notebook_html(result: Result) -> str:
-    """Load factor, status, picture and certificate of a result, as HTML that stands by itself; of solids,
-    which have no picture, the summary."""
-    if result.assembly.scene.dimension == 3:
-        return f'<div style="white-space:pre-wrap">{text(result.summary)}</div>'
+    """Load factor, status, picture and certificate of a result, as HTML that stands by itself."""
     elements = result_elements(result)
     status = text(f"{result.status}{': ' + result.message if result.message else ''}")
     lines = [
@@ -32,7 +32,8 @@ def notebook_html(result: Result) -> str:
         *(f"Warning: {text(words)}" for words in result.warning_sentences),
     ]
     if result.size.blocks <= MOST_BLOCKS:
-        lines.append(_picture(elements))
+        in_space = result.assembly.scene.dimension == 3
+        lines.append(_image(result) if in_space else _picture(elements))
     lines.append(caption(elements))
     if result.certificate is not None:
         residuals = (
@@ -41,6 +42,12 @@ def notebook_html(result: Result) -> str:
         lines.append(f"certificate: {' · '.join(residuals)}")
     rows = "".join(f"<div>{line}</div>\n" for line in lines)
     return f'<div style="max-width:{_WIDTH}px;overflow-wrap:break-word">\n{rows}</div>'
+
+
+def _image(result: Result) -> str:
+    """The picture of solids, with its own title and legend."""
+    source = b64encode(result_picture(result).image("png")).decode()
+    return f'<img alt="picture of the mechanism" style="width:100%" src="data:image/png;base64,{source}">'
 
 
 def _picture(elements: Elements) -> str:

@@ -3,44 +3,40 @@
 from __future__ import annotations
 
 from pathlib import Path as FilePath
-from typing import Any
 
 import numpy as np
 import shapely
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
-from matplotlib.collections import LineCollection, PathCollection
+from matplotlib.collections import PathCollection
 from matplotlib.colors import ListedColormap
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
 
 from masonry_opt.answer.result import Result
-from masonry_opt.drawing.colours import AT_REST, BLOCK, FIXED, HATCH, UTILISATION
+from masonry_opt.drawing.colours import AT_REST, UTILISATION
 from masonry_opt.drawing.curve import curve_picture
 from masonry_opt.drawing.elements import (
     CURVE,
     NO_FORCES,
     START,
-    UTILISATION_LABEL,
     Elements,
-    legend,
     outlines,
     refuse_kind,
     result_elements,
     scene_elements,
+    utilisation_label,
 )
 from masonry_opt.drawing.figure import Handle, Picture, entitle, finish, fit, refuse_picture, style
 from masonry_opt.drawing.found import doubts
+from masonry_opt.drawing.mark_artists import BLOCK_LOOK, SUPPORT_LOOK, draw_marks, handles
 from masonry_opt.drawing.marks import Marks, moved
+from masonry_opt.drawing.solid_pictures import Solids
+from masonry_opt.drawing.view import View, best_view, refuse_view
 from masonry_opt.errors import printable
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
-
-#: Markers of the shapes that have no ends.
-_MARKERS = {"dot": "o", "point": "o", "square": "s", "cross": "x"}
 
 #: Size of the letters of block names in points: largest, smallest, and smallest where blocks are many; their
 #: width over their height.
@@ -55,6 +51,7 @@ def draw(
     path: str | FilePath | None = None,
     names: bool = False,
     force: bool = False,
+    view: View | None = None,
 ) -> Picture:
     """Draw a scene before it is solved, as a matplotlib figure without pyplot's state; a notebook shows it.
 
@@ -67,80 +64,97 @@ def draw(
     path: file to write the picture to, whole or not at all (.png, .svg or .pdf).
     names: whether to write each block's name into it.
     force: whether to replace a file that was not written here.
+    view: of solids, azimuth and elevation of the eye in degrees; as :meth:`Result.plot` has it.
 
     Raises
     ------
     CaseError
         If the case file or scene is wrong. Blocks that touch nothing are drawn all the same.
     OptionError
-        If the file's name has another ending, the file cannot be written or replaced, or blocks are solids.
+        If the file's name has another ending, the file cannot be written or replaced, or the view is none, or
+        of a scene in the plane.
     OSError
         If the file cannot be written.
     """
     if path is not None:
         refuse_picture(path, force)
-    made = scene_picture(assemble(as_scene(scene), floating=True), names)
+    scene = as_scene(scene)
+    refuse_view(scene, view)
+    made = scene_picture(assemble(scene, floating=True), names, view)
     if path is not None:
         made.save(path, force)
     return made
 
 
-def scene_picture(assembly: Assembly, names: bool = False) -> Picture:
+def scene_picture(assembly: Assembly, names: bool = False, view: View | None = None) -> Picture:
     """Draw what was assembled of a scene; see :func:`draw`."""
     notes = tuple(f"warning: {sentence}" for sentence in doubts(assembly))
-    return _picture(scene_elements(assembly), "scene", names, notes)
+    return _picture(scene_elements(assembly), "scene", names, view, notes)
 
 
-def result_picture(result: Result, kind: str = "mechanism", names: bool = False) -> Picture:
+def result_picture(
+    result: Result, kind: str = "mechanism", names: bool = False, view: View | None = None
+) -> Picture:
     """Draw a result; see :meth:`Result.plot`."""
     refuse_kind(kind, names)
+    refuse_view(result.assembly.scene, view)
     if kind == CURVE:
         return curve_picture(result)
-    return _picture(result_elements(result), kind, names)
+    return _picture(result_elements(result), kind, names, view)
 
 
 def draw_mechanism(result: Result, axes: Axes) -> list[Handle]:
-    """Draw a result's mechanism without loads on given axes; what a legend shows of it."""
+    """Draw a mechanism in the plane, without loads, on given axes; what a legend shows of it."""
     elements = result_elements(result)
     marks = elements.layers["mechanism"]
     _frame(axes, elements, marks, START)
-    return _draw(axes, elements, marks, START)
+    _draw(axes, elements, marks, START)
+    return handles(marks)
 
 
-def _picture(elements: Elements, kind: str, names: bool, notes: tuple[str, ...] = ()) -> Picture:
+def _picture(
+    elements: Elements, kind: str, names: bool, view: View | None, notes: tuple[str, ...] = ()
+) -> Picture:
     marks, share = elements.shown(kind), START if kind == "mechanism" else 0.0
     with style():
         made = Picture()
         axes = made.add_subplot()
-        # The size first: names are fitted into what is drawn.
-        _frame(axes, elements, marks, share)
-        fit(made, axes)
-        handles = _draw(axes, elements, marks, share)
-        if names:
-            _draw_names(axes, elements, share)
+        if elements.assembly.scene.dimension == 3:
+            solids = Solids(axes, elements, marks, share, view or best_view(elements))
+            solids.draw()
+            fit(made, axes)
+            solids.write(names)
+            notes = (solids.note, *notes)
+        else:
+            # The size first: names are fitted into what is drawn.
+            _frame(axes, elements, marks, share)
+            fit(made, axes)
+            _draw(axes, elements, marks, share)
+            if names:
+                _draw_names(axes, elements, share)
+        entitle(axes, elements.title, elements.heading)
         if kind in ("thrust", "utilisation") and not marks:
             middle = axes.text(0.5, 0.5, NO_FORCES, transform=axes.transAxes, zorder=8)
             middle.set(ha="center", va="center", bbox={"facecolor": "white", "edgecolor": "black"})
         colours = (
             ScalarMappable(cmap=ListedColormap(UTILISATION)) if kind == "utilisation" and marks else None
         )
-        finish(made, axes, handles, notes, colours, UTILISATION_LABEL)
+        finish(made, axes, handles(marks), notes, colours, utilisation_label(elements.assembly))
     return made
 
 
 def _frame(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> None:
-    """Axes round what is shown, in equal scales, and their title."""
+    """Axes round what is shown, in equal scales."""
     (left, bottom), (right, top) = elements.box(marks, share) + elements.assembly.geometry.origin
     axes.set_xlim(left, right)
     axes.set_ylim(bottom, top)
     axes.set_aspect("equal")
     axes.set_xlabel("x, y in the length unit of the case")
     axes.set_ylabel("y")
-    entitle(axes, elements.title, elements.heading)
 
 
-def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> list[Handle]:
-    """Draw supports, blocks at rest and moved, and marks; what a legend shows of them."""
+def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> None:
+    """Draw supports, blocks at rest and moved, and marks."""
     assembly, origin = elements.assembly, elements.assembly.geometry.origin
     rings = outlines(assembly.geometry.polygons)
     fixed = np.setdiff1d(np.arange(len(rings)), assembly.movable)
@@ -154,71 +168,14 @@ def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> l
             for b in blocks
         ]
 
-    block: dict[str, Any] = {"facecolor": BLOCK, "edgecolor": "black"}
-    support: dict[str, Any] = {"facecolor": FIXED, "edgecolor": HATCH, "hatch": "////", "linewidth": 0}
-    axes.add_collection(PathCollection(paths(fixed, 0.0), **support))
+    axes.add_collection(PathCollection(paths(fixed, 0.0), **SUPPORT_LOOK))
     if elements.movement and share:
         at_rest = paths(assembly.movable, 0.0)
         axes.add_collection(PathCollection(at_rest, facecolor="none", edgecolor=AT_REST, linewidth=0.5))
     width = elements.outline_width
-    axes.add_collection(PathCollection(paths(assembly.movable, share), linewidth=width, **block))
+    axes.add_collection(PathCollection(paths(assembly.movable, share), linewidth=width, **BLOCK_LOOK))
     for each in marks:
-        _draw_marks(axes, each, each.moved(share) + origin)
-    told = [_handle(label, alike) for label, alike in legend(marks).items()]
-    return [Patch(label="block", **block), Patch(label="support", **support), *told]
-
-
-def _draw_marks(axes: Axes, marks: Marks, at: np.ndarray) -> None:
-    """Draw marks at points of the case, shape (marks, 1 or 2, 2)."""
-    colour, width = marks.colour, marks.width
-    match marks.shape:
-        case "line":
-            dashes = (0, marks.dashes) if marks.dashes else "solid"
-            cap = "butt" if marks.dashes else "round"
-            axes.add_collection(
-                LineCollection(
-                    list(at), color=colour, linewidth=width, linestyle=dashes, capstyle=cap, zorder=3
-                )
-            )
-        case "arrow":
-            axes.quiver(
-                *at[:, 0].T,
-                *(at[:, 1] - at[:, 0]).T,
-                angles="xy",
-                scale_units="xy",
-                scale=1,
-                units="inches",
-                width=width / 72,
-                headwidth=4.5,
-                headlength=5,
-                headaxislength=4.5,
-                minlength=0.1,
-                color=colour,
-                zorder=5,
-            )
-        case "bar":
-            axes.plot(*at[0].T, color=colour, linewidth=width, marker="|", markersize=6, zorder=8)
-            axes.annotate(
-                marks.text, at[0, 1], xytext=(6, 0), textcoords="offset points", va="center", zorder=8
-            )
-        case shape:
-            look: dict[str, Any] = {"edgecolor": "white"} if shape == "dot" else {}
-            look["linewidth"] = {"dot": 0.4, "cross": 1.5}.get(shape, 0.0)
-            x, y = at[:, 0].T
-            axes.scatter(x, y, s=width**2, marker=_MARKERS[shape], color=colour, zorder=4, **look)
-
-
-def _handle(label: str, alike: list[Marks]) -> Line2D:
-    """What a legend shows of marks that share a label."""
-    handle = Line2D([], [], color=alike[0].colour, linestyle="none", label=label)
-    for marks in alike:
-        if marks.shape == "line":
-            handle.set(linewidth=marks.width, linestyle=(0, marks.dashes) if marks.dashes else "solid")
-        elif marks.shape == "arrow":
-            handle.set(marker=r"$\rightarrow$", markersize=14)
-        else:
-            handle.set(marker=_MARKERS[marks.shape], markersize=marks.width)
-    return handle
+        draw_marks(axes, each, each.moved(share) + origin)
 
 
 def _draw_names(axes: Axes, elements: Elements, share: float) -> None:

@@ -1,4 +1,4 @@
-"""``export``: the program that a method declares, as a file for other solvers."""
+"""``export``: the program that a method declares, as a file for other solvers; solids as files for others."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ import numpy as np
 import pyomo.environ as pyo
 
 from masonry_opt.analysis import solve
+from masonry_opt.answer.result import Result
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
 from masonry_opt.exports.program_files import WRITERS
+from masonry_opt.exports.solid_files import SOLID_ENDS, solid_file
 from masonry_opt.files import MARK, refuse_replacing, refuse_unwritable, write_whole
 from masonry_opt.methods.bracket.bounds import StateBounds, bounds_of
 from masonry_opt.methods.bracket.bracket import a_little_above, assumed_rates
@@ -110,27 +112,41 @@ _NL_ALONE = ("mpec", "mcp")
 
 
 def export(
-    scene: Scene | str | Path, path: str | Path, method: str = "static", force: bool = False
+    scene: Scene | Result | str | Path,
+    path: str | Path,
+    method: str | None = None,
+    force: bool = False,
+    *,
+    moved: float | None = None,
 ) -> tuple[Path, ...]:
-    """Write the program that a method declares, for other solvers.
+    """Write the program that a method declares, for other solvers; or, in space, blocks, forces and motion,
+    for other programs.
 
-    Rows and columns are named by kind and blocks, units are those of
+    Of programs rows and columns are named by kind and blocks, units are those of
     :class:`~masonry_opt.problem.problem.Problem`, and λ is the scene's; see ``docs/solver_people.md``.
+
+    Of solids, which are written in the case's own units, OBJ and glTF have one object a block; names of
+    supports begin with ``fixed``. COMPAS JSON is an assembly of compas_assembly: blocks at rest, joints as
+    interfaces with forces at their contact points, velocities as displacements.
 
     Parameters
     ----------
     scene:
-        A scene, or the path of a case file.
+        A scene, or the path of a case file; of solids also a result, with its motion and forces.
     path:
         Of the file, by whose end its format is known: ``.lp`` or ``.mps`` (linear programs, and with
         binaries) or ``.nl`` (and with products or complementary pairs). Beside a ``.nl`` the names of its
-        rows and columns are written to ``.row`` and ``.col``.
+        rows and columns are written to ``.row`` and ``.col``. Of solids: ``.obj``, ``.glb`` or ``.gltf``
+        (with trimesh, of the extra "meshes"), or ``.json`` (COMPAS).
     method:
-        "static", eq. (9), "kinematic", eq. (10), "global" (complementarity with a binary for each face;
-        its bounds are computed first, by linear programs), "mpec" (with products z p ≤ 10⁻⁶), or "mcp" (with
-        complementary pairs).
+        Of programs: "static", eq. (9), the default, "kinematic", eq. (10), "global" (complementarity with a
+        binary for each face; its bounds are computed first, by linear programs), "mpec" (with products z p ≤
+        10⁻⁶), or "mcp" (with complementary pairs).
     force:
         Whether to replace files that were not written here, which are known by a mark in them.
+    moved:
+        Of a result's meshes: how far its mechanism has moved, 0 at rest, 1 as far as pages move it (default:
+        as pictures show it).
 
     Returns
     -------
@@ -143,39 +159,51 @@ def export(
         If the case file or scene is wrong, or nothing carries a live load.
     OptionError
         If the method declares no single program or does not know the scene's joints, the format cannot carry
-        its program, or the file cannot be written or replaced.
+        its program, or the file cannot be written or replaced; if solids are asked of a scene in the plane.
     OutputError
         If a file cannot be written.
     NoLoadFactorError
         If "global" has no associative load factor to bound λ with.
     """
     if not isinstance(path, str | Path):
-        raise OptionError(f"the path of a program is text or a pathlib.Path (found {path!r})")
+        raise OptionError(f"the path of a file is text or a pathlib.Path (found {path!r})")
+    if (end := Path(path).suffix.lower()) in SOLID_ENDS:
+        if method is not None:
+            raise OptionError(f"{path}: 'method' goes with programs: give the result of one for its motion")
+        refuse_unwritable(Path(path), force)
+        what = scene if isinstance(scene, Result) else as_scene(scene)
+        return (_written(Path(path), solid_file(what, end, moved)),)
+    if moved is not None:
+        raise OptionError(f"{path}: 'moved' goes with meshes: {', '.join(SOLID_ENDS[1:])}")
+    method = method or "static"
     if method not in _EXPORTS:
         why = "solves a series of programs" if method in METHODS else "is unknown"
         raise OptionError(f"method '{method}' {why}; those with one program: {', '.join(_EXPORTS)}")
     path = Path(path)
-    if (end := path.suffix.lower()) not in _ends(method):
+    if end not in _ends(method):
         raise OptionError(f"{path}: {_instead(method, end)}")
     refuse_unwritable(path, force)
     for names in (".row", ".col") if end == ".nl" else ():
         refuse_replacing(path.with_suffix(names), force)
-    assembly = assemble(as_scene(scene))
+    assembly = assemble(scene.assembly.scene if isinstance(scene, Result) else as_scene(scene))
     # Dilatancy that falls with stress mcp hands over to the loop; the program it declares does not know it.
     known = METHODS[method]
     refuse_unsuited(replace(known, constant_dilatancy=True) if method == "mcp" else known, assembly)
     program, said = _EXPORTS[method](assembly)
     program.name = method
     files = WRITERS[end](program, assembly, [*_header(method, assembly), *said])
-    written = []
-    for suffix, text in files.items():
-        beside = path if suffix == end else path.with_suffix(suffix)
-        try:
-            write_whole(beside, text)
-        except OSError as error:
-            raise OutputError(f"{beside}: cannot be written: {error.strerror}") from None
-        written.append(beside)
+    written = [
+        _written(path if suffix == end else path.with_suffix(suffix), text) for suffix, text in files.items()
+    ]
     return tuple(reversed(written))
+
+
+def _written(path: Path, content: str | bytes) -> Path:
+    try:
+        write_whole(path, content)
+    except OSError as error:
+        raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
+    return path
 
 
 def _ends(method: str) -> tuple[str, ...]:
@@ -186,7 +214,11 @@ def _instead(method: str, end: str) -> str:
     """Why a format does not do, and which ones do."""
     ends = ", ".join(_ends(method))
     if end not in WRITERS:
-        return f"a program of method '{method}' is written to a file whose name ends in {ends}"
+        others = ", ".join(SOLID_ENDS)
+        return (
+            f"a program of method '{method}' is written to a file whose name ends in {ends} (solids to "
+            f"{others})"
+        )
     others = ", ".join(name for name in _EXPORTS if end in _ends(name))
     return (
         f"{end} files cannot carry the program of method '{method}': let the name end in {ends} "

@@ -16,6 +16,7 @@ _SWITCHES = (
     "--headless=new",
     "--no-sandbox",
     "--disable-gpu",
+    "--enable-unsafe-swiftshader",  # draws solids where there is no graphics card
     "--disable-quic",
     "--no-first-run",
     "--disable-background-networking",

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
-import re
-
 import numpy as np
 import pytest
+from pages import WIDTHS, cell, found, move_to, quiet, show, sticking_out, written
 from scenes import WALLS, block_on_floor, overhanging
 
 import masonry_opt as mo
@@ -17,58 +15,11 @@ from masonry_opt.drawing.svg import SIDE, Canvas
 
 pytestmark = pytest.mark.slow
 
-WIDTHS = (1280, 400)
-
 
 @pytest.fixture(scope="module")
 def wall(tmp_path_factory):
     """A wall's result and the file of its page."""
     return written(mo.solve(WALLS[0]), tmp_path_factory)
-
-
-def written(result, tmp_path_factory):
-    path = tmp_path_factory.mktemp("page") / "page.html"
-    result.save(path)
-    return result, path
-
-
-def show(browser, path, width):
-    """The browser with a page open in a window of that width."""
-    chromium = browser(width)
-    for log in ("browser", "performance"):
-        chromium.get_log(log)
-    chromium.get(path.as_uri())
-    return chromium
-
-
-def found(page, selector):
-    return page.find_element("css selector", selector)
-
-
-def sticking_out(page):
-    """What does not fit into the window's width, with less of its own than it needs, or beside it."""
-    return page.execute_script(
-        "const width = document.documentElement.clientWidth;"
-        "return [...document.querySelectorAll('html, body, body *:not(svg *)')].filter((element) => {"
-        "  const {left, right} = element.getBoundingClientRect();"
-        "  const needs = element.scrollWidth > Math.max(width, element.clientWidth);"
-        "  return left < 0 || right > width + 0.5 || needs;"
-        "}).map((element) => element.outerHTML.slice(0, 80))"
-    )
-
-
-def cell(page, name):
-    """A number that the panel tells of the joint."""
-    return float(found(page, f'[data-of="{name}"]').text.replace("−", "-"))
-
-
-def move_to(page, value):
-    """Move the slider, as keys and pointer do."""
-    page.execute_script(
-        "const slider = document.getElementById('moved'); slider.value = arguments[0];"
-        "slider.dispatchEvent(new Event('input', {bubbles: true}))",
-        value,
-    )
 
 
 def transform(page, block):
@@ -248,12 +199,3 @@ def test_no_error_and_no_request(browser, wall):
     found(page, 'input[value="thrust"]').click()
     found(page, "#joint").send_keys("5")
     assert quiet(page)
-
-
-def quiet(page):
-    """Whether nothing was logged, and nothing asked for but the file."""
-    events = [json.loads(entry["message"])["message"] for entry in page.get_log("performance")]
-    sent = [event["params"] for event in events if event["method"] == "Network.requestWillBeSent"]
-    asked = [event["request"]["url"] for event in sent]
-    assert asked
-    return page.get_log("browser") == [] and all(re.match("file:", url) for url in asked)

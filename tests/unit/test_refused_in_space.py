@@ -17,16 +17,6 @@ def result():
     return mo.solve(SCENE, "static")
 
 
-@pytest.mark.parametrize("kind", ["mechanism", "thrust", "utilisation"])
-def test_pictures(result, kind, tmp_path):
-    with pytest.raises(mo.OptionError, match="solids"):
-        result.plot(kind)
-    for name in ("a.png", "a.html"):
-        with pytest.raises(mo.OptionError, match="solids"):
-            result.save(tmp_path / name, kind)
-    assert not list(tmp_path.iterdir())
-
-
 def test_a_curve_needs_no_picture_of_blocks(tmp_path):
     """The box slides at λ = μ: the curve ends at its plateau, whose softer contacts are three times so."""
     found = mo.solve(SCENE, "compliant", curve=True)
@@ -39,15 +29,9 @@ def test_a_curve_needs_no_picture_of_blocks(tmp_path):
     assert len(axes.lines[0].get_xdata()) == len(found.curve)
 
 
-def test_scenes_are_not_drawn(tmp_path):
-    with pytest.raises(mo.OptionError, match="solids"):
-        mo.draw(SCENE, tmp_path / "a.png")
+def test_solids_are_not_drawn_as_dxf(tmp_path):
     with pytest.raises(mo.OptionError, match="solids"):
         mo.write_dxf(SCENE, tmp_path / "a.dxf")
-
-
-def test_a_notebook_shows_the_summary(result):
-    assert "λ = 0.5000000" in result._repr_html_()
 
 
 def test_global_and_stressed_joints(result, tmp_path):

@@ -62,6 +62,10 @@ class Faces:
     frame: Frames
     polygon: np.ndarray
 
+    def where(self, chosen: np.ndarray) -> Self:
+        """Those of a mask, or with these numbers in this order."""
+        return type(self)(self.block[chosen], self.frame.where(chosen), self.polygon[chosen])
+
     @cached_property
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:
         """Least and largest coordinates of each face, shape (faces, 3) each."""

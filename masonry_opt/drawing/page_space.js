@@ -1,0 +1,340 @@
+"use strict";
+const data = JSON.parse(document.getElementById("data").textContent);
+// A scene in space, by three.js: everything is triangles and lines whose corners move on straight lines.
+const figure = (() => {
+  const {surface, motions, layers, outlines, view, size} = data.figure, joints = data.joints;
+  const element = document.querySelector(".solids"), glass = document.getElementById("glass");
+  const triad = [...element.querySelectorAll(".axes g")];
+  const standing = {element, moves: () => motions.flat().some(Boolean), move() {}, pick() {}, show() {}, near: () => -1};
+  let renderer;
+  try {
+    renderer = new THREE.WebGLRenderer({preserveDrawingBuffer: true}); // tests and printers read it
+  } catch {
+    element.classList.add("still"); // a picture stands in for it
+    return standing;
+  }
+  const scene = new THREE.Scene(), camera = new THREE.OrthographicCamera();
+  let moving = []; // attributes with where they rest and their steps
+  const target = new THREE.Vector3(...data.figure.middle);
+  let [azimuth, elevation] = view.map(THREE.MathUtils.degToRad);
+  let half = 1; // of the height that is seen
+  let share = 0, what = "mechanism";
+  renderer.setClearColor(0xffffff);
+  camera.up.set(0, 0, 1);
+  element.prepend(renderer.domElement);
+
+  // The point r moves by share times v + w × r.
+  const stepOf = ([x, y, z], [vx, vy, vz, wx, wy, wz]) =>
+    [vx + wy * z - wz * y, vy + wz * x - wx * z, vz + wx * y - wy * x];
+  const plus = (one, other) => one.map((value, axis) => value + other[axis]);
+  const times = (vector, factor) => vector.map((value) => value * factor);
+  const point = (list, at) => list.slice(3 * at, 3 * at + 3);
+  const still = [0, 0, 0, 0, 0, 0];
+
+  function geometry(rest, step, index) {
+    const made = new THREE.BufferGeometry(), at = new THREE.Float32BufferAttribute(rest, 3);
+    made.setAttribute("position", at);
+    if (index) made.setIndex(index);
+    made.boundingSphere = new THREE.Sphere(target, 10 * size);
+    if (step.some(Boolean)) moving.push({at, rest: Float32Array.from(rest), step: Float32Array.from(step), made});
+    return made;
+  }
+
+  function coloured(triangles, factor) {
+    const colours = new Float32Array(9 * triangles.length), own = new THREE.Color();
+    const side = [new THREE.Vector3(), new THREE.Vector3(), new THREE.Vector3()];
+    triangles.forEach((corners, number) => {
+      corners.forEach((corner, place) => side[place].fromArray(surface.points, 3 * corner));
+      const normal = side[1].sub(side[0]).cross(side[2].sub(side[0])).normalize();
+      // Light from above, and a little from one side, so that no two sides of a block look alike.
+      const light = 0.83 + 0.14 * normal.z + 0.06 * normal.x - 0.04 * normal.y;
+      own.set(factor(surface.of[corners[0]])).multiplyScalar(light);
+      for (let place = 0; place < 3; place++) own.toArray(colours, 9 * number + 3 * place);
+    });
+    return colours;
+  }
+
+  const threes = [];
+  for (let at = 0; at < surface.triangles.length; at += 3) threes.push(surface.triangles.slice(at, at + 3));
+  const corner = (at) => point(surface.points, at);
+  const stepAt = (at) => stepOf(corner(at), motions[surface.of[at]]);
+  const solid = geometry(threes.flat().flatMap(corner), threes.flat().flatMap(stepAt));
+  const usual = coloured(threes, (block) => data.fixed.includes(block) ? data.figure.fixed : data.figure.block);
+  solid.setAttribute("color", new THREE.Float32BufferAttribute(usual, 3));
+  const clay = new THREE.MeshBasicMaterial({vertexColors: true, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 1});
+  const mesh = new THREE.Mesh(solid, clay);
+  scene.add(mesh);
+  const inks = [0x333333, 0x8a8a8a].map((color) => new THREE.LineBasicMaterial({color}));
+  const lines = (rest, step, ink) => scene.add(new THREE.LineSegments(geometry(rest, step), ink));
+  lines(surface.edges.flatMap(corner), surface.edges.flatMap(stepAt), inks[0]);
+  lines(surface.hatching, surface.hatching.map(() => 0), inks[1]);
+
+  // Corners of a four-sided bar from one end to another, and how its triangles join them.
+  const around = [0, 2, 4, 6].flatMap((a) => { const b = (a + 2) % 8; return [a, b, b + 1, a, b + 1, a + 1]; });
+  function bar(from, to, radius) {
+    const along = new THREE.Vector3(...to).sub(new THREE.Vector3(...from)).normalize();
+    const across = new THREE.Vector3(...(Math.abs(along.z) < 0.9 ? [0, 0, 1] : [1, 0, 0])).cross(along).normalize();
+    const other = along.clone().cross(across);
+    const rim = [[1, 1], [-1, 1], [-1, -1], [1, -1]].map(([a, b]) =>
+      across.clone().multiplyScalar(0.7 * a * radius).addScaledVector(other, 0.7 * b * radius).toArray());
+    return rim.flatMap((off) => [{at: plus(from, off), of: from}, {at: plus(to, off), of: to}]);
+  }
+  const ball = new THREE.IcosahedronGeometry(1, 1), cube = new THREE.BoxGeometry(1.5, 1.5, 1.5).toNonIndexed();
+  const solidAt = (shape, middle, radius) => {
+    const all = [...shape.attributes.position.array];
+    return all.flatMap((_, at) => at % 3 ? [] : [{at: plus(middle, times(all.slice(at, at + 3), radius)), of: middle}]);
+  };
+  function head(from, to, radius) {
+    const along = plus(to, times(from, -1)), rim = bar(from, to, 3.2 * radius).filter((_, at) => at % 2 === 0);
+    const base = plus(from, times(along, 0.65)), ring = rim.map(({at}) => plus(at, times(along, 0.65)));
+    return ring.flatMap((one, at) => [one, ring[(at + 1) % 4], to, ring[(at + 1) % 4], one, base].map((place) => ({at: place, of: to})));
+  }
+
+  // Pieces of a line with gaps between them.
+  function dashed(from, to, [dash, gap], radius) {
+    const run = plus(to, times(from, -1)), long = Math.hypot(...run), period = 2 * (dash + gap) * radius;
+    const count = Math.max(1, Math.round(long / period)), pieces = [];
+    for (let piece = 0; piece < count; piece++)
+      pieces.push([piece, piece + dash / (dash + gap)].map((part) => plus(from, times(run, part / count))));
+    return pieces;
+  }
+
+  // One mesh of all marks of a kind.
+  function marked({shape, points, motion, radius, colour, dashes, through}) {
+    const rest = [], step = [], index = [], ends = ["line", "arrow", "bar"].includes(shape) ? 2 : 1;
+    const add = (corners, motionOf, joined) => {
+      const first = rest.length / 3;
+      for (const {at, of} of corners) rest.push(...at), step.push(...stepOf(of, motionOf));
+      index.push(...joined.map((number) => first + number));
+    };
+    for (let mark = 0; mark < points.length / 3 / ends; mark++) {
+      const from = point(points, ends * mark), to = point(points, ends * mark + ends - 1);
+      const motionOf = motion ? data.figure.table[motion[mark]] : still;
+      const sequence = (corners) => add(corners, motionOf, corners.map((_, at) => at));
+      if (shape === "line")
+        for (const piece of dashes.length ? dashed(from, to, dashes, radius) : [[from, to]]) add(bar(...piece, radius), motionOf, around);
+      else if (shape === "arrow") {
+        add(bar(from, plus(from, times(plus(to, times(from, -1)), 0.7)), radius), motionOf, around);
+        sequence(head(from, to, radius));
+      } else sequence(solidAt(shape === "dot" || shape === "point" ? ball : cube, from, radius));
+    }
+    const material = new THREE.MeshBasicMaterial({color: colour, side: THREE.DoubleSide, depthTest: !through});
+    const made = new THREE.Mesh(geometry(rest, step, index), material);
+    made.renderOrder = through ? 2 : 1;
+    return made;
+  }
+
+  const groups = {};
+  for (const [name, marks] of Object.entries(layers)) {
+    scene.add(groups[name] = new THREE.Group());
+    for (const each of marks) groups[name].add(marked(each));
+  }
+  const picked = new THREE.Group();
+  scene.add(picked);
+
+  const midway = (joint) => times(plus(motions[joints.first[joint]], motions[joints.second[joint]]), 0.5);
+  const sides = joints.first.map(() => []); // of each joint's outline: both ends of each line
+  outlines.of.forEach((joint, line) => sides[joint].push([point(outlines.points, 2 * line), point(outlines.points, 2 * line + 1)]));
+  const ofBlock = new Map(data.blocks.map((_, block) => [block, []]));
+  joints.first.forEach((first, joint) => [first, joints.second[joint]].forEach((block) => ofBlock.get(block).push(joint)));
+
+  // While something moves pixels are those of the window; at rest there are more of them, for smooth edges:
+  // software takes three times as long where every frame has smooth ones.
+  const coarse = Math.min(window.devicePixelRatio, 2);
+  let fine = 0; // the timer that draws it so
+  function render() {
+    draw(coarse);
+    clearTimeout(fine);
+    fine = setTimeout(() => draw(2), 150);
+  }
+
+  function draw(ratio) {
+    if (renderer.getPixelRatio() !== ratio) renderer.setPixelRatio(ratio);
+    camera.position.set(Math.cos(elevation) * Math.cos(azimuth), Math.cos(elevation) * Math.sin(azimuth), Math.sin(elevation));
+    camera.position.multiplyScalar(10 * size).add(target);
+    camera.lookAt(target);
+    camera.updateMatrixWorld();
+    const wide = (half * element.clientWidth) / element.clientHeight;
+    Object.assign(camera, {left: -wide, right: wide, top: half, bottom: -half, near: 0, far: 20 * size});
+    camera.updateProjectionMatrix();
+    renderer.render(scene, camera);
+    element.dataset.half = half;
+    const turn = new THREE.Matrix4().copy(camera.matrixWorld).invert();
+    triad.forEach((group, axis) => {
+      const [x, y] = [turn.elements[4 * axis], -turn.elements[4 * axis + 1]];
+      group.querySelector("path").setAttribute("d", `M0 0L${20 * x} ${20 * y}`);
+      group.querySelector("text").setAttribute("x", 27 * x);
+      group.querySelector("text").setAttribute("y", 27 * y);
+    });
+  }
+
+  function place() {
+    for (const {at, rest, step} of moving) {
+      const now = at.array;
+      for (let i = 0; i < now.length; i++) now[i] = rest[i] + share * step[i];
+      at.needsUpdate = true;
+    }
+  }
+
+  function move(value) {
+    share = value;
+    place();
+    render();
+  }
+
+  function show(kind) {
+    what = kind;
+    for (const [name, group] of Object.entries(groups)) group.visible = name === "loads" || name === kind;
+    const clear = glass.checked || kind === "thrust";
+    Object.assign(clay, {transparent: clear, opacity: clear ? 0.25 : 1, depthWrite: !clear});
+    for (const ink of inks) Object.assign(ink, {transparent: clear, opacity: clear ? 0.3 : 1, needsUpdate: true});
+    clay.needsUpdate = true;
+    render();
+  }
+
+  function forget(group) {
+    for (const made of group.children) {
+      moving = moving.filter((each) => each.made !== made.geometry);
+      made.geometry.dispose();
+    }
+    group.clear();
+  }
+
+  function pick(joint) {
+    forget(picked);
+    const points = sides[joint].flat(2), motion = sides[joint].map(() => 0);
+    data.figure.table[0] = midway(joint);
+    const radius = data.figure.radius;
+    for (const [colour, factor] of [[0x000000, 1.5], [0xcc79a7, 1]])
+      picked.add(marked({shape: "line", points, motion, radius: factor * radius, colour, dashes: [], through: true}));
+    picked.children[0].renderOrder = 3;
+    picked.children[1].renderOrder = 4;
+    place();
+    paint(joints.first[joint]);
+    render();
+  }
+
+  // The first block of the joint that is picked is blue.
+  function paint(block) {
+    const at = solid.attributes.color, own = new THREE.Color(0xbbd7ea);
+    at.array.set(usual);
+    threes.forEach((corners, number) => {
+      if (surface.of[corners[0]] === block)
+        for (let place = 3 * number; place < 3 * number + 3; place++)
+          at.setXYZ(place, ...own.toArray().map((part, axis) => Math.min(1, part * usual[3 * place + axis] * 1.12)));
+    });
+    at.needsUpdate = true;
+  }
+
+  const ray = new THREE.Raycaster();
+  function under(event) {
+    const frame = element.getBoundingClientRect();
+    const pointer = {x: (2 * (event.clientX - frame.left)) / frame.width - 1, y: 1 - (2 * (event.clientY - frame.top)) / frame.height};
+    ray.setFromCamera(pointer, camera);
+    return ray.intersectObject(mesh)[0];
+  }
+
+  // The joint of the block under the pointer that is nearest to it, if any is within some 24 pixels.
+  function near(event) {
+    if (held.size) return -1;
+    const hit = under(event);
+    if (!hit) return -1;
+    const block = surface.of[threes[hit.faceIndex][0]];
+    tellBlock(block);
+    const line = new THREE.Line3(), foot = new THREE.Vector3();
+    let nearest = -1, least = (24 * 2 * half) / element.clientHeight;
+    for (const joint of ofBlock.get(block))
+      for (const [from, to] of sides[joint]) {
+        const motion = motions[block];
+        line.start.fromArray(plus(from, times(stepOf(from, motion), share)));
+        line.end.fromArray(plus(to, times(stepOf(to, motion), share)));
+        const far = line.closestPointToPoint(hit.point, true, foot).distanceTo(hit.point);
+        if (far < least) [nearest, least] = [joint, far];
+      }
+    return nearest;
+  }
+
+  function tellBlock(block) {
+    document.getElementById("block").textContent = data.blocks[block];
+    for (const cell of document.querySelectorAll("[data-rate]")) {
+      const rates = data.rates[block];
+      cell.textContent = rates ? rates[cell.dataset.rate].map((value) => String(value).replaceAll("-", "−")).join(", ") : "–";
+    }
+  }
+
+  const fit = () => renderer.setSize(element.clientWidth, element.clientHeight);
+
+  function look(toAzimuth, toElevation) {
+    [azimuth, elevation] = [toAzimuth, Math.max(-1.57, Math.min(1.57, toElevation))];
+    render();
+  }
+
+  const zoom = (factor) => { half = Math.max(size / 100, Math.min(5 * size, half * factor)); render(); };
+  function shift(right, up) {
+    const unit = (2 * half) / element.clientHeight;
+    for (const [axis, by] of [[0, -right * unit], [1, up * unit]])
+      target.addScaledVector(new THREE.Vector3().setFromMatrixColumn(camera.matrixWorld, axis), by);
+    render();
+  }
+
+  // One finger, or the mouse, turns; two zoom and shift; the right button, or the shift key, shifts.
+  const held = new Map();
+  const canvas = renderer.domElement;
+  canvas.addEventListener("pointerdown", (event) => {
+    canvas.setPointerCapture(event.pointerId);
+    held.set(event.pointerId, event);
+  });
+  canvas.addEventListener("pointermove", (event) => {
+    const before = held.get(event.pointerId);
+    if (!before) return;
+    const right = event.clientX - before.clientX, down = event.clientY - before.clientY;
+    if (held.size === 2) {
+      const [other] = [...held.values()].filter((each) => each.pointerId !== event.pointerId);
+      const apart = (each) => Math.hypot(each.clientX - other.clientX, each.clientY - other.clientY) || 1;
+      zoom(apart(before) / apart(event));
+      shift(right / 2, down / 2);
+    } else if (event.shiftKey || event.buttons & 2) shift(right, down);
+    else look(azimuth - right / 150, elevation + down / 150);
+    held.set(event.pointerId, event);
+  });
+  for (const end of ["pointerup", "pointercancel"]) canvas.addEventListener(end, (event) => held.delete(event.pointerId));
+  canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+  canvas.addEventListener("wheel", (event) => { event.preventDefault(); zoom(1.0015 ** event.deltaY); }, {passive: false});
+  element.addEventListener("keydown", (event) => {
+    const turns = {ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, 0.1], ArrowDown: [0, -0.1]}[event.key];
+    if (turns) look(azimuth + turns[0], elevation + turns[1]);
+    else if ("+-".includes(event.key)) zoom(event.key === "+" ? 0.9 : 1.1);
+    else return;
+    event.preventDefault();
+  });
+  for (const button of document.querySelectorAll("[data-view]"))
+    button.addEventListener("click", () => {
+      target.set(...data.figure.middle);
+      look(...button.dataset.view.split(" ").map((angle) => THREE.MathUtils.degToRad(+angle)));
+      half = whole();
+      render();
+    });
+  glass.addEventListener("change", () => show(what));
+
+  // What is to be seen at first: blocks at rest and moved, and loads.
+  const everything = surface.of.flatMap((_, at) => [corner(at), plus(corner(at), stepAt(at))]);
+  for (const {points} of layers.loads) for (let at = 0; at < points.length; at += 3) everything.push(points.slice(at, at + 3));
+
+  // The least half of the height at which everything is seen from the present side.
+  function whole() {
+    render();
+    const turn = new THREE.Matrix4().extractRotation(camera.matrixWorld).invert(), turned = new THREE.Vector3();
+    const slope = element.clientHeight / element.clientWidth;
+    let most = 0;
+    for (const shown of everything) {
+      const {x, y} = turned.fromArray(shown).sub(target).applyMatrix4(turn);
+      most = Math.max(most, Math.abs(y), slope * Math.abs(x));
+    }
+    return 1.06 * most;
+  }
+
+  fit();
+  half = whole();
+  new ResizeObserver(() => { fit(); half = Math.max(half, whole()); render(); }).observe(element);
+  return {...standing, move, pick, show, near};
+})();

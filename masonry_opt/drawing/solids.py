@@ -1,0 +1,163 @@
+"""Surfaces of the blocks of a scene in space: triangles, edges, and the hatching of supports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+
+from masonry_opt.drawing.elements import Elements, reach, size_of
+from masonry_opt.drawing.marks import moved
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.scene.extents import corners
+from masonry_opt.scene.space.frames import Faces, Frames, dots
+from masonry_opt.scene.space.shapes import Shapes
+
+#: How far supports are shown beyond the movable blocks, and the distance of the lines that hatch them, over
+#: the size of the scene.
+_BEYOND, _HATCH = 0.2, 0.03
+
+#: Share of the scene's size that is rounding.
+_ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Faces of all blocks. Points are relative to the geometry's origin.
+
+    Attributes
+    ----------
+    triangles, of_triangle: counter-clockwise seen from outside, shape (triangles, 3, 3), and their blocks.
+    edges, of_edge: shape (edges, 2, 3), and their blocks.
+    hatching: lines on supports, shape (lines, 2, 3).
+    """
+
+    triangles: np.ndarray
+    of_triangle: np.ndarray
+    edges: np.ndarray
+    of_edge: np.ndarray
+    hatching: np.ndarray
+
+    def moved(self, motion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Triangles and edges after motions of the blocks, shape (blocks, 6)."""
+        return (
+            moved(self.triangles, motion[self.of_triangle][:, None]),
+            moved(self.edges, motion[self.of_edge][:, None]),
+        )
+
+
+def surface(elements: Elements) -> Surface:
+    """The faces of the scene's blocks, of supports those near the movable blocks: cut off where they reach
+    far beyond."""
+    assembly: Assembly = elements.assembly
+    shapes, size = assembly.geometry, size_of(assembly)
+    assert isinstance(shapes, Shapes)
+    low, high = reach(assembly)
+    low, high = low - _BEYOND * size, high + _BEYOND * size
+    points, block = corners(shapes)
+    beyond = np.unique(block[((points < low) | (points > high)).any(axis=1)])
+    cut = np.setdiff1d(beyond, assembly.movable)
+    faces = _cut(shapes, cut, low, high)
+    start, end, face = faces.sides()
+    # Each edge once, without those that a cut made.
+    ends = np.sort(np.round(np.stack([start, end], axis=1) / (_ROUNDING * size)), axis=1)
+    _, once = np.unique(np.column_stack([faces.block[face], ends.reshape(-1, 6)]), axis=0, return_index=True)
+    near = _ROUNDING * size
+    on_cut = [(np.abs(start - side) < near) & (np.abs(end - side) < near) for side in (low, high)]
+    of_cut = np.isin(faces.block[face], cut) & (on_cut[0] | on_cut[1]).any(axis=1)
+    once = once[~of_cut[once]]
+    triangles, of_face = _triangles(faces)
+    support = faces.where(~np.isin(faces.block, assembly.movable))
+    return Surface(
+        triangles=triangles,
+        of_triangle=faces.block[of_face],
+        edges=np.stack([start, end], axis=1)[once],
+        of_edge=faces.block[face][once],
+        hatching=_hatching(support, _HATCH * size),
+    )
+
+
+def _triangles(faces: Faces) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles of the faces, shape (triangles, 3, 3), and the face of each."""
+    found = shapely.constrained_delaunay_triangles(faces.polygon)
+    flat, face = shapely.get_parts(found, return_index=True)
+    points, number = shapely.get_coordinates(flat, return_index=True)
+    at = faces.frame.up(points, face[number]).reshape(-1, 4, 3)[:, :3]
+    normal = np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0])
+    inwards = dots(normal, faces.frame.normal[face]) < 0
+    at[inwards] = at[inwards, ::-1]
+    return at, face
+
+
+def _hatching(faces: Faces, step: float) -> np.ndarray:
+    """Lines at 45° to the first axis of each face."""
+    lines = [np.empty((0, 2, 3))]
+    for number, polygon in enumerate(faces.polygon):
+        left, low, right, high = shapely.bounds(polygon)
+        starts = np.arange(left - (high - low), right, step)
+        rows = shapely.linestrings([[(x, low), (x + high - low, high)] for x in starts])
+        parts = shapely.get_parts(shapely.intersection(rows, polygon))
+        parts = parts[
+            (shapely.get_type_id(parts) == shapely.GeometryType.LINESTRING) & ~shapely.is_empty(parts)
+        ]
+        flat = shapely.get_coordinates(parts)
+        lines.append(faces.frame.up(flat, np.full(len(flat), number)).reshape(-1, 2, 3))
+    return np.concatenate(lines)
+
+
+def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> Faces:
+    """All faces, those of blocks to cut by a box, and what the box's sides cut."""
+    faces, parts = shapes.faces, shapes.parts
+    if not len(cut):
+        return faces
+    normal, offset = np.concatenate([np.eye(3), -np.eye(3)]), np.concatenate([high, -low])
+    sides = Frames.of(normal * offset[:, None], normal, np.roll(normal, 1, axis=1))
+    span = 4 * float(np.abs([low, high]).max())
+    whole = shapely.box(-span, -span, span, span)
+    chosen = np.isin(faces.block, cut)
+    kept = faces.where(~chosen)
+    own = faces.where(chosen)
+    polygon = [_within(each, own.frame, at, normal, offset) for at, each in enumerate(own.polygon)]
+    block, number, section = [], [], []
+    for part in np.flatnonzero(np.isin(parts.block, cut)):
+        bounds = parts.of_plane == part
+        for side in range(6):
+            inside = _within(whole, sides, side, parts.normal[bounds], parts.offset[bounds])
+            block.append(parts.block[part])
+            number.append(side)
+            section.append(_within(inside, sides, side, normal, offset))
+    frames = (kept.frame, own.frame, sides.where(np.array(number)))
+    every = Faces(
+        np.concatenate([kept.block, own.block, block]),
+        Frames(
+            *(
+                np.concatenate(column)
+                for column in zip(*(vars(each).values() for each in frames), strict=True)
+            )
+        ),
+        np.concatenate([kept.polygon, polygon, section]),
+    )
+    return every.where(shapely.area(every.polygon) > 0)
+
+
+def _within(
+    polygon: shapely.Polygon, frames: Frames, at: int, normal: np.ndarray, offset: np.ndarray
+) -> shapely.Polygon:
+    """What of a polygon in a plane lies in the half-spaces normal · x ≤ offset."""
+    base, u, v = frames.base[at], frames.u[at], frames.v[at]
+    span = 4 * float(np.abs([base.max(), *shapely.bounds(polygon)]).max()) if not polygon.is_empty else 0.0
+    for towards, limit in zip(normal, offset - normal @ base, strict=True):
+        across = np.array([towards @ u, towards @ v])
+        slope = float(np.hypot(*across))
+        if slope < _ROUNDING:
+            if limit < -_ROUNDING * span:
+                return shapely.Polygon()
+            continue
+        across, along = across / slope, np.array([-across[1], across[0]]) / slope
+        edge = across * limit / slope
+        far = span + float(np.hypot(*edge))
+        corners_of = (edge - far * along, edge + far * along)
+        half = shapely.Polygon([*corners_of, *(corner - 2 * far * across for corner in corners_of[::-1])])
+        polygon = shapely.intersection(polygon, half)
+    return polygon

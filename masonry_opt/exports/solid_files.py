@@ -1,0 +1,251 @@
+"""Solids, their mechanism and forces as files for other programs: OBJ, glTF, COMPAS JSON."""
+
+from __future__ import annotations
+
+import importlib
+import json
+import math
+from collections.abc import Callable, Iterable
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from masonry_opt.answer.result import Result
+from masonry_opt.drawing.colours import BLOCK, FIXED
+from masonry_opt.drawing.elements import START, result_elements
+from masonry_opt.drawing.marks import moved
+from masonry_opt.errors import OptionError
+from masonry_opt.files import JSON_KEY, MARK, WRITER
+from masonry_opt.problem.assembly import SpaceAssembly, assemble
+from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.solids import Polyhedron, Solid
+
+#: Supports are known in meshes by how their names begin.
+_SUPPORT = "fixed"
+
+#: Turns z upwards into y upwards, as glTF has it.
+_Y_UP = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]], dtype=float)
+
+
+def solid_file(what: Scene | Result, end: str, share: float | None) -> str | bytes:
+    """The content of a file of solids.
+
+    Parameters
+    ----------
+    end: of its name, one of ``SOLID_ENDS``.
+    share: of the full motion by which blocks are moved in meshes; None for the one that pictures show.
+
+    Raises OptionError if the scene is none in space, the share no number or one of what does not move, or
+    trimesh is wanting.
+    """
+    scene = what.assembly.scene if isinstance(what, Result) else what
+    if scene.dimension == 2:
+        raise OptionError(
+            f"{scene.origin}: files of solids are of scenes in space: make it one with masonry_opt.extrude"
+        )
+    if end == ".json":
+        if share is not None:
+            raise OptionError(
+                "COMPAS data has blocks at rest, and motions beside them: leave 'moved' to meshes"
+            )
+        return _compas(what)
+    if share is not None and (
+        isinstance(share, bool) or not isinstance(share, int | float) or not math.isfinite(share)
+    ):
+        raise OptionError(f"'moved' is a share of the full motion, a number (found {share!r})")
+    if not isinstance(what, Result) and share:
+        raise OptionError("'moved': a scene has no motion before it is solved: give a result")
+    return _MESHES[end](_moved(what, START if share is None else float(share)))
+
+
+#: Name, whether it is a support, and convex parts of a block.
+_Body = tuple[str, bool, list[Polyhedron]]
+
+
+def _moved(what: Scene | Result, share: float) -> list[_Body]:
+    """Blocks where a share of the full motion brings them."""
+    if not isinstance(what, Result):
+        return [(block.name, block.fixed, block.polyhedra) for block in _solids(what)]
+    elements, origin = result_elements(what), what.assembly.geometry.origin
+    return [
+        (
+            block.name,
+            block.fixed,
+            [
+                Polyhedron(moved(part.vertices - origin, share * own) + origin, part.faces)
+                for part in block.polyhedra
+            ],
+        )
+        for block, own in zip(_solids(what.assembly.scene), elements.motion, strict=True)
+    ]
+
+
+def _solids(scene: Scene) -> list[Solid]:
+    return [block for block in scene.blocks if isinstance(block, Solid)]
+
+
+def _named(name: str, fixed: bool) -> str:
+    return f"{_SUPPORT} {name}" if fixed and not name.startswith(_SUPPORT) else name
+
+
+def _joined(parts: Iterable[Polyhedron]) -> tuple[np.ndarray, list[list[int]]]:
+    """Corners and faces of all parts, a closed surface each."""
+    corners: list[np.ndarray] = []
+    faces: list[list[int]] = []
+    for part in parts:
+        first = sum(map(len, corners))
+        faces += [[first + corner for corner in face] for face in part.faces]
+        corners.append(np.asarray(part.vertices, dtype=float))
+    return np.concatenate(corners), faces
+
+
+def _obj(bodies: list[_Body]) -> str:
+    lines, first = [f"# {MARK}"], 1
+    for name, fixed, parts in bodies:
+        corners, faces = _joined(parts)
+        lines.append(f"o {_named(name, fixed)}")
+        lines += [f"v {x:.12g} {y:.12g} {z:.12g}" for x, y, z in corners.tolist()]
+        lines += ["f " + " ".join(str(first + corner) for corner in face) for face in faces]
+        first += len(corners)
+    return "\n".join(lines) + "\n"
+
+
+def _gltf(bodies: list[_Body], binary: bool) -> str | bytes:
+    try:
+        trimesh = importlib.import_module("trimesh")
+    except ImportError:
+        raise OptionError("glTF needs trimesh; install it with: pip install '.[meshes]'") from None
+    scene = trimesh.Scene()
+    for name, fixed, parts in bodies:
+        corners, faces = _joined(parts)
+        # Faces of convex parts are convex.
+        fans = [[face[0], *edge] for face in faces for edge in pairwise(face[1:])]
+        mesh = trimesh.Trimesh(corners, fans, process=False)
+        colour = [int((FIXED if fixed else BLOCK)[at : at + 2], 16) for at in (1, 3, 5)]
+        material = trimesh.visual.material.PBRMaterial(
+            baseColorFactor=[*colour, 255], metallicFactor=0.0, roughnessFactor=1.0
+        )
+        mesh.visual = trimesh.visual.TextureVisuals(material=material)
+        label = _named(name, fixed)
+        scene.add_geometry(mesh, node_name=label, geom_name=label, transform=_Y_UP)
+
+    def sign(tree: dict[str, Any]) -> None:
+        tree["asset"]["generator"] = WRITER
+
+    gltf = importlib.import_module("trimesh.exchange.gltf")
+    if binary:
+        written: bytes = gltf.export_glb(scene, tree_postprocessor=sign)
+        return written
+    (content,) = gltf.export_gltf(
+        scene, tree_postprocessor=sign, merge_buffers=True, embed_buffers=True
+    ).values()
+    text: str = content.decode()
+    return text
+
+
+_MESHES: dict[str, Callable[[list[_Body]], str | bytes]] = {
+    ".obj": _obj,
+    ".glb": lambda bodies: _gltf(bodies, True),
+    ".gltf": lambda bodies: _gltf(bodies, False),
+}
+
+#: Ends of names of files of solids.
+SOLID_ENDS = (".json", *_MESHES)
+
+
+def _compas(what: Scene | Result) -> str:
+    """An assembly of compas_assembly: blocks by their names, joints as interfaces of two blocks, and of a
+    result forces on the first block at each contact point (c_np - c_nn along the interface's z axis, which
+    points into that block, c_u and c_v along the others), and velocities as displacements."""
+    result = what if isinstance(what, Result) else None
+    assembly = what.assembly if isinstance(what, Result) else assemble(what)
+    assert isinstance(assembly, SpaceAssembly)
+    displaced = np.zeros((len(assembly.scene.blocks), 6))
+    attributes: dict[str, Any] = {"name": assembly.scene.title or Path(assembly.scene.origin).stem}
+    if result:
+        rates = result.blocks[["vx", "vy", "vz", "wx", "wy", "wz"]].to_numpy()
+        displaced[assembly.movable] = np.nan_to_num(rates)
+        attributes |= {
+            "load_factor": result.load_factor,
+            "status": str(result.status),
+            "method": result.method,
+        }
+    node = {
+        repr(block.name): {
+            "block": _object("compas_assembly.datastructures/Block", _mesh(block)),
+            "is_support": block.fixed,
+            "displacement": motion,
+        }
+        for block, motion in zip(_solids(assembly.scene), displaced.tolist(), strict=True)
+    }
+    edge: dict[str, dict[str, Any]] = {name: {} for name in node}
+    for (first, second), interface in zip(_ends(assembly), _interfaces(assembly, result), strict=True):
+        edge[first].setdefault(second, {"interfaces": []})["interfaces"].append(interface)
+    graph = {
+        "attributes": {},
+        "default_node_attributes": {"block": None, "is_support": False, "displacement": [0.0] * 6},
+        "default_edge_attributes": {"interfaces": None},
+        "node": node,
+        "edge": edge,
+        "max_node": -1,
+    }
+    data = {"attributes": attributes, "graph": _object("compas.datastructures/Graph", graph)}
+    whole = {JSON_KEY: WRITER, **_object("compas_assembly.datastructures/Assembly", data)}
+    return json.dumps(whole, allow_nan=False, ensure_ascii=False)
+
+
+def _object(kind: str, data: Any) -> dict[str, Any]:
+    return {"dtype": kind, "data": data}
+
+
+def _mesh(block: Solid) -> dict[str, Any]:
+    corners, faces = _joined(block.polyhedra)
+    return {
+        "attributes": {"name": block.name},
+        "default_vertex_attributes": {"x": 0.0, "y": 0.0, "z": 0.0},
+        "default_edge_attributes": {},
+        "default_face_attributes": {},
+        "vertex": {
+            str(key): dict(zip("xyz", corner, strict=True)) for key, corner in enumerate(corners.tolist())
+        },
+        "face": {str(key): face for key, face in enumerate(faces)},
+        "facedata": {},
+        "edgedata": {},
+        "max_vertex": len(corners) - 1,
+        "max_face": len(faces) - 1,
+    }
+
+
+def _ends(assembly: SpaceAssembly) -> list[tuple[str, str]]:
+    """Nodes of the two blocks of each joint."""
+    first, second = (map(repr, assembly.names(of)) for of in (assembly.joints.first, assembly.joints.second))
+    return list(zip(first, second, strict=True))
+
+
+def _interfaces(assembly: SpaceAssembly, result: Result | None) -> list[dict[str, Any]]:
+    contacts, origin = assembly.joints, assembly.geometry.origin
+    other = np.cross(contacts.normal, contacts.tangent)
+    force = None
+    if result is not None and result.contacts is not None and result.contacts["n"].notna().all():
+        force = result.contacts[["fx", "fy", "fz"]].to_numpy()
+    made = []
+    for joint in range(len(contacts.first)):
+        own = contacts.joint == joint
+        points = (contacts.point[own] + origin).tolist()
+        axes = np.stack([contacts.tangent[joint], other[joint], contacts.normal[joint]])
+        frame = {"point": points[0], "xaxis": axes[0].tolist(), "yaxis": axes[1].tolist()}
+        forces = None
+        if force is not None:
+            along = (force[own] @ axes.T).tolist()
+            forces = [{"c_np": max(n, 0.0), "c_nn": max(-n, 0.0), "c_u": u, "c_v": v} for u, v, n in along]
+        data = {
+            "points": points,
+            "size": float(contacts.area[joint]),
+            "frame": _object("compas.geometry/Frame", frame),
+            "forces": forces,
+            "mesh": None,
+        }
+        made.append(_object("compas_assembly.datastructures/Interface", data))
+    return made

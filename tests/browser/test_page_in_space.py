@@ -1,0 +1,244 @@
+"""The page of a result in space in a browser: it turns, moves, tells what is pointed at, and is light."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import numpy as np
+import pytest
+from pages import WIDTHS, cell, found, move_to, quiet, show, sticking_out, written
+from scenes_in_space import corner_wall
+
+import masonry_opt as mo
+from masonry_opt.answer.motion import fastest
+from masonry_opt.drawing.elements import FULL
+from masonry_opt.drawing.view import axes_of
+
+pytestmark = pytest.mark.slow
+
+VIEW = (-60.0, 22.0)
+
+
+@pytest.fixture(scope="module")
+def wall(tmp_path_factory):
+    """A corner wall's result and the file of its page."""
+    result = mo.solve(corner_wall(3, 2, 4), "static")
+    path = tmp_path_factory.mktemp("page") / "page.html"
+    result.save(path, view=VIEW)
+    return result, path
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_everything_fits_and_the_figure_is_seen(browser, wall, width):
+    result, path = wall
+    page = show(browser, path, width)
+    assert sticking_out(page) == []
+    assert f"{result.load_factor:.5g}" in found(page, ".load-factor").text
+    figure = found(page, ".solids").rect
+    assert figure["y"] < 700
+    assert figure["height"] < 900
+    assert len(colours(page)) > 10
+
+
+def colours(page):
+    """Colours of the figure's pixels."""
+    return page.execute_script(
+        "const from = document.querySelector('.solids canvas'), to = document.createElement('canvas');"
+        "[to.width, to.height] = [from.width, from.height];"
+        "const drawn = to.getContext('2d'); drawn.drawImage(from, 0, 0);"
+        "const {data} = drawn.getImageData(0, 0, to.width, to.height), all = new Set();"
+        "for (let at = 0; at < data.length; at += 4) all.add(data.slice(at, at + 3).join());"
+        "return [...all]"
+    )
+
+
+def image(page):
+    """The figure at rest, once it is drawn finely: with two pixels a pixel of the window."""
+    from selenium.webdriver.support.wait import WebDriverWait
+
+    canvas = "const drawn = document.querySelector('.solids canvas'); return "
+    fine = f"{canvas} drawn.width === 2 * drawn.clientWidth"
+    WebDriverWait(page, 10).until(lambda page: page.execute_script(fine))
+    return page.execute_script(f"{canvas} drawn.toDataURL()")
+
+
+def point_at(page, result, points, view):
+    """Where points in the case's coordinates are in the window, shape (points, 2): seen from far away, the
+    middle of what the figure shows in its own middle."""
+    data = json.loads(re.search(r'id="data">(.*?)</script>', page.page_source, re.DOTALL)[1])["figure"]
+    size = 6.0
+    half = float(found(page, ".solids").get_attribute("data-half")) * size / data["size"]
+    middle = np.array(data["middle"]) * size / data["size"] + result.assembly.geometry.origin
+    frame = found(page, ".solids").rect
+    left, top = page.execute_script("return [window.scrollX, window.scrollY]")
+    right, up, _ = ((points - middle) @ axes_of(view).T * frame["height"] / 2 / half).T
+    x, y = frame["x"] - left + frame["width"] / 2, frame["y"] - top + frame["height"] / 2
+    return np.column_stack([x + right, y - up])
+
+
+def pointed_at(page, at):
+    """The block that the page names where the pointer is."""
+    page.execute_script(
+        "document.querySelector('.solids canvas').dispatchEvent(new PointerEvent('pointermove',"
+        "{clientX: arguments[0], clientY: arguments[1], bubbles: true}))",
+        *map(float, at),
+    )
+    return found(page, "#block").text
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_the_slider_moves_blocks_as_the_mechanism_does(browser, wall, width):
+    """Near the corners of its front, that is where each block is pointed at."""
+    result, path = wall
+    page = show(browser, path, width)
+    full = FULL * 6.0 / fastest(result.assembly, result.solution.d)
+    frame = result.blocks.set_index("block")
+    for share in (0.0, 1.0):
+        move_to(page, share)
+        for block in result.assembly.scene.blocks:
+            if not block.name.startswith("x"):
+                continue
+            (left, right), _, (low, high) = block.box
+            front = np.array(
+                [(x, 0.0, z) for x in (left + 0.15, right - 0.15) for z in (low + 0.15, high - 0.15)]
+            )
+            row = frame.loc[block.name]
+            velocity, rotation = (row[[f"{kind}{axis}" for axis in "xyz"]].to_numpy(float) for kind in "vw")
+            arm = front - row[["x", "y", "z"]].to_numpy(float)
+            moved = front + share * full * (velocity + np.cross(rotation, arm))
+            for at in point_at(page, result, moved, VIEW):
+                assert pointed_at(page, at) == block.name
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_a_joint_tells_its_forces_and_moves_nothing_else(browser, wall, width):
+    result, path = wall
+    page = show(browser, path, width)
+    height = "return document.documentElement.scrollHeight"
+    tall = page.execute_script(height)
+    before = image(page)
+    found(page, "#joint").send_keys("7")
+    row = result.joints.iloc[7]
+    for name in ("n", "s", "torsion", "slip", "opening", "rotation", "utilisation"):
+        assert cell(page, name) == pytest.approx(row[name], rel=1e-4, abs=1e-4)
+    assert (found(page, "#first").text, found(page, "#second").text) == (row["first"], row["second"])
+    assert page.execute_script(height) == tall
+    assert image(page) != before
+    # Pointed at: the bed joint in front, midway along it.
+    move_to(page, 0.0)
+    (at,) = point_at(page, result, np.array([[1.2, 0.0, 1.05]]), VIEW)
+    pointed_at(page, at)
+    told = result.joints.iloc[int(found(page, "#joint").get_property("value"))]
+    assert {told["first"], told["second"]} == {"x 1-1", "x 2-1"}
+
+
+def test_it_turns_by_keys_buttons_and_pointer_and_comes_back(browser, wall):
+    from selenium.webdriver.common.action_chains import ActionChains
+    from selenium.webdriver.common.keys import Keys
+
+    result, path = wall
+    page = show(browser, path, 1280)
+    figure, buttons = found(page, ".solids"), page.find_elements("css selector", "[data-view]")
+    buttons[0].click()
+    seen = {image(page)}
+    for turn in (
+        lambda: figure.send_keys(Keys.ARROW_LEFT),
+        lambda: figure.send_keys("+"),
+        lambda: ActionChains(page).drag_and_drop_by_offset(figure, 60, 20).perform(),
+        *(button.click for button in buttons[1:]),
+    ):
+        turn()
+        drawn = image(page)
+        assert drawn not in seen
+        seen.add(drawn)
+    # Seen from above, and again from the start, blocks are where the views have them.
+    move_to(page, 0.0)
+    for button, point, view in (
+        (buttons[-1], (3.5, 0.5, 4.0), (-90.0, 90.0)),
+        (buttons[0], (2.0, 0.0, 3.5), VIEW),
+    ):
+        button.click()
+        (at,) = point_at(page, result, np.array([point]), view)
+        assert pointed_at(page, at) == ("x 4-2" if button == buttons[-1] else "x 4-1")
+
+
+def test_forces_and_utilisation_are_shown_at_rest(browser, wall):
+    _, path = wall
+    page = show(browser, path, 1280)
+    move_to(page, 0.0)
+    shown = {"mechanism": image(page)}
+    for kind in ("thrust", "utilisation"):
+        found(page, f'input[value="{kind}"]').click()
+        assert not found(page, "#moved").is_enabled()
+        shown[kind] = image(page)
+    assert len(set(shown.values())) == 3
+    found(page, 'input[value="mechanism"]').click()
+    assert image(page) == shown["mechanism"]
+
+
+def test_no_error_and_no_request(browser, wall):
+    _, path = wall
+    page = show(browser, path, 1280)
+    found(page, 'input[value="thrust"]').click()
+    found(page, "#glass").click()
+    found(page, "#joint").send_keys("5")
+    assert quiet(page)
+
+
+def test_without_webgl_a_picture_stands_in(browser, wall):
+    result, path = wall
+    page = browser(1280)
+    source = "HTMLCanvasElement.prototype.getContext = () => null"
+    added = page.execute_cdp_cmd("Page.addScriptToEvaluateOnNewDocument", {"source": source})
+    try:
+        page.get(path.as_uri())
+        picture = found(page, ".solids img")
+        assert picture.is_displayed()
+        assert picture.get_property("naturalWidth") > 500
+        found(page, "#joint").send_keys("5")
+        assert found(page, "#first").text == result.joints["first"][5]
+    finally:
+        page.execute_cdp_cmd("Page.removeScriptToEvaluateOnNewDocument", added)
+
+
+NASTY = '"><script>document.title = "harmed"</script>$title'
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_pages_without_a_load_factor_and_with_odd_names_work(browser, tmp_path_factory, width):
+    blocks = [
+        mo.box(NASTY, (0, 1), (0, 1), (0, 1), weight=1, live=(0, 0, -1)),
+        mo.box("far", (-1e6, 1e6), (-1e6, 1e6), (-1e6, 0), fixed=True),
+    ]
+    result = mo.solve(mo.Scene(title=NASTY, joints=mo.JointDefaults(friction=0.6), blocks=blocks))
+    assert result.load_factor is None
+    _, path = written(result, tmp_path_factory)
+    page = show(browser, path, width)
+    assert page.title != "harmed"
+    assert sticking_out(page) == []
+    assert len(colours(page)) > 3
+    found(page, "#joint").send_keys("0")
+    assert found(page, "#first").text == NASTY
+    assert quiet(page)
+
+
+def test_500_blocks_are_light_and_move_ten_times_a_second(browser, tmp_path_factory):
+    """Drawn by software, where there is no graphics card."""
+    result, path = written(mo.solve(corner_wall(26, 23, 10), "static"), tmp_path_factory)
+    assert result.size.blocks == 490
+    assert path.stat().st_size < 6e6
+    page = show(browser, path, 1280)
+    took = page.execute_script(
+        "const slider = document.getElementById('moved'), one = new Uint8Array(4), took = [];"
+        "const drawn = document.querySelector('.solids canvas').getContext('webgl2');"
+        "for (let step = 0; step < 30; step++) {"
+        "  const before = performance.now();"
+        "  slider.value = (step % 20) / 20; slider.dispatchEvent(new Event('input'));"
+        "  drawn.readPixels(0, 0, 1, 1, drawn.RGBA, drawn.UNSIGNED_BYTE, one);"  # waits until it is drawn
+        "  took.push(performance.now() - before);"
+        "}"
+        "return took.sort((one, other) => one - other)"
+    )
+    assert took[len(took) // 2] < 100
+    assert len(colours(page)) > 10

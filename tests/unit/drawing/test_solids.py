@@ -1,0 +1,261 @@
+"""Solids as they are drawn: their surfaces, how they move, and what hides what."""
+
+from __future__ import annotations
+
+import json
+import re
+import sys
+
+import numpy as np
+import pytest
+from drawn import elements_of, labels
+from scenes import CASES
+from scenes_in_space import box_on_floor, corner_wall
+
+import masonry_opt as mo
+from masonry_opt.answer.thresholds import MOVES
+from masonry_opt.drawing.elements import FULL, KINDS, result_elements
+from masonry_opt.drawing.marks import moved
+from masonry_opt.drawing.saved import refuse_saving
+from masonry_opt.drawing.solid_figure import three
+from masonry_opt.drawing.solids import surface
+from masonry_opt.drawing.view import axes_of, best_view, raster
+
+
+@pytest.fixture(scope="module")
+def result():
+    return mo.solve(corner_wall(3, 2, 4), "static")
+
+
+def enclosed(triangles):
+    """Volume by Gauss: positive if the triangles are counter-clockwise seen from outside."""
+    return float(np.linalg.det(triangles).sum()) / 6
+
+
+def bracket():
+    """A block of two parts, one on the other and half beside it."""
+    parts = [mo.Part(box=((0, 2), (0, 1), (0, 1))), mo.Part(box=((1, 3), (0, 1), (1, 2)))]
+    return mo.Scene(
+        joints=mo.JointDefaults(friction=0.6),
+        blocks=[
+            mo.Solid(name="A", parts=parts, weight=1),
+            mo.box("floor", (0, 3), (0, 1), (-1, 0), fixed=True),
+        ],
+    )
+
+
+@pytest.mark.parametrize("case", ["casapulla_lauro/arch.toml", "gilbert/two_blocks.toml", None])
+def test_triangles_enclose_what_blocks_enclose(case):
+    scene = bracket() if case is None else mo.extrude(CASES / case)
+    elements, _ = elements_of(scene)
+    drawn, shapes = surface(elements), elements.assembly.geometry
+    for block in elements.assembly.movable:
+        own = drawn.triangles[drawn.of_triangle == block]
+        assert enclosed(own) == pytest.approx(shapes.volume[block], rel=1e-9)
+
+
+def test_each_edge_of_a_box_is_drawn_once():
+    blocks = [
+        mo.box("A", (0, 1), (0, 1), (0, 1), weight=1),
+        mo.box("floor", (-0.1, 1.1), (0, 1), (-0.1, 0), fixed=True),
+    ]
+    elements, _ = elements_of(mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=blocks))
+    assert np.bincount(surface(elements).of_edge).tolist() == [12, 12]
+
+
+@pytest.mark.parametrize("far", [3.0, 1e3, 1e6])
+def test_supports_are_cut_where_they_reach_far(far):
+    """A floor that slopes by 1 in 10: what is shown of it is closed, and the slope is what it was."""
+    top = [(x, y, x / 10) for x, y in ((-far, -far), (far, -far), (far, far), (-far, far))]
+    low = [(x, y, -2 * far) for x, y, _ in top]
+    faces = [[3, 2, 1, 0], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    floor = mo.Solid(name="floor", vertices=low + top, faces=faces, fixed=True)
+    block = mo.Solid(
+        name="A",
+        vertices=[*((x, y, x / 10) for x, y in ((0, 0), (2, 0), (2, 1), (0, 1)))]
+        + [(x, y, 3 + x / 10) for x, y in ((0, 0), (2, 0), (2, 1), (0, 1))],
+        faces=faces,
+        weight=1,
+        live=(1, 0, 0),
+    )
+    elements, _ = elements_of(mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=[block, floor]))
+    drawn = surface(elements)
+    own = drawn.triangles[drawn.of_triangle == 1] + elements.assembly.geometry.origin
+    low, high = own.reshape(-1, 3).min(axis=0), own.reshape(-1, 3).max(axis=0)
+    # The block is 3.2 high: a fifth of that beside, and below.
+    reach = 0.2 * 3.2
+    assert low == pytest.approx([-reach, -reach, -reach], abs=1e-6)
+    assert high[:2] == pytest.approx([2 + reach, 1 + reach], abs=1e-6)
+    wide, deep = 2 + 2 * reach, 1 + 2 * reach
+    # Below the slope z = x / 10, whose mean height is that in the middle, x = 1.
+    assert enclosed(own) == pytest.approx(wide * deep * (reach + 0.1), rel=1e-6)
+
+
+def test_blocks_move_as_the_mechanism_does(result):
+    elements, frame = result_elements(result), result.blocks
+    size = 6.0
+    still = np.zeros_like(elements.motion)
+    drawn = surface(elements)
+    steps = drawn.moved(elements.motion)[0] - drawn.moved(still)[0]
+    assert np.linalg.norm(steps, axis=-1).max() == pytest.approx(FULL * size, rel=1e-9)
+    # Centroids by their velocities, corners turned by their rotations.
+    middle = frame[["x", "y", "z"]].to_numpy() - elements.assembly.geometry.origin
+    own = moved(middle, elements.motion[elements.assembly.movable]) - middle
+    velocity = frame[["vx", "vy", "vz"]].to_numpy()
+    factor = float((own * velocity).sum() / (velocity**2).sum())
+    assert own == pytest.approx(factor * velocity, abs=1e-9)
+    assert elements.motion[elements.assembly.movable][:, 3:] == pytest.approx(
+        factor * frame[["wx", "wy", "wz"]].to_numpy(), abs=1e-12
+    )
+
+
+def test_marks_of_joints_lie_on_the_blocks_that_move(result):
+    """Outlines of joints that slide lie on faces of both blocks, wherever these have moved."""
+    elements = result_elements(result)
+    (slides,) = [each for each in elements.layers["mechanism"] if each.name == "slides"]
+    corners, block = surface(elements).moved(elements.motion)[0], surface(elements).of_triangle
+    planes = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    planes /= np.linalg.norm(planes, axis=1)[:, None]
+    for line in slides.moved(1.0)[::17]:
+        apart = np.abs(np.einsum("tj,tkj->tk", planes, line[None] - corners[:, :1])).max(axis=1)
+        assert apart.min() < 1e-2 * FULL * 6.0
+    assert len(block) == len(planes)
+
+
+def through(boxes, points, towards):
+    """How far rays from points towards the eye run inside axis-parallel boxes, the most in any."""
+    low, high = (side[None] for side in np.moveaxis(boxes, -1, 0))
+    with np.errstate(divide="ignore"):
+        first, last = ((side - points[:, None]) / towards for side in (low, high))
+    enter, leave = np.minimum(first, last).max(axis=-1), np.maximum(first, last).min(axis=-1)
+    return np.clip(leave - np.maximum(enter, 0.0), 0.0, None).max(axis=1)
+
+
+@pytest.mark.parametrize("view", [(-60, 22), (20, 40), (137, -15), (-95, 70)])
+def test_what_blocks_hide_is_hidden_and_nothing_else(view):
+    """Against rays through the boxes themselves."""
+    scene = corner_wall(3, 2, 4)
+    elements, _ = elements_of(scene)
+    drawn, axes, origin = surface(elements), axes_of(view), elements.assembly.geometry.origin
+    flat = drawn.triangles @ axes.T
+    box = np.array([flat.min(axis=(0, 1))[:2], flat.max(axis=(0, 1))[:2]])
+    seen = raster(flat, box, 1000)
+    share = np.linspace(0.07, 0.93, 11)[:, None]
+    points = np.concatenate([(1 - share) * start + share * end for start, end in drawn.edges])
+    boxes = np.array([block.box for block in scene.blocks], dtype=float) - origin[:, None]
+    grown = boxes + np.array([-0.03, 0.03])
+    shrunk = boxes - np.array([-0.03, 0.03])
+    # Off the surface, so that a ray does not run along the faces of its own block.
+    start = points + 0.05 * axes[2]
+    free, hidden = through(grown, start, axes[2]) == 0, through(shrunk, start, axes[2]) > 0
+    found = seen.sees(points @ axes.T)
+    assert free.sum() > 200
+    assert hidden.sum() > 300
+    assert found[free].all()
+    assert not found[hidden].any()
+
+
+def test_the_view_is_of_the_wider_side_and_what_comes_nearer():
+    for push in ((0, -1, 0), (0, 1, 0)):
+        scene = box_on_floor((4.0, 1.0, 4.0), live=push)
+        azimuth, _ = best_view(result_elements(mo.solve(scene, "static")))
+        towards = axes_of((azimuth, 0))[2]
+        assert abs(towards[1]) > abs(towards[0])
+        assert towards @ push > 0
+    assert axes_of((0, 0)) == pytest.approx(np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]))
+    assert axes_of((-90, 0)) == pytest.approx(np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]]))
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_picture_has_the_legend_of_its_marks(result, kind):
+    told = [text.get_text() for text in result.plot(kind).legends[0].get_texts()]
+    assert told == ["block", "support", *labels(result, kind)]
+    assert len(told) > 2
+
+
+@pytest.mark.parametrize(("ending", "begins"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF-")])
+def test_pictures_are_written_in_every_format(ending, begins, tmp_path):
+    mo.draw(box_on_floor(), tmp_path / f"a.{ending}", view=(-60, 22))
+    written = (tmp_path / f"a.{ending}").read_bytes()
+    assert written.startswith(begins)
+    assert 5_000 < len(written) < 300_000
+
+
+def test_a_view_turns_the_picture():
+    first, same, other = (mo.draw(box_on_floor(), view=view) for view in ((-60, 22), (-60.0, 22.0), (10, 80)))
+    images = [np.asarray(figure.axes[0].images[0].get_array()) for figure in (first, same, other)]
+    assert np.array_equal(images[0], images[1])
+    assert images[0].shape != images[2].shape
+
+
+@pytest.mark.parametrize("view", [(1, 2, 3), "30,40", (0, 91), (float("nan"), 0), (True, 0), 30])
+def test_no_view_is_refused(result, view, tmp_path):
+    with pytest.raises(mo.OptionError, match="view"):
+        result.plot(view=view)
+    with pytest.raises(mo.OptionError, match="view"):
+        mo.draw(box_on_floor(), tmp_path / "a.png", view=view)
+    assert not list(tmp_path.iterdir())
+
+
+def test_names_are_written_where_blocks_are_seen(result):
+    written = {text.get_text() for text in result.plot(names=True, view=(-60, 22)).axes[0].texts}
+    assert {"x 1-1", "x 4-3", "y 4-2", "ground"} <= written
+    # Behind the wall that stands before it.
+    assert "y 1-2" not in written
+
+
+def test_idle_blocks_are_not_marked_as_moving(result):
+    """As in the plane: what moves less than the threshold has no marks."""
+    elements = result_elements(result)
+    speed = np.linalg.norm(elements.motion[:, :3], axis=1).max()
+    for each in elements.layers["mechanism"]:
+        assert each.motion is not None
+        assert np.linalg.norm(each.motion[:, :3], axis=1).max() > MOVES * speed
+
+
+def test_small_gaps_and_corners_are_drawn_before_solving():
+    """One box a hair above the floor, one that stands on it, and one that meets that one along an edge."""
+    blocks = [
+        mo.box("low", (0, 1), (0, 1), (0, 1), weight=1, live=(1, 0, 0)),
+        mo.box("above", (3, 4), (0, 1), (0.003, 1), weight=1),
+        mo.box("beside", (1, 2), (1, 2), (0, 1), weight=1),
+        mo.box("floor", (-1, 5), (-1, 3), (-1, 0), fixed=True),
+    ]
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=blocks)
+    told = labels(scene)
+    assert "small gap: no joint" in told
+    assert "corner on corner: no joint" in told
+    figure = mo.draw(scene)
+    assert any("'above'" in text.get_text() for text in figure.texts)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_page_shows_first_the_kind_asked_for(kind, tmp_path):
+    pytest.importorskip("trimesh", reason="needs the extra meshes")
+    result = mo.solve(box_on_floor((2, 2, 1), 0.5), "static")
+    result.save(tmp_path / "a.html", kind, view=(10, 20))
+    text = (tmp_path / "a.html").read_text(encoding="utf-8")
+    assert len(text) < 1_200_000
+    (chosen,) = [line for line in text.splitlines() if " checked" in line]
+    assert f'value="{kind}"' in chosen
+    told = json.loads(re.search(r'id="data">(.*?)</script>', text, re.DOTALL)[1])
+    assert told["figure"]["view"] == [10, 20]
+    # It slides without turning, and the base presses on it evenly: not by rounding, but by zero.
+    assert told["joints"]["n"] == [pytest.approx(1.0)]
+    assert told["joints"]["rotation"] == [0]
+    assert told["joints"]["torsion"] == [0]
+    assert told["joints"]["utilisation"] == [pytest.approx(1.0, abs=1e-4)]
+
+
+def test_a_page_without_trimesh_is_refused_before_long_work(monkeypatch, tmp_path):
+    three.cache_clear()
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    with pytest.raises(mo.OptionError, match="meshes"):
+        refuse_saving(box_on_floor(), tmp_path / "a.html", "mechanism")
+
+
+def test_a_notebook_shows_a_picture_and_the_load_factor():
+    shown = mo.solve(box_on_floor((2, 2, 1), 0.5), "static")._repr_html_()
+    assert "λ = 0.5" in shown
+    assert "data:image/png" in shown
+    assert "<script" not in shown

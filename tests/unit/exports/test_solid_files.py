@@ -1,0 +1,157 @@
+"""Solids written for other programs: readers of their own find blocks, mechanism and forces."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from scenes import two_blocks
+from scenes_in_space import box_on_floor, corner_wall
+
+import masonry_opt as mo
+from masonry_opt.answer.motion import fastest
+from masonry_opt.drawing.elements import FULL
+
+
+@pytest.fixture(scope="module")
+def result():
+    return mo.solve(corner_wall(1, 1, 2), "static")
+
+
+def objects(path):
+    """Corners and faces of each object of an OBJ file, by its name."""
+    found, corners = {}, []
+    for line in path.read_text().splitlines():
+        kind, *rest = line.split(" ")
+        if kind == "o":
+            faces = found.setdefault(" ".join(rest), [])
+        elif kind == "v":
+            corners.append(list(map(float, rest)))
+        elif kind == "f":
+            faces.append([int(corner) - 1 for corner in rest])
+    return {name: [np.array(corners)[face] for face in faces] for name, faces in found.items()}
+
+
+def expected(result, share):
+    """Corners of each box, moved by the velocities of its centroid and its rotation, by its name."""
+    scale = share * FULL * 2.0 / fastest(result.assembly, result.solution.d)
+    frame = result.blocks.set_index("block")
+    moved = {}
+    for block in result.assembly.scene.blocks:
+        corners = np.array(block.polyhedra[0].vertices, dtype=float)
+        if not block.fixed:
+            row = frame.loc[block.name]
+            velocity, rotation = (row[[f"{kind}{axis}" for axis in "xyz"]].to_numpy(float) for kind in "vw")
+            arm = corners - row[["x", "y", "z"]].to_numpy(float)
+            corners = corners + scale * (velocity + np.cross(rotation, arm))
+        moved[f"fixed {block.name}" if block.fixed else block.name] = corners
+    return moved
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_obj_has_the_moved_blocks(result, share, tmp_path):
+    (path,) = mo.export(result, tmp_path / "a.obj", moved=share)
+    found, wanted = objects(path), expected(result, share)
+    assert list(found) == list(wanted)
+    for name, corners in wanted.items():
+        own = np.unique(np.concatenate(found[name]), axis=0)
+        assert own == pytest.approx(np.unique(corners, axis=0), abs=1e-9)
+        assert len(found[name]) == 6
+
+
+@pytest.mark.parametrize("ending", ["glb", "gltf"])
+def test_gltf_has_the_moved_blocks_with_y_upwards(result, ending, tmp_path):
+    trimesh = pytest.importorskip("trimesh", reason="needs the extra meshes")
+    (path,) = mo.export(result, tmp_path / f"a.{ending}", moved=1.0)
+    scene = trimesh.load(path)
+    for name, corners in expected(result, 1.0).items():
+        transform, geometry = scene.graph[name]
+        mesh = scene.geometry[geometry]
+        assert mesh.is_watertight
+        assert mesh.volume == pytest.approx(abs(np.linalg.det(np.ptp(corners, axis=0) * np.eye(3))), rel=0.1)
+        x, y, z = trimesh.transform_points(mesh.vertices, transform).T
+        found = np.column_stack([x, -z, y])
+        apart = np.linalg.norm(found[:, None] - corners[None], axis=-1).min(axis=1)
+        assert apart.max() < 1e-6
+
+
+def test_compas_has_forces_in_equilibrium_and_velocities(result, tmp_path):
+    """Forces at the interfaces, put together from their frames, carry each block's weight and λ times its
+    live load."""
+    (path,) = mo.export(result, tmp_path / "a.json")
+    data = json.loads(path.read_text())["data"]
+    graph = data["graph"]["data"]
+    total = {name: np.zeros(3) for name in graph["node"]}
+    for first, others in graph["edge"].items():
+        for second, edge in others.items():
+            for interface in edge["interfaces"]:
+                own = interface["data"]
+                x, y = (np.array(own["frame"]["data"][f"{axis}axis"]) for axis in "xy")
+                assert len(own["points"]) == len(own["forces"])
+                for force in own["forces"]:
+                    n = force["c_np"] - force["c_nn"]
+                    acts = n * np.cross(x, y) + force["c_u"] * x + force["c_v"] * y
+                    total[first] += acts
+                    total[second] -= acts
+    factor = data["attributes"]["load_factor"]
+    assert factor == result.load_factor
+    rates = result.blocks.set_index("block")
+    for block in result.assembly.scene.blocks:
+        node = graph["node"][repr(block.name)]
+        assert node["is_support"] == block.fixed
+        if block.fixed:
+            assert node["displacement"] == [0.0] * 6
+            continue
+        weight = float(np.prod(np.ptp(block.box, axis=1)))
+        assert total[repr(block.name)] == pytest.approx([0, factor * weight, weight], abs=1e-5)
+        assert node["displacement"] == rates.loc[block.name][["vx", "vy", "vz", "wx", "wy", "wz"]].tolist()
+
+
+@pytest.mark.parametrize("ending", ["obj", "json"])
+def test_scenes_are_written_at_rest(ending, tmp_path):
+    (path,) = mo.export(box_on_floor((1.0, 2.0, 3.0)), tmp_path / f"a.{ending}")
+    if ending == "obj":
+        assert np.ptp(np.concatenate(objects(path)["A"]), axis=0) == pytest.approx([1, 2, 3])
+    else:
+        graph = json.loads(path.read_text())["data"]["graph"]["data"]
+        (interface,) = graph["edge"]["'A'"]["'floor'"]["interfaces"]
+        assert interface["data"]["size"] == pytest.approx(2.0)
+        assert interface["data"]["forces"] is None
+
+
+@pytest.mark.parametrize(
+    ("what", "name", "how"),
+    [
+        (two_blocks(), "a.obj", {}),
+        (two_blocks(), "a.json", {}),
+        (box_on_floor(), "a.obj", {"method": "static"}),
+        (box_on_floor(), "a.obj", {"moved": 0.5}),
+        (box_on_floor(), "a.json", {"moved": 0.5}),
+        (box_on_floor(), "a.lp", {"moved": 0.5}),
+        (box_on_floor(), "a.stl", {}),
+        (box_on_floor(), "none/a.obj", {}),
+    ],
+)
+def test_what_cannot_be_written_is_refused_and_leaves_nothing(what, name, how, tmp_path):
+    with pytest.raises(mo.OptionError):
+        mo.export(what, tmp_path / name, **how)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("share", [float("inf"), "1", True])
+def test_no_share_is_refused(result, share, tmp_path):
+    with pytest.raises(mo.OptionError, match="moved"):
+        mo.export(result, tmp_path / "a.obj", moved=share)
+
+
+@pytest.mark.parametrize("ending", ["obj", "glb", "gltf", "json"])
+def test_files_of_others_are_not_replaced(result, ending, tmp_path):
+    if ending in ("glb", "gltf"):
+        pytest.importorskip("trimesh", reason="needs the extra meshes")
+    path = tmp_path / f"a.{ending}"
+    path.write_text("mine")
+    with pytest.raises(mo.OptionError, match="force"):
+        mo.export(result, path)
+    mo.export(result, path, force=True)
+    mo.export(result, path)  # its own
