@@ -17,16 +17,12 @@ from masonry_opt.files import MARK, refuse_replacing, write_whole
 from masonry_opt.scene.blocks import Block, Name, Point, Positive
 from masonry_opt.scene.drawings import dxf_curves
 from masonry_opt.scene.drawings.outlines import Shape, closed_outlines, shapes
-from masonry_opt.scene.drawings.stones import Drawing, block_name, drawing_path, listed, scene_of
+from masonry_opt.scene.drawings.stones import FIXED, FlatDrawing, block_name, drawing_path, listed, scene_of
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import reason
 
-#: Layers of supports have one of these words in their names.
-FIXED = ("fixed", "support")
-
-
-class DxfDrawing(Drawing):
+class DxfDrawing(FlatDrawing):
     """Values that a DXF drawing leaves open, and the meaning of its layers: see :func:`read_dxf`."""
 
     live_layers: dict[Name, Point] = {}

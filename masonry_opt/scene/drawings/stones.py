@@ -12,20 +12,28 @@ from masonry_opt.errors import CaseError, printable
 from masonry_opt.scene.blocks import Block, NonNegative, Point, Positive, Record
 from masonry_opt.scene.joints import Friction, JointDefaults
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.solids import Solid
 from masonry_opt.scene.tables import as_path
+
+#: Supports have one of these words in the name of their layer or object.
+FIXED = ("fixed", "support")
 
 #: Characters of a block's name; a record takes no more.
 _LONGEST_NAME = 200
 
 
 class Drawing(Record):
-    """Values that a drawing leaves open, the same for all its blocks and joints: see :func:`read_dxf` and
-    :func:`read_compas`."""
+    """Values that a drawing leaves open, the same for all its blocks and joints."""
 
     friction: Friction
     unit_weight: NonNegative
-    live: Point = (0.0, 0.0)
     tolerance: Positive | None = None
+
+
+class FlatDrawing(Drawing):
+    """Beside them the live load of a drawing in the plane: see :func:`read_dxf` and :func:`read_compas`."""
+
+    live: Point = (0.0, 0.0)
 
     def block(self, name: str, outline: shapely.Polygon, fixed: bool, **keys: Any) -> Block:
         """The block of an outline with holes: a support, or one with this unit weight and live load, which
@@ -48,7 +56,7 @@ def listed(names: Sequence[str]) -> str:
     return ", ".join(names[:10]) + (", ..." if len(names) > 10 else "")
 
 
-def scene_of(blocks: Sequence[Block], drawing: Drawing, path: Path) -> Scene:
+def scene_of(blocks: Sequence[Block | Solid], drawing: Drawing, path: Path) -> Scene:
     """The scene of a drawing's blocks. Raises CaseError, beginning with the file, if they make none."""
     try:
         scene = Scene(
