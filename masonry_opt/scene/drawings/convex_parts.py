@@ -6,15 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from scipy.spatial import ConvexHull, QhullError
 
 from masonry_opt.scene.convex_pieces import convex_pieces
-from masonry_opt.scene.drawings.meshes import Mesh, Polyhedron, Side, polyhedron
+from masonry_opt.scene.drawings.meshes import Mesh, Polyhedron, Side, joined, polyhedron
 
 #: Parts of one block: more are of a curved surface in many facets, whose contacts nobody could solve for.
 _MOST_PARTS = 1000
-
-#: Sides of a tetrahedron; what has fewer is thinner than the tolerance.
-_FEWEST_SIDES = 4
 
 
 @dataclass(frozen=True)
@@ -144,9 +142,11 @@ def _clipped(cell: list[np.ndarray], base: np.ndarray, normal: np.ndarray) -> li
 
 def _part(cell: list[np.ndarray], tolerance: float) -> Polyhedron | None:
     """A cell as a polyhedron; None if it is thinner than the tolerance."""
-    count = np.cumsum([0, *(len(ring) for ring in cell)])
-    faces = [list(range(first, end)) for first, end in zip(count[:-1], count[1:], strict=True)]
-    if len(faces) < _FEWEST_SIDES:
+    corners = joined(np.concatenate(cell), tolerance / 4) if cell else np.zeros((0, 3))
+    try:
+        # Of corners that were joined: closed whatever they were rounded to.
+        triangles = ConvexHull(corners).simplices
+    except (QhullError, ValueError):
         return None
-    shape = polyhedron(Mesh("", np.concatenate(cell), faces, False), tolerance / 4)
-    return shape if len(shape.sides) >= _FEWEST_SIDES and shape.thickness > tolerance else None
+    shape = polyhedron(Mesh("", corners, triangles.tolist(), False), tolerance / 4)
+    return shape if shape.thickness > tolerance else None

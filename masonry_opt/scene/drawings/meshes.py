@@ -177,14 +177,24 @@ def _edge(one: int, other: int) -> Edge:
 
 def _joined(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[list[int]]:
     """The faces with one number for corners nearer than the tolerance, without those that have none left."""
+    corner = _first_near(points, tolerance).tolist()
+    renamed = [[corner[number] for number in face] for face in faces]
+    rings = [[one for one, after in _around(ring) if one != after] for ring in renamed]
+    return [ring for ring in rings if len(set(ring)) > 2]
+
+
+def joined(points: np.ndarray, tolerance: float) -> np.ndarray:
+    """The points, of those nearer than the tolerance the first one, shape (points, 3)."""
+    return points[np.unique(_first_near(points, tolerance))]
+
+
+def _first_near(points: np.ndarray, tolerance: float) -> np.ndarray:
+    """Of each point the first of those that are nearer than the tolerance, from one to the next."""
     near = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
     links = sp.coo_array((np.ones(len(near)), tuple(near.T)), shape=(len(points), len(points)))
     _, group = connected_components(links, directed=False)
     _, first = np.unique(group, return_index=True)
-    corner = first[group].tolist()
-    renamed = [[corner[number] for number in face] for face in faces]
-    rings = [[one for one, after in _around(ring) if one != after] for ring in renamed]
-    return [ring for ring in rings if len(set(ring)) > 2]
+    return first[group]
 
 
 def _by_edge(faces: list[list[int]]) -> dict[Edge, list[int]]:
