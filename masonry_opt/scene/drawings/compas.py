@@ -11,9 +11,10 @@ from masonry_opt.errors import CaseError
 from masonry_opt.scene.blocks import Block, Number
 from masonry_opt.scene.drawings import compas_data
 from masonry_opt.scene.drawings.in_space import SolidDrawing, scene_in_space
-from masonry_opt.scene.drawings.meshes import Mesh, with_supports
+from masonry_opt.scene.drawings.meshes import Mesh
 from masonry_opt.scene.drawings.prisms import View, directions, seen_along
 from masonry_opt.scene.drawings.stones import FlatDrawing, drawing_path, scene_of
+from masonry_opt.scene.drawings.supports import with_supports
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import parse_file
 
@@ -94,11 +95,7 @@ def read_compas(
                 friction=friction,
                 unit_weight=unit_weight,
                 live=live or (0.0, 0.0),
-                along=_AXES.get(along, along)
-                if isinstance(along, str)
-                else None
-                if along is None
-                else tuple(along),
+                along=_AXES.get(along, along) if isinstance(along, str) else along and tuple(along),
                 tolerance=tolerance,
             )
             try:
@@ -174,5 +171,5 @@ def _blocks(meshes: Sequence[Mesh], view: View, drawing: CompasDrawing) -> list[
     for mesh, outline, (begin, end) in zip(meshes, view.outlines, view.reach, strict=True):
         weight = drawing.unit_weight * outline.area * float(end - begin)
         keys = {} if mesh.flat else {"weight": weight, "unit_weight": None}
-        blocks.append(drawing.block(mesh.name, outline, mesh.fixed, **keys))
+        blocks.append(drawing.block(mesh.name, outline, mesh.fixed, live_per_weight=drawing.live, **keys))
     return blocks

@@ -145,9 +145,8 @@ def _faces(shape: Any) -> tuple[np.ndarray, list[list[int]]]:
 
 def _box(shape: dict[str, Any]) -> tuple[np.ndarray, list[list[int]]]:
     """Corners and faces of a box, whose frame stands in its middle."""
-    frame = _table(_content(shape.get("frame")))
-    given = (frame.get(key, usual) for key, usual in (("point", [0, 0, 0]), ("xaxis", [1, 0, 0]), ("yaxis", [0, 1, 0])))
-    point, x, y = _numbers([_content(value) for value in given])
+    frame = _table(_content(shape["frame"]))
+    point, x, y = _numbers([_content(frame[key]) for key in ("point", "xaxis", "yaxis")])
     x = x / np.linalg.norm(x)
     z = np.cross(x, y) / np.linalg.norm(np.cross(x, y))
     half = [_number(shape[key]) / 2 for key in ("xsize", "ysize", "zsize")]

@@ -148,5 +148,5 @@ def _part(cell: list[np.ndarray], tolerance: float) -> Polyhedron | None:
         triangles = ConvexHull(corners).simplices
     except (QhullError, ValueError):
         return None
-    shape = polyhedron(Mesh("", corners, triangles.tolist(), False), tolerance / 4)
+    shape = polyhedron(Mesh("", corners, triangles.tolist()), tolerance / 4)
     return shape if shape.thickness > tolerance else None

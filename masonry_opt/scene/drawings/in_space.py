@@ -12,7 +12,8 @@ import numpy as np
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.drawings.convex_parts import convex_parts
 from masonry_opt.scene.drawings.meshes import Mesh, Polyhedron, area_vector, polyhedron
-from masonry_opt.scene.drawings.stones import Drawing, listed, scene_of
+from masonry_opt.scene.drawings.stones import Drawing, scene_of
+from masonry_opt.scene.drawings.supports import listed
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Solid, Vector

@@ -6,16 +6,18 @@ import importlib
 import io
 from collections import Counter
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.scene.blocks import Name, Number, Positive
+from masonry_opt.scene.blocks import LARGEST_NUMBER, Name, Number, Positive
 from masonry_opt.scene.drawings.in_space import SolidDrawing, scene_in_space
-from masonry_opt.scene.drawings.meshes import Mesh, shells, with_supports
-from masonry_opt.scene.drawings.stones import FIXED, block_name
+from masonry_opt.scene.drawings.meshes import Mesh, shells, used
+from masonry_opt.scene.drawings.stones import block_name
+from masonry_opt.scene.drawings.supports import FIXED, with_supports
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import as_path, read_bytes
 
@@ -58,8 +60,9 @@ def read_mesh(
 ) -> Scene:
     """Read a scene in space from closed meshes, one a block.
 
-    Objects and groups of an OBJ file are the blocks; of a file that has none, and of PLY and STL, the closed
-    surfaces. Triangles of one plane become one face; blocks that are not convex are cut into convex parts.
+    Objects of an OBJ file are the blocks, or its groups if it has no objects; of a file with one mesh alone, as
+    PLY and STL files are, its closed surfaces. Faces of one plane become one, those that are not flat
+    triangles; blocks that are not convex are cut into convex parts.
 
     Parameters
     ----------
@@ -74,8 +77,8 @@ def read_mesh(
     fixed:
         Names of blocks that are supports, beside those by name or height.
     fixed_layers:
-        Blocks are supports if the name of their object or group contains one of these words, in capitals or
-        not.
+        Blocks are supports if the name of their object or its group (a layer, as most programs write it)
+        contains one of these words, in capitals or not.
     fixed_below:
         Blocks that reach down to this height z, or below, are supports too.
     up:
@@ -95,7 +98,7 @@ def read_mesh(
         If the file cannot be read, a block is no closed surface or nothing is a support; the message names
         the file and the block.
     OptionError
-        If trimesh (or for blocks that are not convex manifold3d), of the extra "meshes", is not installed.
+        If the file is PLY or STL and trimesh, of the extra "meshes", is not installed.
     """
     path = as_path(path, "a mesh")
     if path.suffix.lower() not in MESHES:
@@ -121,54 +124,83 @@ def read_mesh(
 
 
 def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
-    """Blocks as they stand in the scene, none a support."""
-    axes = drawing.scale * _AXES[drawing.up].T
-    found = []
-    objects = _objects(path)
-    for name, points, triangles in objects:
-        if not np.isfinite(points).all() or len(triangles) == 0:
-            raise ValueError(f"block '{name}' has no faces, or a coordinate that is no number")
-        closed = [np.arange(len(triangles))] if len(objects) > 1 else shells(points, triangles)
-        for number, own in enumerate(closed):
-            used, corner = np.unique(triangles[own], return_inverse=True)
-            called = name if len(closed) == 1 else f"{name}-{number}"
-            found.append(Mesh(called, points[used] @ axes, corner.reshape(-1, 3).tolist(), False))
-    twice = [name for name, count in Counter(mesh.name for mesh in found).items() if count > 1]
-    if twice:
+    """Blocks as they stand in the scene, none a support. Raises ValueError if one cannot be read."""
+    data = read_bytes(path, _LARGEST_MESH)
+    if len(data) > _LARGEST_MESH:
+        raise ValueError(f"is larger than {_LARGEST_MESH // 1_000_000} MB: simplify the blocks")
+    kind = path.suffix.lower()[1:]
+    found = _objects(data, path.stem) if kind == "obj" else _triangles(data, kind, path.stem)
+    if not found:
+        raise ValueError("holds no faces")
+    for mesh in found:
+        if not (np.abs(mesh.points) <= LARGEST_NUMBER).all():
+            raise ValueError(f"block '{mesh.name}' has a coordinate that is no number")
+    if len(found) == 1:
+        found = shells(found[0])
+    if twice := [name for name, count in Counter(mesh.name for mesh in found).items() if count > 1]:
         raise ValueError(f"has two blocks '{twice[0]}': rename one")
-    return found
+    axes = drawing.scale * _AXES[drawing.up].T
+    return [replace(mesh, points=mesh.points @ axes) for mesh in found]
 
 
-def _objects(path: Path) -> list[tuple[str, np.ndarray, np.ndarray]]:
-    """Name, points and triangles of each object of a file, in its order."""
+def _objects(data: bytes, name: str) -> list[Mesh]:
+    """Objects of an OBJ file, or its groups if it has no objects; of a file without either all of it, by the
+    name given. Polygons stay whole, which readers of triangles lose: a notched one has no fan."""
+    points: list[list[float]] = []
+    faces: dict[tuple[int, str], list[list[int]]] = {}
+    layers: dict[tuple[int, str], str] = {}
+    objects, group, key = 0, "", (0, "")
+    text = data.decode("utf-8", "replace").replace("\\\n", " ")
+    for number, line in enumerate(text.splitlines(), start=1):
+        word, _, rest = line.strip().partition(" ")
+        try:
+            if word == "v":
+                x, y, z = map(float, rest.split()[:3])
+                points.append([x, y, z])
+            elif word == "o":
+                objects += 1
+                key = (objects, block_name(rest))
+            elif word == "g":
+                group = block_name(rest)
+                key = key if objects else (0, group)
+            elif word == "f":
+                given = [int(corner.split("/")[0]) for corner in rest.split()]
+                face = [corner - 1 if corner > 0 else len(points) + corner for corner in given]
+                if len(face) < 3 or min(face) < 0 or 0 in given:
+                    raise ValueError
+                faces.setdefault(key, []).append(face)
+                layers[key] = group
+        except ValueError:
+            raise ValueError(f"not valid OBJ: line {number} ('{block_name(line)[:60]}')") from None
+    corners = np.array(points).reshape(-1, 3)
+    if any(corner >= len(corners) for own in faces.values() for face in own for corner in face):
+        raise ValueError("not valid OBJ: a face has a corner that there is not")
+    return [used(key[1] or name, corners, own, layers[key]) for key, own in faces.items()]
+
+
+def _triangles(data: bytes, kind: str, name: str) -> list[Mesh]:
+    """Meshes of a PLY or STL file; one, by the name given, if the file names none.
+
+    Raises OptionError if trimesh, of the extra "meshes", is not installed.
+    """
     try:
         trimesh = importlib.import_module("trimesh")
     except ImportError:
-        raise OptionError("meshes need trimesh; install it with: pip install '.[meshes]'") from None
-    data = read_bytes(path, _LARGEST_MESH)
-    if len(data) > _LARGEST_MESH:
-        raise CaseError(f"{path}: is larger than {_LARGEST_MESH // 1_000_000} MB: simplify the blocks")
-    kind = path.suffix.lower()[1:]
-    # By name and group; nothing joined or dropped: blocks that touch keep corners of their own.
-    options: dict[str, Any] = {"process": False}
-    if kind == "obj":
-        options |= {"split_objects": True, "split_groups": True, "group_material": False}
-        options |= {"skip_materials": True, "maintain_order": True}
+        raise OptionError("PLY and STL need trimesh; install it with: pip install '.[meshes]'") from None
     try:
-        scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, **options)
+        # Nothing joined or dropped: blocks that touch keep corners of their own.
+        scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
         found = [
-            (block_name(name) or "block", np.array(mesh.vertices, dtype=float), np.array(mesh.faces))
-            for name, mesh in scene.geometry.items()
-            if isinstance(mesh, trimesh.Trimesh)
+            (block_name(called), np.array(mesh.vertices, dtype=float), mesh.faces.tolist())
+            for called, mesh in scene.geometry.items()
+            if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)
         ]
     except MemoryError:
         raise
     # What a broken file makes the library raise is any exception at all.
     except Exception as error:
         reason = " ".join(str(error).split())[:200] or type(error).__name__
-        raise CaseError(f"{path}: not valid {kind.upper()}: {reason}; save the mesh again") from None
-    if not found:
-        raise CaseError(f"{path}: holds no mesh")
+        raise ValueError(f"not valid {kind.upper()}: {reason}; save the mesh again") from None
     if len(found) == 1:
-        return [(path.stem, *found[0][1:])]
-    return found
+        found = [(name, *found[0][1:])]
+    return [used(called or name, *rest) for called, *rest in found]

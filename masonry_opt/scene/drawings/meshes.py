@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 import shapely
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
-
-from masonry_opt.scene.drawings.stones import listed
 
 #: Triangles of a polygon that is flat within a tolerance lie off the plane of one of them by no more than so
 #: many tolerances.
@@ -21,17 +19,22 @@ _OFF_TRIANGLE = 4.0
 #: Cosine of the angle up to which faces may be of one plane.
 _ALIKE = 0.9
 
+#: Angle between faces round an edge that is rounding, in radians.
+_SAME_ANGLE = 1e-4
+
 Edge = tuple[int, int]
 
 
 @dataclass(frozen=True)
 class Mesh:
-    """A block by its corners, shape (points, 3), and the corners of each face, in order round it."""
+    """A block by its corners, shape (points, 3), and the corners of each face, in order round it; whether it
+    is a support; and the layers that it is drawn on."""
 
     name: str
     points: np.ndarray
     faces: list[list[int]]
-    fixed: bool
+    fixed: bool = False
+    layers: str = ""
 
     @property
     def flat(self) -> bool:
@@ -113,58 +116,59 @@ def polyhedron(mesh: Mesh, tolerance: float) -> Polyhedron:
     return Polyhedron(points, _sides(points, faces, tolerance))
 
 
-def with_supports(
-    meshes: Sequence[Mesh], named: Sequence[str], below: float | None = None, words: Sequence[str] = ()
-) -> list[Mesh]:
-    """The blocks, those a support that are one already, are named, reach down to a height, or have one of the
-    words in their name.
+def shells(mesh: Mesh) -> list[Mesh]:
+    """The closed surfaces of a mesh, also of those that touch, each a block, named by its number from 0.
 
-    Raises ValueError if a name is none of theirs, or nothing is a support.
+    Where more than two faces have an edge, each goes with the one that it meets through the inside.
     """
-    names = [mesh.name for mesh in meshes]
-    if unknown := [name for name in named if name not in names]:
-        raise ValueError(f"'fixed': no block '{unknown[0]}' (blocks: {listed(names)})")
-    lowest = [float(mesh.points[:, 2].min()) for mesh in meshes]
-    found = [
-        replace(
-            mesh,
-            fixed=mesh.fixed
-            or mesh.name in named
-            or (below is not None and low <= below)
-            or any(word.casefold() in mesh.name.casefold() for word in words),
-        )
-        for mesh, low in zip(meshes, lowest, strict=True)
-    ]
-    if not any(mesh.fixed for mesh in found):
-        raise ValueError(
-            f"no block is a support: name them by 'fixed' (blocks: {listed(names)}), or take those that reach "
-            f"down to a height by 'fixed_below' (the lowest corner is at z = {min(lowest):.6g})"
-        )
-    return found
-
-
-def shells(points: np.ndarray, triangles: np.ndarray) -> list[np.ndarray]:
-    """Numbers of the triangles, shape (triangles, 3), of each closed surface.
-
-    Surfaces that share no corner are told apart wherever their triangles stand; those that do, by the order of
-    the triangles: one is closed before the next begins.
-    """
+    points = mesh.points
     _, corner = np.unique(points, axis=0, return_inverse=True)
-    triangles = corner.reshape(-1)[triangles]
-    tail, tip = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
-    links = sp.coo_array((np.ones(len(tail)), (tail, tip)), shape=(len(points), len(points)))
-    _, group = connected_components(links, directed=False)
-    of_triangle = group[triangles[:, 0]]
-    found = []
-    for one in dict.fromkeys(of_triangle.tolist()):
-        numbers = np.flatnonzero(of_triangle == one)
-        begin, open_edges = 0, set()
-        for end, triangle in enumerate(triangles[numbers].tolist(), start=1):
-            open_edges ^= {_edge(*side) for side in _around(triangle)}
-            if not open_edges or end == len(numbers):
-                found.append(numbers[begin:end])
-                begin = end
-    return found
+    faces = [corner.reshape(-1)[face].tolist() for face in mesh.faces]
+    at = np.zeros((int(corner.max()) + 1, 3))
+    at[corner.reshape(-1)] = points
+    if _volume(at, faces) < 0:
+        faces = [face[::-1] for face in faces]
+    links = []
+    for edge, having in _by_edge(faces).items():
+        links += _through_inside(at, edge, having, faces) if len(having) > 2 else [having[:1] + having[-1:]]
+    one, other = np.array(links).T
+    graph = sp.coo_array((np.ones(len(one)), (one, other)), shape=(len(faces), len(faces)))
+    count, group = connected_components(graph, directed=False)
+    if count == 1:
+        return [mesh]
+    apart: list[list[list[int]]] = [[] for _ in range(count)]
+    for number, face in zip(group.tolist(), mesh.faces, strict=True):
+        apart[number].append(face)
+    return [used(f"{mesh.name}-{number}", points, own) for number, own in enumerate(apart)]
+
+
+def used(name: str, points: np.ndarray, faces: list[list[int]], layers: str = "") -> Mesh:
+    """The block of some faces, with the points that they use."""
+    numbers, corner = np.unique(np.concatenate(faces), return_inverse=True)
+    ends = np.cumsum([len(face) for face in faces])[:-1]
+    own = [face.tolist() for face in np.split(corner.reshape(-1), ends)]
+    return Mesh(name, points[numbers], own, layers=layers)
+
+
+def _through_inside(
+    points: np.ndarray, edge: Edge, having: list[int], faces: list[list[int]]
+) -> Iterator[list[int]]:
+    """Pairs of the faces that have an edge: each one and the first that turns the other way round the edge
+    behind it."""
+    low, high = points[list(edge)]
+    axis = (high - low) / np.linalg.norm(high - low)
+    u = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    forth: list[tuple[int, float]] = []
+    back: list[tuple[int, float]] = []
+    for number in having:
+        away = points[faces[number]].mean(axis=0) - low
+        angle = float(np.arctan2(away @ np.cross(axis, u), away @ u))
+        (forth if edge in _around(faces[number]) else back).append((number, angle))
+    for number, angle in forth:
+        # Faces of two blocks that lie on each other have nothing between them.
+        behind = [((angle - other - _SAME_ANGLE) % (2 * np.pi), mate) for mate, other in back]
+        if behind:
+            yield [number, min(behind)[1]]
 
 
 def _around(ring: Sequence[int]) -> Iterator[Edge]:

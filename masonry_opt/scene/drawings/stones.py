@@ -9,14 +9,11 @@ from typing import Any
 import shapely
 
 from masonry_opt.errors import CaseError, printable
-from masonry_opt.scene.blocks import Block, NonNegative, Point, Positive, Record
+from masonry_opt.scene.blocks import Block, NonNegative, Positive, Record
 from masonry_opt.scene.joints import Friction, JointDefaults
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.solids import Solid
+from masonry_opt.scene.solids import Direction, Solid
 from masonry_opt.scene.tables import as_path
-
-#: Supports have one of these words in the name of their layer or object.
-FIXED = ("fixed", "support")
 
 #: Characters of a block's name; a record takes no more.
 _LONGEST_NAME = 200
@@ -33,27 +30,22 @@ class Drawing(Record):
 class FlatDrawing(Drawing):
     """Beside them the live load of a drawing in the plane: see :func:`read_dxf` and :func:`read_compas`."""
 
-    live: Point = (0.0, 0.0)
+    live: Direction = (0.0, 0.0)
 
     def block(self, name: str, outline: shapely.Polygon, fixed: bool, **keys: Any) -> Block:
-        """The block of an outline with holes: a support, or one with this unit weight and live load, which
-        ``keys`` override."""
+        """The block of an outline with holes: a support, or one with this unit weight, which ``keys``
+        override."""
         outer, *holes = [
             [(float(x), float(y)) for x, y in ring.coords[:-1]]
             for ring in (outline.exterior, *outline.interiors)
         ]
-        loads = {"unit_weight": self.unit_weight, "live_per_weight": self.live} | keys
+        loads = {"unit_weight": self.unit_weight} | keys
         return Block(name=name, vertices=outer, holes=holes, **({"fixed": True} if fixed else loads))
 
 
 def block_name(text: str) -> str:
     """The text as a block can be named: in one line, printable, not too long; empty if nothing is left."""
     return " ".join(printable(" ".join(text.split())).split())[:_LONGEST_NAME]
-
-
-def listed(names: Sequence[str]) -> str:
-    """The first ten names, as messages list them."""
-    return ", ".join(names[:10]) + (", ..." if len(names) > 10 else "")
 
 
 def scene_of(blocks: Sequence[Block | Solid], drawing: Drawing, path: Path) -> Scene:
