@@ -14,6 +14,9 @@ from masonry_opt.scene.drawings.meshes import Mesh, Polyhedron, Side, joined, po
 #: Parts of one block: more are of a curved surface in many facets, whose contacts nobody could solve for.
 _MOST_PARTS = 1000
 
+#: Share of the tolerance within which triangles of a hull are of one plane for certain.
+_EXACT = 1e-3
+
 
 @dataclass(frozen=True)
 class _Pieces:
@@ -148,5 +151,8 @@ def _part(cell: list[np.ndarray], tolerance: float) -> Polyhedron | None:
         triangles = ConvexHull(corners).simplices
     except (QhullError, ValueError):
         return None
-    shape = polyhedron(Mesh("", corners, triangles.tolist()), tolerance / 4)
+    hull = Mesh("", corners, triangles.tolist())
+    shape = polyhedron(hull, tolerance / 4)
+    if not shape.convex(tolerance):  # narrow sides of several triangles, whose plane leans
+        shape = polyhedron(hull, _EXACT * tolerance)
     return shape if shape.thickness > tolerance else None
