@@ -39,7 +39,12 @@ _MOST_CORNERS = 10_000
 @app.command()
 def convert(
     drawing: Annotated[
-        Path, typer.Argument(metavar="IN", help="Drawing (.dxf), COMPAS data (.json), or mesh (.obj, .ply, .stl).", show_default=False)
+        Path,
+        typer.Argument(
+            metavar="IN",
+            help="Drawing (.dxf), COMPAS data (.json), or mesh (.obj, .ply, .stl).",
+            show_default=False,
+        ),
     ],
     out: Annotated[
         Path, typer.Argument(metavar="OUT", help="Case file (.toml or .json).", show_default=False)
@@ -61,7 +66,9 @@ def convert(
     ] = None,
     fixed_layer: Annotated[
         list[str] | None,
-        typer.Option(metavar="WORD", help=f"In names of layers or objects of supports (default: {', '.join(FIXED)})."),
+        typer.Option(
+            metavar="WORD", help=f"In names of layers or objects of supports (default: {', '.join(FIXED)})."
+        ),
     ] = None,
     fixed: Annotated[
         list[str] | None, typer.Option(metavar="NAME", help="COMPAS, meshes: this block is a support too.")
@@ -173,8 +180,8 @@ def _refuse_case_file(path: Path) -> None:
     data = parse_file(path) if suffix == ".json" else None
     if suffix == ".toml" or (isinstance(data, dict) and "joints" in data):
         raise OptionError(
-            f"{path}: a case file already, and no drawing (.dxf), mesh or COMPAS data (.json): solve it as it is "
-            f"(masonry-opt solve {path}), or draw its blocks to an OUT that ends in .dxf"
+            f"{path}: a case file already, and no drawing (.dxf), mesh or COMPAS data (.json): solve it as "
+            f"it is (masonry-opt solve {path}), or draw its blocks to an OUT that ends in .dxf"
         )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from itertools import pairwise
 
 import numpy as np
 
@@ -36,7 +37,7 @@ def obj(blocks, digits=9, word="o"):
 def triangles(blocks):
     for corners, faces in blocks.values():
         for face in faces:
-            for second, third in zip(face[1:-1], face[2:], strict=True):
+            for second, third in pairwise(face[1:]):
                 yield corners[[face[0], second, third]]
 
 

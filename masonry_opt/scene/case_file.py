@@ -75,7 +75,9 @@ class CaseFile(SceneKeys):
             raise ValueError(f"its generators together build some {size} blocks; the most is {MOST_BLOCKS}")
         if self.dimension == 3 and (generators := self._generators()):
             table = type(generators[0]).__name__.lower()
-            solid = "those of the [mesh] are solids" if self.mesh else f"block '{self.blocks[0].name}' is a solid"
+            solid = (
+                "those of the [mesh] are solids" if self.mesh else f"block '{self.blocks[0].name}' is a solid"
+            )
             raise ValueError(f"[{table}] builds blocks in the plane; {solid}")
         return self
 
@@ -98,12 +100,15 @@ class CaseFile(SceneKeys):
         Raises pydantic.ValidationError if the blocks do not make a scene, and CaseError if a generator
         cannot build its own or the mesh cannot be read.
         """
-        generated = [block for generator in self._generators() for block in generator.blocks(self.thickness)]
+        blocks = list(self.blocks)
+        for generator in self._generators():
+            blocks += generator.blocks(self.thickness)
         keys = {name: getattr(self, name) for name in SceneKeys.model_fields}
         if self.mesh:
             read = self.mesh.scene(self.tolerance)
-            generated, keys["tolerance"] = list(read.blocks), read.tolerance
-        return Scene.model_validate(keys | {"blocks": [*self.blocks, *generated]})
+            blocks += read.blocks
+            keys["tolerance"] = read.tolerance
+        return Scene.model_validate(keys | {"blocks": blocks})
 
 
 def load(path: str | Path) -> Scene:

@@ -102,7 +102,9 @@ def read_compas(
                 seen = _seen(meshes, flat)
             except ValueError as error:
                 if space is False or along is not None:
-                    raise ValueError(f"{error}. Or read the blocks whole: a 'live' of three numbers") from None
+                    raise ValueError(
+                        f"{error}. Or read the blocks whole: a 'live' of three numbers"
+                    ) from None
         if flat and seen:
             return scene_of(_blocks(meshes, seen, flat), flat, path)
     except CaseError:

@@ -95,7 +95,9 @@ def _blocks(data: Any) -> Iterator[tuple[object, Any, bool, Any]]:
 def _flattened(items: list[Any]) -> Iterator[Any]:
     """Blocks of a list, or of lists in it, as courses are; a list of points is a polygon."""
     for item in items:
-        if isinstance(item, list) and all(isinstance(one, dict | list) and not _is_point(one) for one in item):
+        if isinstance(item, list) and all(
+            isinstance(one, dict | list) and not _is_point(one) for one in item
+        ):
             yield from _flattened(item)
         else:
             yield item

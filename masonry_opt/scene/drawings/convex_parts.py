@@ -29,7 +29,7 @@ class _Pieces:
     def heights(self, base: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Least and largest height of each piece over planes, shape (pieces, planes) each."""
         over = np.concatenate(self.rings) @ normal.T - np.einsum("ij,ij->i", base, normal)
-        count = [len(ring) for ring in self.rings]
+        count = np.array([len(ring) for ring in self.rings])
         first = np.cumsum(count) - count
         return np.minimum.reduceat(over, first), np.maximum.reduceat(over, first)
 
@@ -45,7 +45,9 @@ def convex_parts(block: Polyhedron, tolerance: float) -> list[Polyhedron]:
     Raises ValueError if there are too many parts, or none.
     """
     sides = [side for side in block.sides if side.width > tolerance]
-    base, normal = (np.array([getattr(side, key) for side in sides]).reshape(-1, 3) for key in ("base", "normal"))
+    base, normal = (
+        np.array([getattr(side, key) for side in sides]).reshape(-1, 3) for key in ("base", "normal")
+    )
     corners = block.points[np.unique([one for side in sides for ring in side.rings for one in ring])]
     waiting = [(_pieces(block.points, sides, tolerance), _box_round(corners))]
     found: list[Polyhedron] = []

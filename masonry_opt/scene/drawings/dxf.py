@@ -25,6 +25,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Direction
 from masonry_opt.scene.tables import reason
 
+
 class DxfDrawing(FlatDrawing):
     """Values that a DXF drawing leaves open, and the meaning of its layers: see :func:`read_dxf`."""
 
@@ -129,7 +130,9 @@ def read_dxf(
         return scene
     solids = extrude(scene.model_copy(update={"thickness": drawing.thickness})).in_space()
     loaded = [
-        block if block.fixed else block.model_copy(update={"live_per_weight": push if len(push) == 3 else (push[0], 0.0, push[1])})
+        block
+        if block.fixed
+        else block.model_copy(update={"live_per_weight": push if len(push) == 3 else (push[0], 0.0, push[1])})
         for block, push in zip(solids, pushes, strict=True)
     ]
     return scene_of(loaded, drawing, path)

@@ -60,8 +60,8 @@ def read_mesh(
 ) -> Scene:
     """Read a scene in space from closed meshes, one a block.
 
-    Objects of an OBJ file are the blocks, or its groups if it has no objects; of a file with one mesh alone, as
-    PLY and STL files are, its closed surfaces. Faces of one plane become one, those that are not flat
+    Objects of an OBJ file are the blocks, or its groups if it has no objects; of a file with one mesh alone,
+    as PLY and STL files are, its closed surfaces. Faces of one plane become one, those that are not flat
     triangles; blocks that are not convex are cut into convex parts.
 
     Parameters

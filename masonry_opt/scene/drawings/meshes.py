@@ -97,7 +97,9 @@ class Polyhedron:
 
     def convex(self, tolerance: float) -> bool:
         """Whether it is convex, but for the tolerance."""
-        return all(len(side.rings) == 1 for side in self.sides) and self.in_front(tolerance).max() <= tolerance
+        return (
+            all(len(side.rings) == 1 for side in self.sides) and self.in_front(tolerance).max() <= tolerance
+        )
 
 
 def area_vector(corners: np.ndarray) -> np.ndarray:
@@ -128,7 +130,7 @@ def shells(mesh: Mesh) -> list[Mesh]:
     at[corner.reshape(-1)] = points
     if _volume(at, faces) < 0:
         faces = [face[::-1] for face in faces]
-    links = []
+    links: list[list[int]] = []
     for edge, having in _by_edge(faces).items():
         links += _through_inside(at, edge, having, faces) if len(having) > 2 else [having[:1] + having[-1:]]
     one, other = np.array(links).T
@@ -328,7 +330,8 @@ def _ringed(points: np.ndarray, rings: list[list[int]]) -> Side:
     outer = int(sizes.argmax())
     rings = [rings[outer], *rings[:outer], *rings[outer + 1 :]]
     around = sum(
-        float(np.linalg.norm(np.roll(points[ring], -1, axis=0) - points[ring], axis=1).sum()) for ring in rings
+        float(np.linalg.norm(np.roll(points[ring], -1, axis=0) - points[ring], axis=1).sum())
+        for ring in rings
     )
     area = float(np.linalg.norm(vectors.sum(axis=0)))
     normal = vectors[outer] / sizes[outer] if sizes[outer] > 0 else np.array([0.0, 0.0, 1.0])

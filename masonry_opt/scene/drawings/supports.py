@@ -40,7 +40,7 @@ def with_supports(
     ]
     if not any(mesh.fixed for mesh in found):
         raise ValueError(
-            f"no block is a support: name them by 'fixed' (blocks: {listed(names)}), or take those that reach "
-            f"down to a height by 'fixed_below' (the lowest corner is at z = {min(lowest):.6g})"
+            f"no block is a support: name them by 'fixed' (blocks: {listed(names)}), or take those that "
+            f"reach down to a height by 'fixed_below' (the lowest corner is at z = {min(lowest):.6g})"
         )
     return found

@@ -15,10 +15,7 @@ def sound(operation: Callable[..., np.ndarray], *polygons: np.ndarray, grid: flo
     """An overlay of polygons, on a grid where floating point fails: nearly coincident sides may leave nothing
     of the whole without an error."""
     # Offsets may leave outlines that cross themselves by rounding.
-    polygons = tuple(
-        np.where(shapely.is_valid(own), own, shapely.buffer(own, 0))
-        for own in polygons
-    )
+    polygons = tuple(np.where(shapely.is_valid(own), own, shapely.buffer(own, 0)) for own in polygons)
     safe = operation(*polygons, grid_size=grid)
     try:
         exact = operation(*polygons)

@@ -140,7 +140,12 @@ def test_a_drawing_with_a_thickness_becomes_solids(wall, tmp_path, monkeypatch, 
     assert solid.blocks[0].live_per_weight in ((1, 0, 0), (0, 0, 0))
     weight = sum(block.weight for block in solid.blocks if not block.fixed)
     assert weight == pytest.approx(
-        0.5 * sum(block.weight_of(area) for block, area in zip(flat.blocks, geometry(flat).area, strict=True) if not block.fixed)
+        0.5
+        * sum(
+            block.weight_of(area)
+            for block, area in zip(flat.blocks, geometry(flat).area, strict=True)
+            if not block.fixed
+        )
     )
     run_command(monkeypatch, capsys, "convert", wall, out, *options, "--live", "0,1,0")
     assert mo.load(out).blocks[-1].live_per_weight in ((0, 1, 0), (0, 0, 0))

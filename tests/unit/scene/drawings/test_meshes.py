@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from meshes import QUADS, box, obj, ply, prism, stl
@@ -118,8 +120,10 @@ def test_a_block_with_a_hole_through_it_and_one_in_the_hole(file):
 
 def turned(corners, angle=0.3):
     cos, sin = np.cos(angle), np.sin(angle)
-    return corners @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]]) @ np.array(
-        [[1, 0, 0], [0, cos, sin], [0, -sin, cos]]
+    return (
+        corners
+        @ np.array([[cos, sin, 0], [-sin, cos, 0], [0, 0, 1]])
+        @ np.array([[1, 0, 0], [0, cos, sin], [0, -sin, cos]])
     )
 
 
@@ -129,7 +133,7 @@ def test_coordinates_of_few_digits_still_touch(file, digits):
     wall = {"fixed": box((0, 4), (0, 1), (-0.5, 0))}
     for course in range(3):
         ends = [0, 2, 4] if course % 2 else [0, 1, 3, 4]
-        for start, end in zip(ends[:-1], ends[1:], strict=True):
+        for start, end in pairwise(ends):
             wall[f"{course} {start}"] = box((start, end), (0, 1), (course / 2, course / 2 + 0.5))
     wall = {name: (turned(corners), faces) for name, (corners, faces) in wall.items()}
     scene = read(file(obj(wall, digits)))
@@ -146,7 +150,9 @@ def test_faces_that_are_not_flat_are_shared_by_triangles(file):
     high, _ = box((0, 1), (0, 1), (1, 2))
     low[6, 2] = high[2, 2] = 1.2
     faces = [(5, 6, 7, 4) if face == QUADS[1] else face for face in QUADS]
-    scene = read(file(obj({"fixed": box((0, 1), (0, 1), (-1, 0)), "low": (low, faces), "high": (high, QUADS)})))
+    scene = read(
+        file(obj({"fixed": box((0, 1), (0, 1), (-1, 0)), "low": (low, faces), "high": (high, QUADS)}))
+    )
     found = contacts_of(scene)
     shared = found.area[(found.first == 1) & (found.second == 2)]
     assert len(shared) == 2
