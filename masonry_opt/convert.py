@@ -29,8 +29,8 @@ app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 #: Options beside friction, unit weight, live load and tolerance that each kind takes.
 _OF_DXF = ("live_layers", "layers", "fixed_layers", "sagitta", "to_metres", "thickness")
-_OF_COMPAS = ("fixed", "fixed_below", "along", "space")
-_OF_MESH = ("fixed", "fixed_layers", "fixed_below", "up", "scale")
+_OF_COMPAS = ("fixed", "fixed_below", "along", "space", "contact_tolerance")
+_OF_MESH = ("fixed", "fixed_layers", "fixed_below", "up", "scale", "contact_tolerance")
 
 #: Corners of a mesh above which the case file names its file instead of writing them out, some 1 MB.
 _MOST_CORNERS = 10_000
@@ -93,6 +93,12 @@ def convert(
     tolerance: Annotated[
         float | None, typer.Option(help="Length below which gaps are nothing.", show_default=False)
     ] = None,
+    contact_tolerance: Annotated[
+        float | None,
+        typer.Option(
+            help="COMPAS, meshes: gap or overlap of faces up to which blocks touch.", show_default=False
+        ),
+    ] = None,
     sagitta: Annotated[
         float | None, typer.Option(help="DXF: rise of arcs over their chords.", show_default=False)
     ] = None,
@@ -121,6 +127,7 @@ def convert(
         "thickness": thickness,
         "along": _numbers("--along", along) if along and "," in along else along,
         "tolerance": tolerance,
+        "contact_tolerance": contact_tolerance,
         "sagitta": sagitta,
         "to_metres": to_metres or None,
     }
@@ -167,10 +174,14 @@ def _joints(scene: Scene) -> int:
 
 def _beside(drawing: Path, out: Path, scene: Scene, options: dict[str, Any]) -> CaseFile:
     """The case file that names the mesh it was made of."""
-    keys = {key: options[key] for key in ("unit_weight", *_OF_MESH) if key in options}
+    keys = {key: options[key] for key in MeshTable.model_fields if key in options}
     mesh = {"file": os.path.relpath(drawing, out.parent), "live_per_weight": options.get("live", (0.0,) * 3)}
     return CaseFile(
-        source=scene.source, joints=scene.joints, tolerance=scene.tolerance, mesh=MeshTable(**mesh, **keys)
+        source=scene.source,
+        joints=scene.joints,
+        tolerance=scene.tolerance,
+        contact_tolerance=scene.contact_tolerance,
+        mesh=MeshTable(**mesh, **keys),
     )
 
 

@@ -41,6 +41,7 @@ def read_compas(
     space: bool | None = None,
     along: str | Sequence[float] | None = None,
     tolerance: float | None = None,
+    contact_tolerance: float | None = None,
 ) -> Scene:
     """Read a scene from COMPAS JSON: an assembly, a block model, or a list of meshes or polygons.
 
@@ -76,6 +77,8 @@ def read_compas(
     tolerance:
         Length below which faces are flat and gaps are nothing (default: 1e-5 of a block's size for faces, and
         of gaps as in :class:`Scene`).
+    contact_tolerance:
+        In space: gap or overlap of faces up to which blocks touch, as in :class:`Scene`.
 
     Raises
     ------
@@ -95,6 +98,7 @@ def read_compas(
                 friction=friction,
                 unit_weight=unit_weight,
                 live=live or (0.0, 0.0),
+                contact_tolerance=contact_tolerance,
                 along=_AXES.get(along, along) if isinstance(along, str) else along and tuple(along),
                 tolerance=tolerance,
             )
@@ -112,7 +116,11 @@ def read_compas(
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from None
     solid = SolidDrawing(
-        friction=friction, unit_weight=unit_weight, live=live or (0.0, 0.0, 0.0), tolerance=tolerance
+        friction=friction,
+        unit_weight=unit_weight,
+        live=live or (0.0, 0.0, 0.0),
+        tolerance=tolerance,
+        contact_tolerance=contact_tolerance,
     )
     return scene_in_space(meshes, solid, path)
 

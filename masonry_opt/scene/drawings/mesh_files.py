@@ -57,6 +57,7 @@ def read_mesh(
     up: Literal["x", "y", "z"] = "z",
     scale: float = 1.0,
     tolerance: float | None = None,
+    contact_tolerance: float | None = None,
 ) -> Scene:
     """Read a scene in space from closed meshes, one a block.
 
@@ -91,6 +92,8 @@ def read_mesh(
         Length below which gaps are nothing and faces flat; corners of a block nearer than this are one
         (default: twice the last decimal where all coordinates have a few decimals and that is little beside
         the blocks, else as in :class:`Scene`).
+    contact_tolerance:
+        Gap or overlap of faces up to which blocks touch, as in :class:`Scene`.
 
     Raises
     ------
@@ -113,6 +116,7 @@ def read_mesh(
         up=up,
         scale=scale,
         tolerance=tolerance,
+        contact_tolerance=contact_tolerance,
     )
     try:
         meshes = with_supports(

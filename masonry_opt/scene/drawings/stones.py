@@ -25,6 +25,7 @@ class Drawing(Record):
     friction: Friction
     unit_weight: NonNegative
     tolerance: Positive | None = None
+    contact_tolerance: Positive | None = None
 
 
 class FlatDrawing(Drawing):
@@ -56,6 +57,7 @@ def scene_of(blocks: Sequence[Block | Solid], drawing: Drawing, path: Path) -> S
             joints=JointDefaults(friction=drawing.friction),
             blocks=list(blocks),
             tolerance=drawing.tolerance,
+            contact_tolerance=drawing.contact_tolerance,
         )
     except CaseError as error:
         raise CaseError(f"{path}: {error}") from None
