@@ -70,6 +70,9 @@ def planes(surfaces: Surfaces, tolerance: float) -> Planes:
         lead = np.diff(block[left], prepend=-1) != 0
         ahead = left[lead][np.cumsum(lead) - 1]
         within = np.abs(dots(middle[left] - middle[ahead], normal[ahead])) <= tolerance
+        # A thin end of a part has two faces within the tolerance of one plane, and is no plane.
+        opposite = dots(normal[left], normal[ahead]) < 0
+        within &= ~(opposite & (surfaces.part[left] == surfaces.part[ahead]))
         some, plane = left[within], ahead[within]
         at, of = ranges(first[some], count[some]), np.repeat(plane, count[some])
         off = np.abs(dots(corners[at] - middle[of], normal[of]))
