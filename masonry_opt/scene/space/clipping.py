@@ -14,8 +14,7 @@ GRID = 1e-3
 def sound(operation: Callable[..., np.ndarray], *polygons: np.ndarray, grid: float) -> np.ndarray:
     """An overlay of polygons, on a grid where floating point fails: nearly coincident sides may leave nothing
     of the whole without an error."""
-    # Offsets may leave outlines that cross themselves by rounding.
-    polygons = tuple(np.where(shapely.is_valid(own), own, shapely.buffer(own, 0)) for own in polygons)
+    polygons = tuple(map(valid, polygons))
     safe = operation(*polygons, grid_size=grid)
     try:
         exact = operation(*polygons)
@@ -23,6 +22,13 @@ def sound(operation: Callable[..., np.ndarray], *polygons: np.ndarray, grid: flo
         return safe
     around = sum(shapely.length(own) for own in (*polygons, safe))
     return np.where(np.abs(shapely.area(exact) - shapely.area(safe)) <= grid * around, exact, safe)
+
+
+def valid(polygons: np.ndarray) -> np.ndarray:
+    """The polygons, those whose outlines cross themselves, as offsets leave them by rounding, without that."""
+    return np.where(
+        shapely.is_valid(polygons), polygons, shapely.orient_polygons(shapely.buffer(polygons, 0))
+    )
 
 
 def common_to(
