@@ -69,9 +69,9 @@ def find_contacts(scene: Scene, shapes: Shapes, *, floating: bool = False) -> Co
 
     Two blocks share a joint wherever outer faces of theirs face each other and stay within the tolerance
     (or the contact tolerance) over all they share, at any angle: its plane is the faces' bisector; each
-    connected piece is one joint; what is narrower than ten tolerances is nothing. Away from such polygons, an edge that lies in a face is a
-    joint of two points, a corner on a face and two edges that cross are joints of one. Two fixed blocks share
-    no joint.
+    connected piece is one joint; what is narrower than ten tolerances is nothing. Away from such polygons, an
+    edge that lies in a face is a joint of two points, a corner on a face and two edges that cross are joints
+    of one. Two fixed blocks share no joint.
 
     Parameters
     ----------

@@ -164,7 +164,7 @@ def test_a_solid_whose_surface_has_no_inside_is_refused():
 
 
 def test_the_thin_end_of_a_part_has_two_faces():
-    """Near its tip a wedge is thinner than the tolerance: there its upper face is no piece of its lower one."""
+    """Near its tip a wedge is thinner than the tolerance: its upper face is no piece of its lower one."""
     low = [(0, 0), (4, 0), (4, 0.02), (0.2, 0.0009), (0, 0.0005)]
     count = len(low)
     sides = [[i, (i + 1) % count, (i + 1) % count + count, i + count] for i in range(count)]
