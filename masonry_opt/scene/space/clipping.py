@@ -25,10 +25,9 @@ def sound(operation: Callable[..., np.ndarray], *polygons: np.ndarray, grid: flo
 
 
 def valid(polygons: np.ndarray) -> np.ndarray:
-    """The polygons, those whose outlines cross themselves, as offsets leave them by rounding, without that."""
-    return np.where(
-        shapely.is_valid(polygons), polygons, shapely.orient_polygons(shapely.buffer(polygons, 0))
-    )
+    """The polygons, mended where outlines cross themselves, as offsets leave them by rounding."""
+    mended = shapely.orient_polygons(shapely.buffer(polygons, 0))
+    return np.where(shapely.is_valid(polygons), polygons, mended)
 
 
 def common_to(
