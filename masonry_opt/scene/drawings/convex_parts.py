@@ -42,7 +42,7 @@ def convex_parts(block: Polyhedron, tolerance: float) -> list[Polyhedron]:
     off empty space alone come first, then those that cut fewest others. Parts thinner than the tolerance are
     left out.
 
-    Raises ValueError if there are too many parts, or none.
+    Raises ValueError if a side crosses itself, or there are too many parts, or none.
     """
     sides = [side for side in block.sides if side.width > tolerance]
     base, normal = (
@@ -73,9 +73,12 @@ def _pieces(points: np.ndarray, sides: list[Side], tolerance: float) -> _Pieces:
     rings, numbers = [], []
     for number, side in enumerate(sides):
         outer, *holes = side.flat(points)
-        for piece in convex_pieces(shapely.Polygon(outer, holes), tolerance):
-            rings.append(side.up(piece))
-            numbers.append(number)
+        try:
+            convex = convex_pieces(shapely.Polygon(outer, holes), tolerance)
+        except shapely.errors.GEOSException:
+            raise ValueError("has a face that crosses itself: give its corners in order round it") from None
+        rings += map(side.up, convex)
+        numbers += [number] * len(convex)
     return _Pieces(rings, np.array(numbers, dtype=int))
 
 
@@ -150,11 +153,10 @@ def _part(cell: list[np.ndarray], tolerance: float) -> Polyhedron | None:
     corners = joined(np.concatenate(cell), tolerance / 4) if cell else np.zeros((0, 3))
     try:
         # Of corners that were joined: closed whatever they were rounded to.
-        triangles = ConvexHull(corners).simplices
+        hull = Mesh("", corners, ConvexHull(corners).simplices.tolist())
+        shape = polyhedron(hull, tolerance / 4)
+        if not shape.convex(tolerance):  # narrow sides of several triangles, whose plane leans
+            shape = polyhedron(hull, _EXACT * tolerance)
     except (QhullError, ValueError):
         return None
-    hull = Mesh("", corners, triangles.tolist())
-    shape = polyhedron(hull, tolerance / 4)
-    if not shape.convex(tolerance):  # narrow sides of several triangles, whose plane leans
-        shape = polyhedron(hull, _EXACT * tolerance)
     return shape if shape.thickness > tolerance else None

@@ -199,6 +199,9 @@ def _triangles(data: bytes, kind: str, name: str) -> list[Mesh]:
             for called, mesh in scene.geometry.items()
             if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)
         ]
+        for _, points, faces in found:
+            if not 0 <= np.min(faces) <= np.max(faces) < len(points):
+                raise ValueError("a face has a corner that there is not")
     except MemoryError:
         raise
     # What a broken file makes the library raise is any exception at all.

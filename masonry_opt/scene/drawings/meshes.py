@@ -110,9 +110,14 @@ def area_vector(corners: np.ndarray) -> np.ndarray:
 
 def polyhedron(mesh: Mesh, tolerance: float) -> Polyhedron:
     """The block with corners nearer than the tolerance joined, faces turned one way, outwards, those that are
-    not flat cut into triangles, and those of one plane merged, within the tolerance."""
+    not flat cut into triangles, and those of one plane merged, within the tolerance.
+
+    Raises ValueError if no face is left.
+    """
     points, faces = mesh.points, _turned(_joined(mesh.points, mesh.faces, tolerance))
     faces = [flat for face in faces for flat in _flat(points, face, tolerance)]
+    if not faces:
+        raise ValueError(f"is smaller than the tolerance of {tolerance:.3g}: is it drawn in another unit?")
     if _volume(points, faces) < 0:
         faces = [face[::-1] for face in faces]
     return Polyhedron(points, _sides(points, faces, tolerance))

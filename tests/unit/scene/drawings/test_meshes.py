@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import random
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -169,6 +171,10 @@ WRONG = {
     "no number": (obj(STONES) + b"\nv 1 x 2", "not valid OBJ: line "),
     "infinite": (obj(STONES).replace(b"5.000000000", b"1e999"), "block 'high' has a coordinate"),
     "empty": (b"", "holds no faces"),
+    "a grain": (
+        obj(STONES | {"dust": box((9, 9 + 1e-9), (0, 1e-9), (0, 1e-9))}, 12),
+        "block 'dust' is smaller",
+    ),
 }
 
 
@@ -183,6 +189,24 @@ def test_what_is_wrong_is_named(file, data, named):
 def test_broken_files_end_with_a_message(file, name, data):
     with pytest.raises(mo.CaseError, match=name):
         read(file(data, name), fixed_below=0)
+
+
+def test_any_damage_ends_with_a_scene_or_a_message(file):
+    rng = random.Random(3)
+    stones = STONES | {"portal": prism(U, 0.5)}
+    written = {"obj": obj(stones, 3), "ply": ply(STONES), "stl": stl(stones)}
+    told = []
+    for _ in range(60):
+        kind = rng.choice(list(written))
+        data = bytearray(written[kind])
+        for _ in range(rng.randint(1, 6)):
+            data[rng.randrange(len(data))] = rng.randrange(256)
+        try:
+            contacts_of(read(file(bytes(data), f"broken.{kind}"), fixed_below=-0.5))
+        except mo.CaseError as error:
+            told.append(str(error))
+    assert len(told) > 30
+    assert all(re.search(r"broken\.(obj|ply|stl): ", message) for message in told)
 
 
 def test_overlaps_of_rounded_corners_say_which_tolerance_helps(file):
