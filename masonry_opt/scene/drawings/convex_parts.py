@@ -70,7 +70,8 @@ def convex_parts(block: Polyhedron, tolerance: float) -> list[Polyhedron]:
 
 
 def _pieces(points: np.ndarray, sides: list[Side], tolerance: float) -> _Pieces:
-    rings, numbers = [], []
+    rings: list[np.ndarray] = []
+    numbers: list[int] = []
     for number, side in enumerate(sides):
         outer, *holes = side.flat(points)
         try:
