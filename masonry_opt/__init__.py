@@ -26,6 +26,7 @@ _HOMES = {
     "scene.blocks": ("Block", "Reference"),
     "scene.case_file": ("load", "save"),
     "scene.drawings.compas": ("read_compas",),
+    "scene.drawings.mesh_files": ("read_mesh",),
     "scene.drawings.dxf": ("read_dxf", "write_dxf"),
     "scene.extrude": ("extrude",),
     "scene.joints": ("Joint", "JointDefaults"),

@@ -1,7 +1,9 @@
-"""The command `masonry-opt convert`: drawings to case files, case files to drawings."""
+"""The command `masonry-opt convert`: drawings and meshes to case files, case files to drawings."""
 
 from __future__ import annotations
 
+import os
+from collections.abc import Collection
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -10,26 +12,39 @@ import typer
 from masonry_opt.command_options import Force
 from masonry_opt.errors import OptionError, OutputError, counted
 from masonry_opt.scene.blocks import Block
-from masonry_opt.scene.case_file import load, save
+from masonry_opt.scene.case_file import CaseFile, MeshTable, load, save
 from masonry_opt.scene.contact import find_joints
 from masonry_opt.scene.drawings.compas import read_compas
-from masonry_opt.scene.drawings.dxf import FIXED, read_dxf, write_dxf
+from masonry_opt.scene.drawings.dxf import read_dxf, write_dxf
+from masonry_opt.scene.drawings.mesh_files import MESHES, read_mesh
+from masonry_opt.scene.drawings.supports import FIXED
 from masonry_opt.scene.geometry import geometry
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.space.contacts import find_contacts
+from masonry_opt.scene.space.shapes import shapes
 from masonry_opt.scene.tables import parse_file
 from masonry_opt.words.terminal import print_text
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
-#: Options that only one kind of drawing takes.
-_DXF_ALONE = ("live_layers", "layers", "fixed_layers", "sagitta", "to_metres")
-_COMPAS_ALONE = ("fixed", "along")
+#: Options beside friction, unit weight, live load and tolerance that each kind takes.
+_OF_DXF = ("live_layers", "layers", "fixed_layers", "sagitta", "to_metres", "thickness")
+_OF_COMPAS = ("fixed", "fixed_below", "along", "space", "contact_tolerance")
+_OF_MESH = ("fixed", "fixed_layers", "fixed_below", "up", "scale", "contact_tolerance")
+
+#: Corners of a mesh above which the case file names its file instead of writing them out, some 1 MB.
+_MOST_CORNERS = 10_000
 
 
 @app.command()
 def convert(
     drawing: Annotated[
-        Path, typer.Argument(metavar="IN", help="Drawing (.dxf), or COMPAS data (.json).", show_default=False)
+        Path,
+        typer.Argument(
+            metavar="IN",
+            help="Drawing (.dxf), COMPAS data (.json), or mesh (.obj, .ply, .stl).",
+            show_default=False,
+        ),
     ],
     out: Annotated[
         Path, typer.Argument(metavar="OUT", help="Case file (.toml or .json).", show_default=False)
@@ -39,27 +54,50 @@ def convert(
         float | None, typer.Option(help="Weight per unit area (of solids: volume); needed.")
     ] = None,
     live: Annotated[
-        str, typer.Option(metavar="X,Y", help="Live load on every block, as a multiple of its weight.")
-    ] = "0,0",
+        str | None,
+        typer.Option(metavar="X,Y[,Z]", help="Live load on every block, as a multiple of its weight."),
+    ] = None,
     live_layer: Annotated[
         list[str] | None,
-        typer.Option(metavar="LAYER=X,Y", help="DXF: in place of it, of the blocks on a layer."),
+        typer.Option(metavar="LAYER=X,Y[,Z]", help="DXF: in place of it, of the blocks on a layer."),
     ] = None,
     layer: Annotated[
         list[str] | None, typer.Option(metavar="LAYER", help="DXF: read this layer (default: all).")
     ] = None,
     fixed_layer: Annotated[
         list[str] | None,
-        typer.Option(metavar="WORD", help=f"DXF: in layer names of supports (default: {', '.join(FIXED)})."),
+        typer.Option(
+            metavar="WORD", help=f"In names of layers or objects of supports (default: {', '.join(FIXED)})."
+        ),
     ] = None,
     fixed: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="COMPAS: this block is a support too.")
+        list[str] | None, typer.Option(metavar="NAME", help="COMPAS, meshes: this block is a support too.")
+    ] = None,
+    fixed_below: Annotated[
+        float | None,
+        typer.Option(metavar="Z", help="COMPAS, meshes: blocks that reach down to this height are supports."),
     ] = None,
     along: Annotated[
         str | None, typer.Option(metavar="x|y|z|X,Y,Z", help="COMPAS: direction of the prisms.")
     ] = None,
+    space: Annotated[
+        bool | None, typer.Option("--space/--plane", help="COMPAS: blocks whole, or seen along a direction.")
+    ] = None,
+    up: Annotated[
+        str | None, typer.Option(metavar="x|y|z", help="Meshes: the axis that points upwards (default: z).")
+    ] = None,
+    scale: Annotated[float | None, typer.Option(help="Meshes: times all lengths, such as 0.001.")] = None,
+    thickness: Annotated[
+        float | None, typer.Option(help="DXF: blocks in space of this thickness, out of the drawing.")
+    ] = None,
     tolerance: Annotated[
         float | None, typer.Option(help="Length below which gaps are nothing.", show_default=False)
+    ] = None,
+    contact_tolerance: Annotated[
+        float | None,
+        typer.Option(
+            help="COMPAS, meshes: gap or overlap of faces up to which blocks touch.", show_default=False
+        ),
     ] = None,
     sagitta: Annotated[
         float | None, typer.Option(help="DXF: rise of arcs over their chords.", show_default=False)
@@ -71,18 +109,25 @@ def convert(
 ) -> None:
     """Make a case file of a drawing: blocks, supports, friction, weights, live loads.
 
-    Layers, names, arcs and COMPAS data: docs/drawings.md. From a case file to OUT.dxf it draws the blocks.
+    Layers, names, arcs, COMPAS data and meshes: docs/drawings.md. From a case file to OUT.dxf it draws the
+    blocks. Of a mesh of more than 10,000 corners the case file names the file.
     """
     given: dict[str, Any] = {
         "friction": friction,
         "unit_weight": unit_weight,
-        "live": _numbers("--live", live) if live != "0,0" else None,
+        "live": _numbers("--live", live) if live else None,
         "live_layers": dict(_of_layer(text) for text in live_layer or []) or None,
         "layers": layer or None,
         "fixed_layers": fixed_layer or None,
         "fixed": fixed or None,
+        "fixed_below": fixed_below,
+        "space": space,
+        "up": up,
+        "scale": scale,
+        "thickness": thickness,
         "along": _numbers("--along", along) if along and "," in along else along,
         "tolerance": tolerance,
+        "contact_tolerance": contact_tolerance,
         "sagitta": sagitta,
         "to_metres": to_metres or None,
     }
@@ -101,17 +146,43 @@ def convert(
             raise OptionError(f"a drawing says nothing of it: give {_option(name)}")
     match drawing.suffix.lower():
         case ".dxf":
-            _refuse(options, _COMPAS_ALONE, f"{drawing}: a DXF drawing")
+            _refuse_others(options, _OF_DXF, f"{drawing}: a DXF drawing")
             scene = read_dxf(drawing, **options)
         case ".json":
-            _refuse(options, _DXF_ALONE, f"{drawing}: COMPAS data")
+            _refuse_others(options, _OF_COMPAS, f"{drawing}: COMPAS data")
             scene = read_compas(drawing, **options)
+        case suffix if suffix in MESHES:
+            _refuse_others(options, _OF_MESH, f"{drawing}: a mesh")
+            scene = read_mesh(drawing, **options)
         case _:
-            raise OptionError(f"{drawing}: what is converted ends in .dxf, or .json for COMPAS data")
+            raise OptionError(
+                f"{drawing}: what is converted ends in .dxf, {', '.join(MESHES)}, or .json for COMPAS data"
+            )
     # What is written can be solved as far as its geometry goes.
-    joints = find_joints(scene, geometry(scene))
-    save(scene, out, force)
-    _tell(scene, out, f", {counted(len(joints.length), 'joint')}")
+    joints = _joints(scene)
+    large = sum(len(block.corners()) for block in scene.blocks) > _MOST_CORNERS
+    beside = large and drawing.suffix.lower() in MESHES
+    save(_beside(drawing, out, scene, options) if beside else scene, out, force)
+    _tell(scene, out, f", {counted(joints, 'joint')}" + (f", in {drawing}" if beside else ""))
+
+
+def _joints(scene: Scene) -> int:
+    if scene.dimension == 2:
+        return len(find_joints(scene, geometry(scene)).length)
+    return len(find_contacts(scene, shapes(scene)).first)
+
+
+def _beside(drawing: Path, out: Path, scene: Scene, options: dict[str, Any]) -> CaseFile:
+    """The case file that names the mesh it was made of."""
+    keys = {key: options[key] for key in MeshTable.model_fields if key in options}
+    mesh = {"file": os.path.relpath(drawing, out.parent), "live_per_weight": options.get("live", (0.0,) * 3)}
+    return CaseFile(
+        source=scene.source,
+        joints=scene.joints,
+        tolerance=scene.tolerance,
+        contact_tolerance=scene.contact_tolerance,
+        mesh=MeshTable(**mesh, **keys),
+    )
 
 
 def _refuse_case_file(path: Path) -> None:
@@ -120,8 +191,8 @@ def _refuse_case_file(path: Path) -> None:
     data = parse_file(path) if suffix == ".json" else None
     if suffix == ".toml" or (isinstance(data, dict) and "joints" in data):
         raise OptionError(
-            f"{path}: a case file already, and no drawing (.dxf) or COMPAS data (.json): solve it as it is "
-            f"(masonry-opt solve {path}), or draw its blocks to an OUT that ends in .dxf"
+            f"{path}: a case file already, and no drawing (.dxf), mesh or COMPAS data (.json): solve it as "
+            f"it is (masonry-opt solve {path}), or draw its blocks to an OUT that ends in .dxf"
         )
 
 
@@ -130,6 +201,12 @@ def _tell(scene: Scene, out: Path, more: str = "") -> None:
     supports = sum(block.fixed for block in scene.blocks)
     blocks = counted(len(scene.blocks), "block")
     print_text(f"{out}: {blocks} ({supports} fixed), {counted(holes, 'hole')}{more}")
+
+
+def _refuse_others(options: dict[str, Any], taken: Collection[str], what: str) -> None:
+    """Raise OptionError for an option that a kind does not take."""
+    every = {*_OF_DXF, *_OF_COMPAS, *_OF_MESH}
+    _refuse(options, [name for name in options if name in every and name not in taken], what)
 
 
 def _refuse(options: dict[str, Any], names: Any, what: str) -> None:

@@ -12,7 +12,8 @@ from pydantic import BeforeValidator, ConfigDict, ValidationError, model_validat
 from masonry_opt.errors import CaseError
 from masonry_opt.files import JSON_KEY, MARK, WRITER, refuse_replacing, write_whole
 from masonry_opt.scene.arch import Arch
-from masonry_opt.scene.blocks import MOST_BLOCKS
+from masonry_opt.scene.blocks import MOST_BLOCKS, Name, NonNegative, Number, Positive, Record, Text
+from masonry_opt.scene.drawings.supports import FIXED
 from masonry_opt.scene.generator import AnyGenerator, Generator
 from masonry_opt.scene.mistakes import wrong_file
 from masonry_opt.scene.scene import Scene, SceneKeys
@@ -22,7 +23,7 @@ from masonry_opt.scene.solid_generators.generator import SolidGenerator
 from masonry_opt.scene.solid_generators.groin import Groin
 from masonry_opt.scene.solid_generators.plan import Plan
 from masonry_opt.scene.solid_generators.shaft import Shaft
-from masonry_opt.scene.solids import Solid
+from masonry_opt.scene.solids import Solid, Vector
 from masonry_opt.scene.tables import as_path, read_tables, reason
 from masonry_opt.scene.walls import Column, Facade, Wall
 
@@ -32,8 +33,38 @@ _G = TypeVar("_G", bound=AnyGenerator)
 OneOrMore = Annotated[list[_G], BeforeValidator(lambda value: value if isinstance(value, list) else [value])]
 
 
+class MeshTable(Record):
+    """A table of a case file that stands for the blocks of a mesh in a file beside it.
+
+    Parameters
+    ----------
+    file:
+        Its path, from the folder of the case file.
+    unit_weight, live_per_weight:
+        Of each block, as :class:`Solid` has them.
+    fixed, fixed_layers, fixed_below, up, scale:
+        Supports, axes and unit: see :func:`read_mesh`.
+    """
+
+    file: Text
+    unit_weight: NonNegative
+    live_per_weight: Vector = (0.0, 0.0, 0.0)
+    fixed: list[Name] = []
+    fixed_layers: list[Name] = list(FIXED)
+    fixed_below: Number | None = None
+    up: Literal["x", "y", "z"] = "z"
+    scale: Positive = 1.0
+
+    def scene(self, tolerance: float | None) -> Scene:
+        """Its blocks, as a scene without friction. Raises CaseError as :func:`read_mesh` does."""
+        from masonry_opt.scene.drawings.mesh_files import read_mesh  # which few case files need
+
+        keys = self.model_dump(exclude={"file", "live_per_weight"})
+        return read_mesh(self.file, friction=0.0, live=self.live_per_weight, tolerance=tolerance, **keys)
+
+
 class CaseFile(SceneKeys):
-    """A case file: the keys of a scene, and generators that expand to blocks."""
+    """A case file: the keys of a scene, generators that expand to blocks, and a mesh that holds them."""
 
     # In a file a key has one name: [[block]], not also [[blocks]].
     model_config = ConfigDict(populate_by_name=False)
@@ -42,12 +73,12 @@ class CaseFile(SceneKeys):
     facade: OneOrMore[Facade] = []
     arch: OneOrMore[Arch] = []
     column: OneOrMore[Column] = []
-
     plan: OneOrMore[Plan] = []
     barrel: OneOrMore[Barrel] = []
     dome: OneOrMore[Dome] = []
     groin: OneOrMore[Groin] = []
     shaft: OneOrMore[Shaft] = []
+    mesh: MeshTable | None = None
 
     @model_validator(mode="after")
     def _can_be_built(self) -> CaseFile:
@@ -55,17 +86,20 @@ class CaseFile(SceneKeys):
         if (size := sum(generator.size for generator in [*flat, *solid])) > MOST_BLOCKS:
             raise ValueError(f"its generators together build some {size} blocks; the most is {MOST_BLOCKS}")
         if flat and self.dimension == 3:
-            other = _table(solid[0]) if solid else f"block '{self.blocks[0].name}'"
-            raise ValueError(f"{_table(flat[0])} builds blocks in the plane; {other} is of solids")
-        if solid and self.blocks and not isinstance(self.blocks[0], Solid):
-            raise ValueError(
-                f"{_table(solid[0])} builds solids; block '{self.blocks[0].name}' lies in the plane"
-            )
+            if solid:
+                other = f"{_table(solid[0])} is"
+            else:
+                other = "those of the [mesh] are" if self.mesh else f"block '{self.blocks[0].name}' is"
+            raise ValueError(f"{_table(flat[0])} builds blocks in the plane; {other} of solids")
+        if (solid or self.mesh) and self.blocks and not isinstance(self.blocks[0], Solid):
+            given = _table(solid[0]) if solid else "[mesh]"
+            raise ValueError(f"{given} is of solids; block '{self.blocks[0].name}' lies in the plane")
         return self
 
     @property
     def dimension(self) -> Literal[2, 3]:
-        return 3 if self._in_space() else super().dimension
+        """Numbers of a point: 3 if the blocks are solids, those of a generator or of a mesh too."""
+        return 3 if self._in_space() or self.mesh else super().dimension
 
     def _in_plane(self) -> list[Generator]:
         return [*self.wall, *self.facade, *self.arch, *self.column]
@@ -78,16 +112,23 @@ class CaseFile(SceneKeys):
         return list(dict.fromkeys(_table(one) for one in self._in_plane() if any(one.live)))
 
     def scene(self) -> Scene:
-        """The scene, its generators expanded after the blocks written out.
+        """The scene, its generators and its mesh expanded after the blocks written out.
 
         Raises pydantic.ValidationError if the blocks do not make a scene, and CaseError if a generator
-        cannot build its own.
+        cannot build its own or the mesh cannot be read.
         """
-        flat = [block for generator in self._in_plane() for block in generator.blocks(self.thickness)]
-        solid = [block for generator in self._in_space() for block in generator.blocks()]
+        blocks = list(self.blocks)
+        for generator in self._in_plane():
+            blocks += generator.blocks(self.thickness)
+        for solid in self._in_space():
+            blocks += solid.blocks()
         # Those that were given: what is refused by name is refused whatever its value.
         keys = {name: getattr(self, name) for name in SceneKeys.model_fields if name in self.model_fields_set}
-        return Scene.model_validate(keys | {"blocks": [*self.blocks, *flat, *solid]})
+        if self.mesh:
+            read = self.mesh.scene(self.tolerance)
+            blocks += read.blocks
+            keys["tolerance"] = read.tolerance
+        return Scene.model_validate(keys | {"blocks": blocks})
 
 
 def _table(generator: AnyGenerator) -> str:
@@ -115,6 +156,9 @@ def load(path: str | Path) -> Scene:
     """
     path = as_path(path, "a case file")
     case = read_tables(path)
+    mesh = case.get("mesh")
+    if isinstance(mesh, dict) and isinstance(mesh.get("file"), str):
+        mesh["file"] = str(path.parent / mesh["file"])
     try:
         file = CaseFile.model_validate(case)
         return file.scene().read_from(path, file)
@@ -138,13 +182,13 @@ def as_scene(scene: Scene | str | Path) -> Scene:
     raise CaseError(f"a scene is a Scene or the path of a case file (found {type(scene).__name__})")
 
 
-def save(scene: Scene, path: str | Path, force: bool = False) -> None:
+def save(scene: Scene | CaseFile, path: str | Path, force: bool = False) -> None:
     """Write a scene as a case file (TOML, or JSON if the name ends so), whole or not at all.
 
     Raises CaseError if it is no scene, the name ends otherwise or the file cannot be written; OptionError if
     it would replace a file that was not written here, which is known by a mark in it, unless ``force``.
     """
-    if not isinstance(scene, Scene):
+    if not isinstance(scene, Scene | CaseFile):
         raise CaseError(f"what is saved is a Scene (found {type(scene).__name__})")
     path = as_path(path, "a case file")
     match path.suffix.lower():
@@ -163,5 +207,5 @@ def save(scene: Scene, path: str | Path, force: bool = False) -> None:
         raise CaseError(f"{path}: cannot be written: {reason(error)}") from None
 
 
-def _keys(scene: Scene, mode: Literal["python", "json"]) -> dict[str, Any]:
+def _keys(scene: SceneKeys, mode: Literal["python", "json"]) -> dict[str, Any]:
     return scene.model_dump(mode=mode, by_alias=True, exclude_defaults=True)

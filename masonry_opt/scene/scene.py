@@ -32,6 +32,7 @@ class SceneKeys(Record):
     source: Text = ""
     gravity: Direction = (0.0, -1.0)
     tolerance: Positive | None = None
+    contact_tolerance: Positive | None = None
     thickness: Positive = 1.0
     tilt: Tilt | None = None
     joints: JointDefaults
@@ -70,6 +71,10 @@ class Scene(SceneKeys):
     tolerance:
         Length below which gaps and overlaps between blocks are nothing; raise it for coordinates that
         were rounded (default: 1e-6 of the diagonal round the movable blocks).
+    contact_tolerance:
+        In space: faces of two blocks that face each other touch if they stand no farther apart than this, or
+        reach no deeper into each other, for blocks that are drawn apart or into one another. Small details
+        stay, other than with a large ``tolerance`` (default: the tolerance).
     thickness:
         Out of the plane (solids have their own). What is per unit length in the plane is then per unit area,
         and what is per unit area per unit volume: ``unit_weight``, cohesion, ``dilatancy_stress`` and edge
@@ -152,6 +157,8 @@ class Scene(SceneKeys):
             return "'tilt' needs a direction, [x, y, z]" if space else '\'tilt\' needs "left" or "right"'
         if space and "thickness" in self.model_fields_set:
             return f"'thickness' is for scenes in the plane: block '{first.name}' is a solid"
+        if not space and self.contact_tolerance is not None:
+            return "'contact_tolerance' is for scenes in space: give 'tolerance'"
         return self.of_plane_alone() if space else None
 
     def of_plane_alone(self) -> str | None:

@@ -8,10 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.blocks import Block, Name, Number
+from masonry_opt.scene.blocks import Block, Number
 from masonry_opt.scene.drawings import compas_data
-from masonry_opt.scene.drawings.solids import Solid, View, directions, seen_along
-from masonry_opt.scene.drawings.stones import Drawing, drawing_path, listed, scene_of
+from masonry_opt.scene.drawings.in_space import SolidDrawing, scene_in_space
+from masonry_opt.scene.drawings.meshes import Mesh
+from masonry_opt.scene.drawings.prisms import View, directions, seen_along
+from masonry_opt.scene.drawings.stones import FlatDrawing, drawing_path, scene_of
+from masonry_opt.scene.drawings.supports import with_supports
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import parse_file
 
@@ -21,10 +24,9 @@ _ONE_PLANE = 1e-4
 _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
-class CompasDrawing(Drawing):
+class CompasDrawing(FlatDrawing):
     """Values that COMPAS data leaves open: see :func:`read_compas`."""
 
-    fixed: list[Name] = []
     along: tuple[Number, Number, Number] | None = None
 
 
@@ -33,15 +35,19 @@ def read_compas(
     *,
     friction: float,
     unit_weight: float,
-    live: tuple[float, float] = (0.0, 0.0),
+    live: Sequence[float] | None = None,
     fixed: Iterable[str] = (),
+    fixed_below: float | None = None,
+    space: bool | None = None,
     along: str | Sequence[float] | None = None,
     tolerance: float | None = None,
+    contact_tolerance: float | None = None,
 ) -> Scene:
     """Read a scene from COMPAS JSON: an assembly, a block model, or a list of meshes or polygons.
 
-    Solids must be prisms along one common level direction; they are projected along it on the plane across,
-    with z upwards. Polygons are taken as they are; those in the plane z = constant with y upwards.
+    In the plane, solids must be prisms along one common level direction; they are projected along it on the
+    plane across, with z upwards. Polygons are taken as they are; those in the plane z = constant with y
+    upwards. In space blocks are whole, of any shape; a support of one face is the top of a slab.
 
     Parameters
     ----------
@@ -53,11 +59,16 @@ def read_compas(
         Of solids, weight per unit volume: a block's ``weight`` is that times area times its own thickness; of
         polygons, per unit area.
     live:
-        Live force on every movable block as a multiple of its weight, ``[fx, fy]`` in the plane, at the
-        centroid.
+        Live force on every movable block as a multiple of its weight, ``[fx, fy]`` in the plane, or
+        ``[fx, fy, fz]`` in space, at the centroid.
     fixed:
         Names of blocks that are supports, beside those whose node or block says ``is_support``. Blocks are
         named by their node; those of models and lists by their number, from 0.
+    fixed_below:
+        Blocks that reach down to this height z, or below, are supports too.
+    space:
+        Whether the scene is in space (default: if ``live`` has three numbers; or if it is not given, nor
+        ``along``, and the blocks are no prisms of one wall).
     along:
         The direction of the prisms: "x", "y", "z" (for solids that were drawn lying down: y is then
         upwards), or three numbers. Default: the only level one along which all blocks are prisms with their
@@ -66,6 +77,8 @@ def read_compas(
     tolerance:
         Length below which faces are flat and gaps are nothing (default: 1e-5 of a block's size for faces, and
         of gaps as in :class:`Scene`).
+    contact_tolerance:
+        In space: gap or overlap of faces up to which blocks touch, as in :class:`Scene`.
 
     Raises
     ------
@@ -74,24 +87,45 @@ def read_compas(
         file and the block.
     """
     path = drawing_path(path, ".json")
-    drawing = CompasDrawing(
-        friction=friction,
-        unit_weight=unit_weight,
-        live=live,
-        fixed=list(fixed),
-        along=_AXES.get(along, along) if isinstance(along, str) else None if along is None else tuple(along),
-        tolerance=tolerance,
-    )
     data = parse_file(path)
+    if space is None and live is not None:
+        space = len(live) == 3
+    flat, seen = None, None
     try:
-        solids = compas_data.solids(data)
-        blocks = _blocks(solids, _seen(solids, drawing), drawing)
+        meshes = with_supports(compas_data.meshes(data), list(fixed), fixed_below)
+        if not space:
+            flat = CompasDrawing(
+                friction=friction,
+                unit_weight=unit_weight,
+                live=live or (0.0, 0.0),
+                contact_tolerance=contact_tolerance,
+                along=_AXES.get(along, along) if isinstance(along, str) else along and tuple(along),
+                tolerance=tolerance,
+            )
+            try:
+                seen = _seen(meshes, flat)
+            except ValueError as error:
+                if space is False or along is not None:
+                    raise ValueError(
+                        f"{error}. Or read the blocks whole: a 'live' of three numbers"
+                    ) from None
+        if flat and seen:
+            return scene_of(_blocks(meshes, seen, flat), flat, path)
+    except CaseError:
+        raise
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from None
-    return scene_of(blocks, drawing, path)
+    solid = SolidDrawing(
+        friction=friction,
+        unit_weight=unit_weight,
+        live=live or (0.0, 0.0, 0.0),
+        tolerance=tolerance,
+        contact_tolerance=contact_tolerance,
+    )
+    return scene_in_space(meshes, solid, path)
 
 
-def _seen(solids: Sequence[Solid], drawing: CompasDrawing) -> View:
+def _seen(solids: Sequence[Mesh], drawing: CompasDrawing) -> View:
     """The solids seen along the direction that is asked for, or along the only one there is."""
     flat = all(solid.flat for solid in solids)
     if drawing.along is not None:
@@ -142,19 +176,10 @@ def _said(direction: np.ndarray) -> str:
     return "[" + ", ".join(f"{part + 0.0:.4g}" for part in direction) + "]"
 
 
-def _blocks(solids: Sequence[Solid], view: View, drawing: CompasDrawing) -> list[Block]:
-    names = [solid.name for solid in solids]
-    for name in drawing.fixed:
-        if name not in names:
-            raise ValueError(f"'fixed': no block '{name}' (blocks: {listed(names)})")
-    fixed = [solid.fixed or solid.name in drawing.fixed for solid in solids]
-    if not any(fixed):
-        raise ValueError(
-            f"no block is a support (is_support): name them by 'fixed' (blocks: {listed(names)})"
-        )
+def _blocks(meshes: Sequence[Mesh], view: View, drawing: CompasDrawing) -> list[Block]:
     blocks = []
-    for solid, outline, support, (begin, end) in zip(solids, view.outlines, fixed, view.reach, strict=True):
+    for mesh, outline, (begin, end) in zip(meshes, view.outlines, view.reach, strict=True):
         weight = drawing.unit_weight * outline.area * float(end - begin)
-        keys = {} if solid.flat else {"weight": weight, "unit_weight": None}
-        blocks.append(drawing.block(solid.name, outline, support, **keys))
+        keys = {} if mesh.flat else {"weight": weight, "unit_weight": None}
+        blocks.append(drawing.block(mesh.name, outline, mesh.fixed, live_per_weight=drawing.live, **keys))
     return blocks

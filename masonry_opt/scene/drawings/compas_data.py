@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from masonry_opt.scene.drawings.solids import Solid
+from masonry_opt.scene.drawings.meshes import Mesh
 from masonry_opt.scene.drawings.stones import block_name
+from masonry_opt.scene.solids import box
 
 #: Keys that a COMPAS object's own content has; everything round it is wrapping ("data", older "value").
 _CONTENT = ("node", "graph", "elements", "assembly", "blocks", "model", "vertex", "vertices", "points")
@@ -17,9 +18,9 @@ _CONTENT = ("node", "graph", "elements", "assembly", "blocks", "model", "vertex"
 _NO_DATA = "is no COMPAS data: it must hold an assembly, a model, or a list of meshes or polygons"
 
 
-def solids(data: Any) -> list[Solid]:
+def meshes(data: Any) -> list[Mesh]:
     """Blocks that the content of a file holds: an assembly (of compas_assembly or compas_cra, new or old), a
-    block model of compas_dem or a problem that holds one, or a list of meshes, polyhedra or polygons.
+    block model of compas_dem or a problem that holds one, or a list of meshes, polyhedra, boxes or polygons.
 
     Raises ValueError if it is none of these, or a block cannot be read; the message names the block.
     """
@@ -31,7 +32,7 @@ def solids(data: Any) -> list[Solid]:
         seen.add(name)
         try:
             points, faces = _faces(shape)
-            found.append(Solid(name, _moved(points, matrix), faces, fixed))
+            found.append(Mesh(name, _moved(points, matrix), faces, fixed))
         except (ValueError, KeyError, TypeError, AttributeError, IndexError, OverflowError) as error:
             why = str(error) if isinstance(error, _UnreadableError) else "has no mesh, polyhedron or polygon"
             raise ValueError(f"block '{name}' {why}: take it away, or give it as a mesh") from None
@@ -62,19 +63,19 @@ def _blocks(data: Any) -> Iterator[tuple[object, Any, bool, Any]]:
     """Key, shape, whether it is a support, and transformation, of each block."""
     data = _content(data)
     if isinstance(data, list):
-        for number, item in enumerate(data):
-            one = item[0] if isinstance(item, list) and len(item) == 1 else item
+        for number, one in enumerate(_flattened(data)):
             yield number, one, _is_support(_table(_content(one)).get("attributes")), None
     elif not isinstance(data, dict):
         raise ValueError(_NO_DATA)
     elif "model" in data:
         yield from _blocks(data["model"])
-    elif isinstance(data.get("elements"), dict):
+    elif isinstance(data.get("elements"), dict | list):
         if data.get("transformation"):
             raise ValueError("has a model that is transformed as a whole: apply the transformation first")
-        for number, element in enumerate(data["elements"].values()):
+        elements = data["elements"]
+        for number, element in enumerate(elements.values() if isinstance(elements, dict) else elements):
             own = _table(_table(element).get("data"))
-            yield number, own.get("geometry"), _is_support(own), own.get("transformation")
+            yield number, own.get("geometry", own.get("shape")), _is_support(own), own.get("transformation")
     elif "graph" in data:
         yield from _blocks(data["graph"])
     elif isinstance(data.get("node"), dict):
@@ -85,10 +86,26 @@ def _blocks(data: Any) -> Iterator[tuple[object, Any, bool, Any]]:
         nodes = _table(assembly.get("node", assembly.get("vertex")))
         for key, block in _sorted(data["blocks"]):
             yield key, block, _is_support(nodes.get(key)), None
-    elif isinstance(data.get("blocks"), list):
-        yield from _blocks(data["blocks"])
+    elif isinstance(blocks := data.get("blocks", data.get("courses")), list):
+        yield from _blocks(blocks)
     else:
         raise ValueError(_NO_DATA)
+
+
+def _flattened(items: list[Any]) -> Iterator[Any]:
+    """Blocks of a list, or of lists in it, as courses are; a list of points is a polygon."""
+    for item in items:
+        if isinstance(item, list) and all(
+            isinstance(one, dict | list) and not _is_point(one) for one in item
+        ):
+            yield from _flattened(item)
+        else:
+            yield item
+
+
+def _is_point(value: Any) -> bool:
+    inside = _content(value)
+    return isinstance(inside, list) and all(isinstance(number, int | float) for number in inside)
 
 
 def _is_support(attributes: Any) -> bool:
@@ -107,6 +124,8 @@ def _faces(shape: Any) -> tuple[np.ndarray, list[list[int]]]:
     shape = _content(shape)
     if isinstance(shape, list):
         return _polygon(shape)
+    if "xsize" in shape:
+        return _box(shape)
     if isinstance(shape.get("vertex"), dict):
         table = shape["vertex"]
         index = {key.strip("'\""): number for number, key in enumerate(table)}
@@ -124,6 +143,17 @@ def _faces(shape: Any) -> tuple[np.ndarray, list[list[int]]]:
         used = faces[0]
         return corners[used], [list(range(len(used)))]
     return corners, faces
+
+
+def _box(shape: dict[str, Any]) -> tuple[np.ndarray, list[list[int]]]:
+    """Corners and faces of a box, whose frame stands in its middle."""
+    frame = _table(_content(shape["frame"]))
+    point, x, y = _numbers([_content(frame[key]) for key in ("point", "xaxis", "yaxis")])
+    x = x / np.linalg.norm(x)
+    z = np.cross(x, y) / np.linalg.norm(np.cross(x, y))
+    half = [_number(shape[key]) / 2 for key in ("xsize", "ysize", "zsize")]
+    unit = box("box", *((-size, size) for size in half), fixed=True).polyhedra[0]
+    return point + unit.vertices @ np.array([x, np.cross(z, x), z]), unit.faces
 
 
 def _polygon(points: list[Any]) -> tuple[np.ndarray, list[list[int]]]:

@@ -14,22 +14,23 @@ from pydantic import Field
 
 from masonry_opt.errors import CaseError, OutputError
 from masonry_opt.files import MARK, refuse_replacing, write_whole
-from masonry_opt.scene.blocks import Block, Name, Point, Positive
+from masonry_opt.scene.blocks import Block, Name, Positive
 from masonry_opt.scene.drawings import dxf_curves
 from masonry_opt.scene.drawings.outlines import Shape, closed_outlines, shapes
-from masonry_opt.scene.drawings.stones import Drawing, block_name, drawing_path, listed, scene_of
+from masonry_opt.scene.drawings.stones import FlatDrawing, block_name, drawing_path, scene_of
+from masonry_opt.scene.drawings.supports import FIXED, listed
+from masonry_opt.scene.extrude import extrude
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.solids import Direction
 from masonry_opt.scene.tables import reason
 
-#: Layers of supports have one of these words in their names.
-FIXED = ("fixed", "support")
 
-
-class DxfDrawing(Drawing):
+class DxfDrawing(FlatDrawing):
     """Values that a DXF drawing leaves open, and the meaning of its layers: see :func:`read_dxf`."""
 
-    live_layers: dict[Name, Point] = {}
+    live_layers: dict[Name, Direction] = {}
+    thickness: Positive | None = None
     layers: list[Name] | None = Field(default=None, min_length=1)
     fixed_layers: list[Name] = list(FIXED)
     sagitta: Positive | None = None
@@ -40,13 +41,14 @@ def read_dxf(
     *,
     friction: float,
     unit_weight: float,
-    live: tuple[float, float] = (0.0, 0.0),
-    live_layers: Mapping[str, tuple[float, float]] | None = None,
+    live: Sequence[float] | None = None,
+    live_layers: Mapping[str, Sequence[float]] | None = None,
     layers: Iterable[str] | None = None,
     fixed_layers: Iterable[str] = FIXED,
     tolerance: float | None = None,
     sagitta: float | None = None,
     to_metres: bool = False,
+    thickness: float | None = None,
 ) -> Scene:
     """Read a scene from the closed outlines of a DXF drawing.
 
@@ -62,9 +64,10 @@ def read_dxf(
     friction:
         Of every joint, μ = tan φ.
     unit_weight:
-        Weight per unit area (of the scene's units).
+        Weight per unit area (of the scene's units); with a thickness per unit volume.
     live:
-        Live force on every movable block as a multiple of its weight, ``[fx, fy]``, at the centroid.
+        Live force on every movable block as a multiple of its weight, ``[fx, fy]``, at the centroid; with a
+        thickness ``[fx, fy, fz]``.
     live_layers:
         In place of ``live``, that of the blocks on single layers, by name.
     layers:
@@ -79,6 +82,9 @@ def read_dxf(
         diagonal). The chords' ends lie on the arc.
     to_metres:
         Scale the drawing from its own unit ($INSUNITS) to metres. Other lengths given are then in metres.
+    thickness:
+        In place of a scene in the plane one in space, as :func:`extrude` makes it: x of the drawing is x,
+        its y is z, and the blocks go from y = 0 to the thickness.
 
     Returns
     -------
@@ -91,18 +97,19 @@ def read_dxf(
         If the file cannot be read, an outline is no block, or the blocks make no scene; the message names the
         file, and the entity by its handle and layer.
     OptionError
-        If ezdxf, of the extra "drawings", is not installed.
+        If ezdxf, of the extra "drawings", is not installed, or the thickness is no positive number.
     """
     path = drawing_path(path, ".dxf")
     drawing = DxfDrawing(
         friction=friction,
         unit_weight=unit_weight,
-        live=live,
+        live=live or (0.0, 0.0),
         live_layers=dict(live_layers or {}),
         layers=None if layers is None else list(layers),
         fixed_layers=list(fixed_layers),
         tolerance=tolerance,
         sagitta=sagitta,
+        thickness=thickness,
     )
     document = dxf_curves.read_document(path)
     try:
@@ -114,10 +121,21 @@ def read_dxf(
         found = shapes(closed_outlines(curves, short), short)
         if not found:
             raise ValueError(f"has no closed outline in its model space{_known(shown)}")
-        blocks = _blocks(found, _names(found, shown, scale), drawing)
+        pushes = _pushes(found, drawing)
+        blocks = _blocks(found, _names(found, shown, scale), drawing, pushes)
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from None
-    return scene_of(blocks, drawing, path)
+    scene = scene_of(blocks, drawing, path)
+    if drawing.thickness is None:
+        return scene
+    solids = extrude(scene.model_copy(update={"thickness": drawing.thickness})).in_space()
+    loaded = [
+        block
+        if block.fixed
+        else block.model_copy(update={"live_per_weight": push if len(push) == 3 else (push[0], 0.0, push[1])})
+        for block, push in zip(solids, pushes, strict=True)
+    ]
+    return scene_of(loaded, drawing, path)
 
 
 def _on_layers(entities: list[Any], layers: Sequence[str] | None) -> list[Any]:
@@ -159,17 +177,25 @@ def _names(found: Sequence[Shape], entities: list[Any], scale: float) -> list[st
     ]
 
 
-def _blocks(found: Sequence[Shape], names: Sequence[str], drawing: DxfDrawing) -> list[Block]:
-    words = [word.casefold() for word in drawing.fixed_layers]
+def _pushes(found: Sequence[Shape], drawing: DxfDrawing) -> list[tuple[float, ...]]:
+    """The live load of each block, over its weight."""
     live = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
+    return [live.get(shape.curve.layer.casefold(), drawing.live) for shape in found]
+
+
+def _blocks(
+    found: Sequence[Shape], names: Sequence[str], drawing: DxfDrawing, pushes: Sequence[tuple[float, ...]]
+) -> list[Block]:
+    words = [word.casefold() for word in drawing.fixed_layers]
     blocks, loaded = [], set()
-    for shape, name in zip(found, names, strict=True):
+    for shape, name, push in zip(found, names, pushes, strict=True):
         layer = shape.curve.layer.casefold()
         fixed = any(word in layer for word in words)
         if not fixed:
             loaded.add(layer)
-        push = live.get(layer, drawing.live)
-        blocks.append(drawing.block(name, shape.polygon, fixed, live_per_weight=push))
+        # What is extruded gets its live load in space.
+        own = {} if drawing.thickness else {"live_per_weight": push}
+        blocks.append(drawing.block(name, shape.polygon, fixed, **own))
     layers = f"layers of blocks: {listed(sorted({shape.curve.layer for shape in found}))}"
     for layer in drawing.live_layers:
         if layer.casefold() not in loaded:

@@ -9,9 +9,10 @@ from typing import Any
 import shapely
 
 from masonry_opt.errors import CaseError, printable
-from masonry_opt.scene.blocks import Block, NonNegative, Point, Positive, Record
+from masonry_opt.scene.blocks import Block, NonNegative, Positive, Record
 from masonry_opt.scene.joints import Friction, JointDefaults
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.solids import Direction, Solid
 from masonry_opt.scene.tables import as_path
 
 #: Characters of a block's name; a record takes no more.
@@ -19,22 +20,27 @@ _LONGEST_NAME = 200
 
 
 class Drawing(Record):
-    """Values that a drawing leaves open, the same for all its blocks and joints: see :func:`read_dxf` and
-    :func:`read_compas`."""
+    """Values that a drawing leaves open, the same for all its blocks and joints."""
 
     friction: Friction
     unit_weight: NonNegative
-    live: Point = (0.0, 0.0)
     tolerance: Positive | None = None
+    contact_tolerance: Positive | None = None
+
+
+class FlatDrawing(Drawing):
+    """Beside them the live load of a drawing in the plane: see :func:`read_dxf` and :func:`read_compas`."""
+
+    live: Direction = (0.0, 0.0)
 
     def block(self, name: str, outline: shapely.Polygon, fixed: bool, **keys: Any) -> Block:
-        """The block of an outline with holes: a support, or one with this unit weight and live load, which
-        ``keys`` override."""
+        """The block of an outline with holes: a support, or one with this unit weight, which ``keys``
+        override."""
         outer, *holes = [
             [(float(x), float(y)) for x, y in ring.coords[:-1]]
             for ring in (outline.exterior, *outline.interiors)
         ]
-        loads = {"unit_weight": self.unit_weight, "live_per_weight": self.live} | keys
+        loads = {"unit_weight": self.unit_weight} | keys
         return Block(name=name, vertices=outer, holes=holes, **({"fixed": True} if fixed else loads))
 
 
@@ -43,12 +49,7 @@ def block_name(text: str) -> str:
     return " ".join(printable(" ".join(text.split())).split())[:_LONGEST_NAME]
 
 
-def listed(names: Sequence[str]) -> str:
-    """The first ten names, as messages list them."""
-    return ", ".join(names[:10]) + (", ..." if len(names) > 10 else "")
-
-
-def scene_of(blocks: Sequence[Block], drawing: Drawing, path: Path) -> Scene:
+def scene_of(blocks: Sequence[Block | Solid], drawing: Drawing, path: Path) -> Scene:
     """The scene of a drawing's blocks. Raises CaseError, beginning with the file, if they make none."""
     try:
         scene = Scene(
@@ -56,6 +57,7 @@ def scene_of(blocks: Sequence[Block], drawing: Drawing, path: Path) -> Scene:
             joints=JointDefaults(friction=drawing.friction),
             blocks=list(blocks),
             tolerance=drawing.tolerance,
+            contact_tolerance=drawing.contact_tolerance,
         )
     except CaseError as error:
         raise CaseError(f"{path}: {error}") from None

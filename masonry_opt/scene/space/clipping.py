@@ -14,9 +14,20 @@ GRID = 1e-3
 def sound(operation: Callable[..., np.ndarray], *polygons: np.ndarray, grid: float) -> np.ndarray:
     """An overlay of polygons, on a grid where floating point fails: nearly coincident sides may leave nothing
     of the whole without an error."""
-    exact, safe = operation(*polygons), operation(*polygons, grid_size=grid)
+    polygons = tuple(map(valid, polygons))
+    safe = operation(*polygons, grid_size=grid)
+    try:
+        exact = operation(*polygons)
+    except shapely.errors.GEOSException:
+        return safe
     around = sum(shapely.length(own) for own in (*polygons, safe))
     return np.where(np.abs(shapely.area(exact) - shapely.area(safe)) <= grid * around, exact, safe)
+
+
+def valid(polygons: np.ndarray) -> np.ndarray:
+    """The polygons, mended where outlines cross themselves, as offsets leave them by rounding."""
+    mended = shapely.orient_polygons(shapely.buffer(polygons, 0))
+    return np.where(shapely.is_valid(polygons), polygons, mended)
 
 
 def common_to(

@@ -68,10 +68,10 @@ def find_contacts(scene: Scene, shapes: Shapes, *, floating: bool = False) -> Co
     """Find the joints of a scene in space.
 
     Two blocks share a joint wherever outer faces of theirs face each other and stay within the tolerance
-    over all they share, at any angle: its plane is the faces' bisector; each connected piece is one joint;
-    what is narrower than ten tolerances is nothing. Away from such polygons, an edge that lies in a face is a
-    joint of two points, a corner on a face and two edges that cross are joints of one. Two fixed blocks share
-    no joint.
+    (or the contact tolerance) over all they share, at any angle: its plane is the faces' bisector; each
+    connected piece is one joint; what is narrower than ten tolerances is nothing. Away from such polygons, an
+    edge that lies in a face is a joint of two points, a corner on a face and two edges that cross are joints
+    of one. Two fixed blocks share no joint.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def find_contacts(scene: Scene, shapes: Shapes, *, floating: bool = False) -> Co
     refuse_overlaps(scene, shapes, pairs[~both_fixed])
     far = reach(shapes)[pairs].min(axis=1, initial=np.inf)
     found = facing(shapes, pairs, far)
-    shared = found.most <= shapes.tolerance
+    shared = found.most <= shapes.contact_tolerance
     fixed_pairs = len(np.unique(found.pair[shared & both_fixed[found.pair]]))
     joined = ~both_fixed[found.pair]
     polygons, across = found.where(shared & joined), found.where(~shared & joined)

@@ -8,7 +8,7 @@ import numpy as np
 import shapely
 
 from masonry_opt.scene.geometry import STRAIGHT
-from masonry_opt.scene.space.clipping import GRID, sound
+from masonry_opt.scene.space.clipping import GRID, sound, valid
 from masonry_opt.scene.space.frames import Faces, Frames, dots, lengths
 from masonry_opt.scene.space.outlines import plain, wide, without_cracks, without_slivers
 from masonry_opt.scene.space.surfaces import Surfaces
@@ -70,6 +70,9 @@ def planes(surfaces: Surfaces, tolerance: float) -> Planes:
         lead = np.diff(block[left], prepend=-1) != 0
         ahead = left[lead][np.cumsum(lead) - 1]
         within = np.abs(dots(middle[left] - middle[ahead], normal[ahead])) <= tolerance
+        # A thin end of a part has two faces within the tolerance of one plane, and is no plane.
+        opposite = dots(normal[left], normal[ahead]) < 0
+        within &= ~(opposite & (surfaces.part[left] == surfaces.part[ahead]))
         some, plane = left[within], ahead[within]
         at, of = ranges(first[some], count[some]), np.repeat(plane, count[some])
         off = np.abs(dots(corners[at] - middle[of], normal[of]))
@@ -129,7 +132,8 @@ def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> Faces:
         outer = sound(shapely.difference, both, both[::-1], grid=grid)
         merged[index : index + 2] = without_slivers(outer, 2 * tolerance)
     polygons, of_side = shapely.get_parts(merged, return_index=True)
-    polygons = plain(polygons, STRAIGHT * tolerance)
+    polygons, part = shapely.get_parts(valid(plain(polygons, STRAIGHT * tolerance)), return_index=True)
+    of_side = of_side[part]
     kept = wide(polygons, tolerance)
     polygons, of_side = polygons[kept], of_side[kept]
     plane, inwards = key[of_side] // 2, key[of_side] % 2 == 1

@@ -153,7 +153,7 @@ def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far:
     start = np.searchsorted(piece, np.arange(len(pieces)))
     least, most = (bound.reduceat(height, start) for bound in (np.minimum, np.maximum))
     found = Facing(pair[number], frame.where(number), pieces, least, most)
-    return found.where((least >= -shapes.tolerance) & (most <= far[number]))
+    return found.where((least >= -shapes.contact_tolerance) & (most <= far[number]))
 
 
 def _projected(polygons: np.ndarray, frame: Frames, own: Frames) -> np.ndarray:

@@ -25,7 +25,7 @@ def boxes(shapes: Shapes) -> tuple[np.ndarray, np.ndarray]:
 
 def reach(shapes: Shapes) -> np.ndarray:
     """Gap up to which each block's neighbours were surely meant to touch it, shape (blocks,)."""
-    return np.maximum(shapes.tolerance, NEAR_MISS * np.cbrt(shapes.volume))
+    return np.maximum(shapes.contact_tolerance, NEAR_MISS * np.cbrt(shapes.volume))
 
 
 def near_pairs(scene: Scene, shapes: Shapes) -> np.ndarray:
@@ -64,8 +64,8 @@ def near_pairs(scene: Scene, shapes: Shapes) -> np.ndarray:
 
 
 def refuse_overlaps(scene: Scene, shapes: Shapes, pairs: np.ndarray) -> None:
-    """Raise CaseError if blocks of the pairs overlap by more than the tolerance."""
-    parts, tolerance = shapes.parts, shapes.tolerance
+    """Raise CaseError if blocks of the pairs overlap by more than the contact tolerance."""
+    parts, tolerance = shapes.parts, shapes.contact_tolerance
     count = np.bincount(parts.block, minlength=len(shapes.volume))
     first = np.cumsum(count) - count
     i, j = pairs.T
@@ -86,13 +86,15 @@ def refuse_overlaps(scene: Scene, shapes: Shapes, pairs: np.ndarray) -> None:
     # Rounding leaves slivers; what is deeper is no matter of tolerance.
     shallow = deepest.depth <= reach(shapes)[pairs[worst]].min()
     most = max(both.depth for several in found.values() for both in several)
-    raised = f", or raise 'tolerance' to {rounded_up(most, 2)} if their coordinates were rounded"
-    rounded = raised if shallow else ""
+    if shallow:
+        remedy = f"'tolerance' to {rounded_up(most, 2)} if their coordinates were rounded"
+    else:
+        remedy = f"'contact_tolerance' to {rounded_up(most, 2)} if they are meant to"
     others = len(found) - 1
     least = "at least " if len(found) == _ENOUGH else ""
     more = f" ({least}{counted(others, 'more pair')} overlap{'s' if others == 1 else ''})" if others else ""
     raise CaseError(
         f"{scene.origin}: blocks {names[0]} and {names[1]} overlap in a volume of {volume[worst]:.6g} round "
-        f"{place(deepest.middle + shapes.origin, tolerance)}, {deepest.depth:.3g} deep: move them apart"
-        f"{rounded}{more}"
+        f"{place(deepest.middle + shapes.origin, tolerance)}, {deepest.depth:.3g} deep: move them apart, "
+        f"or raise {remedy}{more}"
     )

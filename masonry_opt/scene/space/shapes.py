@@ -24,6 +24,7 @@ class Shapes:
     ----------
     origin: that middle in the scene's own coordinates, shape (3,).
     tolerance: length below which the scene has no detail.
+    contact_tolerance: gap or overlap of faces that face each other up to which they touch.
     volume: of each block, shape (blocks,).
     centroid: of each block, relative to ``origin``, shape (blocks, 3).
     convex: whether each is one convex part, shape (blocks,).
@@ -34,6 +35,7 @@ class Shapes:
 
     origin: np.ndarray
     tolerance: float
+    contact_tolerance: float
     volume: np.ndarray
     centroid: np.ndarray
     convex: np.ndarray
@@ -88,7 +90,8 @@ def shapes(scene: Scene) -> Shapes:
     centroid = sums(given.block, volume[:, None] * masses.centroid, blocks) / whole[:, None]
     convex = np.bincount(given.block, minlength=blocks) == 1
     faces = outer_faces(given, flat, tolerance)
-    return Shapes(origin, tolerance, whole, centroid, convex, parts, faces, given.mixed)
+    touching = max(tolerance, scene.contact_tolerance or 0.0)
+    return Shapes(origin, tolerance, touching, whole, centroid, convex, parts, faces, given.mixed)
 
 
 class _Masses(NamedTuple):

@@ -7,9 +7,12 @@ import shlex
 
 import ezdxf
 import pytest
+from meshes import box, obj
 from scenes import WALLS, run_command
 
 import masonry_opt as mo
+import masonry_opt.convert
+from masonry_opt.scene.geometry import geometry
 
 NEEDED = ["--friction", "0.65", "--unit-weight", str(1 / 7)]
 
@@ -122,3 +125,61 @@ def test_names_of_files_that_are_not_converted(tmp_path, monkeypatch, capsys, na
     assert code == 2
     assert err.startswith("error: ")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_drawing_with_a_thickness_becomes_solids(wall, tmp_path, monkeypatch, capsys):
+    """The same load factor in its plane (the wall of Table 1, whose weights are unit weight times thickness),
+    and blocks that can be pushed out of it."""
+    out = tmp_path / "wall.toml"
+    options = ["--friction", "0.65", "--unit-weight", "1", "--thickness", "0.5"]
+    code, told, err = run_command(monkeypatch, capsys, "convert", wall, out, *options, "--live", "1,0")
+    assert (code, err) == (0, "")
+    assert "83 joints" in told
+    flat = mo.read_dxf(wall, friction=0.65, unit_weight=1)
+    solid = mo.load(out)
+    assert solid.blocks[0].live_per_weight in ((1, 0, 0), (0, 0, 0))
+    weight = sum(block.weight for block in solid.blocks if not block.fixed)
+    assert weight == pytest.approx(
+        0.5
+        * sum(
+            block.weight_of(area)
+            for block, area in zip(flat.blocks, geometry(flat).area, strict=True)
+            if not block.fixed
+        )
+    )
+    run_command(monkeypatch, capsys, "convert", wall, out, *options, "--live", "0,1,0")
+    assert mo.load(out).blocks[-1].live_per_weight in ((0, 1, 0), (0, 0, 0))
+
+
+MESH = obj({"fixed": box((-1, 3), (-1, 2), (-1, 0)), "stone": box((0, 2), (0, 1), (0, 4))})
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_a_mesh_becomes_a_case_file_that_holds_or_names_it(tmp_path, monkeypatch, capsys, beside):
+    if beside:
+        monkeypatch.setattr(masonry_opt.convert, "_MOST_CORNERS", 10)
+    drawn, out = tmp_path / "stones" / "stone.obj", tmp_path / "stone.toml"
+    drawn.parent.mkdir()
+    drawn.write_bytes(MESH)
+    options = shlex.split("--friction 0.9 --unit-weight 20 --live 1,0,0 --scale 0.5")
+    code, told, err = run_command(monkeypatch, capsys, "convert", drawn, out, *options)
+    assert (code, err) == (0, "")
+    assert "1 joint" in told
+    assert ('file = "stones/stone.obj"' in out.read_text()) == beside
+    read = mo.read_mesh(drawn, friction=0.9, unit_weight=20, live=(1, 0, 0), scale=0.5)
+    assert mo.load(out).blocks == read.blocks
+    assert mo.solve(out, "static").required() == pytest.approx(2 / 4, rel=1e-6)
+    drawn.unlink()
+    if beside:
+        with pytest.raises(mo.CaseError, match=r"stone\.obj: no such file"):
+            mo.load(out)
+
+
+def test_options_of_another_kind_are_refused(tmp_path, monkeypatch, capsys):
+    drawn, out = tmp_path / "stone.obj", tmp_path / "stone.toml"
+    drawn.write_bytes(MESH)
+    for option in (["--along", "y"], ["--to-metres"], ["--space"], ["--thickness", "1"]):
+        code, _, err = run_command(monkeypatch, capsys, "convert", drawn, out, *NEEDED, *option)
+        assert code == 2
+        assert option[0] in err
+        assert not out.exists()

@@ -266,3 +266,23 @@ def test_a_wall_in_running_bond_has_the_joints_that_its_bond_gives():
     assert len(found.first) == heads + 2 * n * (courses - 1) + n
     assert found.area.sum() == pytest.approx(heads * 0.15 + courses * n * 0.5)
     assert found.without_normal == found.near_misses == []
+
+
+@pytest.mark.parametrize("off", [-0.05, 0.05])
+def test_blocks_drawn_apart_or_into_one_another_touch_within_the_contact_tolerance(off):
+    """Details of less than ten times that stay: the upper stone stands on feet of 0.2."""
+    stone = parted("stone", *(((x, x + 0.2), (0, 1), (off, 2)) for x in (0, 0.8)))
+    with pytest.raises(mo.CaseError, match=r"overlap .*'contact_tolerance' to 0\.05|touches no"):
+        contacts_of(scene(FLOOR, stone))
+    found = contacts_of(scene(FLOOR, stone, contact_tolerance=0.06))
+    assert found.area == pytest.approx([0.2, 0.2])
+    assert found.point[:, 2] - found.point[0, 2] == pytest.approx(0)
+
+
+def test_a_contact_tolerance_is_for_space():
+    plane = [
+        mo.Block(name=name, vertices=[(0, z), (1, z), (1, z + 1)], weight=1, fixed=not z)
+        for z, name in enumerate("ab")
+    ]
+    with pytest.raises(mo.CaseError, match="'contact_tolerance'"):
+        scene(*plane, contact_tolerance=0.1)

@@ -161,3 +161,18 @@ def test_a_solid_whose_surface_has_no_inside_is_refused():
     vertices = np.random.default_rng(1).normal(size=(6, 3)).tolist()
     block = mo.Solid(name="A", vertices=vertices, faces=[list(face) for face in faces], weight=1)
     refused(scene(block, FLOOR), "face no. ", "inside")
+
+
+def test_the_thin_end_of_a_part_has_two_faces():
+    """Near its tip a wedge is thinner than the tolerance: its upper face is no piece of its lower one."""
+    low = [(0, 0), (4, 0), (4, 0.02), (0.2, 0.0009), (0, 0.0005)]
+    count = len(low)
+    sides = [[i, (i + 1) % count, (i + 1) % count + count, i + count] for i in range(count)]
+    faces = [list(range(count))[::-1], list(range(count, 2 * count)), *sides]
+    corners = [(x, y, z) for y in (0.0, 1.0) for x, z in low]
+    wedge = mo.Solid(name="wedge", weight=1, vertices=corners, faces=faces)
+    ground = mo.box("ground", (-1, 5), (-1, 2), (-1, 0), fixed=True)
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[ground, wedge], tolerance=0.001)
+    x, z = np.array(low).T
+    area = abs(x @ np.roll(z, -1) - z @ np.roll(x, -1)) / 2
+    assert shapes(scene).volume[1] == pytest.approx(area)

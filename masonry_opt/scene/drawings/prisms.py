@@ -8,23 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from masonry_opt.scene.drawings.meshes import Mesh, area_vector
+
 #: Lengths below this fraction of a solid's size are nothing: its corners may be in single precision.
 _RELATIVE_TOLERANCE = 1e-5
-
-
-@dataclass(frozen=True)
-class Solid:
-    """A block by its corners, shape (points, 3), and the corners of each face, in order round it."""
-
-    name: str
-    points: np.ndarray
-    faces: list[list[int]]
-    fixed: bool
-
-    @property
-    def flat(self) -> bool:
-        """Whether it is a polygon without thickness: one face."""
-        return len(self.faces) == 1
 
 
 @dataclass(frozen=True)
@@ -54,7 +41,7 @@ def _axes(direction: np.ndarray) -> np.ndarray:
     return np.array([across + 0.0, [0.0, 0.0, 1.0]])
 
 
-def directions(solids: Sequence[Solid]) -> list[np.ndarray]:
+def directions(solids: Sequence[Mesh]) -> list[np.ndarray]:
     """Directions along which the solids may be prisms: y, x, and level normals of the first one's faces; of
     polygons also z."""
     x, y, z = np.eye(3)
@@ -69,12 +56,12 @@ def directions(solids: Sequence[Solid]) -> list[np.ndarray]:
 
 def _normal(corners: np.ndarray) -> np.ndarray:
     """Unit normal of a polygon in space (Newell's formula); zero if it has no area."""
-    normal = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
+    normal = area_vector(corners)
     length = float(np.linalg.norm(normal))
     return normal / length if length > 0 else np.array([0.0, 0.0, 1.0])
 
 
-def seen_along(solids: Sequence[Solid], direction: np.ndarray, tolerance: float | None) -> View:
+def seen_along(solids: Sequence[Mesh], direction: np.ndarray, tolerance: float | None) -> View:
     """The solids as prisms along a direction.
 
     Raises ValueError, naming the block, if one is no prism along it.
@@ -96,7 +83,7 @@ def seen_along(solids: Sequence[Solid], direction: np.ndarray, tolerance: float 
     return View(outlines, np.array(reach))
 
 
-def _end(solid: Solid, plane: np.ndarray, unit: np.ndarray, tolerance: float) -> shapely.Polygon:
+def _end(solid: Mesh, plane: np.ndarray, unit: np.ndarray, tolerance: float) -> shapely.Polygon:
     """The outline of a prism's ends, which must be the same."""
     along, seen = solid.points @ unit, solid.points @ plane.T
     low, high = along.min(), along.max()

@@ -1,0 +1,163 @@
+"""Polyhedra with notches and holes, cut into convex parts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from scipy.spatial import ConvexHull, QhullError
+
+from masonry_opt.scene.convex_pieces import convex_pieces
+from masonry_opt.scene.drawings.meshes import Mesh, Polyhedron, Side, joined, polyhedron
+
+#: Parts of one block: more are of a curved surface in many facets, whose contacts nobody could solve for.
+_MOST_PARTS = 1000
+
+#: Share of the tolerance within which triangles of a hull are of one plane for certain.
+_EXACT = 1e-3
+
+
+@dataclass(frozen=True)
+class _Pieces:
+    """Convex pieces of the sides of a polyhedron that lie in a cell: the corners of each, shape (corners, 3),
+    and the number of its side."""
+
+    rings: list[np.ndarray]
+    side: np.ndarray
+
+    def heights(self, base: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Least and largest height of each piece over planes, shape (pieces, planes) each."""
+        over = np.concatenate(self.rings) @ normal.T - np.einsum("ij,ij->i", base, normal)
+        count = np.array([len(ring) for ring in self.rings])
+        first = np.cumsum(count) - count
+        return np.minimum.reduceat(over, first), np.maximum.reduceat(over, first)
+
+
+def convex_parts(block: Polyhedron, tolerance: float) -> list[Polyhedron]:
+    """Convex polyhedra that make up a closed one.
+
+    Space is cut along the planes of sides, each cell along those of the sides in it, until no cell has a side
+    inside: it is then full or empty (binary space partition: Fuchs, Kedem and Naylor 1980). Sides that cut
+    off empty space alone come first, then those that cut fewest others. Parts thinner than the tolerance are
+    left out.
+
+    Raises ValueError if a side crosses itself, or there are too many parts, or none.
+    """
+    sides = [side for side in block.sides if side.width > tolerance]
+    base, normal = (
+        np.array([getattr(side, key) for side in sides]).reshape(-1, 3) for key in ("base", "normal")
+    )
+    corners = block.points[np.unique([one for side in sides for ring in side.rings for one in ring])]
+    waiting = [(_pieces(block.points, sides, tolerance), _box_round(corners))]
+    found: list[Polyhedron] = []
+    while waiting:
+        pieces, cell = waiting.pop()
+        number = _best(pieces, base, normal, tolerance)
+        front, back = _divided(pieces, base[number], normal[number], tolerance)
+        if front.rings:
+            waiting.append((front, _clipped(cell, base[number], -normal[number])))
+        cell = _clipped(cell, base[number], normal[number])
+        if back.rings:
+            waiting.append((back, cell))
+        elif part := _part(cell, tolerance):
+            found.append(part)
+        if len(found) + len(waiting) > _MOST_PARTS:
+            raise ValueError(f"is not convex, and needs more than {_MOST_PARTS} convex parts: simplify it")
+    if not found:
+        raise ValueError("has no volume: give the faces of a solid, all outwards")
+    return found
+
+
+def _pieces(points: np.ndarray, sides: list[Side], tolerance: float) -> _Pieces:
+    rings: list[np.ndarray] = []
+    numbers: list[int] = []
+    for number, side in enumerate(sides):
+        outer, *holes = side.flat(points)
+        try:
+            convex = convex_pieces(shapely.Polygon(outer, holes), tolerance)
+        except shapely.errors.GEOSException:
+            raise ValueError("has a face that crosses itself: give its corners in order round it") from None
+        rings += map(side.up, convex)
+        numbers += [number] * len(convex)
+    return _Pieces(rings, np.array(numbers, dtype=int))
+
+
+def _box_round(corners: np.ndarray) -> list[np.ndarray]:
+    """Faces of a box somewhat larger than what it holds."""
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    low, high = low - (high - low), high + (high - low)
+    return [low + face * (high - low) for face in _UNIT_BOX]
+
+
+def _square(axis: int, at: int) -> np.ndarray:
+    ring = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+    return np.insert(ring, axis, at, axis=1).astype(float)
+
+
+_UNIT_BOX = [_square(axis, at) for axis in range(3) for at in (0, 1)]
+
+
+def _best(pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: float) -> int:
+    """The side to cut along."""
+    planes = np.unique(pieces.side)
+    low, high = pieces.heights(base[planes], normal[planes])
+    ahead = (high > tolerance).any(axis=0)
+    cut = ((high > tolerance) & (low < -tolerance)).sum(axis=0)
+    within = ((high <= tolerance) & (low >= -tolerance)).sum(axis=0)
+    return int(planes[np.lexsort((-within, cut, ahead))[0]])
+
+
+def _divided(
+    pieces: _Pieces, base: np.ndarray, normal: np.ndarray, tolerance: float
+) -> tuple[_Pieces, _Pieces]:
+    """The pieces in front of a plane and behind it, without those in it."""
+    low, high = (bound[:, 0] for bound in pieces.heights(base[None], normal[None]))
+    halves = []
+    for reach, sign in ((high > tolerance, -1.0), (low < -tolerance, 1.0)):
+        across = (high > tolerance) & (low < -tolerance)
+        numbers = np.flatnonzero(reach)
+        rings = [
+            _cut(pieces.rings[number], base, sign * normal)[0] if across[number] else pieces.rings[number]
+            for number in numbers
+        ]
+        halves.append(_Pieces(rings, pieces.side[numbers]))
+    return halves[0], halves[1]
+
+
+def _cut(ring: np.ndarray, base: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A convex polygon behind a plane, and those of its corners that lie in the plane."""
+    height = (ring - base) @ normal
+    after, height_after = np.roll(ring, -1, axis=0), np.roll(height, -1)
+    crosses = (height > 0) != (height_after > 0)
+    share = np.divide(height, height - height_after, out=np.zeros_like(height), where=crosses)
+    kept = np.column_stack([height <= 0, crosses]).ravel()
+    every = np.stack([ring, ring + share[:, None] * (after - ring)], axis=1).reshape(-1, 3)
+    in_plane = np.column_stack([height == 0, crosses]).ravel()
+    return every[kept], every[in_plane]
+
+
+def _clipped(cell: list[np.ndarray], base: np.ndarray, normal: np.ndarray) -> list[np.ndarray]:
+    """Faces of a convex polyhedron behind a plane."""
+    cuts = [_cut(ring, base, normal) for ring in cell]
+    faces = [ring for ring, _ in cuts if len(ring) > 2]
+    lid = np.concatenate([corners for _, corners in cuts])
+    if len(lid) > 2 and len(faces) > 1:
+        u = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+        around = lid - lid.mean(axis=0)
+        faces.append(lid[np.argsort(np.arctan2(around @ np.cross(normal, u), around @ u))])
+    return faces
+
+
+def _part(cell: list[np.ndarray], tolerance: float) -> Polyhedron | None:
+    """A cell as a polyhedron; None if it is thinner than the tolerance."""
+    corners = joined(np.concatenate(cell), tolerance / 4) if cell else np.zeros((0, 3))
+    try:
+        # Of corners that were joined: closed whatever they were rounded to.
+        hull = Mesh("", corners, ConvexHull(corners).simplices.tolist())
+        shape = polyhedron(hull, tolerance / 4)
+        if not shape.convex(tolerance):  # narrow sides of several triangles, whose plane leans
+            shape = polyhedron(hull, _EXACT * tolerance)
+    except (QhullError, ValueError):
+        return None
+    return shape if shape.thickness > tolerance else None

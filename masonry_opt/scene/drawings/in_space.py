@@ -1,0 +1,110 @@
+"""Meshes to a scene in space: blocks whole, supports, a tolerance for rounded coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from masonry_opt.errors import CaseError
+from masonry_opt.scene.drawings.convex_parts import convex_parts
+from masonry_opt.scene.drawings.meshes import Mesh, Polyhedron, area_vector, polyhedron
+from masonry_opt.scene.drawings.stones import Drawing, scene_of
+from masonry_opt.scene.drawings.supports import listed
+from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
+from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.solids import Solid, Vector
+from masonry_opt.scene.touching import NEAR_MISS
+
+#: Most decimals of coordinates that were rounded; more are those of numbers as they are.
+_MOST_DECIMALS = 7
+
+#: Thickness of the slab that a flat support becomes, over the root of its area.
+_SLAB = 0.1
+
+
+class SolidDrawing(Drawing):
+    """Values that a drawing of solids leaves open: see :func:`read_mesh` and :func:`read_compas`."""
+
+    live: Vector = (0.0, 0.0, 0.0)
+
+    def solid(self, mesh: Mesh, tolerance: float) -> Solid:
+        """The solid of a closed mesh: a support, or one with this unit weight and live load.
+
+        Raises ValueError if it cannot be cut into convex parts.
+        """
+        whole = polyhedron(mesh, tolerance)
+        parts = [whole] if whole.convex(tolerance) else convex_parts(whole, tolerance)
+        shape = _keys(parts[0]) if len(parts) == 1 else {"parts": [_keys(part) for part in parts]}
+        loads: dict[str, Any] = {"unit_weight": self.unit_weight, "live_per_weight": self.live}
+        return Solid(name=mesh.name, **shape, **({"fixed": True} if mesh.fixed else loads))
+
+
+def _keys(shape: Polyhedron) -> dict[str, Any]:
+    rings = [side.rings[0] for side in shape.sides]
+    used, number = np.unique([corner for ring in rings for corner in ring], return_inverse=True)
+    ends = np.cumsum([len(ring) for ring in rings])[:-1]
+    faces = [face.tolist() for face in np.split(number.reshape(-1), ends)]
+    return {"vertices": list(map(tuple, shape.points[used].tolist())), "faces": faces}
+
+
+def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) -> Scene:
+    """The scene that closed meshes make; a support of one face is taken for the top of a slab.
+
+    Raises CaseError, beginning with the file, if there is no support, a block is no solid, or they make no
+    scene.
+    """
+    try:
+        names = [mesh.name for mesh in meshes]
+        standing = [mesh.points for mesh in meshes if not mesh.fixed]
+        if not standing:
+            raise ValueError(f"every block is a support: nothing can move (blocks: {listed(names)})")
+        middle = np.concatenate(standing).mean(axis=0)
+        solid = [_slab(mesh, middle) if mesh.flat and mesh.fixed else mesh for mesh in meshes]
+        tolerance = drawing.tolerance or _tolerance(standing)
+        blocks = [_told(mesh, drawing, tolerance) for mesh in solid]
+    except ValueError as error:
+        raise CaseError(f"{path}: {error}") from None
+    return scene_of(blocks, drawing.model_copy(update={"tolerance": tolerance}), path)
+
+
+def _told(mesh: Mesh, drawing: SolidDrawing, tolerance: float) -> Solid:
+    if mesh.flat:
+        raise ValueError(f"block '{mesh.name}' is a single face: give it a thickness, or make it a support")
+    try:
+        return drawing.solid(mesh, tolerance)
+    except CaseError:
+        raise
+    except ValueError as error:
+        raise ValueError(f"block '{mesh.name}' {error}") from None
+
+
+def _slab(mesh: Mesh, standing: np.ndarray) -> Mesh:
+    """A flat support with a thickness, on the other side than what stands on it."""
+    (ring,) = mesh.faces
+    top, area = mesh.points[ring], area_vector(mesh.points[ring])
+    size = float(np.linalg.norm(area))
+    if not size > 0:
+        raise ValueError(f"block '{mesh.name}' is a face without area: take it away")
+    towards = np.sign((standing - top.mean(axis=0)) @ area) or 1.0
+    bottom = top - towards * _SLAB * area / np.sqrt(size)
+    count = len(ring)
+    sides = [[i, j, count + j, count + i] for i, j in ((i, (i + 1) % count) for i in range(count))]
+    ends = [list(range(count)), list(range(count, 2 * count))]
+    return replace(mesh, points=np.concatenate([top, bottom]), faces=ends + sides)
+
+
+def _tolerance(standing: Sequence[np.ndarray]) -> float:
+    """Twice the last decimal of the coordinates of blocks where these seem rounded: where all have a few
+    decimals, and that is little beside the blocks. Else that of a scene."""
+    points = np.concatenate(standing)
+    usual = RELATIVE_TOLERANCE * float(np.linalg.norm(np.ptp(points, axis=0)))
+    smallest = min(float(np.cbrt(np.prod(np.ptp(own, axis=0)))) for own in standing)
+    for decimals in range(_MOST_DECIMALS + 1):
+        unit = 10.0**-decimals
+        if np.abs(points - np.round(points, decimals)).max() <= 1e-9 * np.abs(points).max():
+            return max(usual, 2 * unit) if 2 * unit <= NEAR_MISS * smallest else usual
+    return usual

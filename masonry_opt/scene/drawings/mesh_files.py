@@ -1,0 +1,213 @@
+"""OBJ, PLY and STL to a scene in space."""
+
+from __future__ import annotations
+
+import importlib
+import io
+from collections import Counter
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.scene.blocks import LARGEST_NUMBER, Name, Number, Positive
+from masonry_opt.scene.drawings.in_space import SolidDrawing, scene_in_space
+from masonry_opt.scene.drawings.meshes import Mesh, shells, used
+from masonry_opt.scene.drawings.stones import block_name
+from masonry_opt.scene.drawings.supports import FIXED, with_supports
+from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.tables import as_path, read_bytes
+
+#: Files that are read, by the end of their names.
+MESHES = (".obj", ".ply", ".stl")
+
+#: Bytes; some 100 a triangle.
+_LARGEST_MESH = 200_000_000
+
+#: Axes x, y, z of a scene, by the axis of the file that points upwards.
+_AXES = {
+    "x": np.array([[0, 1, 0], [0, 0, 1], [1, 0, 0]]),
+    "y": np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]),
+    "z": np.eye(3),
+}
+
+
+class MeshDrawing(SolidDrawing):
+    """Values that a mesh leaves open, and how it is meant: see :func:`read_mesh`."""
+
+    fixed: list[Name] = []
+    fixed_layers: list[Name] = list(FIXED)
+    fixed_below: Number | None = None
+    up: Literal["x", "y", "z"] = "z"
+    scale: Positive = 1.0
+
+
+def read_mesh(
+    path: str | Path,
+    *,
+    friction: float,
+    unit_weight: float,
+    live: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    fixed: Iterable[str] = (),
+    fixed_layers: Iterable[str] = FIXED,
+    fixed_below: float | None = None,
+    up: Literal["x", "y", "z"] = "z",
+    scale: float = 1.0,
+    tolerance: float | None = None,
+    contact_tolerance: float | None = None,
+) -> Scene:
+    """Read a scene in space from closed meshes, one a block.
+
+    Objects of an OBJ file are the blocks, or its groups if it has no objects; of a file with one mesh alone,
+    as PLY and STL files are, its closed surfaces. Faces of one plane become one, those that are not flat
+    triangles; blocks that are not convex are cut into convex parts.
+
+    Parameters
+    ----------
+    path:
+        A ``.obj``, ``.ply`` or ``.stl`` file.
+    friction:
+        Of every joint, μ = tan φ.
+    unit_weight:
+        Weight per unit volume (of the scene's units).
+    live:
+        Live force on every movable block as a multiple of its weight, ``[fx, fy, fz]``, at the centroid.
+    fixed:
+        Names of blocks that are supports, beside those by name or height.
+    fixed_layers:
+        Blocks are supports if the name of their object or its group (a layer, as most programs write it)
+        contains one of these words, in capitals or not.
+    fixed_below:
+        Blocks that reach down to this height z, or below, are supports too.
+    up:
+        The axis of the file that points upwards (Blender and game programs: often y). It becomes z, by a
+        rotation.
+    scale:
+        By which all lengths of the file are multiplied: 0.001 for millimetres to metres. Other lengths given
+        are those of the scene.
+    tolerance:
+        Length below which gaps are nothing and faces flat; corners of a block nearer than this are one
+        (default: twice the last decimal where all coordinates have a few decimals and that is little beside
+        the blocks, else as in :class:`Scene`).
+    contact_tolerance:
+        Gap or overlap of faces up to which blocks touch, as in :class:`Scene`.
+
+    Raises
+    ------
+    CaseError
+        If the file cannot be read, a block is no closed surface or nothing is a support; the message names
+        the file and the block.
+    OptionError
+        If the file is PLY or STL and trimesh, of the extra "meshes", is not installed.
+    """
+    path = as_path(path, "a mesh")
+    if path.suffix.lower() not in MESHES:
+        raise CaseError(f"{path}: the name of a mesh ends in {', '.join(MESHES)}")
+    drawing = MeshDrawing(
+        friction=friction,
+        unit_weight=unit_weight,
+        live=live,
+        fixed=list(fixed),
+        fixed_layers=list(fixed_layers),
+        fixed_below=fixed_below,
+        up=up,
+        scale=scale,
+        tolerance=tolerance,
+        contact_tolerance=contact_tolerance,
+    )
+    try:
+        meshes = with_supports(
+            _meshes(path, drawing), drawing.fixed, drawing.fixed_below, drawing.fixed_layers
+        )
+    except ValueError as error:
+        raise error if isinstance(error, CaseError) else CaseError(f"{path}: {error}") from None
+    return scene_in_space(meshes, drawing, path)
+
+
+def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
+    """Blocks as they stand in the scene, none a support. Raises ValueError if one cannot be read."""
+    data = read_bytes(path, _LARGEST_MESH)
+    if len(data) > _LARGEST_MESH:
+        raise ValueError(f"is larger than {_LARGEST_MESH // 1_000_000} MB: simplify the blocks")
+    kind = path.suffix.lower()[1:]
+    found = _objects(data, path.stem) if kind == "obj" else _triangles(data, kind, path.stem)
+    if not found:
+        raise ValueError("holds no faces")
+    for mesh in found:
+        if not (np.abs(mesh.points) <= LARGEST_NUMBER).all():
+            raise ValueError(f"block '{mesh.name}' has a coordinate that is no number")
+    if len(found) == 1:
+        found = shells(found[0])
+    if twice := [name for name, count in Counter(mesh.name for mesh in found).items() if count > 1]:
+        raise ValueError(f"has two blocks '{twice[0]}': rename one")
+    axes = drawing.scale * _AXES[drawing.up].T
+    return [replace(mesh, points=mesh.points @ axes) for mesh in found]
+
+
+def _objects(data: bytes, name: str) -> list[Mesh]:
+    """Objects of an OBJ file, or its groups if it has no objects; of a file without either all of it, by the
+    name given. Polygons stay whole, which readers of triangles lose: a notched one has no fan."""
+    points: list[list[float]] = []
+    faces: dict[tuple[int, str], list[list[int]]] = {}
+    layers: dict[tuple[int, str], str] = {}
+    objects, group, key = 0, "", (0, "")
+    text = data.decode("utf-8", "replace").replace("\\\n", " ")
+    for number, line in enumerate(text.splitlines(), start=1):
+        word, _, rest = line.strip().partition(" ")
+        try:
+            if word == "v":
+                x, y, z = map(float, rest.split()[:3])
+                points.append([x, y, z])
+            elif word == "o":
+                objects += 1
+                key = (objects, block_name(rest))
+            elif word == "g":
+                group = block_name(rest)
+                key = key if objects else (0, group)
+            elif word == "f":
+                given = [int(corner.split("/")[0]) for corner in rest.split()]
+                face = [corner - 1 if corner > 0 else len(points) + corner for corner in given]
+                if len(face) < 3 or min(face) < 0 or 0 in given:
+                    raise ValueError
+                faces.setdefault(key, []).append(face)
+                layers[key] = group
+        except ValueError:
+            raise ValueError(f"not valid OBJ: line {number} ('{block_name(line)[:60]}')") from None
+    corners = np.array(points).reshape(-1, 3)
+    if any(corner >= len(corners) for own in faces.values() for face in own for corner in face):
+        raise ValueError("not valid OBJ: a face has a corner that there is not")
+    return [used(key[1] or name, corners, own, layers[key]) for key, own in faces.items()]
+
+
+def _triangles(data: bytes, kind: str, name: str) -> list[Mesh]:
+    """Meshes of a PLY or STL file; one, by the name given, if the file names none.
+
+    Raises OptionError if trimesh, of the extra "meshes", is not installed.
+    """
+    try:
+        trimesh = importlib.import_module("trimesh")
+    except ImportError:
+        raise OptionError("PLY and STL need trimesh; install it with: pip install '.[meshes]'") from None
+    try:
+        # Nothing joined or dropped: blocks that touch keep corners of their own.
+        scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, process=False)
+        found = [
+            (block_name(called), np.array(mesh.vertices, dtype=float), mesh.faces.tolist())
+            for called, mesh in scene.geometry.items()
+            if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)
+        ]
+        for _, points, faces in found:
+            if not 0 <= np.min(faces) <= np.max(faces) < len(points):
+                raise ValueError("a face has a corner that there is not")
+    except MemoryError:
+        raise
+    # What a broken file makes the library raise is any exception at all.
+    except Exception as error:
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        raise ValueError(f"not valid {kind.upper()}: {reason}; save the mesh again") from None
+    if len(found) == 1:
+        found = [(name, *found[0][1:])]
+    return [used(called or name, *rest) for called, *rest in found]

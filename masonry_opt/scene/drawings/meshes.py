@@ -1,0 +1,348 @@
+"""Blocks as meshes: corners joined, faces turned one way, faces of one plane merged."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+import shapely
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+#: Triangles of a polygon that is flat within a tolerance lie off the plane of one of them by no more than so
+#: many tolerances.
+_OFF_TRIANGLE = 4.0
+
+#: Cosine of the angle up to which faces may be of one plane.
+_ALIKE = 0.9
+
+#: Angle between faces round an edge that is rounding, in radians.
+_SAME_ANGLE = 1e-4
+
+Edge = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A block by its corners, shape (points, 3), and the corners of each face, in order round it; whether it
+    is a support; and the layers that it is drawn on."""
+
+    name: str
+    points: np.ndarray
+    faces: list[list[int]]
+    fixed: bool = False
+    layers: str = ""
+
+    @property
+    def flat(self) -> bool:
+        """Whether it is a polygon without thickness: one face."""
+        return len(self.faces) == 1
+
+
+@dataclass(frozen=True)
+class Side:
+    """A plane piece of a block's surface: its rings of corners, an outer one and those of its holes, the
+    surface to the left seen from outside; a point and unit normal of its plane, shape (3,) each; and its area
+    over half the length round it, which is some width of it."""
+
+    rings: list[list[int]]
+    base: np.ndarray
+    normal: np.ndarray
+    width: float
+
+    @property
+    def axes(self) -> np.ndarray:
+        """Unit vectors in the plane, shape (2, 3), the normal to their left."""
+        u = np.cross(self.normal, np.eye(3)[np.abs(self.normal).argmin()])
+        u /= np.linalg.norm(u)
+        return np.array([u, np.cross(self.normal, u)])
+
+    def flat(self, points: np.ndarray) -> list[np.ndarray]:
+        """The rings in the axes, each of shape (corners, 2)."""
+        return [(points[ring] - self.base) @ self.axes.T for ring in self.rings]
+
+    def up(self, points: np.ndarray) -> np.ndarray:
+        """Points in the axes as points in space."""
+        return self.base + points @ self.axes
+
+
+@dataclass(frozen=True)
+class Polyhedron:
+    """Corners, shape (points, 3), and the plane sides between them."""
+
+    points: np.ndarray
+    sides: list[Side]
+
+    def in_front(self, tolerance: float) -> np.ndarray:
+        """How far the farthest corner lies in front of the plane of each side, 0 of those too narrow to have
+        one, shape (sides,)."""
+        wide = np.array([side.width > tolerance for side in self.sides])
+        base, normal = (np.array([getattr(side, key) for side in self.sides]) for key in ("base", "normal"))
+        used = np.unique([corner for side in self.sides for ring in side.rings for corner in ring])
+        off = (self.points[used] @ normal.T - np.einsum("ij,ij->i", base, normal)).max(axis=0)
+        return np.where(wide, off, 0.0)
+
+    @property
+    def thickness(self) -> float:
+        """Some width of it: volume over half its surface."""
+        volume = area = 0.0
+        for side in self.sides:
+            vector = sum((area_vector(self.points[ring]) for ring in side.rings), np.zeros(3))
+            volume += float(vector @ (side.base - self.sides[0].base)) / 3
+            area += float(np.linalg.norm(vector))
+        return 2 * volume / area if area else 0.0
+
+    def convex(self, tolerance: float) -> bool:
+        """Whether it is convex, but for the tolerance."""
+        return (
+            all(len(side.rings) == 1 for side in self.sides) and self.in_front(tolerance).max() <= tolerance
+        )
+
+
+def area_vector(corners: np.ndarray) -> np.ndarray:
+    """Normal of a polygon in space as long as its area (Newell's formula), shape (3,)."""
+    around = corners - corners[0]
+    return np.cross(around, np.roll(around, -1, axis=0)).sum(axis=0) / 2
+
+
+def polyhedron(mesh: Mesh, tolerance: float) -> Polyhedron:
+    """The block with corners nearer than the tolerance joined, faces turned one way, outwards, those that are
+    not flat cut into triangles, and those of one plane merged, within the tolerance.
+
+    Raises ValueError if no face is left.
+    """
+    points, faces = mesh.points, _turned(_joined(mesh.points, mesh.faces, tolerance))
+    faces = [flat for face in faces for flat in _flat(points, face, tolerance)]
+    if not faces:
+        raise ValueError(f"is smaller than the tolerance of {tolerance:.3g}: is it drawn in another unit?")
+    if _volume(points, faces) < 0:
+        faces = [face[::-1] for face in faces]
+    return Polyhedron(points, _sides(points, faces, tolerance))
+
+
+def shells(mesh: Mesh) -> list[Mesh]:
+    """The closed surfaces of a mesh, also of those that touch, each a block, named by its number from 0.
+
+    Where more than two faces have an edge, each goes with the one that it meets through the inside.
+    """
+    points = mesh.points
+    _, corner = np.unique(points, axis=0, return_inverse=True)
+    faces = [corner.reshape(-1)[face].tolist() for face in mesh.faces]
+    at = np.zeros((int(corner.max()) + 1, 3))
+    at[corner.reshape(-1)] = points
+    if _volume(at, faces) < 0:
+        faces = [face[::-1] for face in faces]
+    links: list[list[int]] = []
+    for edge, having in _by_edge(faces).items():
+        links += _through_inside(at, edge, having, faces) if len(having) > 2 else [having[:1] + having[-1:]]
+    one, other = np.array(links).T
+    graph = sp.coo_array((np.ones(len(one)), (one, other)), shape=(len(faces), len(faces)))
+    count, group = connected_components(graph, directed=False)
+    if count == 1:
+        return [mesh]
+    apart: list[list[list[int]]] = [[] for _ in range(count)]
+    for number, face in zip(group.tolist(), mesh.faces, strict=True):
+        apart[number].append(face)
+    return [used(f"{mesh.name}-{number}", points, own) for number, own in enumerate(apart)]
+
+
+def used(name: str, points: np.ndarray, faces: list[list[int]], layers: str = "") -> Mesh:
+    """The block of some faces, with the points that they use."""
+    numbers, corner = np.unique(np.concatenate(faces), return_inverse=True)
+    ends = np.cumsum([len(face) for face in faces])[:-1]
+    own = [face.tolist() for face in np.split(corner.reshape(-1), ends)]
+    return Mesh(name, points[numbers], own, layers=layers)
+
+
+def _through_inside(
+    points: np.ndarray, edge: Edge, having: list[int], faces: list[list[int]]
+) -> Iterator[list[int]]:
+    """Pairs of the faces that have an edge: each one and the first that turns the other way round the edge
+    behind it."""
+    low, high = points[list(edge)]
+    axis = (high - low) / np.linalg.norm(high - low)
+    u = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    forth: list[tuple[int, float]] = []
+    back: list[tuple[int, float]] = []
+    for number in having:
+        away = points[faces[number]].mean(axis=0) - low
+        angle = float(np.arctan2(away @ np.cross(axis, u), away @ u))
+        (forth if edge in _around(faces[number]) else back).append((number, angle))
+    for number, angle in forth:
+        # Faces of two blocks that lie on each other have nothing between them.
+        behind = [((angle - other - _SAME_ANGLE) % (2 * np.pi), mate) for mate, other in back]
+        if behind:
+            yield [number, min(behind)[1]]
+
+
+def _around(ring: Sequence[int]) -> Iterator[Edge]:
+    return zip(ring, [*ring[1:], ring[0]], strict=True)
+
+
+def _edge(one: int, other: int) -> Edge:
+    return (one, other) if one < other else (other, one)
+
+
+def _joined(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[list[int]]:
+    """The faces with one number for corners nearer than the tolerance, without those that have none left."""
+    corner = _first_near(points, tolerance).tolist()
+    renamed = [[corner[number] for number in face] for face in faces]
+    rings = [[one for one, after in _around(ring) if one != after] for ring in renamed]
+    return [ring for ring in rings if len(set(ring)) > 2]
+
+
+def joined(points: np.ndarray, tolerance: float) -> np.ndarray:
+    """The points, of those nearer than the tolerance the first one, shape (points, 3)."""
+    return points[np.unique(_first_near(points, tolerance))]
+
+
+def _first_near(points: np.ndarray, tolerance: float) -> np.ndarray:
+    """Of each point the first of those that are nearer than the tolerance, from one to the next."""
+    near = cKDTree(points).query_pairs(tolerance, output_type="ndarray")
+    links = sp.coo_array((np.ones(len(near)), tuple(near.T)), shape=(len(points), len(points)))
+    _, group = connected_components(links, directed=False)
+    _, first = np.unique(group, return_index=True)
+    return first[group]
+
+
+def _by_edge(faces: list[list[int]]) -> dict[Edge, list[int]]:
+    """The faces that have each edge."""
+    having: dict[Edge, list[int]] = defaultdict(list)
+    for number, face in enumerate(faces):
+        for side in _around(face):
+            having[_edge(*side)].append(number)
+    return having
+
+
+def _turned(faces: list[list[int]]) -> list[list[int]]:
+    """The faces so that two that share an edge run along it in opposite directions, as far as they can."""
+    having = _by_edge(faces)
+    directed = [set(_around(face)) for face in faces]
+    flipped: dict[int, bool] = {}
+    for seed in range(len(faces)):
+        if seed in flipped:
+            continue
+        flipped[seed], waiting = False, [seed]
+        while waiting:
+            one = waiting.pop()
+            for side in directed[one]:
+                mates = having[_edge(*side)]
+                if len(mates) != 2:
+                    continue
+                other = mates[0] if mates[1] == one else mates[1]
+                if other not in flipped:
+                    flipped[other] = flipped[one] ^ (side in directed[other])
+                    waiting.append(other)
+    return [face[::-1] if flipped[number] else face for number, face in enumerate(faces)]
+
+
+def _flat(points: np.ndarray, face: list[int], tolerance: float) -> list[list[int]]:
+    """A face that is flat within the tolerance, or triangles in its place: ears with the shortest third side
+    first, so that two blocks that share the corners of a face share its triangles."""
+    vector, found = area_vector(points[face]), []
+    size = float(np.linalg.norm(vector))
+    middle = points[face].mean(axis=0)
+    while len(face) > 3 and size * tolerance < np.abs((points[face] - middle) @ vector).max():
+        before, after = points[np.roll(face, 1)], points[np.roll(face, -1)]
+        outwards = np.cross(points[face] - before, after - points[face]) @ vector
+        third = np.round(np.linalg.norm(after - before, axis=1) / np.sqrt(size), 6)
+        third[outwards <= 0] = np.inf
+        # Of the two diagonals of a rhombus the one through the corner that comes first in space.
+        among = np.flatnonzero(third == third.min())
+        ends = np.minimum(before, after)[among] + np.maximum(before, after)[among]
+        ear = int(among[np.lexsort(np.round(ends, 9).T)[0]])
+        found.append([face[ear - 1], face[ear], face[(ear + 1) % len(face)]])
+        face = face[:ear] + face[ear + 1 :]
+    return [*found, face]
+
+
+def _volume(points: np.ndarray, faces: list[list[int]]) -> float:
+    """Inside the faces, negative if they are inside out."""
+    inside = points[faces[0][0]] if faces else np.zeros(3)
+    corners = (points[face] - inside for face in faces)
+    return float(sum(own[0] @ area_vector(own) for own in corners)) / 3
+
+
+def _sides(points: np.ndarray, faces: list[list[int]], tolerance: float) -> list[Side]:
+    having = _by_edge(faces)
+    beside: list[list[int]] = [[] for _ in faces]
+    for mates in having.values():
+        if len(mates) == 2:
+            beside[mates[0]].append(mates[1])
+            beside[mates[1]].append(mates[0])
+    alone = [_ringed(points, [face]) for face in faces]
+    normal = np.array([side.normal for side in alone])
+    thin = np.array([side.width <= tolerance for side in alone])
+    size = np.array([np.linalg.norm(area_vector(points[face])) for face in faces])
+    left = dict.fromkeys(np.argsort(-np.round(size, 12), kind="stable").tolist())
+    found = []
+    while left:
+        seed = next(iter(left))
+        base = points[faces[seed]].mean(axis=0)
+        # A narrower reach where what was merged bends too much to be one plane.
+        for reach in (_OFF_TRIANGLE, 0.5, 0.0):
+            own, waiting = {seed}, [seed]
+            while waiting:
+                for other in beside[waiting.pop()]:
+                    if other in own or other not in left:
+                        continue
+                    off = np.abs((points[faces[other]] - base) @ normal[seed]).max()
+                    alike = thin[other] or abs(normal[other] @ normal[seed]) > _ALIKE
+                    if alike and off <= reach * tolerance:
+                        own.add(other)
+                        waiting.append(other)
+            side = _side(points, [faces[number] for number in own])
+            if side is not None and _off_plane(points, side) <= tolerance:
+                break
+        if side is None:
+            own, side = {seed}, alone[seed]
+        for number in own:
+            del left[number]
+        found.append(side)
+    return found
+
+
+def _side(points: np.ndarray, faces: list[list[int]]) -> Side | None:
+    """The faces as one, None if their outline touches itself or there is none."""
+    # Triangles of a notched polygon may lie outside of it, turned round: their edges cancel all the same.
+    following: dict[int, int] = {}
+    edges = {side for face in faces for side in _around(face)}
+    for tail, tip in edges:
+        if (tip, tail) not in edges:
+            if tail in following:
+                return None
+            following[tail] = tip
+    rings = []
+    while following:
+        first, ring = next(iter(following)), []
+        corner = first
+        while corner in following:
+            ring.append(corner)
+            corner = following.pop(corner)
+        if corner != first:
+            return None
+        rings.append(ring)
+    side = _ringed(points, rings) if rings else None
+    return side if side and all(shapely.linearrings(ring).is_simple for ring in side.flat(points)) else None
+
+
+def _ringed(points: np.ndarray, rings: list[list[int]]) -> Side:
+    vectors = np.array([area_vector(points[ring]) for ring in rings])
+    sizes = np.linalg.norm(vectors, axis=1)
+    outer = int(sizes.argmax())
+    rings = [rings[outer], *rings[:outer], *rings[outer + 1 :]]
+    around = sum(
+        float(np.linalg.norm(np.roll(points[ring], -1, axis=0) - points[ring], axis=1).sum())
+        for ring in rings
+    )
+    area = float(np.linalg.norm(vectors.sum(axis=0)))
+    normal = vectors[outer] / sizes[outer] if sizes[outer] > 0 else np.array([0.0, 0.0, 1.0])
+    return Side(rings, points[rings[0]].mean(axis=0), normal, 2 * area / around)
+
+
+def _off_plane(points: np.ndarray, side: Side) -> float:
+    corners = points[[corner for ring in side.rings for corner in ring]]
+    return float(np.abs((corners - side.base) @ side.normal).max())

@@ -1,0 +1,59 @@
+"""Files of meshes in the forms that modellers write: OBJ, PLY, STL."""
+
+from __future__ import annotations
+
+import struct
+from itertools import pairwise
+
+import numpy as np
+
+QUADS = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)]
+
+
+def box(x, y, z):
+    """Corners and faces of a box, seen from outside counter-clockwise."""
+    corners = [(a, b, c) for c in z for a, b in ((x[0], y[0]), (x[1], y[0]), (x[1], y[1]), (x[0], y[1]))]
+    return np.array(corners, dtype=float), QUADS
+
+
+def prism(outline, depth):
+    """A polygon of x and z from y = 0 to a depth, its two ends as one face each, whatever its notches."""
+    count = len(outline)
+    corners = [(x, y, z) for y in (0.0, depth) for x, z in outline]
+    sides = [(i, i + count, (i + 1) % count + count, (i + 1) % count) for i in range(count)]
+    return np.array(corners), [tuple(range(count)), tuple(range(2 * count - 1, count - 1, -1)), *sides]
+
+
+def obj(blocks, digits=9, word="o"):
+    lines, first = ["# stones"], 1
+    for name, (corners, faces) in blocks.items():
+        lines.append(f"{word} {name}")
+        lines += ["v " + " ".join(f"{value:.{digits}f}" for value in corner) for corner in corners]
+        lines += ["f " + " ".join(f"{first + corner}//1" for corner in face) for face in faces]
+        first += len(corners)
+    return "\n".join(lines).encode()
+
+
+def triangles(blocks):
+    for corners, faces in blocks.values():
+        for face in faces:
+            for second, third in pairwise(face[1:]):
+                yield corners[[face[0], second, third]]
+
+
+def stl(blocks):
+    found = list(triangles(blocks))
+    rows = [struct.pack("<12fH", *np.zeros(3), *corners.ravel(), 0) for corners in found]
+    return b"\0" * 80 + struct.pack("<I", len(found)) + b"".join(rows)
+
+
+def ply(blocks):
+    """Quadrilaterals with corners of their own, as modellers write them."""
+    quads = [corners[list(face)] for corners, faces in blocks.values() for face in faces]
+    head = (
+        f"ply\nformat ascii 1.0\nelement vertex {4 * len(quads)}\nproperty float x\nproperty float y\n"
+        f"property float z\nelement face {len(quads)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    rows = [" ".join(map(str, corner)) for corner in np.concatenate(quads)]
+    rows += [f"4 {4 * n} {4 * n + 1} {4 * n + 2} {4 * n + 3}" for n in range(len(quads))]
+    return (head + "\n".join(rows) + "\n").encode()
