@@ -199,7 +199,7 @@ def test_no_view_is_refused(result, view, tmp_path):
 
 def test_names_are_written_where_blocks_are_seen(result):
     written = {text.get_text() for text in result.plot(names=True, view=(-60, 22)).axes[0].texts}
-    assert {"x 1-1", "x 4-3", "y 4-2", "ground"} <= written
+    assert {"x 1-1", "x 4-3", "y 4-2", "base"} <= written
     # Behind the wall that stands before it.
     assert "y 1-2" not in written
 
