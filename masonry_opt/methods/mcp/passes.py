@@ -173,7 +173,8 @@ def follow(
 
 def follow_path(task: Task, passes: Passes, history: list[Any], attempt: int) -> State | None:
     """The same of the path of centres."""
-    return passes.end_of_path(_recorder(task, history, attempt))
+    with task.effort.measure("solve"):
+        return passes.end_of_path(_recorder(task, history, attempt))
 
 
 def _recorder(task: Task, history: list[Any], attempt: int) -> Callable[[NewtonStep], None]:
