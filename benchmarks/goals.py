@@ -129,7 +129,9 @@ def draw(lines: pd.DataFrame, file: Path) -> None:
     times.legend(
         handles=[*times.lines[:2], times.lines[2]],
         labels=["a wall", "middle half", "median"],
-        loc="upper left",
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.13),
+        frameon=False,
     )
     figure.supxlabel("stones of a rubble wall (and how many walls)", fontsize=10)
     figure.savefig(file, dpi=150)
