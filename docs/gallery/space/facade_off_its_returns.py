@@ -29,7 +29,7 @@ def facade(friction: float) -> mo.Scene:
 
 # %%
 # Three numbers: what is promised; what is to be expected, by contacts that give a little; and the least
-# Coulomb state known, which is safe whatever the joints have been through.
+# Coulomb state that is known.
 result = mo.solve(facade(0.6))
 print(result)
 

@@ -48,8 +48,8 @@ assert abs(alone - in_the_plane) < 2e-4
 assert 0.58 < held / alone < 0.62
 
 # %%
-# That a state of equilibrium exists is all that is asked here: with the end wall it needs friction along the
-# teeth, which nobody sees to. Walls of 0.6 m without one, and the load on the crown that spreads them:
+# That a state of equilibrium exists is all that is asked here; with the end wall it rests on friction along
+# the teeth. Walls of 0.6 m without one, and the load on the crown that spreads them:
 result = mo.solve(room(0.6, end_wall=False))
 assert abs(result.associative / result.required() - 1) < 1e-5
 result.plot(view=(-50, 25))
