@@ -60,6 +60,7 @@ sphinx_gallery_conf = {
         "gallery/first",
         "gallery/arches",
         "gallery/walls",
+        "gallery/space",
         "gallery/many",
         "gallery/methods",
         "gallery/paper",

@@ -11,7 +11,7 @@ from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.answer.result import Result
 from masonry_opt.answer.thresholds import IDLE as CARRIES_NOTHING
-from masonry_opt.drawing.colours import IDLE, THRUST, UTILISATION
+from masonry_opt.drawing.colours import AT_POINT, IDLE, THRUST, UTILISATION
 from masonry_opt.drawing.marks import Marks, joint_marks
 from masonry_opt.problem.assembly import Assembly
 
@@ -102,15 +102,24 @@ def thrust_marks(result: Result, size: float, shrink: float) -> Iterable[Marks]:
 
 
 def resultant_marks(result: Result, size: float, shrink: float) -> Iterable[Marks]:
-    """Resultants of joints in space, half to each side of where they act."""
-    frame, origin = result.joints, result.assembly.geometry.origin
+    """Resultants of joints in space and, thinner, the forces at their contact points, half to each side of
+    where they act."""
+    frame, points, origin = result.joints, result.contacts, result.assembly.geometry.origin
     force, point = (frame[[f"{kind}{axis}" for axis in "xyz"]].to_numpy() for kind in "fp")
     acts = np.isfinite(point).all(axis=1)
     if not acts.any():
         return
     force, point = force[acts], point[acts] - origin
     most = float(np.linalg.norm(force, axis=1).max())
-    half = _LONGEST_IN_SPACE * size / most * force / 2
+    unit = _LONGEST_IN_SPACE * size / most
+    assert points is not None
+    carried = points[["fx", "fy", "fz"]].to_numpy()
+    carries = np.linalg.norm(carried, axis=1) > CARRIES_NOTHING * most
+    at, part = points[["x", "y", "z"]].to_numpy()[carries] - origin, unit * carried[carries] / 2
+    width = float(np.clip(25 / np.sqrt(len(at)), 0.4, 1.0))
+    ends = np.stack([at - part, at + part], axis=1)
+    yield Marks("contacts", "force at a contact point, one state of many", "line", AT_POINT, width, ends)
+    half = unit * force / 2
     label = f"resultant of a joint; the longest is {most:.3g} in the case's unit of force"
     width = float(np.clip(25 / np.sqrt(len(point)), 0.8, 1.6))
     yield Marks("resultants", label, "line", THRUST, width, np.stack([point - half, point + half], axis=1))

@@ -21,8 +21,9 @@ JOINT, GAP, MARKED = BLUE, VERMILION, REDDISH_PURPLE
 #: Blocks, supports and their hatching, outlines at rest.
 BLOCK, FIXED, HATCH, AT_REST = "#F2E2C4", "#D9D9D9", "#8A8A8A", "#BBBBBB"
 
-#: Forces: what joints carry, what λ scales, weights, and dead loads beside them.
-THRUST, LIVE, DEAD, FURTHER_DEAD = BLUE, BLACK, "#6B6B6B", SKY_BLUE
+#: Forces: what joints carry, and in space each of their contact points; what λ scales, weights, and dead
+#: loads beside them.
+THRUST, AT_POINT, LIVE, DEAD, FURTHER_DEAD = BLUE, REDDISH_PURPLE, BLACK, "#6B6B6B", SKY_BLUE
 
 #: Joints that carry nothing.
 IDLE = "#A8A8A8"

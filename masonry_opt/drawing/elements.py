@@ -36,7 +36,7 @@ MANY = 1000
 NO_FORCES = "no forces were found to draw"
 
 #: Names of marks that lie inside blocks: in space they are seen through them, as arrows are.
-INSIDE = ("resultants", "points")
+INSIDE = ("resultants", "points", "contacts")
 
 #: The fastest corner of a mechanism that is fully moved has moved by this share of the scene's size.
 FULL = 0.1

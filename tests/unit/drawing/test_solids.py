@@ -8,7 +8,7 @@ import sys
 
 import numpy as np
 import pytest
-from drawn import elements_of, labels
+from drawn import elements_of, labels, marks
 from scenes import CASES
 from scenes_in_space import box_on_floor, corner_wall
 
@@ -259,3 +259,13 @@ def test_a_notebook_shows_a_picture_and_the_load_factor():
     assert "λ = 0.5" in shown
     assert "data:image/png" in shown
     assert "<script" not in shown
+
+
+def test_forces_at_contact_points_are_drawn_to_the_scale_of_resultants():
+    """A box 1 × 2 × 3 of weight 1 tips at a third of it, about the edge x = 1: half on either end."""
+    result = mo.solve(box_on_floor(), "static")
+    ends, resultant = (np.sort(marks(result, name, "thrust"), axis=1) for name in ("contacts", "resultants"))
+    assert sorted(ends.mean(axis=1)[:, 1]) == pytest.approx([0, 2], abs=1e-6)
+    drawn = np.ptp(ends, axis=1)
+    assert drawn[:, 0] == pytest.approx(drawn[:, 2] / 3, rel=1e-5)
+    assert drawn.sum(axis=0) == pytest.approx(np.ptp(resultant, axis=1)[0], rel=1e-6)
