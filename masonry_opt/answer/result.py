@@ -239,7 +239,9 @@ class Result:
 
     @cached_property
     def size(self) -> Size:
-        return size_of(self.assembly, self.solution)
+        from masonry_opt.words.summary import left_out
+
+        return size_of(self.assembly, self.solution, left_out(self.assembly))
 
     @cached_property
     def warnings(self) -> tuple[Reason, ...]:

@@ -29,11 +29,9 @@ class Size:
     contacts: int | None = None
 
 
-def size_of(assembly: Assembly, solution: Solution) -> Size:
+def size_of(assembly: Assembly, solution: Solution, left_out: tuple[str, ...]) -> Size:
     """The sizes of a scene and of the program of its solution."""
-    from masonry_opt.words.summary import left_out
-
-    problem, lp, out = assembly.problem, solution.size, left_out(assembly)
+    problem, lp = assembly.problem, solution.size
     rows, columns, nonzeros = (None, None, None) if lp is None else (lp.rows, lp.columns, lp.nonzeros)
     points = problem.joints if problem.layout.round else None
-    return Size(problem.blocks, len(assembly.joints.first), rows, columns, nonzeros, out, points)
+    return Size(problem.blocks, len(assembly.joints.first), rows, columns, nonzeros, left_out, points)
