@@ -106,6 +106,19 @@ def test_models_with_a_list_of_elements(file):
 @pytest.mark.parametrize(
     "wrong",
     [
+        box((1, 1, 0), (0, 0, 5)),
+        box((1, 1, 1), (0, 0, 5), xaxis=(0, 0, 0)),
+        box((1, 1, 1), (0, 0, 5), xaxis=(0, 2, 0)),
+    ],
+)
+def test_boxes_that_are_none_are_named(file, wrong):
+    with pytest.raises(mo.CaseError, match="block '1' is a box"):
+        mo.read_compas(file([box((1, 1, 1), (0, 0, 0)), wrong]), **GIVEN, fixed=["0"])
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
         {"live": 0.1},
         {"live": ()},
         {"live": (1, 0), "space": True},
