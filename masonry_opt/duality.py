@@ -35,7 +35,7 @@ class DualityReport:
         median of all), and the residuals ``equilibrium``, ``yield``, ``kinematics`` (Bᵀd = D p with
         p ≥ 0, over the largest velocity), ``virtual_work`` and ``complementarity`` (both over Σ|f_L|).
     crushing: whether any joint's strength is limited; by chords in all four.
-    friction: by which polygons it is limited in space, in all four; "" in the plane.
+    friction: by which polygons it is limited in space, in all four; "" in the plane, and unlimited.
     cones: load factors in space by the cones that these lie in, of statics and kinematics; None in the plane.
     warnings, warning_sentences: what looks unintended in the scene, as in a result.
     """
@@ -80,7 +80,7 @@ class DualityReport:
                     f"by the cone {numeral(self.cones[0], '.7f')}, static and kinematic to {self._gap:.1e}; "
                     f"the polygon has {self._missed:.2%} less"
                 ]
-                if self.cones
+                if self.cones and self.friction
                 else []
             ),
             "",
@@ -126,9 +126,9 @@ def check(scene: Scene | str | Path) -> DualityReport:
     table = pd.DataFrame(rows)
     middle = float(table["load_factor"].median())
     table.insert(3, "difference", (table["load_factor"] - middle).abs() / max(abs(middle), SMALLEST))
-    friction = by_sides(problem.layout) if problem.layout.round else ""
+    friction = by_sides(problem.layout) if problem.layout.round and len(problem.sliding) else ""
     cones = None
-    if friction:
+    if problem.layout.round:
         static, kinematic = (solved(each, "cvxpy", curved=True) for each in ("static", "kinematic"))
         cones = static.load_factor, kinematic.load_factor
     crushing = bool(result.crushing)

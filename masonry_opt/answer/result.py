@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import asdict, dataclass, replace
-from enum import StrEnum
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +15,7 @@ from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.certificate import Certificate
 from masonry_opt.answer.infeasibility import InfeasibilityCertificate
 from masonry_opt.answer.reasons import Reason
+from masonry_opt.answer.size import Size, size_of
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
@@ -25,36 +25,6 @@ from masonry_opt.problem.assembly import Assembly
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
-
-
-#: What ``as_dict`` tells, in order; block by block and joint by joint at the end.
-_TOLD = (
-    *("case", "method", "model", "solver", "status", "message", "reasons", "warnings", "kind", "crushing"),
-    *("friction_law", "load_factor", "tilt_angle", "blocks", "joints", "flow_rule_matters", "iterations"),
-    *("lp_solves", "nlp_solves", "stationary", "expected", "expected_reasons", "associative", "exact"),
-    *("range", "bound", "seconds", "solvers", "certificate", "infeasibility", "size", "history"),
-)
-
-
-@dataclass(frozen=True)
-class Size:
-    """Sizes of the scene and of the linear program.
-
-    Attributes
-    ----------
-    blocks, joints: movable blocks b and joints, in the plane c.
-    rows, columns, nonzeros: of the linear program as the solver received it; None if none was built.
-    left_out: what was not modelled, each with its reason.
-    contacts: contact points of a scene in space, c; None in the plane.
-    """
-
-    blocks: int
-    joints: int
-    rows: int | None
-    columns: int | None
-    nonzeros: int | None
-    left_out: tuple[str, ...] = ()
-    contacts: int | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -271,11 +241,7 @@ class Result:
     def size(self) -> Size:
         from masonry_opt.words.summary import left_out
 
-        problem, lp, out = self.assembly.problem, self.solution.size, left_out(self.assembly)
-        rows, columns, nonzeros = (None, None, None) if lp is None else (lp.rows, lp.columns, lp.nonzeros)
-        points = problem.joints if problem.layout.round else None
-        joints = len(self.assembly.joints.first)
-        return Size(problem.blocks, joints, rows, columns, nonzeros, out, points)
+        return size_of(self.assembly, self.solution, left_out(self.assembly))
 
     @cached_property
     def warnings(self) -> tuple[Reason, ...]:
@@ -398,18 +364,9 @@ class Result:
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, strings, lists and dictionaries (NaN as None)."""
-        told = {name: getattr(self, name) for name in _TOLD}
-        warnings = zip(self.warnings, self.warning_sentences, strict=True)
-        told["warnings"] = [{"sentence": words, **warning.as_dict()} for warning, words in warnings]
-        told["blocks"], told["joints"], told["size"] = self.size.blocks, self.size.joints, asdict(self.size)
-        told["history"] = self.history.to_dict("records")
-        told["block_results"] = self.blocks.to_dict("records")
-        told["joint_results"] = self.joints.to_dict("records")
-        if self.contacts is not None:
-            told["contact_results"] = self.contacts.to_dict("records")
-        if self.curve is not None:
-            told["curve"] = self.curve.to_dict("records")
-        return _plain(told)
+        from masonry_opt.answer.plain import as_dict
+
+        return as_dict(self)
 
     def to_json(self) -> str:
         """``as_dict`` as one JSON object."""
@@ -436,19 +393,3 @@ def make_result(
 
 def _unsigned(number: float | None) -> float | None:
     return None if number is None else number + 0.0
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, StrEnum):
-        return str(value)
-    if hasattr(value, "as_dict"):
-        value = value.as_dict()
-    if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float):
-        return value + 0.0 if math.isfinite(value) else None  # no minus before a zero
-    return value

@@ -91,8 +91,6 @@ class Solids:
         at = (self.raster.left, self.raster.bottom)
         reach = (at[0], at[0] + columns * self.raster.pixel, at[1], at[1] + rows * self.raster.pixel)
         axes.imshow(self._faces(), extent=reach, origin="lower", zorder=1, interpolation="antialiased")
-        axes.set_xlim(left, right)
-        axes.set_ylim(bottom, top)
         movable = np.isin(self.surface.of_edge, self.elements.assembly.movable)
         if self.share and self.elements.movement:
             self._lines(self._at_rest(movable), AT_REST, 0.5, 1.5)

@@ -57,24 +57,27 @@ def solid_file(what: Scene | Result, end: str, share: float | None) -> str | byt
         raise OptionError(f"'moved' is a share of the full motion, a number (found {share!r})")
     if not isinstance(what, Result) and share:
         raise OptionError("'moved': a scene has no motion before it is solved: give a result")
-    return _MESHES[end](_moved(what, START if share is None else float(share)))
+    return _MESHES[end](_moved(what, share))
 
 
 #: Name, whether it is a support, and convex parts of a block.
 _Body = tuple[str, bool, list[Polyhedron]]
 
 
-def _moved(what: Scene | Result, share: float) -> list[_Body]:
-    """Blocks where a share of the full motion brings them."""
+def _moved(what: Scene | Result, share: float | None) -> list[_Body]:
+    """Blocks where a share of the full motion brings them, None as in ``solid_file``."""
     if not isinstance(what, Result):
         return [(block.name, block.fixed, block.polyhedra) for block in _solids(what)]
     elements, origin = result_elements(what), what.assembly.geometry.origin
+    if share and not elements.movement:
+        raise OptionError(f"'moved': no motion was found ({what.status}): leave it out, for blocks at rest")
+    reached = START if share is None else share
     return [
         (
             block.name,
             block.fixed,
             [
-                Polyhedron(moved(part.vertices - origin, share * own) + origin, part.faces)
+                Polyhedron(moved(part.vertices - origin, reached * own) + origin, part.faces)
                 for part in block.polyhedra
             ],
         )

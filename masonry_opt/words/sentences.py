@@ -1,9 +1,9 @@
-"""Sentences from reason codes: the one place that writes how an analysis ended, and warnings."""
+"""Sentences from reason codes: the one place that writes how an analysis ended; with those of warnings."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from math import inf, radians, tan
+from math import inf
 from typing import Any
 
 from masonry_opt.answer.reasons import Code, Reason
@@ -12,9 +12,8 @@ from masonry_opt.answer.thresholds import LOWER, PLATEAU
 from masonry_opt.errors import counted, rounded_up
 from masonry_opt.problem.chords import CHORDS, MISSED
 from masonry_opt.problem.faces import Layout
-
-#: Items of a list that are named; the rest is counted.
-_NAMED = 5
+from masonry_opt.words.names import blocks, do, pairs, verb
+from masonry_opt.words.warning_sentences import WARNINGS
 
 #: From here on seven decimals are more digits than a double has.
 _FIXED = 1e10
@@ -67,7 +66,7 @@ def numeral(value: float, spec: str) -> str:
 
 
 def _friction_would_hold(v: dict[str, Any]) -> str:
-    slides = f"{_pairs(v)} {verb(len(v['pairs']), 'slide')}" if v["pairs"] else "joints slide"
+    slides = f"{pairs(v)} {verb(len(v['pairs']), 'slide')}" if v["pairs"] else "joints slide"
     if v["factor"] is not None:
         much = f"with all friction at least {rounded_up(v['factor'])} times as high"
     elif v["above"] > 1:
@@ -91,7 +90,7 @@ def _states_met(v: dict[str, Any]) -> str:
 
 
 def _wedged(v: dict[str, Any]) -> str:
-    support = f"; support what moves, {_blocks(v['blocks'])}" if v["blocks"] else ""
+    support = f"; support what moves, {blocks(v['blocks'])}" if v["blocks"] else ""
     return (
         f"the load factor found is {numeral(v['load_factor'], '.4g')}, below zero: the dead load is "
         f"carried by wedging alone, which the joints' flow rule does not sustain{support}"
@@ -99,7 +98,7 @@ def _wedged(v: dict[str, Any]) -> str:
 
 
 def _joints(v: dict[str, Any]) -> str:
-    return f"{_OF_JOINTS[v['status']]}: {_pairs(v)}"
+    return f"{_OF_JOINTS[v['status']]}: {pairs(v)}"
 
 
 def _other_contacts(v: dict[str, Any]) -> str:
@@ -109,12 +108,6 @@ def _other_contacts(v: dict[str, Any]) -> str:
 
 def _joints_or_points(v: dict[str, Any]) -> str:
     return counted(v["contacts"], "contact point") if "contacts" in v else counted(v["joints"], "joint")
-
-
-def _pairs(v: dict[str, Any], told: Sequence[str] = ()) -> str:
-    """The pairs of blocks, each with what is told of it in brackets."""
-    brackets = [f" ({words})" for words in told] or [""] * len(v["pairs"])
-    return _some([f"{a!r}–{b!r}{words}" for (a, b), words in zip(v["pairs"], brackets, strict=True)])
 
 
 def _not_certified(v: dict[str, Any]) -> str:
@@ -167,61 +160,11 @@ def _between(v: dict[str, Any]) -> str:
     return f"{numeral(v['lowest'], '.6g')} and {numeral(v['highest'], '.6g')}"
 
 
-def _blocks(names: list[str]) -> str:
-    return f"{'block' if len(names) == 1 else 'blocks'} {_some([repr(name) for name in names])}"
-
-
-def _some(names: list[str]) -> str:
-    """The first five, and how many more."""
-    return ", ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
-
-
-def _friction_high(v: dict[str, Any]) -> str:
-    angle = v["friction"]
-    meant = f": in degrees? tan {angle:g}° = {tan(radians(angle)):.3f}" if angle < 90 else ""
-    return f"friction {angle:g} of {_where(v)} is more than dry joints have{meant}"
-
-
-def _where(v: dict[str, Any]) -> str:
-    """The joints named, or all those that are not."""
-    return f"joint {_pairs(v)}" if v["pairs"] else "[joints]"
-
-
-def _small_gaps(v: dict[str, Any]) -> str:
-    wide = [f"{rounded_up(width, 2)} wide" for width in v["widths"]]
-    return (
-        f"blocks face each other across a small gap and do not touch along it: {_pairs(v, wide)}; if they "
-        f"should, raise 'tolerance' to {rounded_up(max(v['widths']), 2)}"
-    )
-
-
-def _corners_bear(v: dict[str, Any]) -> str:
-    forces = [f"{force:.4g}" for force in v["normal_forces"]]
-    return (
-        "'strength' limits no force where a corner stands on an edge, and crushing there is not looked at: "
-        + (
-            f"at collapse these press with the force told, {_pairs(v, forces)}"
-            if forces
-            else f"at {_pairs(v)} that may bring down what no load does here"
-        )
-    )
-
-
-def verb(number: int, word: str) -> str:
-    """A verb as a number of things does it: "1 slides", "2 slide" without the number."""
-    ending = "es" if word.endswith(("ch", "sh")) else "s"
-    return f"{word}{ending if number == 1 else ''}"
-
-
-def _do(v: dict[str, Any], word: str) -> str:
-    return f"{_blocks(v['blocks'])} {verb(len(v['blocks']), word)}"
-
-
 #: By code: a text with values in braces, or what makes one of the values.
 _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
-    Code.FALLS: lambda v: f"the dead load alone moves {_blocks(v['blocks'])}: support what falls",
-    Code.HANGS: lambda v: f"{_do(v, 'hang')}: no joint bears from below",
-    Code.NO_FRICTION_HOLDS: lambda v: f"no friction can hold {_blocks(v['blocks'])}",
+    Code.FALLS: lambda v: f"the dead load alone moves {blocks(v['blocks'])}: support what falls",
+    Code.HANGS: lambda v: f"{do(v, 'hang')}: no joint bears from below",
+    Code.NO_FRICTION_HOLDS: lambda v: f"no friction can hold {blocks(v['blocks'])}",
     Code.FRICTION_WOULD_HOLD: _friction_would_hold,
     Code.STRENGTH_WOULD_HOLD: "joints crush: with more 'strength' the scene would stand",
     Code.DEAD_LOAD_UNDECIDED: (
@@ -252,7 +195,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     ),
     Code.CLAMPED: lambda v: (
         "these joints carry the live load and its opposite alike, by self-stress, friction that no load "
-        f"causes: {_pairs(v)}"
+        f"causes: {pairs(v)}"
     ),
     Code.JOINTS: _joints,
     Code.AT_MOST: lambda v: (
@@ -372,49 +315,5 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"proven within {v['time_limit']:g} s, of all states with {_imposed(v)}: {_bracket(v)}"
     ),
     Code.NO_EXACT_STATE: "no exact state was found within {time_limit:g} s: raise 'time_limit'",
-    Code.FRICTION_HIGH: _friction_high,
-    Code.DILATANCY_LOW: lambda v: (
-        f"'dilatancy' {v['dilatancy']:g} of {_where(v)} is below minus its friction, {v['friction']:g}: "
-        "sliding would close the joint by more than friction resists; is its sign meant?"
-    ),
-    Code.IDLE_SUPPORTS: lambda v: (
-        f"{_blocks(v['blocks'])}, fixed, {verb(len(v['blocks']), 'touch')} no block that can move"
-    ),
-    Code.HELD_BY_CLAMPING: lambda v: (
-        f"blocks are wedged between supports, and friction at {_pairs(v)} carries load though nothing "
-        "presses these joints together: set their friction to 0, or give the load that clamps them"
-    ),
-    Code.FAR_AWAY: lambda v: (
-        f"{_do(v, 'stand')} {v['distance']:.3g} away from the rest, whose size is {v['size']:.3g}: are the "
-        "coordinates in one unit?"
-    ),
-    Code.SMALL_GAPS: _small_gaps,
-    Code.CORNERS_MEET: lambda v: (
-        f"{_pairs(v)} meet corner on corner, where nothing holds them: a joint needs an edge of either"
-    ),
-    Code.WITHOUT_NORMAL: lambda v: (
-        f"{_pairs(v)} meet corner on corner, corner on edge or edge along edge, where there is no normal and "
-        "nothing holds them: a joint needs a face of either, or edges that cross"
-    ),
-    Code.FACES_TURNED: lambda v: (
-        f"not all faces of {_blocks(v['blocks'])} were given turned one way; they are taken so: were these "
-        "meant?"
-    ),
-    Code.CORNERS_BEAR: _corners_bear,
-    Code.BARE_EDGE_LOAD: (
-        "edge_load no. {number} meets no free edge of a movable block along {length:.4g} of its "
-        "length, where it does nothing"
-    ),
-    Code.WEIGHTS_DIFFER: lambda v: (
-        f"the weight per {v.get('per', 'area')} of {_blocks(v['blocks'])} is {v['ratio']:.3g} times the "
-        "median of all blocks: are weights and lengths in one unit each?"
-    ),
-    Code.ACTS_OUTSIDE: lambda v: (
-        f"the {v['load']} force of {_blocks(v['blocks'])} acts {v['distance']:.3g} outside of the block: is "
-        f"'{v['load']}_at' (of a load: 'at') in the scene's coordinates?"
-    ),
-    Code.FORCES_DIFFER: lambda v: (
-        f"the {v['load']} force on {_blocks(v['blocks'])} is {v['ratio']:.3g} times the weight there: are "
-        "forces and weights in one unit?"
-    ),
+    **WARNINGS,
 }

@@ -18,7 +18,8 @@ from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.case_file import CaseFile
 from masonry_opt.scene.solids import Solid
-from masonry_opt.words.sentences import BY_CHORDS, by_sides, message, numeral, sentences, verb
+from masonry_opt.words.names import verb
+from masonry_opt.words.sentences import BY_CHORDS, by_sides, message, numeral, sentences
 
 #: Codes that tell what is known of lower states.
 _BOUNDS = (

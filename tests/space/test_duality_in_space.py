@@ -35,6 +35,7 @@ def test_four_ways_by_polygons(name):
     report = mo.check(ALL[name])
     assert len(report.table) == 4
     assert report.passed, report.table.to_string()
+    assert bool(report.friction) == (name != "nothing slides")
     assert report.cones == pytest.approx(2 * (mo.solve(ALL[name], "static").load_factor,), rel=1e-7)
 
 

@@ -17,7 +17,7 @@ def result():
     return mo.solve(SCENE, "static")
 
 
-def test_a_curve_needs_no_picture_of_blocks(tmp_path):
+def test_a_curve_ends_at_its_plateau(tmp_path):
     """The box slides at λ = μ: the curve ends at its plateau, whose softer contacts are three times so."""
     found = mo.solve(SCENE, "compliant", curve=True)
     assert found.curve["load_factor"].iloc[-1] == pytest.approx(0.5, rel=1e-6)

@@ -14,7 +14,7 @@ from masonry_opt.scene.drawings.in_space import SolidDrawing, scene_in_space
 from masonry_opt.scene.drawings.meshes import Mesh
 from masonry_opt.scene.drawings.prisms import View, directions, seen_along
 from masonry_opt.scene.drawings.stones import FlatDrawing, drawing_path, scene_of
-from masonry_opt.scene.drawings.supports import with_supports
+from masonry_opt.scene.drawings.supports import Supports, with_supports
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import parse_file
 
@@ -83,23 +83,26 @@ def read_compas(
     Raises
     ------
     CaseError
-        If the file cannot be read, a block is no prism, or the blocks make no scene; the message names the
-        file and the block.
+        If the file cannot be read, a block is no prism, the blocks make no scene, or ``along`` is given of a
+        scene in space; the message names the file and the block.
     """
     path = drawing_path(path, ".json")
     data = parse_file(path)
     if space is None and live is not None:
-        space = len(live) == 3
+        space = isinstance(live, Sequence) and len(live) == 3
+    if space and along is not None:
+        raise CaseError(f"{path}: 'along' is of scenes in the plane: leave it out, or give a 'live' of two")
+    supports = Supports(fixed=list(fixed), fixed_below=fixed_below)
     flat, seen = None, None
     try:
-        meshes = with_supports(compas_data.meshes(data), list(fixed), fixed_below)
+        meshes = with_supports(compas_data.meshes(data), supports.fixed, supports.fixed_below)
         if not space:
             flat = CompasDrawing(
                 friction=friction,
                 unit_weight=unit_weight,
-                live=live or (0.0, 0.0),
+                live=(0.0, 0.0) if live is None else live,
                 contact_tolerance=contact_tolerance,
-                along=_AXES.get(along, along) if isinstance(along, str) else along and tuple(along),
+                along=_AXES.get(along, along) if isinstance(along, str) else along,
                 tolerance=tolerance,
             )
             try:
@@ -118,7 +121,7 @@ def read_compas(
     solid = SolidDrawing(
         friction=friction,
         unit_weight=unit_weight,
-        live=live or (0.0, 0.0, 0.0),
+        live=(0.0, 0.0, 0.0) if live is None else live,
         tolerance=tolerance,
         contact_tolerance=contact_tolerance,
     )

@@ -149,9 +149,10 @@ def _box(shape: dict[str, Any]) -> tuple[np.ndarray, list[list[int]]]:
     """Corners and faces of a box, whose frame stands in its middle."""
     frame = _table(_content(shape["frame"]))
     point, x, y = _numbers([_content(frame[key]) for key in ("point", "xaxis", "yaxis")])
-    x = x / np.linalg.norm(x)
-    z = np.cross(x, y) / np.linalg.norm(np.cross(x, y))
-    half = [_number(shape[key]) / 2 for key in ("xsize", "ysize", "zsize")]
+    z, half = np.cross(x, y), [_number(shape[key]) / 2 for key in ("xsize", "ysize", "zsize")]
+    if not (z.any() and min(half) > 0):
+        raise _UnreadableError("is a box without extent, or whose frame has no two axes")
+    x, z = x / np.linalg.norm(x), z / np.linalg.norm(z)
     unit = box("box", *((-size, size) for size in half), fixed=True).polyhedra[0]
     return point + unit.vertices @ np.array([x, np.cross(z, x), z]), unit.faces
 

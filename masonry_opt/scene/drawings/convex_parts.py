@@ -9,7 +9,7 @@ import shapely
 from scipy.spatial import ConvexHull, QhullError
 
 from masonry_opt.scene.convex_pieces import convex_pieces
-from masonry_opt.scene.drawings.meshes import Mesh, Polyhedron, Side, joined, polyhedron
+from masonry_opt.scene.drawings.meshes import Mesh, Polyhedron, Side, across, joined, polyhedron
 
 #: Parts of one block: more are of a curved surface in many facets, whose contacts nobody could solve for.
 _MOST_PARTS = 1000
@@ -143,9 +143,9 @@ def _clipped(cell: list[np.ndarray], base: np.ndarray, normal: np.ndarray) -> li
     faces = [ring for ring, _ in cuts if len(ring) > 2]
     lid = np.concatenate([corners for _, corners in cuts])
     if len(lid) > 2 and len(faces) > 1:
-        u = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+        u, v = across(normal)
         around = lid - lid.mean(axis=0)
-        faces.append(lid[np.argsort(np.arctan2(around @ np.cross(normal, u), around @ u))])
+        faces.append(lid[np.argsort(np.arctan2(around @ v, around @ u))])
     return faces
 
 

@@ -103,7 +103,7 @@ def read_dxf(
     drawing = DxfDrawing(
         friction=friction,
         unit_weight=unit_weight,
-        live=live or (0.0, 0.0),
+        live=(0.0, 0.0) if live is None else live,
         live_layers=dict(live_layers or {}),
         layers=None if layers is None else list(layers),
         fixed_layers=list(fixed_layers),

@@ -11,12 +11,12 @@ import numpy as np
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.drawings.convex_parts import convex_parts
-from masonry_opt.scene.drawings.meshes import Mesh, Polyhedron, area_vector, polyhedron
+from masonry_opt.scene.drawings.meshes import Mesh, Polyhedron, area_vector, polyhedron, used
 from masonry_opt.scene.drawings.stones import Drawing, scene_of
 from masonry_opt.scene.drawings.supports import listed
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.solids import Solid, Vector
+from masonry_opt.scene.solids import Solid, Vector, prism
 from masonry_opt.scene.touching import NEAR_MISS
 
 #: Most decimals of coordinates that were rounded; more are those of numbers as they are.
@@ -44,11 +44,8 @@ class SolidDrawing(Drawing):
 
 
 def _keys(shape: Polyhedron) -> dict[str, Any]:
-    rings = [side.rings[0] for side in shape.sides]
-    used, number = np.unique([corner for ring in rings for corner in ring], return_inverse=True)
-    ends = np.cumsum([len(ring) for ring in rings])[:-1]
-    faces = [face.tolist() for face in np.split(number.reshape(-1), ends)]
-    return {"vertices": list(map(tuple, shape.points[used].tolist())), "faces": faces}
+    own = used("", shape.points, [side.rings[0] for side in shape.sides])
+    return {"vertices": list(map(tuple, own.points.tolist())), "faces": own.faces}
 
 
 def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) -> Scene:
@@ -91,10 +88,9 @@ def _slab(mesh: Mesh, standing: np.ndarray) -> Mesh:
         raise ValueError(f"block '{mesh.name}' is a face without area: take it away")
     towards = np.sign((standing - top.mean(axis=0)) @ area) or 1.0
     bottom = top - towards * _SLAB * area / np.sqrt(size)
-    count = len(ring)
-    sides = [[i, j, count + j, count + i] for i, j in ((i, (i + 1) % count) for i in range(count))]
-    ends = [list(range(count)), list(range(count, 2 * count))]
-    return replace(mesh, points=np.concatenate([top, bottom]), faces=ends + sides)
+    return replace(
+        mesh, points=np.concatenate([top, bottom]), faces=prism(top.tolist(), bottom.tolist())["faces"]
+    )
 
 
 def _tolerance(standing: Sequence[np.ndarray]) -> float:

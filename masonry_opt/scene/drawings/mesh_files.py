@@ -13,11 +13,11 @@ from typing import Literal
 import numpy as np
 
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.scene.blocks import LARGEST_NUMBER, Name, Number, Positive
+from masonry_opt.scene.blocks import LARGEST_NUMBER, Name, Positive
 from masonry_opt.scene.drawings.in_space import SolidDrawing, scene_in_space
 from masonry_opt.scene.drawings.meshes import Mesh, shells, used
 from masonry_opt.scene.drawings.stones import block_name
-from masonry_opt.scene.drawings.supports import FIXED, with_supports
+from masonry_opt.scene.drawings.supports import FIXED, Supports, with_supports
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.tables import as_path, read_bytes
 
@@ -35,12 +35,10 @@ _AXES = {
 }
 
 
-class MeshDrawing(SolidDrawing):
+class MeshDrawing(SolidDrawing, Supports):
     """Values that a mesh leaves open, and how it is meant: see :func:`read_mesh`."""
 
-    fixed: list[Name] = []
     fixed_layers: list[Name] = list(FIXED)
-    fixed_below: Number | None = None
     up: Literal["x", "y", "z"] = "z"
     scale: Positive = 1.0
 
@@ -122,8 +120,10 @@ def read_mesh(
         meshes = with_supports(
             _meshes(path, drawing), drawing.fixed, drawing.fixed_below, drawing.fixed_layers
         )
+    except CaseError:
+        raise
     except ValueError as error:
-        raise error if isinstance(error, CaseError) else CaseError(f"{path}: {error}") from None
+        raise CaseError(f"{path}: {error}") from None
     return scene_in_space(meshes, drawing, path)
 
 
@@ -156,7 +156,7 @@ def _objects(data: bytes, name: str) -> list[Mesh]:
     objects, group, key = 0, "", (0, "")
     text = data.decode("utf-8", "replace").replace("\\\n", " ")
     for number, line in enumerate(text.splitlines(), start=1):
-        word, _, rest = line.strip().partition(" ")
+        word, rest = [*line.split(maxsplit=1), "", ""][:2]
         try:
             if word == "v":
                 x, y, z = map(float, rest.split()[:3])

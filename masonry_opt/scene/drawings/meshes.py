@@ -55,10 +55,8 @@ class Side:
 
     @property
     def axes(self) -> np.ndarray:
-        """Unit vectors in the plane, shape (2, 3), the normal to their left."""
-        u = np.cross(self.normal, np.eye(3)[np.abs(self.normal).argmin()])
-        u /= np.linalg.norm(u)
-        return np.array([u, np.cross(self.normal, u)])
+        """Unit vectors in the plane, as :func:`across` has them."""
+        return across(self.normal)
 
     def flat(self, points: np.ndarray) -> list[np.ndarray]:
         """The rings in the axes, each of shape (corners, 2)."""
@@ -100,6 +98,13 @@ class Polyhedron:
         return (
             all(len(side.rings) == 1 for side in self.sides) and self.in_front(tolerance).max() <= tolerance
         )
+
+
+def across(normal: np.ndarray) -> np.ndarray:
+    """Two unit vectors in the plane of a unit normal, shape (2, 3), right-handed with it in this order."""
+    u = np.cross(normal, np.eye(3)[np.abs(normal).argmin()])
+    u /= np.linalg.norm(u)
+    return np.array([u, np.cross(normal, u)])
 
 
 def area_vector(corners: np.ndarray) -> np.ndarray:
@@ -163,13 +168,12 @@ def _through_inside(
     """Pairs of the faces that have an edge: each one and the first that turns the other way round the edge
     behind it."""
     low, high = points[list(edge)]
-    axis = (high - low) / np.linalg.norm(high - low)
-    u = np.cross(axis, np.eye(3)[np.abs(axis).argmin()])
+    u, v = across((high - low) / np.linalg.norm(high - low))
     forth: list[tuple[int, float]] = []
     back: list[tuple[int, float]] = []
     for number in having:
         away = points[faces[number]].mean(axis=0) - low
-        angle = float(np.arctan2(away @ np.cross(axis, u), away @ u))
+        angle = float(np.arctan2(away @ v, away @ u))
         (forth if edge in _around(faces[number]) else back).append((number, angle))
     for number, angle in forth:
         # Faces of two blocks that lie on each other have nothing between them.

@@ -5,10 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from masonry_opt.scene.blocks import Name, Number, Record
 from masonry_opt.scene.drawings.meshes import Mesh
 
 #: Supports have one of these words in the name of their layer or object.
 FIXED = ("fixed", "support")
+
+
+class Supports(Record):
+    """Which blocks are supports beside those drawn so: see :func:`read_mesh` and :func:`read_compas`."""
+
+    fixed: list[Name] = []
+    fixed_below: Number | None = None
 
 
 def listed(names: Sequence[str]) -> str:

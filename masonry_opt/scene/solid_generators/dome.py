@@ -19,7 +19,8 @@ _Place = tuple[float, float]
 
 
 class Dome(SolidGenerator):
-    """Equally high rings of voussoirs about the z axis, their corners on two spheres, on a fixed ring.
+    """Rings of voussoirs about the z axis, each of the same angle seen from the centre, their corners on two
+    spheres, on a fixed ring.
 
     Faces are flat and shared whole: voussoirs of "running" bond have further corners in the middle, at those
     of the rings above and below, and are two convex parts.

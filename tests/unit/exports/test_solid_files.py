@@ -145,6 +145,16 @@ def test_no_share_is_refused(result, share, tmp_path):
         mo.export(result, tmp_path / "a.obj", moved=share)
 
 
+def test_what_does_not_move_is_written_at_rest_alone(tmp_path):
+    pressed = mo.box("A", (0, 1), (0, 1), (0, 1), unit_weight=1, live=(0, 0, -1))
+    floor = mo.box("floor", (-1, 2), (-1, 2), (-1, 0), fixed=True)
+    result = mo.solve(mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[floor, pressed]), "static")
+    assert result.status is mo.Status.UNLIMITED
+    mo.export(result, tmp_path / "a.obj")
+    with pytest.raises(mo.OptionError, match="moved"):
+        mo.export(result, tmp_path / "b.obj", moved=1.0)
+
+
 @pytest.mark.parametrize("ending", ["obj", "glb", "gltf", "json"])
 def test_files_of_others_are_not_replaced(result, ending, tmp_path):
     if ending in ("glb", "gltf"):

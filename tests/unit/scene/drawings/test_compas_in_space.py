@@ -101,3 +101,33 @@ def test_models_with_a_list_of_elements(file):
     ]
     scene = mo.read_compas(file({"data": {"elements": elements}}), **GIVEN)
     assert [block.fixed for block in scene.blocks] == [True, False]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        box((1, 1, 0), (0, 0, 5)),
+        box((1, 1, 1), (0, 0, 5), xaxis=(0, 0, 0)),
+        box((1, 1, 1), (0, 0, 5), xaxis=(0, 2, 0)),
+    ],
+)
+def test_boxes_that_are_none_are_named(file, wrong):
+    with pytest.raises(mo.CaseError, match="block '1' is a box"):
+        mo.read_compas(file([box((1, 1, 1), (0, 0, 0)), wrong]), **GIVEN, fixed=["0"])
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"live": 0.1},
+        {"live": ()},
+        {"live": (1, 0), "space": True},
+        {"fixed_below": "ground"},
+        {"along": "y", "live": (1, 0, 0)},
+        {"along": 3},
+    ],
+    ids=str,
+)
+def test_options_that_mean_nothing_are_named(file, wrong):
+    with pytest.raises(mo.CaseError, match=next(iter(wrong))):
+        mo.read_compas(file(assembly(frustum(2, 2, -1, 0), frustum(1, 0.5, 0, 3))), **GIVEN, **wrong)

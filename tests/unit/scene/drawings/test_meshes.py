@@ -60,6 +60,11 @@ def test_objects_and_groups_name_blocks(file):
     ]
 
 
+def test_words_may_be_set_apart_by_tabs(file):
+    data = obj(STONES)
+    assert read(file(data.replace(b" ", b"\t"))).blocks == read(file(data)).blocks
+
+
 def test_supports_by_layer_name_and_height(file):
     blocks = {"a": STONES["fixed ground"], "b": STONES["low"], "c": STONES["high"]}
     layered = obj(blocks).replace(b"o a\n", b"g Fixed\no a\n").replace(b"o b\n", b"g Stones\no b\n")

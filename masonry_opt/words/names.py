@@ -1,0 +1,34 @@
+"""Names of blocks and joints in sentences, and the verbs that go with them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+#: Items of a list that are named; the rest is counted.
+_NAMED = 5
+
+
+def blocks(names: list[str]) -> str:
+    return f"{'block' if len(names) == 1 else 'blocks'} {some([repr(name) for name in names])}"
+
+
+def some(names: list[str]) -> str:
+    """The first five, and how many more."""
+    return ", ".join(names[:_NAMED]) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
+
+
+def pairs(v: dict[str, Any], told: Sequence[str] = ()) -> str:
+    """The pairs of blocks, each with what is told of it in brackets."""
+    brackets = [f" ({words})" for words in told] or [""] * len(v["pairs"])
+    return some([f"{a!r}–{b!r}{words}" for (a, b), words in zip(v["pairs"], brackets, strict=True)])
+
+
+def verb(number: int, word: str) -> str:
+    """A verb as a number of things does it: "1 slides", "2 slide" without the number."""
+    ending = "es" if word.endswith(("ch", "sh")) else "s"
+    return f"{word}{ending if number == 1 else ''}"
+
+
+def do(v: dict[str, Any], word: str) -> str:
+    return f"{blocks(v['blocks'])} {verb(len(v['blocks']), word)}"
