@@ -186,14 +186,17 @@ def _nearest(scene: Scene, geometry: Geometry, block: int, gaps: Mapping[tuple[i
     name = repr(scene.blocks[nearest].name)
     if gap <= geometry.tolerance:
         return f": it meets {name} corner on corner alone, where a joint needs an edge of either"
-    return how_far(name, gap, small)
+    return how_far(name, gap, rounding(gap) if small else "")
 
 
-def how_far(name: str, gap: float, small: bool) -> str:
-    """What to say of a block that touches nothing: the nearest one, how far it is, whether that is so small
-    that it may be rounding."""
-    rounded = f", or raise 'tolerance' to {rounded_up(gap, 2)} if coordinates were rounded" if small else ""
-    return f": {name}, the nearest, is {gap:.3g} away: close the gap{rounded}, or take the block away"
+def rounding(gap: float) -> str:
+    """What to do about a gap that is so small that it may be rounding."""
+    return f", or raise 'tolerance' to {rounded_up(gap, 2)} if coordinates were rounded"
+
+
+def how_far(name: str, gap: float, remedy: str) -> str:
+    """What to say of a block that touches nothing: the nearest one, how far it is, what to do about that."""
+    return f": {name}, the nearest, is {gap:.3g} away: close the gap{remedy}, or take the block away"
 
 
 def _refuse_overlaps(scene: Scene, geometry: Geometry, pairs: np.ndarray) -> None:

@@ -84,7 +84,7 @@ def wrong_file(
 
 
 def wrong_call(error: ValidationError, record: type[BaseModel], values: Mapping[str, Any]) -> CaseError:
-    """The error of a record called with wrong values: class, name, key, what is wrong."""
+    """The error of a record called with wrong values: its title or class, name, key, what is wrong."""
     field_names = {field.alias or name: name for name, field in record.model_fields.items()}
 
     def line(item: dict[str, Any]) -> str:
@@ -98,7 +98,8 @@ def wrong_call(error: ValidationError, record: type[BaseModel], values: Mapping[
             loc = [name, *loc[1:]] if loc else []
         return ": ".join([*where, _sentence(item, loc, held or record, _PYTHON_MESSAGES)])
 
-    return _told(error, f"{record.__name__} {_name(values)}".rstrip(), line)
+    called = record.model_config.get("title") or record.__name__
+    return _told(error, f"{called} {_name(values)}".rstrip(), line)
 
 
 def _keys(item: dict[str, Any]) -> list[Any]:

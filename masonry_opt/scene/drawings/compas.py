@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
+from pydantic import ConfigDict
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.blocks import Block, Number
@@ -26,6 +27,8 @@ _AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 class CompasDrawing(FlatDrawing):
     """Values that COMPAS data leaves open: see :func:`read_compas`."""
+
+    model_config = ConfigDict(title="COMPAS data")
 
     along: tuple[Number, Number, Number] | None = None
 
@@ -89,7 +92,7 @@ def read_compas(
     path = drawing_path(path, ".json")
     data = parse_file(path)
     if space is None and live is not None:
-        space = isinstance(live, Sequence) and len(live) == 3
+        space = np.size(live) == 3
     if space and along is not None:
         raise CaseError(f"{path}: 'along' is of scenes in the plane: leave it out, or give a 'live' of two")
     supports = Supports(fixed=list(fixed), fixed_below=fixed_below)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import shapely
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
 from masonry_opt.errors import CaseError, OutputError
 from masonry_opt.files import MARK, refuse_replacing, write_whole
@@ -28,6 +28,8 @@ from masonry_opt.scene.tables import reason
 
 class DxfDrawing(FlatDrawing):
     """Values that a DXF drawing leaves open, and the meaning of its layers: see :func:`read_dxf`."""
+
+    model_config = ConfigDict(title="a DXF drawing")
 
     live_layers: dict[Name, Direction] = {}
     thickness: Positive | None = None

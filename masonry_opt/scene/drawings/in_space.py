@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from pydantic import ConfigDict
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.drawings.convex_parts import convex_parts
@@ -28,6 +29,8 @@ _SLAB = 0.1
 
 class SolidDrawing(Drawing):
     """Values that a drawing of solids leaves open: see :func:`read_mesh` and :func:`read_compas`."""
+
+    model_config = ConfigDict(title="solids as drawn")
 
     live: Vector = (0.0, 0.0, 0.0)
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from pydantic import ConfigDict
 
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.scene.blocks import LARGEST_NUMBER, Name, Positive
@@ -37,6 +38,8 @@ _AXES = {
 
 class MeshDrawing(SolidDrawing, Supports):
     """Values that a mesh leaves open, and how it is meant: see :func:`read_mesh`."""
+
+    model_config = ConfigDict(title="a mesh")
 
     fixed_layers: list[Name] = list(FIXED)
     up: Literal["x", "y", "z"] = "z"
@@ -135,7 +138,9 @@ def _meshes(path: Path, drawing: MeshDrawing) -> list[Mesh]:
     kind = path.suffix.lower()[1:]
     found = _objects(data, path.stem) if kind == "obj" else _triangles(data, kind, path.stem)
     if not found:
-        raise ValueError("holds no faces")
+        raise ValueError(
+            "holds no faces, or is cut short: export closed surfaces to it, in the format that its name says"
+        )
     for mesh in found:
         if not (np.abs(mesh.points) <= LARGEST_NUMBER).all():
             raise ValueError(f"block '{mesh.name}' has a coordinate that is no number")

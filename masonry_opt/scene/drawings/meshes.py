@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -84,14 +84,33 @@ class Polyhedron:
         return np.where(wide, off, 0.0)
 
     @property
+    def _areas(self) -> np.ndarray:
+        """Normals of the sides as long as their areas, shape (sides, 3)."""
+        return np.array([sum(area_vector(self.points[ring]) for ring in side.rings) for side in self.sides])
+
+    @property
+    def volume(self) -> float:
+        """Inside the sides, if they close."""
+        base = np.array([side.base for side in self.sides])
+        return float(np.sum(self._areas * (base - base[0]))) / 3
+
+    @property
+    def area(self) -> float:
+        return float(np.linalg.norm(self._areas, axis=1).sum())
+
+    @property
     def thickness(self) -> float:
         """Some width of it: volume over half its surface."""
-        volume = area = 0.0
-        for side in self.sides:
-            vector = sum((area_vector(self.points[ring]) for ring in side.rings), np.zeros(3))
-            volume += float(vector @ (side.base - self.sides[0].base)) / 3
-            area += float(np.linalg.norm(vector))
-        return 2 * volume / area if area else 0.0
+        return 2 * self.volume / self.area if self.area else 0.0
+
+    def unclosed(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """The ends of an edge that sides have more often in one direction than in the other, if there is
+        any."""
+        ways = Counter(edge for side in self.sides for ring in side.rings for edge in _around(ring))
+        for (tail, tip), count in ways.items():
+            if count != ways[tip, tail]:
+                return self.points[tail], self.points[tip]
+        return None
 
     def convex(self, tolerance: float) -> bool:
         """Whether it is convex, but for the tolerance."""

@@ -7,11 +7,15 @@ from collections.abc import Mapping
 import numpy as np
 import shapely
 
-from masonry_opt.scene.contact import how_far, refuse_loose
+from masonry_opt.errors import rounded_up
+from masonry_opt.scene.contact import how_far, refuse_loose, rounding
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.frames import dots, lengths
 from masonry_opt.scene.space.pairs import boxes, reach
 from masonry_opt.scene.space.shapes import Shapes
+
+#: Gap that may be a joint of mortar, over the cube root of a block's volume.
+_MORTAR = 0.2
 
 
 def refuse_floating(
@@ -37,8 +41,12 @@ def _beside(scene: Scene, shapes: Shapes, block: int, gaps: Mapping[tuple[int, i
     if facing:
         nearest = min(facing, key=lambda other: facing[other])
         gap = facing[nearest]
-    small = gap <= reach(shapes)[[block, nearest]].min()
-    return how_far(repr(scene.blocks[nearest].name), gap, small)
+    both, remedy = [block, nearest], ""
+    if gap <= reach(shapes)[both].min():
+        remedy = rounding(gap)
+    elif gap <= _MORTAR * np.cbrt(shapes.volume[both].min()):
+        remedy = f", or raise 'contact_tolerance' to {rounded_up(gap, 2)} if mortar was left out"
+    return how_far(repr(scene.blocks[nearest].name), gap, remedy)
 
 
 def _nearest(shapes: Shapes, block: int) -> tuple[int, float]:

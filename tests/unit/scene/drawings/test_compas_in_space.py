@@ -51,6 +51,11 @@ def file(tmp_path):
     return write
 
 
+def test_a_load_of_one_number_is_refused_by_its_key(file):
+    with pytest.raises(mo.CaseError, match="COMPAS data: key 'live'"):
+        mo.read_compas(file(assembly(frustum(2, 2, -1, 0), frustum(1, 0.5, 0, 3))), **GIVEN, live=3)
+
+
 def test_what_is_no_prism_of_one_wall_is_read_whole(file):
     data = assembly(frustum(2, 2, -1, 0), frustum(1, 0.5, 0, 3))
     for scene in (

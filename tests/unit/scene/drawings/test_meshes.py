@@ -94,6 +94,11 @@ def test_axes_and_units(file):
         )
 
 
+def test_a_load_in_the_plane_is_refused_by_its_key(file):
+    with pytest.raises(mo.CaseError, match="a mesh: key 'live': needs three numbers"):
+        read(file(obj(STONES)), live=(1, 0))
+
+
 U = [(0, 0), (1, 0), (1, 2), (3, 2), (3, 0), (4, 0), (4, 3), (0, 3)]
 
 
@@ -123,6 +128,27 @@ def test_a_block_with_a_hole_through_it_and_one_in_the_hole(file):
     scene = read(file(obj({"fixed": ground, "frame": frame, "stone": prism(inner, 1.0)})))
     assert shapes(scene).volume == pytest.approx([3, 8, 1])
     assert sum(contacts_of(scene).area) == pytest.approx(3 + 4)
+
+
+@pytest.mark.parametrize("missing", range(10))
+def test_a_notched_block_with_a_face_missing_is_refused(file, missing):
+    corners, faces = prism(U, 0.5)
+    portal = corners, faces[:missing] + faces[missing + 1 :]
+    with pytest.raises(mo.CaseError, match=r"block 'portal' is not closed at its edge from \("):
+        read(file(obj({"fixed": box((-1, 5), (-1, 2), (-1, 0)), "portal": portal})))
+
+
+def test_a_block_with_a_face_inside_is_refused(file):
+    corners, faces = STONES["high"]
+    with pytest.raises(mo.CaseError, match="block 'high' is not closed at its edge"):
+        read(file(obj(STONES | {"high": (corners, [*faces, (0, 1, 6)])})))
+
+
+def test_a_block_of_two_boxes_in_one_another_is_refused(file):
+    (low, faces), (high, _) = box((0, 2), (0, 1), (1, 3)), box((1, 3), (0, 1), (2, 4))
+    cross = np.concatenate([low, high]), [*faces, *(tuple(8 + one for one in face) for face in faces)]
+    with pytest.raises(mo.CaseError, match="block 'high' has faces that cross"):
+        read(file(obj(STONES | {"high": cross})))
 
 
 def turned(corners, angle=0.3):

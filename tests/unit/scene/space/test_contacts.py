@@ -272,7 +272,7 @@ def test_a_wall_in_running_bond_has_the_joints_that_its_bond_gives():
 def test_blocks_drawn_apart_or_into_one_another_touch_within_the_contact_tolerance(off):
     """Details of less than ten times that stay: the upper stone stands on feet of 0.2."""
     stone = parted("stone", *(((x, x + 0.2), (0, 1), (off, 2)) for x in (0, 0.8)))
-    with pytest.raises(mo.CaseError, match=r"overlap .*'contact_tolerance' to 0\.05|touches no"):
+    with pytest.raises(mo.CaseError, match=r"'contact_tolerance' to 0\.05"):
         contacts_of(scene(FLOOR, stone))
     found = contacts_of(scene(FLOOR, stone, contact_tolerance=0.06))
     assert found.area == pytest.approx([0.2, 0.2])
