@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.acceptance import SMALLEST, Kind
 from masonry_opt.answer.answer import Found
 from masonry_opt.answer.motion import moving_names
 from masonry_opt.answer.reasons import Code, reason, size_of
@@ -18,11 +18,12 @@ from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.methods.mcp.passes import PASSES_UP_TO
+from masonry_opt.methods.mcp.passes import PASSES_UP_TO, Passes
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble, with_joints_of
 from masonry_opt.problem.kept import Kept
+from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import Solver, find_solver
 
@@ -145,7 +146,7 @@ class Session:
         effort.uses(solver.name, "load to expect")
         with effort.measure("expected"):
             solution = method.run(Task(problem, solver, effort=Effort(effort.begins), kept=self.kept))
-        if solution.load_factor is not None and solution.load_factor < -ZERO:
+        if solution.load_factor is not None and not _stands(problem, solution.load_factor):
             from masonry_opt.standing.no_load_factor import withdraw_wedged
 
             withdraw_wedged(assembly, solution)
@@ -181,6 +182,14 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
         )
 
 
+def _stands(problem: Problem, load_factor: float) -> bool:
+    """Whether a Coulomb load factor is of a scene that carries its dead load from rest: contacts that give
+    are asked where it is next to nothing."""
+    if abs(load_factor) > SMALLEST or not problem.dead.any():
+        return load_factor >= -ZERO
+    return load_factor >= -ZERO and Passes(problem).carry_dead_load()
+
+
 def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: bool) -> None:
     """Set the associative load factor beside a Coulomb answer; without a load factor ≥ 0, explain why."""
     if not is_associative:
@@ -191,7 +200,11 @@ def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: b
             set_beside(task, solution)
     if solution.expected is not None:
         solution.expected.associative = solution.associative_value
-    if solution.load_factor is not None and solution.load_factor >= -ZERO:
+    found = solution.load_factor
+    wedged = solution.expected is not None and solution.expected.status is Status.UNSTABLE
+    if found is not None and (
+        found >= -ZERO if is_associative else not wedged and _stands(task.problem, found)
+    ):
         return
     from masonry_opt.standing.no_load_factor import explain
 

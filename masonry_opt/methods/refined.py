@@ -129,6 +129,8 @@ class _Lowest:
         state = candidate.state
         if state is None or lower_of(self.state, state) is not state:
             return
+        if not passes_of(self._task).tells(state.load_factor, state.d):
+            return
         self.state = state
         undecided = self._refiner.undecided
         self.stationary = None if undecided is None else undecided == 0

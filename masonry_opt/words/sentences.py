@@ -91,8 +91,9 @@ def _states_met(v: dict[str, Any]) -> str:
 
 def _wedged(v: dict[str, Any]) -> str:
     support = f"; support what moves, {blocks(v['blocks'])}" if v["blocks"] else ""
+    below = "below zero" if v["load_factor"] < 0 else "and from rest there is none"
     return (
-        f"the load factor found is {numeral(v['load_factor'], '.4g')}, below zero: the dead load is "
+        f"the load factor found is {numeral(v['load_factor'], '.4g')}, {below}: the dead load is "
         f"carried by wedging alone, which the joints' flow rule does not sustain{support}"
     )
 

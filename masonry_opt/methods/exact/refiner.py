@@ -30,6 +30,7 @@ from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs_lp import LinearProgram
 from masonry_opt.solvers.highs_session import HighsSession
 from masonry_opt.solvers.lp import LpSize, Verdict
+from masonry_opt.standing.weightless import weightless
 
 #: A rate above this takes part in a mechanism; a slack below this is at yield.
 _AT_WORK, _AT_YIELD = 1e-9, 1e-7
@@ -235,15 +236,17 @@ class Refiner(Settling):
 
     def _moving_least(self, state: ExactState) -> ExactState | None:
         """A lower state on the mechanism that moves least of the faces that hold λ up, each weighed by how
-        strongly it does; None if that state is no lower. One program in place of one for each face."""
+        strongly it does; None if that state is no lower, or what moves there weighs nothing. One program in
+        place of one for each face."""
         if not state.strength.any():
             return None
         found = self.mechanism(state.strength / state.strength.max(), state.slack > _AT_YIELD)
         if found is None:
             return None
         candidate = self.least(found[1] > _AT_WORK, found[0])
-        fell = candidate is not None and is_lower(candidate.load_factor, state.load_factor)
-        return candidate if fell else None
+        if candidate is None or not is_lower(candidate.load_factor, state.load_factor):
+            return None
+        return None if weightless(self.problem, candidate.load_factor, candidate.d) else candidate
 
     def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         """With the costs of (b)'s program changed."""

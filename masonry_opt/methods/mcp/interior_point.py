@@ -55,6 +55,7 @@ class Outcome(StrEnum):
     STEPS = "the gap lingers"
     LOST = "grew without end"
     SINGULAR = "singular matrix"
+    WEIGHTLESS = "what moves weighs nothing"
 
 
 @dataclass(frozen=True)

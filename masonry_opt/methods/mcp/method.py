@@ -145,6 +145,8 @@ class _States:
             self._keep(self._search.start(start.q).state)
         if self._lowest is None:
             found = alternated(self._problem, start.load_factor, start.q, self._effort)
+            if found is not None and not self._passes.tells(found.load_factor, found.d):
+                found = None
             self._by_programs = _exact_or_lower(self._by_programs, found)
             if self._problem.layout.round:
                 self.met.count(None if found is None or found.failing(Kind.EXACT) else found)
@@ -168,7 +170,8 @@ class _States:
             self._keep(candidate.state)
 
     def _keep(self, state: ExactState | None) -> None:
-        self._lowest = lower_of(self._lowest, state)
+        if state is None or self._passes.tells(state.load_factor, state.d):
+            self._lowest = lower_of(self._lowest, state)
 
 
 def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:

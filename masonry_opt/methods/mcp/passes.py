@@ -18,6 +18,7 @@ from masonry_opt.methods.mcp.schedule import BRAKES, LEAST_LOAD, NewtonStep
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
+from masonry_opt.standing.weightless import weightless
 
 #: Joints up to which the load to expect is told beside the answers of other methods.
 PASSES_UP_TO = 8000
@@ -25,6 +26,10 @@ PASSES_UP_TO = 8000
 #: Compliance of contacts in passes of a search, which more often end than those with rigid ones, and in
 #: space, where softer ones lead lower.
 _OTHERS_GIVE, _OTHERS_GIVE_IN_SPACE = 1e-4, 1e-2
+
+#: Share of the dead load from which on soft contacts carry it: those of an arch carry 0.2, those of a stone
+#: that nothing presses against walls 2e-5.
+_CARRIES = 1e-3
 
 #: From this gap on a pass that stalls may have forces that a mechanism goes with.
 _NEAR = 1e-2
@@ -72,10 +77,9 @@ class Passes:
         problem = self.problem
         if not problem.dead.any():
             return np.zeros(problem.B.shape[1])
-        passes = Passes(replace(problem, live=problem.dead))
-        state = passes.giving(1.0).run()
+        state = self._under_dead_load()
         if state is not None and (problem.cohesion.any() or len(problem.crushing)):
-            state = passes.giving(1 + state.load_factor).run()
+            state = self._under_dead_load(1 + state.load_factor)
         return None if state is None else state.q / (1 + state.load_factor)
 
     def run(
@@ -118,6 +122,21 @@ class Passes:
             if centre.is_end:
                 return replace(centre.state, load_factor=self._unit * load_factor)
         return None
+
+    def tells(self, load_factor: float, d: np.ndarray) -> bool:
+        """Whether a mechanism (3b,) at a load factor tells of the load. One of blocks that weigh nothing
+        there does so only where from rest these do not carry the dead load either."""
+        return not weightless(self.problem, load_factor, d) or not self.carry_dead_load()
+
+    def carry_dead_load(self) -> bool:
+        """Whether contacts that give carry the dead load from rest; where friction alone holds blocks that
+        nothing presses together they do not."""
+        state = self._under_dead_load()
+        return state is None or 1 + state.load_factor > _CARRIES
+
+    def _under_dead_load(self, give: float = 1.0) -> State | None:
+        """The state of contacts that give, with the dead load as live load besides."""
+        return Passes(replace(self.problem, live=self.problem.dead)).giving(give).run()
 
     def over(self, problem: Problem, follow: Callable[[NewtonStep], None]) -> State | None:
         """The state that a pass over a problem of other loads or law ends in, with contacts that give."""
@@ -167,14 +186,22 @@ def follow(
     brake: float = BRAKES[0],
     begun: Iterate | None = None,
 ) -> State | None:
-    """The state that a pass ends in (see :meth:`Passes.run`), its steps reported and recorded."""
-    return passes.run(_recorder(task, history, attempt), brake, begun)
+    """The state that a pass ends in (see :meth:`Passes.run`) if it tells of the load, its steps reported and
+    recorded."""
+    return _telling(passes, passes.run(_recorder(task, history, attempt), brake, begun))
 
 
 def follow_path(task: Task, passes: Passes, history: list[Any], attempt: int) -> State | None:
     """The same of the path of centres."""
     with task.effort.measure("solve"):
-        return passes.end_of_path(_recorder(task, history, attempt))
+        return _telling(passes, passes.end_of_path(_recorder(task, history, attempt)))
+
+
+def _telling(passes: Passes, state: State | None) -> State | None:
+    if state is None or passes.tells(state.load_factor, state.d):
+        return state
+    passes.outcome = Outcome.WEIGHTLESS
+    return None
 
 
 def _recorder(task: Task, history: list[Any], attempt: int) -> Callable[[NewtonStep], None]:
