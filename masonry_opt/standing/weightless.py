@@ -14,6 +14,7 @@ def weightless(problem: Problem, load_factor: float, d: np.ndarray) -> bool:
     if load_factor >= -ZERO:
         return False
     speeds = np.abs(problem.by_block(d)).max(axis=1)
-    load = np.abs(problem.by_block(problem.dead + load_factor * problem.live)).max(axis=1)
+    dead, live = problem.by_block(problem.dead), load_factor * problem.by_block(problem.live)
+    left, sizes = np.abs(dead + live).max(axis=1), np.abs(dead).max(axis=1) + np.abs(live).max(axis=1)
     moving = speeds > MOVES * speeds.max()
-    return bool(load[moving].max(initial=0.0) <= DRIVES * np.abs(problem.dead).max())
+    return bool((left[moving] <= DRIVES * sizes[moving]).all())
