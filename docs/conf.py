@@ -60,6 +60,7 @@ sphinx_gallery_conf = {
         "gallery/first",
         "gallery/arches",
         "gallery/walls",
+        "gallery/loads",
         "gallery/space",
         "gallery/many",
         "gallery/methods",

@@ -22,7 +22,17 @@ from masonry_opt.session import Session
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, SolverEntry, find_entry, find_solver
 
 #: Arguments of :func:`solve` that are no options of a method.
-_ARGUMENTS = ("scene", "method", "model", "solver", "tolerance", "expected", "progress", "phases")
+_ARGUMENTS = (
+    "scene",
+    "method",
+    "model",
+    "solver",
+    "tolerance",
+    "expected",
+    "load_case",
+    "progress",
+    "phases",
+)
 
 
 def solve(
@@ -33,6 +43,7 @@ def solve(
     solver: str | None = None,
     tolerance: float | None = None,
     expected: bool = True,
+    load_case: str | None = None,
     progress: Progress = lambda _: None,
     phases: Phases = lambda _: None,
     **options: Any,
@@ -63,6 +74,8 @@ def solve(
     expected:
         Whether Coulomb methods also tell the load to expect, by method "compliant" (up to 8000
         joints, in space contact points).
+    load_case:
+        Name of a load case of the scene, which is needed where it has any; :func:`solve_cases` solves all.
     progress:
         Called with every step of the method: :class:`~.mcp.schedule.NewtonStep`,
         :class:`~.loop.run.Iteration` of the loop, :class:`~.mpec.RelaxationStep`,
@@ -84,8 +97,8 @@ def solve(
     CaseError
         If the case file or scene is wrong, or nothing carries a live load.
     OptionError
-        If a method, model, solver or option is unknown or not available, or the method does not know
-        dilatancy that falls with stress, or no limited strength, or no solids.
+        If a method, model, solver, option or load case is unknown or not available, or the method does not
+        know dilatancy that falls with stress, or no limited strength, or no solids.
     """
     for name, given in (("progress", progress), ("phases", phases)):
         if not callable(given):
@@ -94,7 +107,7 @@ def solve(
     effort = Effort(phases)
     effort.begins("reading blocks")
     with effort.measure("scene"):
-        scene = as_scene(scene)
+        scene = as_scene(scene, load_case)
     return session.solve(scene, progress, effort)
 
 

@@ -20,7 +20,8 @@ from rich.console import Console
 from typer.core import TyperGroup
 
 from masonry_opt.analysis import solve as solve_scene
-from masonry_opt.command_options import Force, View, angles, method_options
+from masonry_opt.answer.result import Result
+from masonry_opt.command_options import Force, LoadCaseName, View, angles, method_options
 from masonry_opt.errors import (
     InterruptedByUserError,
     MasonryError,
@@ -30,16 +31,21 @@ from masonry_opt.errors import (
     printable,
 )
 from masonry_opt.methods.registry import DEFAULT, METHODS
+from masonry_opt.scene.case_file import as_scene
 from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE
 from masonry_opt.words.sentences import numeral
 from masonry_opt.words.terminal import changing_line, left_by, print_result, print_text
 
 #: Commands that are loaded when they are called: by name, where their typer app is.
 _LOADED = {
+    "capacity": "masonry_opt.finite_motion.command",
     "convert": "masonry_opt.convert",
     "compare": "masonry_opt.studies.compare.compare_command",
+    "directions": "masonry_opt.studies.load_cases.directions_command",
+    "crossing": "masonry_opt.studies.crossing.crossing_command",
     "least": "masonry_opt.studies.many.least_command",
     "reproduce": "masonry_opt.studies.reproduce",
+    "settle": "masonry_opt.studies.settle.settle_command",
     "sweep": "masonry_opt.studies.many.sweep_command",
 }
 
@@ -101,6 +107,7 @@ def solve(
     expected: Annotated[
         bool, typer.Option(help="Beside a Coulomb answer, also the load to expect (up to 8000 joints).")
     ] = True,
+    load_case: LoadCaseName = None,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
     verbose: Annotated[
         bool,
@@ -134,9 +141,10 @@ def solve(
         typer.Option("--option", "-o", help="The method's own, as NAME=VALUE; may be repeated."),
     ] = None,
 ) -> None:
-    """Find the load factor at which CASE collapses.
+    """Find the load factor at which CASE collapses, of all its load cases unless one is named.
 
-    Exit code 0: there is one; 1: there is none, the status says why; 2: wrong case file or option.
+    Exit code 0: there is one (of every load case); 1: there is none, the status says why; 2: wrong case file
+    or option.
     """
     if json + verbose + quiet > 1:
         raise OptionError("--json, --verbose and --quiet say each what is printed: give one of them")
@@ -149,11 +157,11 @@ def solve(
     if mechanism == _DRAWN[1] and (not expected or method in ("static", "kinematic")):
         raise OptionError(f"--mechanism {mechanism}: goes with a Coulomb method, and not with --no-expected")
     kind, seen_from = plot_kind or "mechanism", angles(view)
+    scene = as_scene(case, load_case)
     if plot is not None:  # refused now, not after the solve
         from masonry_opt.drawing.saved import refuse_saving
-        from masonry_opt.scene.case_file import load
 
-        refuse_saving(load(case), plot, kind, names, force, seen_from)
+        refuse_saving(scene, plot, kind, names, force, seen_from)
     options = method_options(option, solve_scene)
     if kind == "curve" and not options.get("curve"):
         raise OptionError("--plot-kind curve needs --method compliant and --option curve=true")
@@ -176,8 +184,9 @@ def solve(
                 show(f"{name}: {told[-1]}")
 
         try:
-            result = solve_scene(
-                case,
+            solved = _solves_all() if scene.load_cases and load_case is None else solve_scene
+            answer = solved(
+                scene,
                 method,
                 model=model,
                 solver=solver,
@@ -187,15 +196,17 @@ def solve(
                 phases=begun,
                 **options,
             )
+            # Of load cases the governing one is drawn.
+            result = answer if isinstance(answer, Result) else answer.to_draw
             if not result.solution.interrupted:  # else it is the lowest state of a search
                 check_interrupt()
         except KeyboardInterrupt:
             last = f"the last was {steps[-1]}, not the answer" if steps else "before the first λ"
             raise InterruptedByUserError(f"interrupted: {last}; nothing was written") from None
     if json:
-        print_text(result.to_json())
+        print_text(answer.to_json())
     elif not quiet:
-        print_result(result.details if verbose else result.summary)
+        print_result(answer.details if verbose else answer.summary)
     elif result.status.usable:
         print_text(numeral(result.required(), ".10g"))
     if plot is not None:
@@ -204,19 +215,24 @@ def solve(
             (drawn or result).save(plot, kind, names, force, seen_from)
     if quiet:
         result.required()
-    if not result.status.usable:
+    if not answer.usable:
         raise typer.Exit(1)
 
 
+def _solves_all() -> Callable[..., Any]:
+    """What solves all load cases: of the studies, which are loaded by name."""
+    return import_module("masonry_opt.studies.load_cases.cases").solve_cases
+
+
 @app.command()
-def check(case: Case) -> None:
+def check(case: Case, load_case: LoadCaseName = None) -> None:
     """Hold static against kinematic and CVXPY against Pyomo on CASE.
 
     Exit code 0: they agree; 1: they do not, or there is no load factor; 2: wrong case file.
     """
     from masonry_opt.duality import check as check_duality
 
-    report = check_duality(case)
+    report = check_duality(as_scene(case, load_case))
     print_result(str(report))
     if not report.passed:
         raise typer.Exit(1)
@@ -227,22 +243,22 @@ def draw(
     case: Case,
     file: Annotated[Path, typer.Argument(help="File to write (.png, .svg, .pdf).", show_default=False)],
     names: Annotated[bool, typer.Option("--names", help="Write the blocks' names.")] = False,
+    load_case: LoadCaseName = None,
     view: View = None,
     force: Force = False,
 ) -> None:
     """Draw CASE to FILE before solving it: blocks, supports, joints found, small gaps, loads.
 
-    Prints how many there are, and what looks unintended.
+    Prints how many there are, and what looks unintended. Without --load-case loads are drawn as given.
     """
     from masonry_opt.drawing.figure import refuse_picture
     from masonry_opt.drawing.found import counts, doubts
     from masonry_opt.drawing.pictures import scene_picture
     from masonry_opt.drawing.view import refuse_view
     from masonry_opt.problem.assembly import assemble
-    from masonry_opt.scene.case_file import load
 
     refuse_picture(file, force)
-    scene, seen_from = load(case), angles(view)
+    scene, seen_from = as_scene(case, load_case), angles(view)
     refuse_view(scene, seen_from)
     assembly = assemble(scene, floating=True)
     with _writing(file):
@@ -268,6 +284,7 @@ def export(
             show_default=False,
         ),
     ] = None,
+    load_case: LoadCaseName = None,
     force: Force = False,
 ) -> None:
     """Write the program that a method declares for CASE to FILE, for other solvers; or solids, for others.
@@ -277,8 +294,8 @@ def export(
     from masonry_opt.exports.export import export as write
     from masonry_opt.exports.solid_files import SOLID_ENDS
 
-    solids = file.suffix.lower() in SOLID_ENDS
-    what = solve_scene(case, method, expected=False) if solids and method else case
+    solids, scene = file.suffix.lower() in SOLID_ENDS, as_scene(case, load_case)
+    what = solve_scene(scene, method, expected=False) if solids and method else scene
     print_text(
         "\n".join(printable(str(path)) for path in write(what, file, None if solids else method, force))
     )

@@ -21,6 +21,12 @@ View = Annotated[
     typer.Option(metavar="AZIMUTH,ELEVATION", help="Of solids: from where they are seen, in degrees."),
 ]
 
+#: Of every command that takes a scene as one of its load cases has it.
+LoadCaseName = Annotated[
+    str | None,
+    typer.Option("--load-case", metavar="NAME", help="The load case of CASE, where it has any."),
+]
+
 
 def angles(view: str | None) -> tuple[float, float] | None:
     """Azimuth and elevation from a text; raises OptionError if it has another form."""

@@ -21,9 +21,10 @@ from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.methods.mcp.passes import PASSES_UP_TO, Passes
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.methods.task import Method, Progress, Task
-from masonry_opt.problem.assembly import Assembly, assemble, with_joints_of
+from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
 from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.problem import Problem
+from masonry_opt.scene.load_cases import refuse_without_case
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import Solver, find_solver
 
@@ -32,7 +33,7 @@ from masonry_opt.solvers.registry import Solver, find_solver
 _BESIDE_UP_TO = 8000
 
 #: Methods whose answer is associative itself; the method whose answer is the load to expect.
-_ASSOCIATIVE, _EXPECTED = ("static", "kinematic"), "compliant"
+ASSOCIATIVE, _EXPECTED = ("static", "kinematic"), "compliant"
 
 
 @dataclass
@@ -44,7 +45,8 @@ class Session:
     method, solver, options: as chosen; see :func:`~masonry_opt.analysis.prepare`.
     dead_load: the solver that decides whether a scene stands.
     expected: whether Coulomb methods tell the load to expect too.
-    kept: geometry and compiled programs, if it keeps them for scenes that differ in joint properties alone.
+    kept: geometry and compiled programs, if it keeps them for scenes that differ in joint properties alone;
+        of those that differ in loads geometry, joints and matrices.
         No answer depends on earlier scenes; but their forces may show that a scene stands.
     """
 
@@ -61,14 +63,22 @@ class Session:
     ) -> Result:
         """The result of a scene; raises what :func:`~masonry_opt.analysis.solve` raises of scenes."""
         effort = effort or Effort()
-        assembly, solution = self.answer(scene, progress, effort)
+        return self._result(*self.answer(scene, progress, effort), effort)
+
+    def falls(self, assembly: Assembly, effort: Effort) -> Result | None:
+        """The result of a scene that does not stand under its dead load; None if it stands."""
+        solution = self._unless_it_stands(assembly, effort)
+        return None if solution is None else self._result(assembly, solution, effort)
+
+    def push(self, assembly: Assembly, progress: Progress, effort: Effort) -> Result:
+        """The result of a scene that is known to stand; raises as ``solve``."""
+        refuse_unsuited(self.method, assembly)
+        return self._result(assembly, self.pushed(assembly, progress, effort), effort)
+
+    def _result(self, assembly: Assembly, solution: Solution, effort: Effort) -> Result:
+        method, solver = self.method.name, self.solver
         return make_result(
-            assembly,
-            solution,
-            effort,
-            method=self.method.name,
-            model=self.solver.language,
-            solver=self.solver.name,
+            assembly, solution, effort, method=method, model=solver.language, solver=solver.name
         )
 
     def answer(self, scene: Scene, progress: Progress, effort: Effort) -> tuple[Assembly, Solution]:
@@ -76,24 +86,26 @@ class Session:
         effort.begins("finding joints")
         with effort.measure("scene"):
             assembly = self._assembled(scene)
-        problem = assembly.problem
         refuse_unsuited(self.method, assembly)
         solution = self._unless_it_stands(assembly, effort)
-        if solution is None:
-            expected = self._to_expect(assembly, effort)
-            effort.begins(f"method '{self.method.name}'")
-            task = Task(problem, self.solver, self.options, effort, progress, self.kept, expected)
-            solution = self.method.run(task)
-            solution.expected = expected
-            solution.accept()
-            _judge(assembly, task, solution, is_associative=self.method.name in _ASSOCIATIVE)
-            if solution.status is Status.SOLVER_FAILED:
-                # Nothing bears out what forces and velocities say.
-                solution.found = Found(curved=solution.found.curved)
-        return assembly, solution
+        return assembly, solution or self.pushed(assembly, progress, effort)
+
+    def pushed(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution:
+        """The solution of a scene that stands."""
+        expected = self._to_expect(assembly, effort)
+        effort.begins(f"method '{self.method.name}'")
+        task = Task(assembly.problem, self.solver, self.options, effort, progress, self.kept, expected)
+        solution = self.method.run(task)
+        solution.expected = expected
+        solution.accept()
+        _judge(assembly, task, solution, is_associative=self.method.name in ASSOCIATIVE)
+        if solution.status is Status.SOLVER_FAILED:
+            # Nothing bears out what forces and velocities say.
+            solution.found = Found(curved=solution.found.curved)
+        return solution
 
     def _assembled(self, scene: Scene) -> Assembly:
-        assembly = with_joints_of(self._last, scene) if self._last is not None else None
+        assembly = on_matrices_of(self._last, scene) if self._last is not None else None
         if assembly is None:
             assembly = assemble(scene)
         if self.kept.keeps:
@@ -133,7 +145,7 @@ class Session:
     def _to_expect(self, assembly: Assembly, effort: Effort) -> Solution | None:
         """What method "compliant" finds, or why it is not asked; None where nobody wants to know. Its steps
         and time stand apart from those of the method."""
-        if not self.expected or self.method.name in (*_ASSOCIATIVE, _EXPECTED):
+        if not self.expected or self.method.name in (*ASSOCIATIVE, _EXPECTED):
             return None
         method, problem = METHODS[_EXPECTED], assembly.problem
         if method.constant_dilatancy and problem.dilatancy_depends_on_stress:
@@ -154,17 +166,31 @@ class Session:
 
 
 def refuse_unsuited(method: Method, assembly: Assembly) -> None:
-    """Raise CaseError if nothing carries a live load, OptionError if the method does not know such joints,
-    or solids."""
-    problem = assembly.problem
+    """Raise CaseError if nothing carries a live load, OptionError if no load case is named of a scene that
+    has any, or the method does not know such joints, or solids."""
+    problem, scene = assembly.problem, assembly.scene
+    refuse_without_case(scene)
     if not problem.live_norm:
+        case = scene.load_case
+        named = f"load case '{case.name}': " if case is not None else ""
+        if scene.factor_of_axles and (scene.axles or case is not None):
+            raise CaseError(
+                f"{scene.origin}: {named}its axles move, and nothing else is a live load: use crossing "
+                "(in Python mo.crossing), which finds their worst position"
+            )
+        if case is not None:
+            raise CaseError(
+                f"{scene.origin}: {named}nothing that it makes live ({case}) loads a block: give another "
+                "group of loads, or loads of these"
+            )
         ways = (
             "'live = [fx, fy]', there or in a [[load]] (a [wall]: 'live_per_weight', a multiple of its "
-            'weight), an [[edge_load]] of kind "live", or \'tilt = "right"\' to tilt the ground'
+            'weight), an [[edge_load]] of kind "live", an [earthquake], or \'tilt = "right"\' to tilt the '
+            "ground"
         )
-        if assembly.scene.dimension == 3:
+        if scene.dimension == 3:
             ways = "'live = [fx, fy, fz]', there or in a [[load]], 'live_per_weight', or 'tilt = [x, y, z]'"
-        raise CaseError(f"{assembly.scene.origin}: no block carries a live load: give one {ways}")
+        raise CaseError(f"{scene.origin}: no block carries a live load: give one {ways}")
     if method.constant_dilatancy and problem.dilatancy_depends_on_stress:
         raise OptionError(
             f"method '{method.name}' does not know dilatancy that falls with stress: use 'nonassociative', "
@@ -174,6 +200,11 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
         raise OptionError(
             f"{assembly.scene.origin}: its blocks are solids, which method '{method.name}' does not know: "
             "use another"
+        )
+    if problem.matrices.limited and not method.limited:
+        roles = ", ".join(dict.fromkeys(f"'{force.role}'" for force in assembly.limited))
+        raise OptionError(
+            f"method '{method.name}' does not know forces of {roles}: use another, or leave these out"
         )
     if len(problem.crushing) and not method.crushing:
         raise OptionError(

@@ -20,7 +20,9 @@ _ENERGY_SCALE = 100.0
 class ConeStatics(Statics):
     """Contact forces q, equilibrium, eq. (1), and at each contact point
 
-    n ≥ 0,    |(s, t)| ≤ c + slope · n
+    n ≥ 0,    |(s, t)| ≤ c + slope · n,
+
+    and limits of the limited forces, L q + l ≥ 0.
     """
 
     @cached_property
@@ -29,13 +31,17 @@ class ConeStatics(Statics):
         normal, *shears = (self.q[of_kind] for of_kind in self._problem.columns_of_sliding)
         limit = self._limits.cohesion + cp.multiply(self._limits.slope, normal)
         pressed = self.q[: self._problem.joints] >= 0
-        return [pressed, cp.SOC(limit, cp.vstack(shears), axis=0)]
+        within = [pressed, cp.SOC(limit, cp.vstack(shears), axis=0)]
+        limits = self._problem.table.limits
+        if self._problem.matrices.limited:
+            within.append(self._problem.table.L @ self.q + self._problem.face_constant[limits] >= 0)
+        return within
 
 
 class ConeMechanism:
-    """Block velocities d, openings u ≥ 0, slips w and their speeds γ:
+    """Block velocities d, openings u ≥ 0, slips w and their speeds γ, and rates v ≥ 0 of limited forces:
 
-        Bᵀ d = (u + slope γ, w),    γ ≥ |w|,    f_L·d = Σ|f_L|
+        Bᵀ d = (u + slope γ, w) + Lᵀ v,    γ ≥ |w|,    f_L·d = Σ|f_L|
 
     Parameters
     ----------
@@ -44,6 +50,8 @@ class ConeMechanism:
     Attributes
     ----------
     speed: γ of each point that can slide.
+    yielding: v of each limit of a force, None where there are none.
+    resisted: energy l·v that these limits dissipate.
     """
 
     def __init__(self, problem: Problem, slope: cp.Parameter | np.ndarray) -> None:
@@ -56,6 +64,12 @@ class ConeMechanism:
         flow = selection(np.arange(problem.joints), width).T @ self.opening
         flow += normal @ cp.multiply(slope, self.speed)
         flow += sum(shear @ self.slip[axis] for axis, shear in enumerate(shears))
+        self.yielding, self.resisted = None, cp.Constant(0.0)
+        if problem.matrices.limited:
+            limits = problem.face_constant[problem.table.limits]
+            self.yielding = cp.Variable(limits.size, nonneg=True, name="v")
+            flow += problem.table.L.T @ self.yielding
+            self.resisted = limits @ self.yielding
         self.compatibility = problem.B.T @ self.d - flow == 0
         self.live_work = problem.live @ self.d == problem.live_norm
         self.at_speed = cp.SOC(self.speed, self.slip, axis=0)
@@ -85,14 +99,15 @@ class CvxpyConeStatic:
 class CvxpyConeKinematic:
     """Eq. (10) with cones:
 
-    min  −f_D·d + c·γ    s.t.    Bᵀ d = (u + slope γ, w),    γ ≥ |w|,    u ≥ 0,    f_L·d = Σ|f_L|
+    min  −f_D·d + c·γ + l·v
+    s.t.    Bᵀ d = (u + slope γ, w) + Lᵀ v,    γ ≥ |w|,    u ≥ 0,    v ≥ 0,    f_L·d = Σ|f_L|
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
         self._problem = problem
         self.limits = ShearParameters(limits)
         self.mechanism = mechanism = ConeMechanism(problem, self.limits.slope)
-        work = -problem.dead @ mechanism.d + self.limits.cohesion @ mechanism.speed
+        work = -problem.dead @ mechanism.d + self.limits.cohesion @ mechanism.speed + mechanism.resisted
         self.program = cp.Problem(cp.Minimize(work), mechanism.rows)
 
     def read(self) -> State:
@@ -108,13 +123,14 @@ class CvxpyConeKinematic:
 def cone_forces(problem: Problem, p: np.ndarray, weight: float) -> tuple[ConeStatics, cp.Problem]:
     """Forces of a low λ that leave little energy for the rates p, shape (faces,), of a mechanism:
 
-    min  λ Σ|f_L| + weight (γ·(c + μ n) + w·(s, t) + u·n)    within statics, γ = |w|
+    min  λ Σ|f_L| + weight (γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l))    within statics, γ = |w|
 
-    (without the constant γ·c).
+    (without the constants γ·c and v·l).
     """
     statics = ConeStatics(problem, ShearLimits.true(problem))
     slips = -problem.layout.senses.T @ p[problem.table.slides].reshape(len(problem.layout.senses), -1)
-    cost = np.concatenate([p[problem.table.rocks], np.zeros(2 * problem.joints)])
+    cost = problem.table.L.T @ p[problem.table.limits]
+    cost[: problem.joints] += p[problem.table.rocks]
     normal, *shears = problem.columns_of_sliding
     cost[normal] += problem.friction * np.hypot(*slips)
     for of_kind, slip in zip(shears, slips, strict=True):
@@ -127,11 +143,13 @@ def cone_motion(problem: Problem, q: np.ndarray, slope: np.ndarray) -> tuple[cp.
     """Block velocities d of a mechanism that leaves least energy for forces q, shape (3c,), with opening per
     unit slip (k,):
 
-    min  γ·(c + μ n) + w·(s, t) + u·n    within kinematics
+    min  γ·(c + μ n) + w·(s, t) + u·n + v·(L q + l)    within kinematics
     """
     mechanism = ConeMechanism(problem, slope)
     normal, *shears = (q[of_kind] for of_kind in problem.columns_of_sliding)
     limit = np.maximum(problem.cohesion + problem.friction * normal, np.hypot(*shears))
     energy = limit @ mechanism.speed + cp.sum(cp.multiply(np.stack(shears), mechanism.slip))
     energy += np.maximum(q[: problem.joints], 0.0) @ mechanism.opening
+    if mechanism.yielding is not None:
+        energy += np.maximum(problem.slacks(q)[problem.table.limits], 0.0) @ mechanism.yielding
     return mechanism.d, cp.Problem(cp.Minimize(_ENERGY_SCALE * energy), mechanism.rows)

@@ -19,7 +19,7 @@ class CvxpyKinematic:
         self.limits = ShearParameters(limits)
         mechanism = self.mechanism = Mechanism(problem, self.limits.slope)
         self.compatibility = mechanism.compatibility
-        work = -problem.dead @ mechanism.d + self.limits.cohesion @ mechanism.slip + mechanism.crushing
+        work = -problem.dead @ mechanism.d + self.limits.cohesion @ mechanism.slip + mechanism.resisted
         self.program = cp.Problem(cp.Minimize(work), [self.compatibility, mechanism.live_work])
 
     def read(self) -> State:

@@ -71,6 +71,9 @@ class CvxpyParabolaKinematic(CvxpyKinematic):
             axis=0,
         )
         work = -problem.dead @ mechanism.d + self.limits.cohesion @ mechanism.slip + cp.sum(self.energy)
+        if problem.matrices.limited:
+            of_forces = problem.table.limits
+            work += problem.face_constant[of_forces] @ mechanism.p[of_forces]
         chords = mechanism.p[problem.table.chords] == 0
         rows = [self.compatibility, mechanism.live_work, chords, cone]
         self.program = cp.Problem(cp.Minimize(work), rows)

@@ -42,11 +42,11 @@ class _Moving:
         if by_cones(problem):
             self.mechanism = cones = ConeMechanism(problem, limits.slope)
             self.rows = [cones.compatibility, cones.at_speed]
-            self.power = force @ cones.d - limits.cohesion @ cones.speed
+            self.power = force @ cones.d - limits.cohesion @ cones.speed - cones.resisted
         else:
             self.mechanism = sides = Mechanism(problem, limits.slope)
             self.rows = [sides.compatibility]
-            self.power = force @ sides.d - limits.cohesion @ sides.slip - sides.crushing
+            self.power = force @ sides.d - limits.cohesion @ sides.slip - sides.resisted
 
 
 class CvxpyFalling:

@@ -55,7 +55,7 @@ class Statics:
         problem, limits = self._problem, self._limits
         limit = limits.cohesion + cp.multiply(limits.slope, problem.N @ self.q)
         slacks = problem.C(np.zeros(limit.size)) @ self.q + problem.limit_factors @ limit
-        return slacks + problem.crushing_moment if len(problem.crushing) else slacks
+        return slacks + problem.face_constant if problem.face_constant.any() else slacks
 
     def forces(self) -> tuple[float, np.ndarray]:
         """λ and joint forces, shape (3c,), at the optimum."""
@@ -74,14 +74,15 @@ class Mechanism:
     Attributes
     ----------
     slip: sliding of either sense, shape (k,).
-    crushing: energy that the chords of crushing dissipate.
+    resisted: energy that the chords of crushing and limits of forces dissipate.
     """
 
     def __init__(self, problem: Problem, slope: cp.Parameter | np.ndarray) -> None:
         self.d = cp.Variable(problem.B.shape[0], name="d")
         self.p = cp.Variable(problem.faces, nonneg=True, name="p")
         self.slip = problem.limit_factors.T @ self.p
-        self.crushing = problem.crushing_moment @ self.p if len(problem.crushing) else cp.Constant(0.0)
+        constant = problem.face_constant
+        self.resisted = constant @ self.p if constant.any() else cp.Constant(0.0)
         flow = problem.D(np.zeros(slope.size)) @ self.p + problem.N.T @ cp.multiply(slope, self.slip)
         # With 0 to the right: Python may swap the sides of == between expressions (when the right
         # one's class is derived from the left one's), and with them the sign of the dual.

@@ -23,7 +23,7 @@ class PyomoKinematic:
         mechanism = self.mechanism = Mechanism(model, problem, self.limits.slope)
         raising = dot(-problem.dead, list(mechanism.d.values()))
         dissipated = sum(self.limits.cohesion[i] * slip for i, slip in enumerate(mechanism.slip))
-        model.objective = pyo.Objective(expr=raising + dissipated + mechanism.crushing)
+        model.objective = pyo.Objective(expr=raising + dissipated + mechanism.resisted)
 
     def read(self) -> State:
         """The state at the optimum: forces and load factor are the duals of compatibility and of

@@ -67,7 +67,7 @@ class Statics:
 
         self.equilibrium = model.equilibrium = pyo.Constraint(range(problem.B.shape[0]), rule=balance)
         limit = [cohesion[i] + slope[i] * n for i, n in enumerate(rows(problem.N, q))]
-        shared: list[Any] = problem.crushing_moment.tolist()
+        shared: list[Any] = problem.face_constant.tolist()
         factors = problem.limit_factors.tocoo()
         for face, joint, factor in zip(factors.row, factors.col, factors.data.tolist(), strict=True):
             shared[face] = factor * limit[joint]
@@ -93,7 +93,7 @@ class Mechanism:
     Attributes
     ----------
     slip: expressions: sliding of either sense, one a joint that can slide.
-    crushing: energy that the chords of crushing dissipate.
+    resisted: energy that the chords of crushing and limits of forces dissipate.
     """
 
     def __init__(self, model: pyo.ConcreteModel, problem: Problem, slope: Any, forces: Any = None) -> None:
@@ -107,7 +107,7 @@ class Mechanism:
             motion = [moved + give * (force - before) for moved, give, force, before in gives]
         without_dilatancy = list(rows(problem.D(np.zeros_like(problem.friction)), p))
         self.slip = list(rows(problem.limit_factors.T.tocsr(), p))
-        self.crushing = dot(problem.crushing_moment, p) if len(problem.crushing) else 0.0
+        self.resisted = dot(problem.face_constant, p) if problem.face_constant.any() else 0.0
         dilates: dict[int, Any] = {
             joint: slope[i] * self.slip[i] for i, joint in enumerate(problem.sliding.tolist())
         }

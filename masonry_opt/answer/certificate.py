@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from math import inf
 
 import numpy as np
+import scipy.sparse as sp
 
 from masonry_opt.answer.acceptance import SMALLEST, over_load_factor
 from masonry_opt.problem.problem import Problem
@@ -107,6 +108,10 @@ def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.nd
     at_joints = np.abs(problem.by_kind(q)[: problem.layout.dimension]).max(axis=0)
     carried, (block, joint) = np.zeros(problem.blocks), problem.touching
     np.maximum.at(carried, block, at_joints[joint])
+    if problem.matrices.limited:
+        limited = abs(problem.matrices.of_limited @ sp.diags_array(problem.of_forces(q)))
+        held = problem.forces(limited.max(axis=1).toarray()).max(axis=1)
+        carried = np.maximum(carried, held)
     least = _NO_MATTER * max(abs(load_factor), SMALLEST) * problem.live_norm
     return np.maximum(np.maximum(loads, carried), least)
 
@@ -129,6 +134,8 @@ def _balance(problem: Problem, unbalanced: np.ndarray, acting: np.ndarray) -> fl
 def _yielding(problem: Problem, z: np.ndarray, q: np.ndarray, acting: np.ndarray) -> float:
     """Largest violation of yield over the largest force on the lesser of a joint's blocks."""
     least = of_lesser_block(problem, acting)
-    violation = -z / problem.face_arm / least[problem.face_joint]
+    of_joints = slice(len(problem.face_joint))
+    violation = -z[of_joints] / problem.face_arm[of_joints] / least[problem.face_joint]
     tension = -problem.normal_forces(q) / least
-    return float(max(violation.max(), tension.max(), 0.0))
+    limits = -z[problem.table.limits].min(initial=np.inf) / acting.min()
+    return float(max(violation.max(), tension.max(), limits, 0.0))

@@ -13,7 +13,19 @@ from masonry_opt.answer.result import Result
 
 #: What ``as_dict`` tells, in order; block by block and joint by joint at the end.
 _TOLD = (
-    *("case", "method", "model", "solver", "status", "message", "reasons", "warnings", "kind", "crushing"),
+    *(
+        "case",
+        "load_case",
+        "method",
+        "model",
+        "solver",
+        "status",
+        "message",
+        "reasons",
+        "warnings",
+        "kind",
+        "crushing",
+    ),
     *("friction_law", "load_factor", "tilt_angle", "blocks", "joints", "flow_rule_matters", "iterations"),
     *("lp_solves", "nlp_solves", "stationary", "expected", "expected_reasons", "associative", "exact"),
     *("range", "bound", "seconds", "solvers", "certificate", "infeasibility", "size", "history"),
@@ -29,6 +41,8 @@ def as_dict(result: Result) -> dict[str, Any]:
     told["history"] = result.history.to_dict("records")
     told["block_results"] = result.blocks.to_dict("records")
     told["joint_results"] = result.joints.to_dict("records")
+    if len(result.ties):
+        told["tie_results"] = result.ties.to_dict("records")
     if result.contacts is not None:
         told["contact_results"] = result.contacts.to_dict("records")
     if result.curve is not None:

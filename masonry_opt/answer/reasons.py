@@ -97,6 +97,17 @@ class Code(StrEnum):
     OUT_OF_TIME_WITHIN_IMPOSED = "out of time within imposed"  # also time_limit
     NO_EXACT_STATE = "no exact state"  # time_limit
 
+    # After the onset: what happens on the path of a mechanism, and why it ends.
+    REACHES_ZERO = "reaches zero"
+    JOINT_CLOSES = "joint closes"  # pairs
+    JOINT_OPENS = "joint opens"  # pairs
+    NOT_HINGING = "not hinging"  # associative: None if unlimited; pairs: joints that slide at the onset
+    JOINTS_SLIDE = "joints slide"  # pairs
+    BLOCKS_MEET = "blocks meet"  # blocks
+    LOCKS = "locks"
+    BRANCHES = "branches"
+    STILL_CARRIES = "still carries"  # steps
+
     # Warnings: what looks unintended. Pairs: the joints named, none where the defaults are meant.
     FRICTION_HIGH = "friction high"  # friction, pairs
     DILATANCY_LOW = "dilatancy low"  # dilatancy, friction, pairs
@@ -111,6 +122,7 @@ class Code(StrEnum):
     FACES_TURNED = "faces turned"  # blocks in space
     CORNERS_BEAR = "corners bear"  # pairs: of blocks; normal_forces: of each, largest first
     BARE_EDGE_LOAD = "bare edge load"  # number: counted from 1, length
+    AXLES_LEFT_OUT = "axles left out"  # names: of the groups
     ACTS_OUTSIDE = "acts outside"  # load: 'live' or 'dead', blocks, distance: of the first one's point to it
     FORCES_DIFFER = "forces differ"  # load: 'live' or 'dead', blocks, ratio: of the first one's to weight
 

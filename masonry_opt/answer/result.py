@@ -21,6 +21,7 @@ from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.limited_forces import Role
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -36,8 +37,10 @@ class Result:
     Attributes
     ----------
     case: case file or title of the scene.
+    load_case: name of the load case that it is of; None of a scene without.
     method, model, solver: the method, and the language and solver it was to use.
     status, reasons, message: how it ended, why in codes with their values, and in words.
+    usable: whether there is a load factor.
     kind: of answer, which decides what its certificate must show.
     load_factor: λ; None unless ``status.usable``.
     certificate: residuals of λ, forces and mechanism, from the matrices alone; None without λ.
@@ -139,6 +142,25 @@ class Result:
         return block_frame(self.assembly, self.solution)
 
     @cached_property
+    def ties(self) -> pd.DataFrame:
+        """A row a tie or prop: ``name``, ``kind``, its blocks ``first`` and ``second`` ("ground" is what does
+        not move), ``force`` (of a tie tension, of a prop compression), ``lowest`` and ``highest`` (what it
+        lies between), the rate at which it ``lengthens``, and whether it ``yields``: at its highest force,
+        further in the mechanism. Forces in the case's unit."""
+        from masonry_opt.answer.tie_frame import tie_frame
+
+        return tie_frame(self.assembly, self.solution, Role.TIE, Role.PROP)
+
+    @cached_property
+    def pressures(self) -> pd.DataFrame:
+        """A row a face that a fill presses on, as in ``ties``: ``first`` is its block; ``force``, horizontal
+        and into the face, lies between ``lowest``, the active pressure, and ``highest``, the mobilised share
+        of the passive one, which is reached where it ``yields``."""
+        from masonry_opt.answer.tie_frame import tie_frame
+
+        return tie_frame(self.assembly, self.solution, Role.EARTH)
+
+    @cached_property
     def history(self) -> pd.DataFrame:
         """A row a step: a sub-problem of the loop (see :class:`~.loop.run.Iteration`), a Newton step
         (:class:`~.mcp.schedule.NewtonStep`), a relaxation of the MPEC (:class:`~.mpec.RelaxationStep`),
@@ -168,6 +190,11 @@ class Result:
         return self.assembly.scene.called
 
     @property
+    def load_case(self) -> str | None:
+        case = self.assembly.scene.load_case
+        return None if case is None else case.name
+
+    @property
     def status(self) -> Status:
         return self.solution.status
 
@@ -180,6 +207,10 @@ class Result:
         from masonry_opt.words.sentences import message
 
         return message(self.reasons)
+
+    @property
+    def usable(self) -> bool:
+        return self.status.usable
 
     @property
     def kind(self) -> Kind:

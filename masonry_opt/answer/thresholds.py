@@ -16,6 +16,10 @@ MOVES = 2e-3
 #: that opens less, the closing of an edge. A joint of blocks at rest in the loop's answers has twice 10⁻³ μ.
 SLIDES = HINGES = SEPARATES = CRUSHES = MOVES
 
+#: Share of its highest value from which on a limited force yields where it goes further: below it, contacts
+#: that give explain the motion.
+AT_HIGHEST = 1 - MOVES
+
 #: Power of a mechanism of bounded velocities, in median block weights, below which no load drives it.
 #: (Solvers leave some 1e-9 of a zero.)
 DRIVES = 1e-7

@@ -25,6 +25,12 @@ BLOCK, FIXED, HATCH, AT_REST = "#F2E2C4", "#D9D9D9", "#8A8A8A", "#BBBBBB"
 #: loads beside them.
 THRUST, AT_POINT, LIVE, DEAD, FURTHER_DEAD = BLUE, REDDISH_PURPLE, BLACK, "#6B6B6B", SKY_BLUE
 
+#: Earth.
+FILL = "#8C6B3F"
+
+#: Ties and props.
+STRUT = "#4D4D4D"
+
 #: Joints that carry nothing.
 IDLE = "#A8A8A8"
 

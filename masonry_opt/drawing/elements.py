@@ -14,11 +14,14 @@ from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.drawing.carried import resultant_marks, thrust_marks, utilisation_marks
 from masonry_opt.drawing.colours import CRUSHES, HINGES, SEPARATES, SLIDES
+from masonry_opt.drawing.fill import pressure_marks
 from masonry_opt.drawing.found import counts, found_marks
 from masonry_opt.drawing.loads import load_marks
 from masonry_opt.drawing.marks import Marks, joint_lines, joint_marks, moved
+from masonry_opt.drawing.ties import strut_marks
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.problem.assembly import Assembly, SpaceAssembly
+from masonry_opt.problem.limited_forces import Role
 from masonry_opt.scene.extents import boxes
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral
@@ -36,7 +39,7 @@ MANY = 1000
 NO_FORCES = "no forces were found to draw"
 
 #: Names of marks that lie inside blocks: in space they are seen through them, as arrows are.
-INSIDE = ("resultants", "points", "contacts")
+INSIDE = ("resultants", "points", "contacts", "tie", "prop", "ends")
 
 #: The fastest corner of a mechanism that is fully moved has moved by this share of the scene's size.
 FULL = 0.1
@@ -82,6 +85,15 @@ class Elements:
         return float(np.clip(15 / np.sqrt(len(self.assembly.movable) or 1), 0.1, 0.8))
 
     @property
+    def supports(self) -> np.ndarray:
+        """Indices of the blocks that are supports: those that are fixed, and those that settle."""
+        assembly = self.assembly
+        forces = [force for force in assembly.limited if force.role is Role.SUPPORT]
+        settling = {action.block for force in forces for action in force.actions}
+        moves = np.setdiff1d(assembly.movable, list(settling))
+        return np.setdiff1d(np.arange(len(assembly.scene.blocks)), moves)
+
+    @property
     def all_marks(self) -> list[Marks]:
         """Marks of all layers, and loads."""
         return [each for marks in (*self.layers.values(), self.loads) for each in marks]
@@ -109,8 +121,9 @@ class Elements:
 
 
 def title_of(scene: Scene) -> str:
-    """The scene's title, or the name of its file, in one line."""
-    return printable(" ".join(scene.title.split()) or Path(scene.origin).stem)
+    """The scene's title, or the name of its file, and its load case, in one line."""
+    case = f": {scene.load_case.name}" if scene.load_case else ""
+    return printable((" ".join(scene.title.split()) or Path(scene.origin).stem) + case)
 
 
 def legend(marks: Iterable[Marks]) -> dict[str, list[Marks]]:
@@ -170,7 +183,9 @@ def scene_elements(assembly: Assembly) -> Elements:
     """What there is to draw of a scene before it is solved."""
     still = np.zeros((len(assembly.scene.blocks), _columns(assembly)))
     arrows = list(load_marks(assembly, size_of(assembly), still))
-    layers = {"scene": list(found_marks(assembly, _shrink(assembly)))}
+    struts = len(assembly.scene.ties) + len(assembly.scene.props)
+    held = strut_marks(assembly, still, np.zeros(struts, dtype=bool))
+    layers = {"scene": [*found_marks(assembly, _shrink(assembly)), *held]}
     return Elements(assembly, counts(assembly), "", still, arrows, layers)
 
 
@@ -183,8 +198,11 @@ def result_elements(result: Result) -> Elements:
         ends, joint = joint_lines(assembly.joints)
         used = result.joints["utilisation"].to_numpy()[joint]
         resultants = resultant_marks if isinstance(assembly, SpaceAssembly) else thrust_marks
-        layers["thrust"] = list(resultants(result, size, shrink))
+        earth = pressure_marks(assembly, size, result.pressures["force"].to_numpy())
+        layers["thrust"] = [*resultants(result, size, shrink), *earth]
         layers["utilisation"] = list(utilisation_marks(ends, used, shrink))
+    held = list(strut_marks(assembly, motion, result.ties["yields"].to_numpy(dtype=bool)))
+    layers = {kind: [*marks, *held] for kind, marks in layers.items()}
     arrows = list(load_marks(assembly, size, motion, live=result.status.live_load_acts))
     return Elements(assembly, heading(result), movement, motion, arrows, layers)
 

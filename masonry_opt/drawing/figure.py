@@ -71,7 +71,8 @@ def fit(figure: Figure, axes: Axes, below: float = _ALONG) -> None:
     """Size the figure so that the axes have their own proportions, or the scene's that fills them, with room
     below."""
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
-    slope = axes.get_box_aspect() or (top - bottom) / (right - left)
+    round_ = axes.name == "polar"
+    slope = axes.get_box_aspect() or (1.0 if round_ else (top - bottom) / (right - left))
     tall = min(_WIDTH * slope, _TALLEST)
     wide = tall / slope
     width, height = _WIDTH + 2 * _BESIDE, tall + _ABOVE + below

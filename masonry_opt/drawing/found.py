@@ -40,7 +40,7 @@ def found_marks(assembly: Assembly, shrink: float) -> Iterable[Marks]:
 
 
 def counts(assembly: Assembly) -> str:
-    """Numbers of blocks, supports, joints and small gaps, in words."""
+    """Numbers of blocks, supports, joints, small gaps and edges that fill touches, in words."""
     movable = len(assembly.movable)
     numbers = {
         "block": movable,
@@ -49,7 +49,10 @@ def counts(assembly: Assembly) -> str:
         "small gap": len(assembly.joints.near_misses),
     }
     told = [(noun, number) for noun, number in numbers.items() if number or noun == "joint"]
-    return ", ".join(counted(number, noun) for noun, number in told)
+    said = [counted(number, noun) for noun, number in told]
+    if touched := len(assembly.filled_pieces):
+        said.append(f"{counted(touched, 'edge')} touched by fill")
+    return ", ".join(said)
 
 
 def near_misses(assembly: Assembly) -> np.ndarray:

@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 
 from masonry_opt.drawing.colours import DEAD, FURTHER_DEAD, LIVE
+from masonry_opt.drawing.fill import fill_marks
 from masonry_opt.drawing.marks import Marks, moved
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.edge_loads import LoadedPiece
@@ -40,13 +41,14 @@ _KINDS = {
 
 
 def load_marks(assembly: Assembly, size: float, motion: np.ndarray, live: bool = True) -> Iterable[Marks]:
-    """Weights, further dead loads and, if they act, live loads, each kind to a scale of its own.
+    """Fill, then weights, further dead loads and, if they act, live loads, each kind to a scale of its own.
 
     Parameters
     ----------
     size: of the scene.
     motion: what moves the scene's blocks, shape (blocks, 3) or (blocks, 6).
     """
+    yield from fill_marks(assembly, size, motion)
     most, most_weights = _MOST, _MOST_WEIGHTS
     if assembly.scene.dimension == 3:
         most, most_weights = _MOST_IN_SPACE, _MOST_WEIGHTS_IN_SPACE
@@ -55,7 +57,7 @@ def load_marks(assembly: Assembly, size: float, motion: np.ndarray, live: bool =
         if kind == "live" and not live:
             continue
         forces: Forces = getattr(given, kind)
-        pieces = [p for p in assembly.loaded_pieces if assembly.scene.edge_loads[p.load].kind == kind]
+        pieces = [piece for piece in assembly.loaded_pieces if piece.kind == kind]
         label, points, moves = each, np.empty((0, 2, 2)), np.empty((0, 3))
         if _many_parallel(forces, most_weights if kind == "weight" else most):
             label, points = of_all, _direction(assembly, size, forces)

@@ -89,7 +89,7 @@ def draw(
 def scene_picture(assembly: Assembly, names: bool = False, view: View | None = None) -> Picture:
     """Draw what was assembled of a scene; see :func:`draw`."""
     notes = tuple(f"warning: {sentence}" for sentence in doubts(assembly))
-    return _picture(scene_elements(assembly), "scene", names, view, notes)
+    return elements_picture(scene_elements(assembly), "scene", names, view, notes)
 
 
 def result_picture(
@@ -100,7 +100,7 @@ def result_picture(
     refuse_view(result.assembly.scene, view)
     if kind == CURVE:
         return curve_picture(result)
-    return _picture(result_elements(result), kind, names, view)
+    return elements_picture(result_elements(result), kind, names, view)
 
 
 def draw_mechanism(result: Result, axes: Axes) -> list[Handle]:
@@ -112,9 +112,14 @@ def draw_mechanism(result: Result, axes: Axes) -> list[Handle]:
     return handles(marks)
 
 
-def _picture(
-    elements: Elements, kind: str, names: bool, view: View | None, notes: tuple[str, ...] = ()
+def elements_picture(
+    elements: Elements,
+    kind: str = "mechanism",
+    names: bool = False,
+    view: View | None = None,
+    notes: tuple[str, ...] = (),
 ) -> Picture:
+    """Draw one of the layers of elements, "scene" or a kind of result; see :func:`draw`."""
     marks, share = elements.shown(kind), START if kind == "mechanism" else 0.0
     with style():
         made = Picture()
@@ -157,7 +162,8 @@ def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> N
     """Draw supports, blocks at rest and moved, and marks."""
     assembly, origin = elements.assembly, elements.assembly.geometry.origin
     rings = outlines(assembly.geometry.polygons)
-    fixed = np.setdiff1d(np.arange(len(rings)), assembly.movable)
+    supports = elements.supports
+    blocks = np.setdiff1d(np.arange(len(rings)), supports)
 
     def paths(blocks: np.ndarray, share: float) -> list[Path]:
         """Outlines of blocks, those of their holes among them."""
@@ -168,12 +174,12 @@ def _draw(axes: Axes, elements: Elements, marks: list[Marks], share: float) -> N
             for b in blocks
         ]
 
-    axes.add_collection(PathCollection(paths(fixed, 0.0), **SUPPORT_LOOK))
+    axes.add_collection(PathCollection(paths(supports, share), **SUPPORT_LOOK))
     if elements.movement and share:
         at_rest = paths(assembly.movable, 0.0)
         axes.add_collection(PathCollection(at_rest, facecolor="none", edgecolor=AT_REST, linewidth=0.5))
     width = elements.outline_width
-    axes.add_collection(PathCollection(paths(assembly.movable, share), linewidth=width, **BLOCK_LOOK))
+    axes.add_collection(PathCollection(paths(blocks, share), linewidth=width, **BLOCK_LOOK))
     for each in marks:
         draw_marks(axes, each, each.moved(share) + origin)
 

@@ -108,7 +108,7 @@ class Solids:
         normal = np.cross(sides[:, 0], sides[:, 1])
         normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
         light = np.clip(normal @ (_LIGHT / np.linalg.norm(_LIGHT)), 0.0, 1.0)
-        own = np.isin(self.surface.of_triangle, self.elements.assembly.movable)
+        own = ~np.isin(self.surface.of_triangle, self.elements.supports)
         colours = np.where(own[:, None], to_rgb(BLOCK), to_rgb(FIXED))
         colours = colours * (_SHADE + (1 - _SHADE) * light)[:, None]
         if not self.share:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import string
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,16 +33,22 @@ class Labels:
     joints: a different one for each of the problem's joints, in the order of ``Result.joints``, in space of
         ``Result.contacts``.
     blocks: a different one for each movable block, in the order of ``Result.blocks``.
+    limited: a different one for each limited force, in the order of ``Result.ties``.
     """
 
     joints: list[str]
     blocks: list[str]
+    limited: list[str]
     opens: str
     closes: str
 
     def of_joints(self, kind: str) -> list[str]:
         """Names of one kind, one a joint."""
         return [f"{kind}{self.opens}{label}{self.closes}" for label in self.joints]
+
+    def of_limited(self, kind: str) -> list[str]:
+        """Names of one kind, one a limited force."""
+        return [f"{kind}{self.opens}{label}{self.closes}" for label in self.limited]
 
     def of_blocks(self, *kinds: str) -> list[str]:
         """Names of several kinds, block by block."""
@@ -51,23 +57,26 @@ class Labels:
 
 def readable(assembly: Assembly) -> Labels:
     """``n[A|ground]``: names of blocks as the scene has them."""
-    return _by_blocks(assembly, [block.name for block in assembly.scene.blocks], "[", "]")
+    return _by_blocks(assembly, lambda name: name, "[", "]")
 
 
 def legal(assembly: Assembly) -> Labels:
     """``n{A|ground}``, with ``_`` for what LP files do not take, and not too long for them."""
-    names = [
-        "".join(letter if letter in _LEGAL else "_" for letter in block.name)
-        for block in assembly.scene.blocks
-    ]
-    return _by_blocks(assembly, names, "{", "}")
+    return _by_blocks(
+        assembly, lambda name: "".join(letter if letter in _LEGAL else "_" for letter in name), "{", "}"
+    )
 
 
-def _by_blocks(assembly: Assembly, names: list[str], opens: str, closes: str) -> Labels:
-    joints = assembly.joints
+def _by_blocks(assembly: Assembly, written: Callable[[str], str], opens: str, closes: str) -> Labels:
+    joints, names = assembly.joints, [written(block.name) for block in assembly.scene.blocks]
     ends = zip(joints.first[assembly.joint], joints.second[assembly.joint], strict=True)
-    pairs = [f"{names[first]}|{names[second]}" for first, second in ends]
-    return Labels(unique(pairs), unique(names[block] for block in assembly.movable), opens, closes)
+    return Labels(
+        unique(f"{names[first]}|{names[second]}" for first, second in ends),
+        unique(names[block] for block in assembly.movable),
+        unique(written(force.name) for force in assembly.limited),
+        opens,
+        closes,
+    )
 
 
 def unique(labels: Iterable[str]) -> list[str]:
@@ -97,10 +106,11 @@ def names_in(program: pyo.ConcreteModel, problem: Problem, labels: Labels) -> di
     block, space = labels.of_blocks, problem.layout.round
     of_components = {
         "load_factor": ["load_factor"],
-        "q": joints("n", "s", "t" if space else "m"),
+        "q": joints("n", "s", "t" if space else "m") + labels.of_limited("T"),
         "d": block("vx", "vy", *(("vz", "wx", "wy", "wz") if space else ("omega",))),
         "equilibrium": block("fx", "fy", *(("fz", "mx", "my", "mz") if space else ("moment",))),
-        "compatibility": joints("opening", *(("slip_s", "slip_t") if space else ("slip", "rotation"))),
+        "compatibility": joints("opening", *(("slip_s", "slip_t") if space else ("slip", "rotation")))
+        + labels.of_limited("length"),
         "live_work": ["live_work"],
         "raising": ["raising"],
         "objective": ["objective"],
@@ -131,3 +141,6 @@ def _faces(problem: Problem, labels: Labels, kind: str) -> Iterator[str]:
         motions += [f"crush_{sense}_{chord}" for _ in problem.crushing for chord in chords]
     for motion, number in zip(motions, problem.face_joint.tolist(), strict=True):
         yield f"{kind}_{motion}{labels.opens}{labels.joints[number]}{labels.closes}"
+    for motion, forces in (("least", problem.table.below), ("most", problem.table.above)):
+        names = labels.of_limited(f"{kind}_{motion}")
+        yield from (names[force] for force in forces)

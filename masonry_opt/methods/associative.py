@@ -53,11 +53,12 @@ def kinematic(task: Task) -> Solution:
     return associative(task, "kinematic")
 
 
-def set_beside(task: Task, of: Solution) -> None:
+def set_beside(task: Task, of: Solution) -> bool:
     """Set the associative load factor beside a Coulomb answer, by the usual solver, unless it was looked for
-    before; it stays None if there is none that its certificate bears out."""
+    before; it stays None if there is none that its certificate bears out. Returns whether the program, if it
+    was solved now, has no limit."""
     if of.associative_sought or of.associative is not None:
-        return
+        return False
     of.associative_sought = True
     own = Task(task.problem, kept=task.kept)
     task.effort.begins("associative load factor")
@@ -65,3 +66,4 @@ def set_beside(task: Task, of: Solution) -> None:
     with task.effort.measure("associative"):
         solution = associative(own, by_chords=True)
     of.associative = solution.load_factor if solution.accept() else None
+    return solution.status in (Status.UNLIMITED, Status.LOCKED)

@@ -54,6 +54,7 @@ _ALL = (
         own_tolerances=True,
         constant_dilatancy=True,
         crushing=False,
+        limited=False,
         space=False,
     ),
 )

@@ -75,6 +75,7 @@ class Method:
     own_tolerances: whether it sets the tolerances of its solvers itself.
     constant_dilatancy: whether it takes the joints' dilatancy for a constant, whatever their stress.
     crushing: whether it knows joints of limited strength.
+    limited: whether it knows limited forces, such as ties.
     space: whether it knows scenes in space.
     """
 
@@ -85,6 +86,7 @@ class Method:
     own_tolerances: bool = False
     constant_dilatancy: bool = False
     crushing: bool = True
+    limited: bool = True
     space: bool = True
 
     @property

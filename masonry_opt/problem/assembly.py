@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,6 +11,8 @@ import scipy.sparse as sp
 from masonry_opt.errors import CaseError
 from masonry_opt.problem import points
 from masonry_opt.problem.edge_loads import LoadedPiece, edge_forces
+from masonry_opt.problem.fill import FilledPiece, fill_forces, filled_pieces, pressures
+from masonry_opt.problem.limited_forces import LimitedForce, LimitedForces, struts
 from masonry_opt.problem.loads import loads
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Law, Problem
@@ -20,8 +23,12 @@ from masonry_opt.scene.space.contacts import Contacts, find_contacts
 from masonry_opt.scene.space.contacts import with_properties as contacts_with_properties
 from masonry_opt.scene.space.shapes import Shapes, shapes
 
-#: Fields of a scene that matrices and loads depend on; the others are joint properties and words.
-_OF_GEOMETRY = ("gravity", "tolerance", "thickness", "tilt", "blocks", "edge_loads", "loads")
+#: What of a scene matrices depend on, and what loads do beside it; the rest are joint properties and words.
+_OF_GEOMETRY = ("gravity", "tolerance", "contact_tolerance", "thickness", "blocks", "fills", "ties", "props")
+_OF_LOADS = ("tilt", "edge_loads", "loads", "earthquake", "load_case")
+
+#: Largest limit of a force, over the unit of force: with more, solvers no longer tell loads from nothing.
+_LARGEST = 1e9
 
 
 @dataclass(frozen=True)
@@ -37,6 +44,8 @@ class Assembly:
     movable: indices into the scene's blocks of the problem's blocks, shape (b,).
     bare_edge_loads: length of each edge load's line that meets no free edge of a movable block.
     loaded_pieces: pieces of edges on which edge loads act.
+    filled_pieces: pieces of edges that fills touch.
+    limited: the limited forces, in the order of their columns.
     """
 
     problem: Problem
@@ -46,6 +55,8 @@ class Assembly:
     movable: np.ndarray
     bare_edge_loads: tuple[float, ...] = ()
     loaded_pieces: tuple[LoadedPiece, ...] = ()
+    filled_pieces: tuple[FilledPiece, ...] = ()
+    limited: tuple[LimitedForce, ...] = ()
 
     def names(self, blocks: np.ndarray) -> list[str]:
         """Names of blocks by their indices in the scene."""
@@ -111,9 +122,9 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     Raises
     ------
     CaseError
-        If a block, joint or edge load of the scene is wrong (see ``geometry``, ``find_joints`` and
-        ``edge_forces``, in space ``shapes`` and ``find_contacts``), or loads differ by more than double
-        precision carries.
+        If a block, joint, edge load or fill of the scene is wrong (see ``geometry``, ``find_joints``,
+        ``edge_forces`` and ``filled_pieces``, in space ``shapes`` and ``find_contacts``), or loads differ by
+        more than double precision carries.
     """
     return _in_space(scene, floating) if scene.dimension == 3 else _in_the_plane(scene, floating)
 
@@ -122,40 +133,81 @@ def _in_the_plane(scene: Scene, floating: bool) -> Assembly:
     shapes = geometry(scene)
     joints = find_joints(scene, shapes, floating=floating)
     movable = _movable(scene)
-    on_edges, bare, pieces = edge_forces(scene, shapes, joints)
-    given, centroid = loads(scene, shapes, movable), shapes.centroid[movable]
-    dead = given.dead.about(centroid) + given.weight.about(centroid) + on_edges["dead"][movable].ravel()
-    live = given.live.about(centroid) + on_edges["live"][movable].ravel()
-
     # With this unit rocking reads |m| ≤ n at a usual joint: moments weigh as much as forces in the
     # centre that an interior-point solver finds. It matters: see docs/limits.md. Medians, so
     # that a few odd blocks do not move it.
     in_a_point = joints.length == 0
     lengths = joints.length[~in_a_point]
     length_unit = float(np.median(lengths) if len(lengths) else np.sqrt(np.median(shapes.area[movable]))) / 2
-    dead, live, force_unit = _scaled(scene, dead, live, length_unit)
+    filled = filled_pieces(scene, shapes)
+    limited = LimitedForces.of(
+        [*struts(scene, shapes), *pressures(scene, filled)], shapes.centroid, movable, length_unit
+    )
     matrices = Matrices(
         B=_equilibrium(joints, shapes, movable, len(scene.blocks), length_unit),
         half_length=np.where(in_a_point, 1.0, joints.length / 2 / length_unit),
         length_unit=length_unit,
     )
-    problem = Problem(matrices, _law(joints, scene.thickness, force_unit), dead, live, force_unit)
-    return Assembly(problem, scene, shapes, joints, movable, bare, pieces)
+    on_edges, bare, pieces = edge_forces(scene, shapes, joints)
+    loaded = _loaded(scene, shapes, movable, length_unit, on_edges, filled)
+    problem = Problem(matrices, _law(joints, scene.thickness, loaded[-1]), *loaded)
+    problem = _with_limited(scene, problem, limited)
+    return Assembly(problem, scene, shapes, joints, movable, bare, pieces, filled, limited.each)
 
 
 def _in_space(scene: Scene, floating: bool) -> Assembly:
     solids = shapes(scene)
     contacts = find_contacts(scene, solids, floating=floating)
     movable = _movable(scene)
-    given, centroid = loads(scene, solids, movable), solids.centroid[movable]
     areas = contacts.area[contacts.area > 0]
     usual = np.sqrt(np.median(areas)) if len(areas) else np.cbrt(np.median(solids.volume[movable]))
     length_unit = float(usual) / 2
-    dead = given.dead.about(centroid) + given.weight.about(centroid)
-    dead, live, force_unit = _scaled(scene, dead, given.live.about(centroid), length_unit)
+    loaded = _loaded(scene, solids, movable, length_unit)
     matrices = points.matrices(contacts, solids, movable, length_unit)
-    problem = Problem(matrices, points.law(contacts, force_unit), dead, live, force_unit)
-    return SpaceAssembly(problem, scene, solids, contacts, movable)
+    limited = LimitedForces.of(struts(scene, solids), solids.centroid, movable, length_unit)
+    problem = Problem(matrices, points.law(contacts, loaded[-1]), *loaded)
+    problem = _with_limited(scene, problem, limited)
+    return SpaceAssembly(problem, scene, solids, contacts, movable, limited=limited.each)
+
+
+def _with_limited(scene: Scene, problem: Problem, limited: LimitedForces) -> Problem:
+    """A problem of joints, with limited forces beside these; the same if there are none. Raises CaseError if
+    one is limited by more than solvers can set beside the loads."""
+    if not limited.each:
+        return problem
+    for force in limited.each:
+        most = force.lowest if np.isinf(force.highest) else force.highest
+        if most > _LARGEST * problem.force_unit:
+            raise CaseError(
+                f"{scene.origin}: {force.role} '{force.name}': its limit, {most:.3g}, is more than "
+                f"{_LARGEST:.0e} times the median block's load, {problem.force_unit:.3g}: check its unit; a "
+                "tie or prop that never yields needs no 'strength'"
+            )
+    B = sp.hstack([problem.B, limited.columns], format="csr")
+    matrices = replace(problem.matrices, B=B, limited=len(limited.each))
+    law = replace(problem.law, **limited.limits(problem.force_unit))
+    return replace(problem, matrices=matrices, law=law)
+
+
+def _loaded(
+    scene: Scene,
+    shapes: Geometry | Shapes,
+    movable: np.ndarray,
+    length_unit: float,
+    on_edges: Mapping[str, np.ndarray] | None = None,
+    filled: tuple[FilledPiece, ...] = (),
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Dead and live loads, and the unit of force, as :class:`Problem` has them."""
+    given, centroid = loads(scene, shapes, movable), shapes.centroid[movable]
+    dead = given.dead.about(centroid) + given.weight.about(centroid)
+    live = given.live.about(centroid)
+    if on_edges is not None and isinstance(shapes, Geometry):
+        of_fill = fill_forces(scene, shapes, filled)
+        dead, live = (
+            load + (on_edges[kind] + of_fill[kind])[movable].ravel()
+            for load, kind in ((dead, "dead"), (live, "live"))
+        )
+    return _scaled(scene, dead, live, length_unit)
 
 
 def _movable(scene: Scene) -> np.ndarray:
@@ -183,22 +235,72 @@ def _scaled(
     return dead, live, force_unit
 
 
-def with_joints_of(assembly: Assembly, scene: Scene) -> Assembly | None:
-    """Assembly of a scene that differs in joint properties alone, with the same matrices; None if anything
-    else differs.
+def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
+    """Assembly of a scene that differs in loads and joint properties alone, with the same matrices; None if
+    anything else differs. Where loads agree they are the same arrays.
 
-    Raises CaseError if an exception names two blocks that do not touch.
+    Raises CaseError as :func:`assemble` does.
     """
-    if any(getattr(scene, name) != getattr(assembly.scene, name) for name in _OF_GEOMETRY):
+    before = assembly.scene
+    if any(getattr(scene, name) != getattr(before, name) for name in _OF_GEOMETRY):
         return None
-    force_unit = assembly.problem.force_unit
+    problem = assembly.problem
+    lowest, highest = (getattr(problem.law, name) * problem.force_unit for name in ("lowest", "highest"))
+    if any(getattr(scene, name) != getattr(before, name) for name in _OF_LOADS):
+        on_edges = None
+        if not isinstance(assembly, SpaceAssembly):
+            on_edges, bare, pieces = edge_forces(scene, assembly.geometry, assembly.joints)
+            assembly = replace(assembly, bare_edge_loads=bare, loaded_pieces=pieces)
+        shapes, movable = assembly.geometry, assembly.movable
+        loaded = _loaded(scene, shapes, movable, problem.length_unit, on_edges, assembly.filled_pieces)
+        dead, live, force_unit = loaded
+        # The same array is the same dead load to what is kept of it.
+        dead = problem.dead if np.array_equal(dead, problem.dead) else dead
+        problem = replace(problem, dead=dead, live=live, force_unit=force_unit)
+    limits = {"lowest": lowest / problem.force_unit, "highest": highest / problem.force_unit}
     if isinstance(assembly, SpaceAssembly):
         contacts = contacts_with_properties(assembly.joints, scene)
-        problem = replace(assembly.problem, law=points.law(contacts, force_unit))
-        return replace(assembly, problem=problem, scene=scene, joints=contacts)
+        law = replace(points.law(contacts, problem.force_unit), **limits)
+        return replace(assembly, problem=replace(problem, law=law), scene=scene, joints=contacts)
     joints = with_properties(assembly.joints, scene)
-    law = _law(joints, scene.thickness, force_unit)
-    return replace(assembly, problem=replace(assembly.problem, law=law), scene=scene, joints=joints)
+    law = replace(_law(joints, scene.thickness, problem.force_unit), **limits)
+    return replace(assembly, problem=replace(problem, law=law), scene=scene, joints=joints)
+
+
+def with_supports_freed(
+    assembly: Assembly, scene: Scene, push: np.ndarray, restraints: Sequence[LimitedForce]
+) -> Assembly:
+    """Assembly of a scene that differs in that some fixed blocks can move, with the same joints (none between
+    these and other fixed blocks), dead loads (none on these) and limited forces.
+
+    Parameters
+    ----------
+    push: live load at the centroid of each of these, the only one, shape (2,) or (3,).
+    restraints: forces that act beside the scene's own.
+    """
+    before, movable, joints = assembly.problem, _movable(scene), assembly.joints
+    shapes, unit = assembly.geometry, before.length_unit
+    if isinstance(assembly, SpaceAssembly):
+        matrices = points.matrices(assembly.joints, assembly.geometry, movable, unit)
+    else:
+        B = _equilibrium(joints, shapes, movable, len(scene.blocks), unit)
+        matrices = Matrices(B, before.half_length, unit)
+    dead, live = (np.zeros((len(movable), matrices.layout.rows)) for _ in range(2))
+    others = np.isin(movable, assembly.movable)
+    dead[others] = before.by_block(before.dead)
+    live[~others, : len(push)] = push / before.force_unit
+    limited = LimitedForces.of([*assembly.limited, *restraints], shapes.centroid, movable, unit)
+    problem = Problem(matrices, before.law, dead.ravel(), live.ravel(), before.force_unit)
+    problem = _with_limited(scene, problem, limited)
+    pieces = tuple(one for one in assembly.loaded_pieces if one.kind == "dead")
+    return replace(
+        assembly,
+        problem=problem,
+        scene=scene,
+        movable=movable,
+        loaded_pieces=pieces,
+        limited=limited.each,
+    )
 
 
 def _law(joints: Joints, thickness: float, force_unit: float) -> Law:

@@ -10,6 +10,7 @@ import numpy as np
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.contact import Joints
 from masonry_opt.scene.geometry import Geometry
+from masonry_opt.scene.load_cases import Kind
 from masonry_opt.scene.loads import EdgeLoad
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.touching import LEAN
@@ -22,18 +23,20 @@ class LoadedPiece:
     Attributes
     ----------
     load, block: indices into the scene's edge loads and blocks.
+    kind: "dead" or "live", as which it acts.
     ends: of the piece, relative to the geometry's origin, shape (2, 2).
     intensity: force per unit length at these ends, over the scene's thickness, shape (2, 2).
     """
 
     load: int
     block: int
+    kind: Kind
     ends: np.ndarray
     intensity: np.ndarray
 
 
 @dataclass(frozen=True)
-class _Segments:
+class Segments:
     """Straight segments: ends, shape (segments, 2) each, and the block of each, shape (segments,)."""
 
     tail: np.ndarray
@@ -77,12 +80,12 @@ def edge_forces(
         If a load meets no free edge of a movable block; the message says what lies there instead. If its
         line is shorter than the tolerance.
     """
-    forces = {kind: np.zeros((len(scene.blocks), 3)) for kind in ("dead", "live")}
+    forces: dict[str, np.ndarray] = {kind: np.zeros((len(scene.blocks), 3)) for kind in ("dead", "live")}
     if not scene.edge_loads:
         return forces, (), ()
-    edges, both = _Segments(*shapes.edges()), np.concatenate([joints.first, joints.second])
+    edges, both = Segments(*shapes.edges()), np.concatenate([joints.first, joints.second])
     # What joints cover, for either of their blocks.
-    covers = _Segments(np.tile(joints.start, (2, 1)), np.tile(joints.end, (2, 1)), both)
+    covers = Segments(np.tile(joints.start, (2, 1)), np.tile(joints.end, (2, 1)), both)
     fixed = np.array([block.fixed for block in scene.blocks])
     bare, pieces = [], []
     for number, load in enumerate(scene.edge_loads, start=1):
@@ -107,9 +110,10 @@ def edge_forces(
                 direction = edges.tip[edge] - edges.tail[edge]
                 intensity = scene.thickness * _intensity(load, np.array(piece) / length, direction)
                 ends = start + np.outer(piece, (end - start) / length)
-                forces[load.kind][block] += _resultant(ends, intensity, shapes.centroid[block])
-                if intensity.any():
-                    pieces.append(LoadedPiece(number - 1, int(block), ends, intensity))
+                for kind, acting in _acting(scene, load, intensity).items():
+                    forces[kind][block] += resultant(ends, acting, shapes.centroid[block])
+                    if acting.any():
+                        pieces.append(LoadedPiece(number - 1, int(block), kind, ends, acting))
         if not met:
             raise _nothing_there(scene, number, length, bool(movable.any()), bool(len(found)))
         bare.append(math.fsum(high - low for low, high in _without((0.0, length), met, shapes.tolerance)))
@@ -137,7 +141,22 @@ def _intensity(load: EdgeLoad, at: np.ndarray, edge: np.ndarray) -> np.ndarray:
     return np.outer(first + (last - first) * at, inward)
 
 
-def _resultant(ends: np.ndarray, intensity: np.ndarray, centroid: np.ndarray) -> np.ndarray:
+def _acting(scene: Scene, load: EdgeLoad, intensity: np.ndarray) -> dict[Kind, np.ndarray]:
+    """What of an intensity, shape (points, 2), acts as dead and as live."""
+    factors: dict[Kind, float] = {
+        kind: scene.factor(kind, load.kind, load.group) for kind in ("dead", "live")
+    }
+    acting = {kind: factor * intensity for kind, factor in factors.items() if factor}
+    if (shaking := scene.shaking) is not None:
+        along = float(scene.down @ load.force) if load.force else 0.0
+        mass = max(0.0, factors.get("dead", 0.0) * (along if load.mass is None else load.mass))
+        acting["live"] = acting.get("live", 0.0) + scene.thickness * mass * np.tile(
+            shaking, (len(intensity), 1)
+        )
+    return acting
+
+
+def resultant(ends: np.ndarray, intensity: np.ndarray, centroid: np.ndarray) -> np.ndarray:
     """Force and moment about a centroid of a force per length that is linear between two ends, shape (3,)."""
     along, length = ends[1] - ends[0], np.hypot(*(ends[1] - ends[0]))
     force, arm = length * intensity.mean(axis=0), ends.mean(axis=0) - centroid

@@ -70,34 +70,48 @@ def space(sides: int) -> Layout:
 
 
 class Faces:
-    """Yield conditions of c joints, of which k can slide and l can crush, whatever their friction is.
+    """Yield conditions of c joints, of which k can slide and l can crush, and of t limited forces, whatever
+    their friction and limits are.
 
     A *face* is one yield condition, and every array over faces has this order: sliding (+) of the k joints
     that can slide, sliding (−) of them, rocking about one edge (+) of all c joints, rocking (−) of them,
-    then chords of crushing (+) and (−) of the joints of limited strength (see :mod:`~.chords`).
+    then chords of crushing (+) and (−) of the joints of limited strength (see :mod:`~.chords`), then T not
+    below its lowest, and T not above its highest value of the limited forces that have one.
+
+    Parameters
+    ----------
+    bounded: which limited forces are bounded below, and which above, shape (t,) each.
 
     Attributes
     ----------
     count: number of faces.
-    slides, rocks, chords: where each of the three kinds is.
+    slides, rocks, chords, limits: where each of the four kinds is; ``rest``: all but those that slide.
     """
 
     def __init__(
-        self, layout: Layout, half_length: np.ndarray, sliding: np.ndarray, crushing: np.ndarray
+        self,
+        layout: Layout,
+        half_length: np.ndarray,
+        sliding: np.ndarray,
+        crushing: np.ndarray,
+        bounded: tuple[np.ndarray, np.ndarray],
     ) -> None:
         self.layout, self.half_length, self.sliding, self.crushing = layout, half_length, sliding, crushing
         self._of_chord = np.repeat(crushing, len(CHORDS.slope) - 1)
+        self.below, self.above = map(np.flatnonzero, bounded)
         edges = len(layout.edges)
-        ends = np.cumsum(
-            [len(layout.senses) * len(sliding), edges * len(half_length), edges * len(self._of_chord)]
-        ).tolist()
-        self.slides, self.rocks, self.chords = map(slice, [0, *ends], ends)
+        self.width: int = layout.kinds * len(half_length) + len(bounded[0])
+        rocking, crushed = edges * len(half_length), edges * len(self._of_chord)
+        limits = len(self.below) + len(self.above)
+        ends = np.cumsum([len(layout.senses) * len(sliding), rocking, crushed, limits]).tolist()
+        self.slides, self.rocks, self.chords, self.limits = map(slice, [0, *ends], ends)
         self.count: int = ends[-1]
+        self.rest = slice(self.slides.stop, self.count)
 
     @cached_property
     def N(self) -> sp.csr_array:
-        """Selects the normal forces of the joints that can slide, shape (k, 3c)."""
-        return selection(self.sliding, self.layout.kinds * len(self.half_length))
+        """Selects the normal forces of the joints that can slide, shape (k, 3c + t)."""
+        return selection(self.sliding, self.width)
 
     @cached_property
     def lever(self) -> np.ndarray:
@@ -108,8 +122,9 @@ class Faces:
 
     @cached_property
     def R(self) -> sp.csr_array:
-        """Rocking and crushing, shape (2c + chords, 3c): ``R q`` is n L/2 − m of every joint, then n L/2 + m;
-        of joints that can crush a n − m for each further chord, then a n + m."""
+        """All faces but those of sliding, shape (2c + chords + limits, 3c + t): ``R q`` is n L/2 − m of every
+        joint, then n L/2 + m; of joints that can crush a n − m for each further chord, then a n + m; then T
+        of the limited forces bounded below, −T of those bounded above."""
         joints = len(self.half_length)
         slope = np.outer(self.half_length[self.crushing], CHORDS.slope[1:]).ravel()
         entries = []
@@ -120,9 +135,18 @@ class Faces:
                 entries.append((np.stack([joint, moment], 1), np.stack([leaning, turning], 1)))
         columns, values = (np.concatenate(parts).ravel() for parts in zip(*entries, strict=True))
         starts = np.arange(0, len(columns) + 1, 2)
-        matrix = sp.csr_array((values, columns, starts), (len(starts) - 1, self.layout.kinds * joints))
+        forces = np.append(self.below, self.above)
+        columns = np.append(columns, self.layout.kinds * joints + forces)
+        values = np.append(values, np.repeat([1.0, -1.0], [len(self.below), len(self.above)]))
+        starts = np.append(starts, starts[-1] + 1 + np.arange(len(forces)))
+        matrix = sp.csr_array((values, columns, starts), (len(starts) - 1, self.width))
         matrix.eliminate_zeros()
         return matrix
+
+    @cached_property
+    def L(self) -> sp.csr_array:
+        """Rows of R that limit forces, shape (limits, 3c + t)."""
+        return self.R[self.chords.stop - self.chords.start + self.rocks.stop - self.rocks.start :]
 
     @cached_property
     def from_edges(self) -> sp.csr_array:
@@ -134,7 +158,8 @@ class Faces:
         return sp.block_array([[one, one, None], [None, None, one], [-arm, arm, None]], format="csr")
 
     def C(self, slope: np.ndarray) -> sp.csr_array:
-        """Yield conditions with shear limits of that slope, shape (k,): rows over the faces, (faces, 3c)."""
+        """Yield conditions with shear limits of that slope, shape (k,): rows over the faces, shape
+        (faces, 3c + t)."""
         # Put together by hand: products and sums of sparse matrices would be most of a certificate's time.
         k, rest, (senses, shears) = len(self.sliding), self.R, self.layout.senses.shape
         entries = np.empty((senses, k, 1 + shears))
@@ -165,7 +190,7 @@ class Faces:
 
     @cached_property
     def face_joint(self) -> np.ndarray:
-        """The joint that each face belongs to, shape (faces,)."""
+        """The joint that each face belongs to, shape (faces − limits,): the last ones are of no joint."""
         edges, every = len(self.layout.edges), np.arange(len(self.half_length))
         sliding = np.tile(self.sliding, len(self.layout.senses))
         return np.concatenate([sliding, np.tile(every, edges), np.tile(self._of_chord, edges)])
@@ -173,15 +198,17 @@ class Faces:
     @cached_property
     def face_arm(self) -> np.ndarray:
         """Divisor that makes a slack a force: 1, or L/2 where it is a moment, shape (faces,)."""
-        arm = self.half_length[self.face_joint]
-        arm[self.slides] = 1.0
+        arm = np.ones(self.count)
+        joints = slice(self.rocks.start, self.chords.stop)
+        arm[joints] = self.half_length[self.face_joint[joints]]
         return arm
 
     @cached_property
     def face_length(self) -> np.ndarray:
         """Factor that makes a rate a slip or the opening of an edge, shape (faces,)."""
-        length = len(self.layout.edges) * self.lever[self.face_joint]
-        length[self.slides] = 1.0
+        length = np.ones(self.count)
+        joints = slice(self.rocks.start, self.chords.stop)
+        length[joints] = len(self.layout.edges) * self.lever[self.face_joint[joints]]
         return length
 
     def slip_speed(self, p: np.ndarray) -> np.ndarray:

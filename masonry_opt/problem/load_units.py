@@ -46,12 +46,8 @@ def in_units_of_load(problem: Problem) -> Scaled:
     loaded = problem.by_block(problem.live).any(axis=1)
     weights = (float(dead[loaded].sum()), float(dead.sum()), problem.live_norm)
     force = next(weight for weight in weights if weight)
-    law = replace(
-        problem.law,
-        cohesion=problem.cohesion / force,
-        dilatancy_force=problem.dilatancy_force / force,
-        crushing_force=problem.crushing_force / force,
-    )
+    forces = ("cohesion", "dilatancy_force", "crushing_force", "lowest", "highest")
+    law = replace(problem.law, **{name: getattr(problem, name) / force for name in forces})
     scaled = replace(
         problem,
         law=law,

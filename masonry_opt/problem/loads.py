@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Protocol
 
 import numpy as np
 
+from masonry_opt.scene.load_cases import Kind
 from masonry_opt.scene.scene import Scene
 
 #: Two numbers in the plane, three in space.
@@ -15,6 +16,9 @@ _Vector = tuple[float, ...]
 
 #: Row of the block, force, and point where it acts (None: the centroid).
 _Force = tuple[int, _Vector, _Vector | None]
+
+#: The same, and the mass that pushes there in an earthquake (None: what of the force is along gravity).
+_Given = tuple[int, _Vector, _Vector | None, float | None]
 
 
 class Shapes(Protocol):
@@ -71,8 +75,9 @@ def moment_of(arm: np.ndarray, force: np.ndarray) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Loads:
-    """Forces on the movable blocks of a scene, without those of edge loads: weights, further dead forces, and
-    live ones, which in a scene that is tilted are the weights, turned a quarter from gravity."""
+    """Forces on the movable blocks of a scene, without those of edge loads, as its load case says: weights,
+    further dead forces, and live ones, which in a scene that is tilted are the weights, turned a quarter from
+    gravity, and in an earthquake the masses times its direction."""
 
     weight: Forces
     dead: Forces
@@ -95,29 +100,52 @@ def loads(scene: Scene, shapes: Shapes, movable: np.ndarray) -> Loads:
     """The loads of the blocks with these indices."""
     blocks = [scene.blocks[index] for index in movable]
     row_of = {block.name: row for row, block in enumerate(blocks)}
-    weight = weights(scene, shapes, movable).tolist()
+    weight, down = weights(scene, shapes, movable).tolist(), scene.down
 
-    def of_weights(times: Iterable[_Vector]) -> list[_Force]:
+    def of_weights(times: Iterable[_Vector]) -> list[_Given]:
         each = zip(blocks, weight, times, strict=True)
         return [
-            (row, tuple(part * own for part in parts), block.weight_at)
+            (row, tuple(part * own for part in parts), block.weight_at, None)
             for row, (block, own, parts) in enumerate(each)
         ]
 
-    def given(kind: Literal["dead", "live"]) -> list[_Force]:
-        own = [(row, getattr(block, kind), getattr(block, f"{kind}_at")) for row, block in enumerate(blocks)]
-        on = [(row_of[load.block], getattr(load, kind), load.at) for load in scene.loads]
-        return own + [(row, force, at) for row, force, at in on if force is not None]
+    # By what they are given as, and their group.
+    given: dict[tuple[str, str | None], list[_Given]] = {
+        ("weight", None): of_weights([tuple(down.tolist())] * len(blocks))
+    }
+    for kind in ("dead", "live"):
+        own = enumerate((getattr(block, kind), getattr(block, f"{kind}_at")) for block in blocks)
+        given[kind, None] = [(row, force, at, None) for row, (force, at) in own]
+    for load in scene.loads:
+        told = load.mass
+        acted = {kind: force for kind in ("dead", "live") if (force := getattr(load, kind)) is not None}
+        for kind, force in (acted or {"dead": (0.0,) * len(down)}).items():
+            given.setdefault((kind, load.group), []).append((row_of[load.block], force, load.at, told))
+            told = None if told is None else 0.0  # of two forces the dead one has it
+    given["live", None] += of_weights([block.live_per_weight for block in blocks])
 
-    def couples(kind: Literal["weight", "dead", "live"]) -> np.ndarray:
+    def acting(kind: Kind, among: Iterable[tuple[str, str | None]]) -> list[_Force]:
+        return [
+            (row, tuple(factor * part for part in force), at)
+            for group in among
+            if (factor := scene.factor(kind, *group))
+            for row, force, at, _ in given[group]
+        ]
+
+    def couples(kind: Kind) -> np.ndarray:
         if scene.dimension == 2:
             return np.zeros((len(blocks), 1))
-        total = np.array([getattr(block, f"{kind}_moment", (0.0, 0.0, 0.0)) for block in blocks])
-        for load in scene.loads:
-            total[row_of[load.block]] += getattr(load, f"{kind}_moment", None) or 0.0
+        total = np.zeros((len(blocks), 3))
+        for given_as in ("dead", "live"):
+            key = f"{given_as}_moment"
+            moments = np.array([getattr(block, key, (0.0, 0.0, 0.0)) for block in blocks])
+            total += scene.factor(kind, given_as) * moments
+            for load in scene.loads:
+                factor = scene.factor(kind, given_as, load.group)
+                total[row_of[load.block]] += factor * np.array(getattr(load, key) or (0.0, 0.0, 0.0))
         return total
 
-    def forces(kind: Literal["weight", "dead", "live"], listed: list[_Force]) -> Forces:
+    def forces(listed: list[_Force], couple: np.ndarray) -> Forces:
         acting = [(row, force, at) for row, force, at in listed if any(force)]
         row = np.array([row for row, _, _ in acting], dtype=int)
         point = shapes.centroid[movable[row]]
@@ -125,11 +153,24 @@ def loads(scene: Scene, shapes: Shapes, movable: np.ndarray) -> Loads:
             if at is not None:
                 point[number] = np.array(at) - shapes.origin
         force = np.array([force for _, force, _ in acting], dtype=float).reshape(point.shape)
-        return Forces(row, force, point, couples(kind))
+        return Forces(row, force, point, couple)
 
+    live = acting("live", given)
     if (sideways := scene.tilt_direction) is not None:
-        live = of_weights([tuple(sideways.tolist())] * len(blocks))
-    else:
-        live = given("live") + of_weights([block.live_per_weight for block in blocks])
-    down = of_weights([tuple(scene.down.tolist())] * len(blocks))
-    return Loads(forces("weight", down), forces("dead", given("dead")), forces("live", live))
+        tilted = of_weights([tuple(sideways.tolist())] * len(blocks))
+        live = [(row, force, at) for row, force, at, _ in tilted]
+    if (shaking := scene.shaking) is not None:
+        live += [
+            (row, tuple((mass * shaking).tolist()), at)
+            for group, entries in given.items()
+            if (factor := scene.factor("dead", *group))
+            for row, force, at, told in entries
+            if (mass := max(0.0, factor * (float(down @ force) if told is None else told)))
+        ]
+    weighing = acting("dead", [("weight", None)])
+    dead = acting("dead", [group for group in given if group[0] != "weight"])
+    return Loads(
+        forces(weighing, np.zeros_like(couples("dead"))),
+        forces(dead, couples("dead")),
+        forces(live, couples("live")),
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from operator import attrgetter
 from typing import Any, Generic, TypeVar
@@ -21,7 +21,7 @@ _ToArray = Callable[[np.ndarray], np.ndarray]
 
 @dataclass(frozen=True)
 class Law:
-    """Friction and strength of the joints that have any limit.
+    """Friction and strength of the joints that have any limit, and limits of forces.
 
     Attributes
     ----------
@@ -32,6 +32,7 @@ class Law:
         where it does not depend on them), shape (k, 2).
     crushing: indices of the joints of limited strength, shape (l,).
     crushing_force: f_c L, the normal force that crushes all of such a joint, shape (l,).
+    lowest, highest: limits of the limited forces, ±``inf`` where there is none, shape (t,).
     """
 
     sliding: np.ndarray
@@ -41,6 +42,8 @@ class Law:
     dilatancy_force: np.ndarray
     crushing: np.ndarray
     crushing_force: np.ndarray
+    lowest: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    highest: np.ndarray = field(default_factory=lambda: np.zeros(0))
 
     @property
     def dilatancy_depends_on_stress(self) -> bool:
@@ -112,6 +115,7 @@ class Problem:
     touching = _Of[tuple[np.ndarray, np.ndarray]]("matrices")
     in_a_point = _Of[np.ndarray]("matrices")
     part = _Of[np.ndarray]("matrices")
+    of_forces = _Of[_ToArray]("matrices")
     by_block = _Of[_ToArray]("matrices")
     by_kind = _Of[_ToArray]("matrices")
 
@@ -122,6 +126,8 @@ class Problem:
     dilatancy_force = _Of[np.ndarray]("law")
     crushing = _Of[np.ndarray]("law")
     crushing_force = _Of[np.ndarray]("law")
+    lowest = _Of[np.ndarray]("law")
+    highest = _Of[np.ndarray]("law")
     dilatancy_depends_on_stress = _Of[bool]("law")
     dilatancy_at = _Of[_ToArray]("law")
 
@@ -138,27 +144,30 @@ class Problem:
     @cached_property
     def table(self) -> Faces:
         """The table of faces, one for all problems of the same matrices in which the same joints slide and
-        crush."""
-        return self.matrices.faces(self.sliding, self.crushing)
+        crush, and the same forces are bounded."""
+        bounded = np.isfinite(self.lowest), np.isfinite(self.highest)
+        return self.matrices.faces(self.sliding, self.crushing, bounded)
 
     def same_program(self, other: Problem) -> bool:
         """Whether another problem differs in friction, cohesion and dilatancy alone, which compiled programs
         take as parameters."""
         same_loads = self.dead is other.dead and self.live is other.live
-        same_strength = np.array_equal(self.crushing_force, other.crushing_force)
+        limits = ("crushing_force", "lowest", "highest")
+        same_strength = all(np.array_equal(getattr(self, name), getattr(other, name)) for name in limits)
         same_contacts = self.compliance is other.compliance and self.settled is other.settled
         return self.table is other.table and same_loads and same_strength and same_contacts
 
     @property
     def recession_cone(self) -> Problem:
-        """The same joints without cohesion and strength: its yield conditions are those of forces that can be
-        added without end."""
-        cohesion, strength = np.zeros_like(self.cohesion), np.zeros_like(self.crushing_force)
-        return replace(self, law=replace(self.law, cohesion=cohesion, crushing_force=strength))
+        """The same joints without cohesion and strength, and forces with limits of zero: its yield conditions
+        are those of forces that can be added without end."""
+        finite = ("cohesion", "crushing_force", "lowest", "highest")
+        none = {name: np.where(np.isfinite(of := getattr(self, name)), 0.0, of) for name in finite}
+        return replace(self, law=replace(self.law, **none))
 
     @property
     def faces(self) -> int:
-        """Number of yield conditions, 2k + 2c and the chords of crushing."""
+        """Number of yield conditions, 2k + 2c, the chords of crushing and the limits of forces."""
         return self.table.count
 
     @property
@@ -227,17 +236,20 @@ class Problem:
         return self.C(slope).T.tocsr()
 
     @cached_property
-    def crushing_moment(self) -> np.ndarray:
-        """Constant part of the chords of crushing, zero on all other faces, shape (faces,)."""
-        moment, whole = np.zeros(self.faces), self.half_length[self.crushing] * self.crushing_force
+    def face_constant(self) -> np.ndarray:
+        """Constant part of the chords of crushing and of the limits of forces, zero on all other faces, shape
+        (faces,)."""
+        constant, whole = np.zeros(self.faces), self.half_length[self.crushing] * self.crushing_force
         each = np.outer(whole, CHORDS.constant[1:]).ravel()
-        moment[self.table.chords] = np.tile(each, len(self.layout.edges))
-        return moment
+        constant[self.table.chords] = np.tile(each, len(self.layout.edges))
+        limits = np.append(-self.lowest[self.table.below], self.highest[self.table.above])
+        constant[self.table.limits] = limits
+        return constant
 
     @cached_property
     def face_cohesion(self) -> np.ndarray:
         """Constant part of each yield condition, shape (faces,)."""
-        return self.limit_factors @ self.cohesion + self.crushing_moment
+        return self.limit_factors @ self.cohesion + self.face_constant
 
     def slacks(self, q: np.ndarray, curved: bool = False) -> np.ndarray:
         """Slack z of each face under forces q and the true friction law, eq. (4), shape (faces,): negative
@@ -246,13 +258,18 @@ class Problem:
         if curved and self.layout.round:
             limit, shears = self._cone(q)
             sliding = np.tile(limit - np.hypot(*shears), len(self.layout.senses))
-            return np.concatenate([sliding, self.R @ q])
+            return np.concatenate([sliding, self._rest(q)])
         z = self.true_yield @ q + self.face_cohesion
         if curved and len(self.crushing):
             n, _, m = self.by_kind(q)[:, self.crushing]
             most = self.half_length[self.crushing] * parabola(n, self.crushing_force)
             z[self.bent] = np.stack([most - m, most + m])[..., None]
         return z
+
+    def _rest(self, q: np.ndarray) -> np.ndarray:
+        """Slacks of all faces but those of sliding, shape (faces − slides,)."""
+        slacks: np.ndarray = self.R @ q + self.face_constant[self.table.rest]
+        return slacks
 
     def energy(self, q: np.ndarray, p: np.ndarray, curved: bool = False) -> float:
         """Σ |z p|: energy of faces that move without being at yield, in rates p, shape (faces,);
@@ -261,7 +278,7 @@ class Problem:
             limit, shears = self._cone(q)
             slips = p[self.table.slides].reshape(len(self.layout.senses), -1)
             wasted = limit * self.slip(p, curved) - (shears * (self.layout.senses.T @ slips)).sum(axis=0)
-            return float(np.abs(wasted).sum() + np.abs((self.R @ q) * p[self.table.rocks]).sum())
+            return float(np.abs(wasted).sum() + np.abs(self._rest(q) * p[self.table.rest]).sum())
         z = self.slacks(q)
         if not curved:
             return float(np.abs(z * p).sum())
@@ -304,7 +321,9 @@ class Problem:
             # A joint that can crush follows every motion.
             both = chord_rates(opening[joints] / self.half_length[joints], rotation[joints])
             rock[:, joints], crush = both[..., 0], both[..., 1:].ravel()
-        return np.maximum(np.concatenate([slides.ravel(), rock.ravel(), crush]), 0.0)
+        gives = self.of_forces(self.motion(d, q))
+        limits = np.append(gives[self.table.below], -gives[self.table.above])
+        return np.maximum(np.concatenate([slides.ravel(), rock.ravel(), crush, limits]), 0.0)
 
     def edge_forces(self, q: np.ndarray) -> np.ndarray:
         """Forces at the edges about which joints rock, in force units, shape (2, c): (n ∓ m / lever) / 2; in

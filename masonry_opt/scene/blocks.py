@@ -3,6 +3,7 @@ case file alike, so that both refuse the same keys and values."""
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeVar
 
 import numpy as np
@@ -55,6 +56,17 @@ _UNSEEN = r"\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff
 Name = Annotated[str, Strict(), StringConstraints(min_length=1, max_length=200, pattern=rf"^[^{_UNSEEN}]*$")]
 #: What a person reads about a scene; it may have several lines.
 Text = Annotated[str, Strict(), StringConstraints(max_length=2000, pattern=rf"^(?:[^{_UNSEEN}]|[\t\n\r])*$")]
+
+
+def _rightward(line: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    for (before, _), (after, _) in itertools.pairwise(line):
+        if after <= before:
+            raise ValueError(f"runs from left to right: x = {after:g} comes after x = {before:g}")
+    return line
+
+
+#: A road's line, from left to right.
+RoadLine = Annotated[list[Point], Field(min_length=2), AfterValidator(_rightward)]
 #: Corners of a polygon in order.
 Ring = Annotated[list[Point], Field(min_length=3)]
 

@@ -170,15 +170,15 @@ def load(path: str | Path) -> Scene:
         raise wrong_file(error.__context__, path, case, CaseFile) from None
 
 
-def as_scene(scene: Scene | str | Path) -> Scene:
-    """A scene, read from its case file if a path is given.
+def as_scene(scene: Scene | str | Path, load_case: str | None = None) -> Scene:
+    """A scene, read from its case file if a path is given; in one of its load cases if one is named.
 
-    Raises CaseError if it is neither, or the case file is wrong.
+    Raises CaseError if it is neither, or the case file is wrong; OptionError if it has no such load case.
     """
-    if isinstance(scene, Scene):
-        return scene
     if isinstance(scene, (str, Path)):
-        return load(scene)
+        scene = load(scene)
+    if isinstance(scene, Scene):
+        return scene if load_case is None else scene.in_case(load_case)
     raise CaseError(f"a scene is a Scene or the path of a case file (found {type(scene).__name__})")
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import shapely
@@ -15,11 +15,14 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.convex_pieces import convex_pieces
 from masonry_opt.scene.geometry import Geometry, geometry
 from masonry_opt.scene.joints import Joint, JointDefaults
+from masonry_opt.scene.load_cases import Earthquake
 from masonry_opt.scene.loads import Load
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Solid, prism
+from masonry_opt.scene.ties import Prop, Tie
 
 _Vector = tuple[float, float, float]
+_S = TypeVar("_S", Tie, Prop)
 
 
 def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
@@ -58,7 +61,7 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
         raise OptionError(f"{scene.origin}: {mistake}")
     cohesion = scene.thickness / depth
     sideways = scene.tilt_direction
-    return Scene(
+    solid = Scene(
         title=scene.title,
         source=scene.source,
         gravity=_in_space(scene.gravity),
@@ -68,7 +71,22 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
         blocks=[_solid(block, shapes, index, scene.thickness, depth) for index, block in enumerate(blocks)],
         exceptions=[Joint(between=joint.between, **_joint(joint, cohesion)) for joint in scene.exceptions],
         loads=[_load(load, depth) for load in scene.loads],
+        ties=[_strut(tie, depth) for tie in scene.ties],
+        props=[_strut(prop, depth) for prop in scene.props],
+        load_cases=[
+            case.model_copy(update={"earthquake": _quake(scene, case.earthquake)})
+            for case in scene.load_cases
+        ],
+        earthquake=_quake(scene, scene.earthquake),
     ).read_from(scene.origin)
+    case = scene.load_case
+    return solid.in_case(case.name) if case else solid
+
+
+def _quake(scene: Scene, quake: Earthquake | None) -> Earthquake | None:
+    if quake is None or (sideways := scene.sideways(quake.direction, quake.vector)) is None:
+        return None
+    return quake.model_copy(update={"direction": _in_space(sideways.tolist())})
 
 
 def _in_space(vector: Any, at: float = 0.0) -> _Vector:
@@ -86,7 +104,14 @@ def _joint(joint: JointDefaults | Joint, times: float) -> dict[str, Any]:
 def _load(load: Load, depth: float) -> Load:
     forces = {key: _in_space(force) for key in ("live", "dead") if (force := getattr(load, key)) is not None}
     at = None if load.at is None else _in_space(load.at, depth / 2)
-    return Load(block=load.block, at=at, weight=load.weight, **forces)
+    others = {key: getattr(load, key) for key in ("weight", "mass", "group")}
+    return Load(block=load.block, at=at, **others, **forces)
+
+
+def _strut(strut: _S, depth: float) -> _S:
+    """A tie or prop, halfway through the depth."""
+    first, second = (_in_space(point, depth / 2) for point in strut.at)
+    return strut.model_copy(update={"at": (first, second)})
 
 
 def _solid(block: Block, shapes: Geometry, index: int, thickness: float, depth: float) -> Solid:

@@ -9,6 +9,10 @@ from pydantic import Field, Tag, model_validator
 from masonry_opt.scene.blocks import ONE_OR_SEVERAL, Name, NonNegative, Number, Point, Record
 from masonry_opt.scene.solids import Direction, Vector
 
+#: Groups of load cases that no load may name: weights of blocks and of fill, loads that name no group, as
+#: they are given, and axles.
+GROUPS = ("weight", "fill", "dead", "live", "axles")
+
 Pressure = Annotated[Annotated[Number, Tag("<one>")] | Annotated[Point, Tag("<several>")], ONE_OR_SEVERAL]
 
 
@@ -29,11 +33,16 @@ class Load(Record):
         In place of the block's own weight; once for each block.
     live_moment, dead_moment:
         Moments ``[mx, my, mz]`` on a :class:`Solid`, beside those of the forces.
+    mass:
+        A weight, as a force, that pushes in an earthquake at that point and is no dead load itself (default:
+        what of the forces that act as dead is along gravity; 0: none of them).
+    group:
+        A name by which a :class:`LoadCase` calls it.
 
     Raises
     ------
     CaseError
-        If it says nothing, or gives a point without a force.
+        If it says nothing, gives a point without a force, or both kinds of force in one group.
     """
 
     block: Name
@@ -43,21 +52,34 @@ class Load(Record):
     weight: NonNegative | None = None
     live_moment: Vector | None = None
     dead_moment: Vector | None = None
+    mass: NonNegative | None = None
+    group: Name | None = None
 
     @model_validator(mode="after")
     def _says_something(self) -> Load:
-        if self.live is None and self.dead is None:
+        _refuse_group(self.group)
+        if self.group is not None and self.gives("live") == self.gives("dead"):
+            if self.gives("live"):
+                raise ValueError("gives live and dead forces in one 'group': make them two loads")
+            if not self.mass:
+                raise ValueError(
+                    "'group' goes with 'live', 'dead' or 'mass'; weights are of group \"weight\""
+                )
+        if self.live is None and self.dead is None and not self.mass:
             if self.at is not None:
-                raise ValueError("'at' needs a force: give 'live' or 'dead'")
+                raise ValueError("'at' needs a force: give 'live', 'dead' or 'mass'")
             if self.weight is None and not self.is_force:
-                raise ValueError("has no force: give 'live', 'dead' or 'weight'")
+                raise ValueError("has no force: give 'live', 'dead' or 'weight', or a 'mass'")
         return self
+
+    def gives(self, kind: Literal["dead", "live"]) -> bool:
+        """Whether it has a force or moment of a kind."""
+        return getattr(self, kind) is not None or getattr(self, f"{kind}_moment") is not None
 
     @property
     def is_force(self) -> bool:
         """Whether it is a force or moment, not a weight alone."""
-        loads = (self.live, self.dead, self.live_moment, self.dead_moment)
-        return any(load is not None for load in loads)
+        return self.gives("live") or self.gives("dead")
 
 
 class EdgeLoad(Record):
@@ -75,6 +97,9 @@ class EdgeLoad(Record):
         ``[fx, fy]``, in any direction, uniform; in place of ``pressure``.
     kind:
         "dead" (the default), or "live", which the load factor scales.
+    mass, group:
+        As of :class:`Load`, the mass per unit length (default: what of a ``force`` is along gravity; of a
+        ``pressure`` none).
 
     Raises
     ------
@@ -87,9 +112,12 @@ class EdgeLoad(Record):
     pressure: Pressure | None = None
     force: Point | None = None
     kind: Literal["dead", "live"] = "dead"
+    mass: NonNegative | None = None
+    group: Name | None = None
 
     @model_validator(mode="after")
     def _is_one_load(self) -> EdgeLoad:
+        _refuse_group(self.group)
         if (self.pressure is None) == (self.force is None):
             raise ValueError("give 'pressure' or 'force'" + ("" if self.force is None else ", not both"))
         if self.start == self.end:
@@ -101,3 +129,8 @@ class EdgeLoad(Record):
         """Pressure at start and end."""
         pressure = self.pressure or 0.0
         return pressure if isinstance(pressure, tuple) else (pressure, pressure)
+
+
+def _refuse_group(name: str | None) -> None:
+    if name in GROUPS:
+        raise ValueError(f"'group' \"{name}\" is a word of load cases: name it otherwise")

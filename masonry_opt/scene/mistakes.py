@@ -31,6 +31,7 @@ _MESSAGES = {
     "greater_than": "must be greater than {gt}",
     "greater_than_equal": "must be {ge} or more",
     "less_than": "must be less than {lt}",
+    "less_than_equal": "must be {le} or less",
     "string_unicode": "must be text of whole characters",
     "missing": "needs two numbers, [x, y]",  # of an entry; a missing key has a sentence of its own
 }
@@ -56,7 +57,7 @@ _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 60
 _TAGS = ("<one>", "<several>", "<plane>", "<space>", "<block>", "<solid>")
 
 #: Tables of a case file that are written once for each entry.
-_LISTED = ("block", "joint", "edge_load", "load")
+_LISTED = ("block", "joint", "edge_load", "load", "fill", "tie", "prop", "axles", "load_case")
 
 
 def wrong_file(
@@ -122,8 +123,12 @@ def _sentence(
     kind, key = item["type"], _dotted(loc)
     if kind == "extra_forbidden":
         return f"unknown key '{key}'{_suggestion(key, record)}"
+    if kind == "missing" and len(loc) > 1 and loc[-2] == "between":
+        return "key 'between': needs the names of two blocks"
     if kind == "missing" and loc and isinstance(loc[-1], int):
-        return f"key '{_dotted(loc[:-1])}': {messages['missing']}"
+        of_numbers = not any(isinstance(one, str | list | tuple) for one in item["input"])
+        needed = (messages if of_numbers else _PYTHON_MESSAGES)["missing"]
+        return f"key '{_dotted(loc[:-1])}': {needed}"
     if kind == "missing":
         return f"missing key '{key}'" if key else "missing table"
     if kind in messages:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import functools
+import itertools
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, Literal, Self
@@ -12,10 +13,14 @@ import numpy as np
 from pydantic import Field, PrivateAttr, Tag, model_validator
 
 from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.scene.axles import Axles
 from masonry_opt.scene.blocks import ONE_OR_SEVERAL, Block, Name, Positive, Record, Reference, Text
+from masonry_opt.scene.fill import Fill
 from masonry_opt.scene.joints import Joint, JointDefaults
+from masonry_opt.scene.load_cases import Earthquake, Kind, LoadCase, LoadCases, wrong_cases
 from masonry_opt.scene.loads import EdgeLoad, Load
 from masonry_opt.scene.solids import AnyBlock, Direction, Solid, Vector
+from masonry_opt.scene.ties import Prop, Tie, wrong_strut
 
 Tilt = Annotated[
     Annotated[Literal["left", "right"], Tag("<one>")] | Annotated[Vector, Tag("<several>")], ONE_OR_SEVERAL
@@ -40,6 +45,12 @@ class SceneKeys(Record):
     exceptions: Annotated[list[Joint], Field(alias="joint")] = []
     edge_loads: Annotated[list[EdgeLoad], Field(alias="edge_load")] = []
     loads: Annotated[list[Load], Field(alias="load")] = []
+    axles: list[Axles] = []
+    fills: Annotated[list[Fill], Field(alias="fill")] = []
+    ties: Annotated[list[Tie], Field(alias="tie")] = []
+    props: Annotated[list[Prop], Field(alias="prop")] = []
+    load_cases: LoadCases = []
+    earthquake: Earthquake | None = None
     reference: dict[Name, Reference] = {}
 
     @model_validator(mode="after")
@@ -88,6 +99,17 @@ class Scene(SceneKeys):
         :class:`EdgeLoad` records: loads along edges.
     loads:
         :class:`Load` records: forces on single blocks by name, beside those the blocks have.
+    axles:
+        :class:`Axles` records: groups of axles that move along a road, for :func:`~masonry_opt.crossing`
+        alone; in the plane.
+    fills:
+        :class:`Fill` records: earth between blocks and a road; in the plane, with gravity straight down.
+    ties, props:
+        :class:`Tie` and :class:`Prop` records.
+    load_cases:
+        :class:`LoadCase` records, of which :func:`solve` takes one by its name and :func:`solve_cases` all.
+    earthquake:
+        The live load of a scene without load cases: :class:`Earthquake`.
     title, source:
         What the scene is and where it comes from.
     reference:
@@ -97,17 +119,20 @@ class Scene(SceneKeys):
     ------
     CaseError
         If names repeat, no block is fixed or none can move, an exception or load names no block, a load a
-        fixed one, a scene to be tilted has what does not tilt, or a scene in space what belongs in the plane
-        (edge loads, ``thickness``, ``strength``, ``dilatancy_stress``) or the other way round.
+        fixed one, a scene to be tilted has what does not tilt, one of an earthquake live loads, a load case
+        names a group that no load has, or a scene in space what belongs in the plane (edge loads, fills,
+        ``thickness``, ``strength``, ``dilatancy_stress``) or the other way round; if fills lie above each
+        other, or gravity is not straight down.
     """
 
     _origin: str = PrivateAttr(default="scene")
     _case: SceneKeys | None = PrivateAttr(default=None)
+    _load_case: LoadCase | None = PrivateAttr(default=None)
 
     @model_validator(mode="after")
     def _consistent(self) -> Scene:
         if not any(self.gravity):
-            raise ValueError("'gravity' needs a direction, such as [0, -1]")
+            raise ValueError("'gravity' needs a direction, such as [0, -1], of solids [0, 0, -1]")
         if not self.blocks:
             raise ValueError("the scene has no block: add [[block]] tables or a generator such as [wall]")
         numbers: dict[str, int] = {}
@@ -127,7 +152,17 @@ class Scene(SceneKeys):
             self._wrong_dimension()
             or self._wrong_exception(known)
             or self._wrong_load(known)
+            or self._wrong_axles()
+            or self._wrong_fill()
+            or wrong_strut(
+                self.ties,
+                self.props,
+                {block.name: block.fixed for block in self.blocks},
+                self.dimension,
+                lambda name: _no_block(name, known),
+            )
             or self._wrong_tilt()
+            or wrong_cases(self)
         ):
             raise ValueError(mistake)
         return self
@@ -165,6 +200,10 @@ class Scene(SceneKeys):
         """What the scene has, beside its thickness, that none in space can have, in one sentence."""
         if self.edge_loads:
             return "an 'edge_load' is for scenes in the plane: give the resultants as 'load'"
+        if self.axles:
+            return "'axles' move over scenes in the plane: take them away"
+        if self.fills:
+            return "a 'fill' is for scenes in the plane: give what it weighs and presses as 'load'"
         properties: list[tuple[str, JointDefaults | Joint]] = [("'joints'", self.joints)]
         properties += [(f"joint between {list(one.between)}", one) for one in self.exceptions]
         for where, joint in properties:
@@ -203,6 +242,22 @@ class Scene(SceneKeys):
                 weighed.add(load.block)
         return None
 
+    def _wrong_axles(self) -> str | None:
+        names = [group.name for group in self.axles]
+        twice = [name for name in names if names.count(name) > 1]
+        return f"two groups of axles are named '{twice[0]}': rename one" if twice else None
+
+    def _wrong_fill(self) -> str | None:
+        if self.fills and (self.gravity[0] != 0 or self.gravity[1] > 0):
+            return "a 'fill' needs gravity straight down, [0, -1]"
+        ends = sorted(
+            (fill.road[0][0], fill.road[-1][0], number) for number, fill in enumerate(self.fills, start=1)
+        )
+        for (_, end, one), (start, _, other) in itertools.pairwise(ends):
+            if start < end:
+                return f"fill no. {one} and no. {other} lie above each other: end one where the other begins"
+        return None
+
     def _wrong_tilt(self) -> str | None:
         if not self.tilt:
             return None
@@ -220,6 +275,9 @@ class Scene(SceneKeys):
             if load.is_force
         ]
         why += ["an 'edge_load' does not tilt"] * len(self.edge_loads)
+        why += ["'axles' do not tilt"] * len(self.axles)
+        why += ["a 'fill' does not tilt"] * len(self.fills)
+        why += ["a tie or prop does not grow with the weights"] * len([*self.ties, *self.props])
         properties: list[JointDefaults | Joint] = [self.joints, *self.exceptions]
         for joint in properties:
             resisting = {
@@ -232,6 +290,55 @@ class Scene(SceneKeys):
             return "'tilt' needs a direction that is not that of gravity"
         return f"'tilt' needs a scene of weights and friction alone: {why[0]}: take it away" if why else None
 
+    def in_case(self, name: str) -> Scene:
+        """The scene in one of its load cases, by name. Raises OptionError if it has no such case."""
+        by_name = {case.name: case for case in self.load_cases}
+        if name in by_name:
+            return self.under(by_name[name])
+        there = (
+            f"; there are: {', '.join(map(repr, by_name))}"
+            if by_name
+            else ": it has none; leave the name out"
+        )
+        raise OptionError(f"{self.origin}: no load case {name!r}{there}")
+
+    def under(self, case: LoadCase | None) -> Scene:
+        """The scene under a load case, whose groups and directions it knows."""
+        scene = self.model_copy()
+        scene._load_case = case
+        return scene
+
+    @property
+    def load_case(self) -> LoadCase | None:
+        """The load case that it is in; None: loads act as they are given."""
+        return self._load_case
+
+    @property
+    def shaken_by(self) -> Earthquake | None:
+        """The earthquake that it is in, which is then its one live load."""
+        return self.earthquake if self._load_case is None else self._load_case.earthquake
+
+    def factor(self, kind: Kind, given: str, group: str | None = None) -> float:
+        """What loads of a group, given as "weight", "dead" or "live", are multiplied by as dead or live."""
+        if kind == "live" and self.shaken_by is not None:
+            return 0.0
+        if self._load_case is not None:
+            return self._load_case.factor(kind, group or given)
+        return float((kind == "live") == (given == "live"))
+
+    @property
+    def factor_of_axles(self) -> float:
+        """What axles are multiplied by where they cross: 0 in a load case that does not name them."""
+        return self.factor("live", "live", "axles")
+
+    @property
+    def shaking(self) -> np.ndarray | None:
+        """Push of an earthquake over the weights that it pushes, shape (2,) or (3,); None without one."""
+        quake = self.shaken_by
+        if quake is None or (sideways := self.sideways(quake.direction, quake.vector)) is None:
+            return None
+        return np.asarray(quake.coefficient * (sideways + quake.vertical * self.down))
+
     @property
     def down(self) -> np.ndarray:
         """Unit vector of gravity, shape (2,) or (3,)."""
@@ -241,12 +348,16 @@ class Scene(SceneKeys):
     def tilt_direction(self) -> np.ndarray | None:
         """Unit vector square to gravity, shape (2,) or (3,), in which a tilted scene is pushed; None if it is
         not tilted, or only along gravity."""
-        if self.tilt is None:
-            return None
-        if isinstance(self.tilt, str):
+        return None if self.tilt is None else self.sideways(self.tilt, self.tilt)
+
+    def sideways(self, side: object, vector: Iterable[object]) -> np.ndarray | None:
+        """Unit vector square to gravity to a side, "left" or "right", or in space towards a vector; None if
+        that is along gravity."""
+        if isinstance(side, str):
             x, y = self.down
-            return np.array((-y, x) if self.tilt == "right" else (y, -x))
-        towards = _unit(np.array(self.tilt)) if any(self.tilt) else self.down
+            return np.array((-y, x) if side == "right" else (y, -x))
+        given = np.array(vector, dtype=float)
+        towards = _unit(given) if given.any() else self.down
         sideways = towards - (towards @ self.down) * self.down
         return _unit(sideways) if np.abs(sideways).max() > _ALONG_GRAVITY else None
 
@@ -285,7 +396,8 @@ class Scene(SceneKeys):
 
     def __eq__(self, other: object) -> bool:
         """Scenes are equal if their keys are, wherever they were read from."""
-        return isinstance(other, Scene) and self.model_dump() == other.model_dump()
+        same = isinstance(other, Scene) and self.load_case == other.load_case
+        return same and self.model_dump() == other.model_dump()  # type: ignore[attr-defined]
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:

@@ -140,6 +140,8 @@ class Facade(WeighedGenerator):
         scene has a ``thickness``.
     omit_top_left:
         Whether the leftmost block of the top course is left away, as in the paper's façades.
+    base:
+        Whether the base is built (default: it is).
     name, at, live_per_weight, live:
         See :class:`~masonry_opt.scene.generator.Generator`; the origin is the left end of the foot.
 
@@ -158,6 +160,7 @@ class Facade(WeighedGenerator):
     doors: list[Count] = []
     lintel_weight: NonNegative | None = None
     omit_top_left: YesNo = False
+    base: YesNo = True
 
     def _mistakes(self) -> Iterator[str]:
         yield from super()._mistakes()
@@ -203,7 +206,7 @@ class Facade(WeighedGenerator):
         courses = [self._course(row, full, lintel) for row in range(self.openings[1] * self.storey)]
         if self.omit_top_left:
             del courses[-1][0]
-        return [*_stones(self, courses), _base(self, self.width)]
+        return [*_stones(self, courses), *([_base(self, self.width)] if self.base else [])]
 
     def _course(self, row: int, full: float, lintel: float) -> list[_Piece]:
         """The blocks of a course, given the weights of a full block and of a lintel."""

@@ -65,6 +65,16 @@ class HighsSession:
         upper = self.lp.row_upper[rows]
         self._highs.changeRowsBounds(len(rows), rows, upper - room, upper)
 
+    def set_column(self, variable: Any, constraint: Any, entries: np.ndarray) -> None:
+        """Entries of a variable of one column in the rows of a constraint, in order. Bounds by multipliers
+        (``least``, ``contradiction``) are those of the program as it was declared."""
+        column, rows = int(self.columns(variable)[0]), self.lp.rows[id(constraint)]
+        _, held, values = self._highs.getColEntries(column)
+        now = np.zeros(self.lp.matrix.shape[0])
+        now[held] = values
+        for index in np.flatnonzero(now[rows] != entries):
+            self._highs.changeCoeff(int(rows[index]), column, float(entries[index]))
+
     def columns(self, variable: Any) -> np.ndarray:
         """Columns of a variable, in order."""
         return self.lp.columns[id(variable)]

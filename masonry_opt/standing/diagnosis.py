@@ -74,7 +74,9 @@ def falling_mechanism(
         engine = CvxpyEngine(model.program, chosen, effort, DEAD_LOAD, repeats=kept.keeps)
         return _Standing(model, parameters, engine)
 
-    standing = kept.of((DEAD_LOAD, chosen.key), problem, effort, declared)
+    # Live loads do not matter here: programs of those that share the dead load are one.
+    unloaded = replace(problem, live=problem.dead)
+    standing = kept.of((DEAD_LOAD, chosen.key), unloaded, effort, declared)
     if standing.stands:
         return None
     solved = standing.engine.solve()

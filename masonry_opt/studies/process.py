@@ -87,6 +87,33 @@ def _main_hidden() -> Iterator[None]:
         sys.modules["__main__"] = main
 
 
+@contextlib.contextmanager
+def _without_errors() -> Iterator[None]:
+    """Let processes that start within write no errors: one whose study is interrupted before it runs would
+    show a traceback."""
+    kept, silence = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(silence, 2)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
+        os.close(silence)
+
+
+@contextlib.contextmanager
+def _without_interrupts() -> Iterator[None]:
+    """Let processes that start within ignore Ctrl-C; only the main thread can say so."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def _start_server() -> None:
     """Start the server if it does not run; Ctrl-C must not reach it."""
     if _HOW != "forkserver":
@@ -94,14 +121,8 @@ def _start_server() -> None:
     from multiprocessing import forkserver
 
     _STANDARD.set_forkserver_preload(list(_PRELOADED))
-    if threading.current_thread() is not threading.main_thread():
+    with _without_interrupts(), _without_errors():
         forkserver.ensure_running()
-        return
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-    try:
-        forkserver.ensure_running()
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def settle_in() -> None:

@@ -11,6 +11,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.problem.assembly import Assembly, SpaceAssembly
+from masonry_opt.problem.fill import fill_forces
 from masonry_opt.problem.loads import weights
 from masonry_opt.scene.extents import boxes, outside
 
@@ -48,6 +49,7 @@ def warnings_of(assembly: Assembly, solution: Solution | None) -> tuple[Reason, 
         *_turned_faces(assembly),
         *_bearing_corners(assembly, solution),
         *_bare_edge_loads(assembly),
+        *_axles(assembly),
         *_far_away(assembly),
         *_acting_outside(assembly),
         *_weights(assembly),
@@ -162,6 +164,13 @@ def _bare_edge_loads(assembly: Assembly) -> list[Reason]:
     ]
 
 
+def _axles(assembly: Assembly) -> list[Reason]:
+    scene = assembly.scene
+    names = [group.name for group in scene.axles]
+    left_out = names if scene.load_case is None else scene.factor_of_axles
+    return [reason(Code.AXLES_LEFT_OUT, names=names)] if left_out else []
+
+
 def _far_away(assembly: Assembly) -> list[Reason]:
     """Groups of blocks that touch none of the others and are far from the box round these."""
     joints, count = assembly.joints, len(assembly.scene.blocks)
@@ -238,7 +247,9 @@ def _weights(assembly: Assembly) -> list[Reason]:
     # A light block may carry what is much to it and little to the others, such as a jack's plate.
     weight_near = np.maximum(weight, np.median(weight[heavy]))
     live, dead = (problem.forces(load) * problem.force_unit for load in (problem.live, problem.dead))
-    dead = dead - weight[:, None] * scene.down
+    # Fill may be thin: its weight is no force that was given.
+    of_fill = fill_forces(scene, assembly.geometry, assembly.filled_pieces)["dead"][movable, : dead.shape[1]]
+    dead = dead - scene.factor("dead", "weight") * weight[:, None] * scene.down - of_fill
     for name, force, least in (("live", live, np.inf), ("dead", dead, _NO_FORCE)):
         size = np.hypot.reduce(force, axis=1)
         acts = size > _ROUNDING * weight

@@ -316,5 +316,19 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"proven within {v['time_limit']:g} s, of all states with {_imposed(v)}: {_bracket(v)}"
     ),
     Code.NO_EXACT_STATE: "no exact state was found within {time_limit:g} s: raise 'time_limit'",
+    Code.REACHES_ZERO: "λ has come down to zero: the masonry falls by itself from here",
+    Code.JOINT_CLOSES: lambda v: f"the joint between {pairs(v)} closes",
+    Code.JOINT_OPENS: lambda v: f"the joint between {pairs(v)} opens",
+    Code.NOT_HINGING: lambda v: (
+        "the mechanism at the onset is not one of hinges, which alone has a finite motion here: "
+        + (f"{pairs(v)} {verb(len(v['pairs']), 'slide')}" if v["pairs"] else "joints slide")
+    ),
+    Code.JOINTS_SLIDE: lambda v: (
+        f"{pairs(v)} {verb(len(v['pairs']), 'slide')} from here on: no finite motion is followed"
+    ),
+    Code.BLOCKS_MEET: lambda v: f"{do(v, 'meet')} where there is no joint",
+    Code.LOCKS: "the mechanism locks: from here on it has no motion of finite size",
+    Code.BRANCHES: "several motions are possible from here on: blocks have come free",
+    Code.STILL_CARRIES: lambda v: f"λ is not at zero after {counted(v['steps'], 'state')}",
     **WARNINGS,
 }

@@ -18,6 +18,7 @@ from masonry_opt.errors import counted, printable
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.case_file import CaseFile
 from masonry_opt.scene.solids import Solid
+from masonry_opt.words.fill import of_fills
 from masonry_opt.words.names import verb
 from masonry_opt.words.sentences import BY_CHORDS, by_sides, message, numeral, sentences
 
@@ -32,6 +33,9 @@ _BOUNDS = (
 
 #: Codes that tell what was tried, and nothing of the scene.
 _TRIED = (Code.PASS_LOST, Code.GROWS_WITH_STIFFNESS, Code.STILL_ELASTIC, Code.BEGAN_AGAIN, Code.CURVE)
+
+#: Ties and props that are told of.
+_TIES = 4
 
 #: Width of the labels.
 _LABEL = 16
@@ -68,7 +72,9 @@ def facts(result: Result) -> dict[str, str]:
     known = {
         "why": _why(result),
         "falls" if result.status is Status.UNSTABLE else "moves": _mechanism(result),
+        "ties": _ties(result),
         "live load": _live_load(result),
+        "fill": "\n".join(of_fills(result.assembly)),
         "how sure": _certainty(result),
         "curve": "".join(sentences([said for said in result.reasons if said.code is Code.CURVE])),
         "load factors": load_factors(result),
@@ -119,11 +125,28 @@ def _mechanism(result: Result) -> str:
     return f"{moving} of {counted(result.size.blocks, 'block')}{joints}"
 
 
+def _ties(result: Result) -> str:
+    """Which ties and props yield, and what the others carry; nothing of a scene that falls."""
+    if result.ties["force"].isna().all():
+        return ""
+    told = []
+    for tie in result.ties.sort_values("yields", ascending=False, kind="stable").to_dict("records"):
+        does = "yields at" if tie["yields"] else "carries"
+        force = "" if np.isnan(tie["force"]) else f" {does} {_known(tie['force'])}"
+        told.append(f"{tie['kind']} '{tie['name']}'{force}")
+    more = [f"and {len(told) - _TIES} more"] if len(told) > _TIES else []
+    return "; ".join([*told[:_TIES], *more])
+
+
 def _live_load(result: Result) -> str:
     """What λ multiplies: multiples of weights, which generators take by the name of forces too, or forces."""
     scene = result.assembly.scene
     if scene.tilt or not result.status.live_load_acts:
         return ""
+    if scene.load_case is not None:
+        return f"case '{scene.load_case.name}': {scene.load_case}"
+    if scene.shaken_by is not None:
+        return f"earthquake {scene.shaken_by}"
     said = []
     if times := Counter(block.live_per_weight for block in scene.blocks if any(block.live_per_weight)):
         one = f"{_vector(next(iter(times)))} times the"

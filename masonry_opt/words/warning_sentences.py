@@ -77,6 +77,11 @@ WARNINGS: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "edge_load no. {number} meets no free edge of a movable block along {length:.4g} of its "
         "length, where it does nothing"
     ),
+    Code.AXLES_LEFT_OUT: lambda v: (
+        f"axles {', '.join(repr(name) for name in v['names'])} are left out, as they move: see 'crossing'"
+        if v["names"]
+        else "axles, which the load case names, are left out, as they move: see 'crossing'"
+    ),
     Code.WEIGHTS_DIFFER: lambda v: (
         f"the weight per {v.get('per', 'area')} of {blocks(v['blocks'])} is {v['ratio']:.3g} times the "
         "median of all blocks: are weights and lengths in one unit each?"

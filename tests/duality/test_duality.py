@@ -60,3 +60,13 @@ def test_solvers_of_the_extra_agree(solver, formulation):
     assert found.solver == solver
     assert found.load_factor == pytest.approx(solved(FACADE, "static").load_factor, rel=1e-7)
     assert found.certificate.worst < 1e-5
+
+
+def test_a_check_does_not_depend_on_the_unit_of_the_live_load():
+    """A bridge of some 80 kN under 1 kN, and under .001 kN: λ of tens of thousands."""
+    scene = mo.load(CASES / "bridges" / "arch_with_fill.toml")
+    tiny = [load.model_copy(update={"live": (0.0, -0.001)}) for load in scene.loads]
+    whole, parts = mo.check(scene), mo.check(scene.model_copy(update={"loads": tiny}))
+    assert whole.passed
+    assert parts.passed
+    assert parts.table["load_factor"].to_numpy() == pytest.approx(1000 * whole.table["load_factor"], rel=1e-7)

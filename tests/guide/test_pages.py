@@ -76,6 +76,42 @@ def test_every_key_of_a_table_stands_there_and_no_other(title, expected):
     assert set(names) == expected
 
 
+def test_case_file_of_axles_is_crossed(tmp_path):
+    (case,) = blocks(page("loads/axles"), "toml")
+    (tmp_path / "bridge.toml").write_text(case)
+    crossed = mo.crossing(tmp_path / "bridge.toml", method="static")
+    assert {*crossed.table["axles"]} == {"lorry", "bogie"}
+    assert crossed.axles == "lorry"
+    # Which is longer than the arch: its heavy axle alone is as bad.
+    alone = mo.crossing(tmp_path / "bridge.toml", mo.Axles(name="one", loads=[45]), method="static")
+    assert crossed.load_factor == pytest.approx(alone.load_factor, rel=1e-3)
+
+
+@pytest.mark.parametrize(("name", "record"), [("fill", mo.Fill), ("axles", mo.Axles)])
+def test_every_key_of_a_load_or_support_stands_on_its_page(name, record):
+    assert set(told(page(f"loads/{name}"))) == keys_of(record)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [("loads/cases", keys_of(mo.LoadCase)), ("loads/earthquake", keys_of(mo.Earthquake))],
+)
+def test_every_key_of_load_cases_and_earthquakes_stands_on_their_page(name, expected):
+    names = told(page(name).split("## ")[0])
+    assert len(names) == len(set(names))
+    assert set(names) == expected
+
+
+def test_the_examples_of_load_cases_and_earthquakes_run(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("wall.toml").write_text(blocks(page("loads/cases"), "toml")[0], "utf-8")
+    for name in ("loads/cases", "loads/earthquake"):
+        exec(blocks(page(name), "python")[0], {})
+    last = capsys.readouterr().out.splitlines()[-1]
+    assert float(last) == pytest.approx(5 / (15 + 15 + 0.3 * 15 / 2), rel=1e-9)
+    assert Path("cases.png").exists()
+
+
 def test_every_status_and_code_has_a_row_and_no_other():
     text = page("messages")
     names = told(text)

@@ -14,6 +14,7 @@ pytest.importorskip("sphinx")
 
 RECORDS = [
     mo.Scene, mo.Block, mo.Joint, mo.JointDefaults, mo.EdgeLoad, mo.Load, mo.PointLoad, mo.Reference,
+    mo.LoadCase, mo.Earthquake,
     mo.Arch, mo.Wall, mo.Facade, mo.Column, mo.Solid, mo.Part,
     mo.Plan, mo.PlanWall, mo.Opening, mo.Barrel, mo.Dome, mo.Groin, mo.Shaft, ArchRing,
 ]  # fmt: skip

@@ -133,3 +133,28 @@ def test_memory_does_not_grow_with_runs(method, keeps, grows):
     )
     first, last = map(int, ended.stdout.split())
     assert (last - first > 10_000 * 3 * runs) == grows
+
+
+@pytest.mark.slow
+def test_a_worker_whose_study_ends_before_it_runs_says_nothing(tmp_path):
+    """What it is given is gone by then. Its study itself still writes errors."""
+    program = """
+import gc, sys, time
+from masonry_opt.studies.process import Context
+context = Context()
+first = context.Process(target=time.sleep, args=(0,))
+first.start()
+first.join()
+given = [context.Semaphore(1) for _ in range(3)]
+late = context.Process(target=print, args=tuple(given))
+late.start()
+del given
+gc.collect()
+print("still here", file=sys.stderr)
+late.join()
+"""
+    ran = subprocess.run(
+        [sys.executable, "-c", program], env=environment(), cwd=tmp_path, capture_output=True, text=True
+    )
+    assert ran.returncode == 0
+    assert ran.stderr == "still here\n"

@@ -150,3 +150,27 @@ def test_a_rougher_keystone_jams_if_it_dilates():
     """Up by 1 its faces open by sin β and slide by cos β, tan β = 1/2: too little where dilatancy is more."""
     assert solved(changed("keystone", 0.499), "static").load_factor == pytest.approx(1, rel=1e-7)
     assert solved(changed("keystone", 0.501), "static").status is mo.Status.LOCKED
+
+
+@pytest.mark.parametrize("voussoir", [2, 4])
+@pytest.mark.parametrize("method", METHODS)
+def test_a_parabolic_arch_under_fill_of_one_depth(method, voussoir):
+    """Let f be the height of the thrust H above the intrados, x from the left springing, the load at a.
+
+    Between the loads H y'' = -w, and the intrados has y'' = -8 r / L², so f'' = 2 k = 8 r / L² - w / H. The
+    thrust passes the intrados at x = 0, the back at a, touches the intrados at c, and passes the back at L:
+    f = k (x - c)² with c = (a + L) / 2, k = 4 t / (L - a)². Its slope falls at the load by P / H, from
+    k a + t / a on the left to -4 t / (L - a). At a = L / 4 this is P = 25 w L t / (2 (9 r - 16 t)).
+    """
+    span, rise, t, a = 16.0, 3.0, 0.8, float(voussoir)
+    k = 4 * t / (span - a) ** 2
+    thrust = (22 * t + 18) / (8 * rise / span**2 - 2 * k)
+    expected = thrust * (k * a + t / a + 4 * t / (span - a))
+    if voussoir == 4:
+        by_hand = 25 * (22 * t + 18) * span * t / (2 * (9 * rise - 16 * t))
+        assert expected == pytest.approx(by_hand, rel=1e-12)
+    scene = mo.load(FOLDER / "parabola_under_fill.toml")
+    back = scene.blocks[voussoir - 1].vertices[2]
+    load = mo.Load(block=f"v{voussoir}", live=(0, -1), at=back)
+    found = solved(scene.model_copy(update={"loads": [load]}), method).load_factor
+    assert found == pytest.approx(expected, rel=1e-8)

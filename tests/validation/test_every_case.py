@@ -98,4 +98,5 @@ def test_every_case_has_something_to_meet() -> None:
         "gilbert/facade_3x9.toml",
         "casapulla_lauro/arch.toml",
         "pippard_ashby/rib.toml",
+        "bridges/arch_with_fill.toml",
     }

@@ -25,7 +25,7 @@ from masonry_opt.methods.mcp.schedule import BRAKES
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.state import State
 
-#: Compliances of the passes that look for the plateau, from soft to stiff; softer ones, where none ends.
+#: Compliances of the passes that look for the plateau, from soft to stiff; softer, where one ends at most.
 STIFF, SOFT = (1e-3, 1e-4, 1e-5, 1e-6), (1e-2, 1e-1)
 
 #: The same of contact points in space, where stiffer contacts more often stall a pass.
@@ -36,6 +36,9 @@ _BRAKES = BRAKES[0], BRAKES[2]
 
 #: The same, of the passes whose forces alone are wanted: the first that ends.
 _FIRST = (1e-4, 1e-5, 1e-3, *SOFT)
+
+#: How much softer contacts are with which a state is compared whose work is elastic.
+_SOFTER = 10.0
 
 #: The softest compliance of a curve, and its passes a decade.
 _SOFTEST, _A_DECADE = 10.0, 4
@@ -108,11 +111,14 @@ def _look_for_plateau(solution: Solution, contacts: _Contacts, options: Complian
         if not far and contacts.settle(give):
             return
     if options.give is None:
-        for give in SOFT:
-            if (solution.answer is None or contacts.elastic > _ELASTIC) and contacts.settle(give):
-                return
-        if solution.answer and contacts.elastic > _ELASTIC:
-            contacts.withdraw(Code.STILL_ELASTIC)
+        # A state by itself shows no plateau, and may be of another branch than softer contacts lead to.
+        if contacts.lone and contacts.elastic <= _ELASTIC:
+            for give in sorted((*SOFT, *contacts.states), reverse=True):
+                if contacts.settle(give):
+                    return
+        if contacts.elastic > _ELASTIC:
+            grows = contacts.grows_from(contacts.state(_SOFTER * contacts.give))
+            contacts.withdraw(Code.GROWS_WITH_STIFFNESS if grows else Code.STILL_ELASTIC)
             return
     if solution.answer is None:
         told = {"word": contacts.word, "attempts": contacts.attempts}
@@ -139,7 +145,7 @@ class _Contacts:
     in_space: whether they are contact points in space.
     states: that the passes so far ended in, by compliance; None of those that ended in none.
     word, attempts: how the last pass ended, and the number of passes.
-    give, elastic: compliance of the last state, and the elastic share of the work there.
+    last: the state that the solution has; None before the first.
     """
 
     def __init__(self, task: Task, solution: Solution) -> None:
@@ -148,8 +154,24 @@ class _Contacts:
         with task.effort.measure("solve"):
             self._settled = self._passes.settled_forces()
         self.states: dict[float, GivingState | None] = {}
-        self.word, self.elastic, self.give, self.attempts = "", 0.0, inf, 0
-        self._last: Iterate | None = None
+        self.word, self.attempts = "", 0
+        self.last: GivingState | None = None
+        self._inside: Iterate | None = None
+
+    @property
+    def give(self) -> float:
+        """Compliance of the last state."""
+        return self.last.give if self.last else inf
+
+    @property
+    def elastic(self) -> float:
+        """Elastic share of the work there."""
+        return _elastic_share(self.last) if self.last else 0.0
+
+    @property
+    def lone(self) -> bool:
+        """Whether one pass at most has ended."""
+        return sum(state is not None for state in self.states.values()) < 2
 
     def state(self, give: float) -> GivingState | None:
         """The state with this compliance; None if no pass ends in one."""
@@ -161,9 +183,9 @@ class _Contacts:
         self._task.effort.begins(f"contacts that give by {give:.0e}")
         passes = self._passes.giving(give, self._settled)
         tries: list[tuple[float, Iterate | None]] = [(brake, None) for brake in _BRAKES]
-        if self.in_space and self._last:
+        if self.in_space and self._inside:
             # On a plateau stiffer contacts change no forces: a step leads from one state to the other.
-            tries.insert(0, (_BRAKES[0], self._last))
+            tries.insert(0, (_BRAKES[0], self._inside))
         for brake, begun in tries:
             self.attempts += 1
             state = follow(self._task, passes, self._solution.history, self.attempts, brake, begun)
@@ -171,33 +193,40 @@ class _Contacts:
             if state is not None:
                 answer = certified(passes.problem, state.load_factor, state.q, state.d)
                 if not answer.failing(Kind.COMPLIANT):
-                    self._last = passes.inside
+                    self._inside = passes.inside
                     return GivingState(give, passes.problem, answer)
         return None
 
     def settle(self, give: float) -> bool:
         """Whether a pass with this compliance decides on the load factor, or that there is none."""
-        state, solution = self.state(give), self._solution
+        state, before = self.state(give), self.last
         if state is None:
             return False
-        answer, before = state.answer, solution.load_factor
-        power = 0.0
-        if before is not None and min(before, answer.load_factor) > ZERO:
-            power = log10(answer.load_factor / before) / log10(self.give / give)
+        self.last, solution = state, self._solution
         change = softer = None
         if before is not None:
-            softer = self.give / give
-            change = over_load_factor(abs(answer.load_factor - before), answer.load_factor)
-        self.give, self.elastic = give, _elastic_share(state)
+            found, softer = state.answer.load_factor, before.give / give
+            change = over_load_factor(abs(found - before.answer.load_factor), found)
         decided = change is not None and change <= PLATEAU
-        code = Code.PLATEAU if decided else Code.NO_PLATEAU
-        solution.found = answer
         told = {"give": give, "change": change, "softer": softer, "steps": len(solution.history)}
-        solution.end(Status.CONVERGED, code, **told)
-        if power > _GROWS:
+        solution.found = state.answer
+        solution.end(Status.CONVERGED, Code.PLATEAU if decided else Code.NO_PLATEAU, **told)
+        if self.grows_from(before):
             self.withdraw(Code.GROWS_WITH_STIFFNESS)
             return True
         return decided
+
+    def grows_from(self, softer: GivingState | None) -> bool:
+        """Whether the last load factor has grown with the stiffness of contacts, and nothing bounds it."""
+        from masonry_opt.methods.associative import set_beside
+
+        if self.last is None or softer is None:
+            return False
+        low, high = softer.answer.load_factor, self.last.answer.load_factor
+        if min(low, high) <= ZERO or log10(high / low) <= _GROWS * log10(softer.give / self.give):
+            return False
+        # However stiff contacts are, no load factor exceeds the associative one.
+        return set_beside(self._task, self._solution)
 
     def withdraw(self, code: Code) -> None:
         """End without the last state, whose work is elastic."""

@@ -8,8 +8,10 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
+import scipy.sparse as sp
 from scipy.sparse.linalg import lsqr
 
+from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Law, Problem
 from masonry_opt.problem.state import State
 
@@ -99,15 +101,18 @@ class EdgeForm:
     edges: edges of a joint, 2 in the plane, 1 in space.
     from_edges: turns x, flat, into joint forces q, shape (3c, 3c).
     A, At: equilibrium of blocks under x, shape (3b, 3c), and its transpose.
-    G: chords of crushing in the forces at the edges, shape (chords, e c).
+    G: chords of crushing in the forces at the edges, and −n of joints with a largest normal force, shape
+        (chords, e c).
     sliding: which joints can slide, as an index.
+    bounded: indices of the joints that G has rows of.
     compliance: motion of edges and shears per unit of x where contacts give, shape (3, c); zero, shape
         (3, 1), where they are rigid.
     settled: x from which on contacts give, shape (3, c); zero, shape (3, 1), where they give from zero.
     least_forces: least x that carries the dead load, whatever the joints' law, shape (3, c).
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, most: np.ndarray | None = None) -> None:
+        """Of joints with these largest normal forces, shape (c,); None: without any."""
         self.problem = problem
         self.from_edges = problem.table.from_edges
         self.A = (problem.B @ self.from_edges).tocsr()
@@ -118,7 +123,13 @@ class EdgeForm:
         self._layout, self.edges = problem.layout, len(problem.layout.edges)
         rocking = self.edges * problem.joints
         self.G = (problem.R[rocking:] @ self.from_edges)[:, :rocking].tocsr()
-        self._whole_moment = problem.crushing_moment[problem.table.chords]
+        self._most_room = problem.face_constant[problem.table.chords]
+        self.bounded = problem.crushing
+        if most is not None and len(pressed := np.flatnonzero(np.isfinite(most))):
+            of_edges = [-selection(pressed, problem.joints)] * self.edges
+            self.G = sp.vstack([self.G, sp.hstack(of_edges)], format="csr")
+            self._most_room = np.append(self._most_room, most[pressed])
+            self.bounded = np.append(problem.crushing, pressed)
         self._lengths = problem.face_length[problem.table.rocks]
         self.compliance = self.settled = np.zeros((3, 1))
         # Nothing of the joints' law, so that forms under other laws share them.
@@ -172,7 +183,7 @@ class EdgeForm:
 
     def room(self, x: np.ndarray) -> np.ndarray:
         """Slacks of the chords of crushing, shape (chords,)."""
-        return self._whole_moment + self.chords(x)
+        return self._most_room + self.chords(x)
 
     def crushes(self, rates: np.ndarray) -> np.ndarray:
         """Motion of edges that rates of the chords cause, shape (e, c)."""
@@ -202,8 +213,8 @@ class EdgeForm:
 
     def state(self, at: Iterate) -> State:
         """An iterate as a state of the problem."""
-        edges = at.opening.ravel() / self._lengths
-        p = np.concatenate([at.slip.ravel(), edges, at.crushed])
+        edges, table = at.opening.ravel() / self._lengths, self.problem.table
+        p = np.concatenate([at.slip.ravel(), edges, at.crushed])[: table.chords.stop]
         return State(at.load_factor, self.from_edges @ at.x.ravel(), at.d, p)
 
     def iterate(self, state: State) -> Iterate:

@@ -41,10 +41,9 @@ _ACCURATE = 1e-12
 #: Projections onto kinematics at the end, and what they may leave, over the largest velocity.
 _PROJECTIONS, _ON_KINEMATICS = 3, 1e-12
 
-#: Where contacts give, residuals up to this are left as they are, over the largest velocity; and steps of
-#: statics and of kinematics are as long as each other below this gap, or what forces move contacts by would
-#: be left over. (A projection takes a full factorisation: seven times the program on 3 × 9 openings.)
-_LEFT_IN_MOTION, _ALIKE_BELOW = 1e-10, 1e-6
+#: Where contacts give, residuals up to this are left as they are, over the largest velocity. (A projection
+#: takes a full factorisation: seven times the program on 3 × 9 openings.)
+_LEFT_IN_MOTION = 1e-10
 
 
 class Outcome(StrEnum):
@@ -108,6 +107,7 @@ def run(
     brake: float,
     follow: Callable[[NewtonStep], None],
     begun: Iterate | None = None,
+    forces_alone: bool = False,
 ) -> Pass:
     """One pass from the start to the end or to where it is given up.
 
@@ -116,6 +116,7 @@ def run(
     brake: see :data:`~.schedule.BRAKES`.
     follow: called with every step.
     begun: where another pass ended, to go on from as long as steps are not very short.
+    forces_alone: whether the motion at the end may be left as it is, for nobody asks.
     """
     form = elimination.form
     at = inside = begun or start(form)
@@ -133,7 +134,8 @@ def run(
         try:
             inside = at
             if schedule.ended(step):
-                at = _onto_kinematics(elimination, at, schedule)
+                if not forces_alone:
+                    at = _onto_kinematics(elimination, at, schedule)
                 follow(replace(step, seconds=time.perf_counter() - began))
                 return ended(Outcome.SOLVED)
             at, step = _advance(elimination, at, schedule, step)
@@ -173,7 +175,7 @@ def _advance(
         raise SingularError("no finite solution")
     share = min(max(_LEAST_SHARE, 1 - step.gap), _MOST_SHARE)
     forces, motion = (1.0 if length == 1 else share * length for length in direction.lengths)
-    if elimination.form.compliance.any() and step.gap < _ALIKE_BELOW:
+    if step.gap < schedule.alike_below:
         forces = motion = min(forces, motion)
     record = replace(
         step, centring=sigma, forces=forces, velocities=motion, error=direction.error, full=system.full

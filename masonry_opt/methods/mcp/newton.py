@@ -178,7 +178,7 @@ class NewtonSystem:
         self._edges = slice(self._form.edges)
         self._rocking = self.at.opening / self.at.x[self._edges]
         self._crushing: sp.csr_array | None = None
-        if len(problem.crushing):
+        if len(self._form.bounded):
             crushing = sp.diags_array(self.at.crushed / self.at.room)
             self._crushing = (self._form.G.T @ crushing @ self._form.G).tocsr()
         self._scale = 1 / np.maximum(self.at.z, self.at.slip)
@@ -246,7 +246,7 @@ class NewtonSystem:
         across = np.zeros(edges.shape[1])
         determinant = edges[0] * edges[1]
         if self._crushing is not None:
-            joints = self._form.problem.crushing
+            joints = self._form.bounded
             # The inverse of 1/edges + what crushing adds, two by two.
             added = self._crushing.diagonal().reshape(2, -1)[:, joints]
             own = 1 / edges[:, joints]
@@ -276,6 +276,8 @@ class NewtonSystem:
         own = np.ones((3 + sides, c))
         own[:3] = self._compliance
         own[: self._form.edges] += self._rocking
+        if self._crushing is not None:
+            own[0] += self._crushing.diagonal()
         own[:3] = np.maximum(own[:3], 1 / self._most)
         own[3:, sliding] = at.z * self._scale
         rate = np.maximum(at.slip, at.z / self._most) * self._scale

@@ -13,6 +13,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.methods.mcp.central_path import LEFT, CentralPath
 from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate
 from masonry_opt.methods.mcp.interior_point import Outcome, run
+from masonry_opt.methods.mcp.joints_alone import JointsAlone
 from masonry_opt.methods.mcp.newton import Elimination
 from masonry_opt.methods.mcp.schedule import BRAKES, LEAST_LOAD, NewtonStep
 from masonry_opt.methods.task import Task
@@ -30,6 +31,10 @@ _OTHERS_GIVE, _OTHERS_GIVE_IN_SPACE = 1e-4, 1e-2
 #: Share of the dead load from which on soft contacts carry it: those of an arch carry 0.2, those of a stone
 #: that nothing presses against walls 2e-5.
 _CARRIES = 1e-3
+
+#: How often contacts of a scene with cohesion, strength or limits of forces are asked again what they carry
+#: under its dead load, and the λ up to which they are settled. An arch under fill takes six.
+_ASKED_AGAIN, _SETTLED = 12, 1e-7
 
 #: From this gap on a pass that stalls may have forces that a mechanism goes with.
 _NEAR = 1e-2
@@ -50,36 +55,44 @@ class Passes:
 
     def __init__(self, problem: Problem) -> None:
         self.problem, self._unit = problem, _unit_of_load(problem)
-        self._elimination = Elimination(EdgeForm(replace(problem, live=self._unit * problem.live)))
+        self._alone = JointsAlone.of(replace(problem, live=self._unit * problem.live))
+        self._elimination = Elimination(EdgeForm(self._alone.problem, self._alone.most))
 
     def under(self, problem: Problem, effort: Effort | None = None) -> Passes:
         """Passes over a problem that differs in friction, cohesion and dilatancy alone."""
         other = copy(self)
         other.problem = problem
-        other._elimination = self._elimination.of(self._elimination.form.under(problem.law))
+        other._elimination = self._elimination.of(self._elimination.form.under(self._alone.law(problem.law)))
         return other
 
     def giving(self, give: float, settled: np.ndarray | None = None) -> Passes:
         """Passes over the same problem with contacts that give so much, from settled forces (3c,) on."""
         other = copy(self)
-        compliance = give * unit_compliance(self.problem, self._elimination.form.least_forces)
+        form = self._elimination.form
+        own = self._alone.held(give * unit_compliance(form.problem, form.least_forces))
+        compliance = self._alone.compliance(own)
         other.problem = replace(self.problem, compliance=compliance, settled=settled)
-        other._elimination = self._elimination.of(self._elimination.form.giving(compliance, settled))
+        own_settled = None if settled is None else self._alone.joint_forces(settled)
+        other._elimination = self._elimination.of(form.giving(own, own_settled))
         return other
 
     def settled_forces(self) -> np.ndarray | None:
         """Joint forces under the dead load alone of contacts that give, shape (3c,); None if no pass ends.
 
-        A scene without cohesion and strength that carries λ times its dead load besides has 1 + λ times
-        these forces. One with them is asked once more, of contacts that give 1 + λ times as much: then λ is
-        about 0.
+        A scene without cohesion, strength and limits of forces that carries λ times its dead load besides has
+        1 + λ times these forces. One with them is asked again, of contacts that give 1 + λ times as much,
+        until λ is about 0.
         """
         problem = self.problem
         if not problem.dead.any():
             return np.zeros(problem.B.shape[1])
         state = self._under_dead_load()
-        if state is not None and (problem.cohesion.any() or len(problem.crushing)):
-            state = self._under_dead_load(1 + state.load_factor)
+        give = 1.0
+        for _ in range(_ASKED_AGAIN if problem.face_cohesion.any() else 0):
+            if state is None or abs(state.load_factor) < _SETTLED:
+                break
+            give *= 1 + state.load_factor
+            state = self._under_dead_load(give)
         return None if state is None else state.q / (1 + state.load_factor)
 
     def run(
@@ -87,6 +100,7 @@ class Passes:
         follow: Callable[[NewtonStep], None] = lambda _: None,
         brake: float = BRAKES[0],
         begun: Iterate | None = None,
+        forces_alone: bool = False,
     ) -> State | None:
         """The state that a pass ends in, or the last iterate of one that stalls near a state; else None.
 
@@ -94,17 +108,17 @@ class Passes:
         ----------
         follow: called with every step, its λ that of the problem.
         brake: see :data:`~.schedule.BRAKES`.
-        begun: see :func:`~.interior_point.run`.
+        begun, forces_alone: see :func:`~.interior_point.run`.
         """
 
         def in_whole(step: NewtonStep) -> None:
             follow(replace(step, load_factor=self._unit * step.load_factor))
 
-        end = run(self._elimination, brake, in_whole, begun)
+        end = run(self._elimination, brake, in_whole, begun, forces_alone)
         self.outcome, self.inside = end.outcome, end.inside
         if end.outcome is Outcome.LOST or (end.outcome is not Outcome.SOLVED and not end.gap < _NEAR):
             return None
-        state = self._elimination.form.state(end.iterate)
+        state = self._alone.state(self._elimination.form.state(end.iterate), self.problem)
         return replace(state, load_factor=self._unit * state.load_factor)
 
     def end_of_path(self, follow: Callable[[NewtonStep], None]) -> State | None:
@@ -136,7 +150,7 @@ class Passes:
 
     def _under_dead_load(self, give: float = 1.0) -> State | None:
         """The state of contacts that give, with the dead load as live load besides."""
-        return Passes(replace(self.problem, live=self.problem.dead)).giving(give).run()
+        return Passes(replace(self.problem, live=self.problem.dead)).giving(give).run(forces_alone=True)
 
     def over(self, problem: Problem, follow: Callable[[NewtonStep], None]) -> State | None:
         """The state that a pass over a problem of other loads or law ends in, with contacts that give."""

@@ -20,6 +20,10 @@ _RUNGS, _NEWTON_BELOW = (1.0, 0.9, 0.7, 0.4, 0.0), 1e-4
 #: three at most.
 BRAKES = (1.0, 0.3, 0.1, 3.0, 0.6, 0.2, 2.0)
 
+#: Where contacts give, steps of statics and of kinematics are as long as each other below this gap, or what
+#: forces move contacts by would be left over; in a pass under another brake than the first, below the second.
+_ALIKE_BELOW, _ALIKE_AGAIN = 1e-6, 1e-2
+
 #: Steps shorter than the first are short, longer than the second long.
 _SHORT, _LONG = 0.1, 0.3
 
@@ -88,6 +92,7 @@ class Schedule:
     ----------
     friction: slope of the shear limits in the matrix, shape (k,).
     diagonal: what is added to the diagonal of the blocks' matrix.
+    alike_below: gap below which steps of statics and of kinematics are as long as each other.
     residuals: of the iterate looked at.
     """
 
@@ -96,6 +101,8 @@ class Schedule:
 
     def __init__(self, form: EdgeForm, start: Iterate, brake: float) -> None:
         self._brake = brake
+        rigid = not form.compliance.any()
+        self.alike_below = 0.0 if rigid else _ALIKE_BELOW if brake == BRAKES[0] else _ALIKE_AGAIN
         self.form, problem = form, form.problem
         self.diagonal, self._rung, self._short = _LEAST_DIAGONAL, 0, 0
         self._halved = (0, inf)

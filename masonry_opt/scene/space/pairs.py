@@ -16,6 +16,9 @@ from masonry_opt.scene.touching import NEAR_MISS
 #: Pairs that overlap, each a linear program, after which no more are looked for: the scene is refused anyway.
 _ENOUGH = 100
 
+#: Share of a block's volume that lies within another from which on it lies there wholly.
+_INSIDE = 0.999
+
 
 def boxes(shapes: Shapes) -> tuple[np.ndarray, np.ndarray]:
     """Least and largest coordinates of each block, shape (blocks, 3) each."""
@@ -85,16 +88,18 @@ def refuse_overlaps(scene: Scene, shapes: Shapes, pairs: np.ndarray) -> None:
     names = [repr(scene.blocks[index].name) for index in pairs[worst]]
     # Rounding leaves slivers; what is deeper is no matter of tolerance.
     shallow = deepest.depth <= reach(shapes)[pairs[worst]].min()
-    most = max(both.depth for several in found.values() for both in several)
-    if shallow:
-        remedy = f"'tolerance' to {rounded_up(most, 2)} if their coordinates were rounded"
+    most = rounded_up(max(both.depth for several in found.values() for both in several), 2)
+    if volume[worst] > _INSIDE * shapes.volume[pairs[worst]].min():
+        remedy = "leave one out: one lies within the other"
+    elif shallow:
+        remedy = f"raise 'tolerance' to {most} if their coordinates were rounded"
     else:
-        remedy = f"'contact_tolerance' to {rounded_up(most, 2)} if they are meant to"
+        remedy = f"raise 'contact_tolerance' to {most} if they are meant to"
     others = len(found) - 1
     least = "at least " if len(found) == _ENOUGH else ""
     more = f" ({least}{counted(others, 'more pair')} overlap{'s' if others == 1 else ''})" if others else ""
     raise CaseError(
         f"{scene.origin}: blocks {names[0]} and {names[1]} overlap in a volume of {volume[worst]:.6g} round "
         f"{place(deepest.middle + shapes.origin, tolerance)}, {deepest.depth:.3g} deep: move them apart, "
-        f"or raise {remedy}{more}"
+        f"or {remedy}{more}"
     )

@@ -227,40 +227,45 @@ def _kinematics(problem: Problem) -> _Convex:
 
 
 def _statics_by_cones(problem: Problem) -> _Convex:
-    """Eq. (9) over (q, λ): equilibrium, n ≥ 0 and |(s, t)| ≤ c + μ n."""
+    """Eq. (9) over (q, λ): equilibrium, n ≥ 0, |(s, t)| ≤ c + μ n, and limits of forces."""
     by_sides, width = _statics(problem), problem.B.shape[1] + 1
     normal, *shears = (selection(of_kind, width) for of_kind in problem.columns_of_sliding)
     limit = (sp.diags_array(problem.friction) @ normal).tocsr()
-    every = selection(np.arange(problem.joints), width)
+    every, limits = selection(np.arange(problem.joints), width), problem.table.L
+    beside = sp.hstack([limits, sp.csr_array((limits.shape[0], 1))])
     cones = limit, problem.cohesion, (shears[0], shears[1])
-    return replace(by_sides, G=every, g=np.zeros(problem.joints), cones=cones)
+    g = np.append(np.zeros(problem.joints), problem.face_constant[problem.table.limits])
+    return replace(by_sides, G=sp.vstack([every, beside], format="csr"), g=g, cones=cones)
 
 
 def _kinematics_by_cones(problem: Problem) -> _Convex:
-    """Eq. (10) over (d, u, γ, w): Bᵀd = (u + μ γ, w), f_L·d = Σ|f_L|, u ≥ 0 and γ ≥ |w|."""
+    """Eq. (10) over (d, u, v, γ, w): Bᵀd = (u + μ γ, w) + Lᵀv, f_L·d = Σ|f_L|, u, v ≥ 0 and γ ≥ |w|."""
     (velocities, forces), points, k = problem.B.shape, problem.joints, len(problem.sliding)
+    limits = problem.face_constant[problem.table.limits]
+    signed = points + len(limits)
     normal, *shears = (selection(of_kind, forces).T for of_kind in problem.columns_of_sliding)
     opening = selection(np.arange(points), forces).T
-    flow = sp.hstack([opening, normal @ sp.diags_array(problem.friction), *shears])
-    at, width = velocities + points + np.arange(k), velocities + points + 3 * k
+    flow = sp.hstack([opening, problem.table.L.T, normal @ sp.diags_array(problem.friction), *shears])
+    at, width = velocities + signed + np.arange(k), velocities + signed + 3 * k
     speed, first, second = (selection(at + number * k, width) for number in range(3))
     return _Convex(
         A=sp.vstack(
             [sp.hstack([problem.B.T, -flow]), np.pad(problem.live, (0, width - velocities))[None]], "csr"
         ),
         b=np.append(np.zeros(forces), problem.live_norm),
-        G=selection(velocities + np.arange(points), width),
-        g=np.zeros(points),
-        cost=np.concatenate([-problem.dead, np.zeros(points), problem.cohesion, np.zeros(2 * k)])
+        G=selection(velocities + np.arange(signed), width),
+        g=np.zeros(signed),
+        cost=np.concatenate([-problem.dead, np.zeros(points), limits, problem.cohesion, np.zeros(2 * k)])
         / problem.live_norm,
         cones=(speed, np.zeros(k), (first, second)),
     )
 
 
 def _speeds(problem: Problem, d: np.ndarray) -> np.ndarray:
-    """u, γ and w of a mechanism with velocities d (3b,)."""
+    """u, v, γ and w of a mechanism with velocities d (3b,)."""
     opening, *slips = problem.by_kind(problem.motion(d, None))
     slips = [slip[problem.sliding] for slip in slips]
     speed = np.hypot(*slips)
     opening[problem.sliding] -= problem.friction * speed
-    return np.concatenate([np.maximum(opening, 0.0), speed, *slips])
+    limits = problem.rates(d, problem.friction, curved=True)[problem.table.limits]
+    return np.concatenate([np.maximum(opening, 0.0), limits, speed, *slips])

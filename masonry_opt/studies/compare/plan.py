@@ -65,6 +65,8 @@ def find_scenes(
     for case in cases:
         path = _path(case, folder)
         scene = load(path)
+        if scene.load_cases:
+            raise OptionError(f"{path}: has load cases, which are not compared: leave it out")
         name, known = f"{path.resolve().parent.name}/{path.stem}", (expected or {}).get(path, {})
         registered = folder / path.relative_to(made) if made and path.is_relative_to(made) else path
         found = CaseScene(name, path, registered, content_of(scene), scene.title, known)

@@ -8,10 +8,10 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from masonry_opt.command_options import method_options
+from masonry_opt.command_options import LoadCaseName, method_options
 from masonry_opt.errors import InterruptedByUserError, OptionError
 from masonry_opt.methods.registry import DEFAULT, METHODS
-from masonry_opt.scene.case_file import load as load_scene
+from masonry_opt.scene.case_file import as_scene
 from masonry_opt.studies.many.least import SAMPLES, TOLERANCE, most
 from masonry_opt.studies.many.least import least as least_value
 from masonry_opt.studies.many.parameters import Parameters
@@ -38,6 +38,7 @@ def least(
         float | None,
         typer.Option(help="Load factor to be carried. Without it: the dead load alone.", show_default=False),
     ] = None,
+    load_case: LoadCaseName = None,
     method: Annotated[str, typer.Option(help=f"With --load: {', '.join(METHODS)}.")] = DEFAULT,
     tolerance: Annotated[float, typer.Option(help="Of the ends of the answer, relative.")] = TOLERANCE,
     samples: Annotated[int, typer.Option(help="Values between that are tried first.")] = SAMPLES,
@@ -53,7 +54,7 @@ def least(
     or fails at both ends, or the case file or an option is wrong.
     """
     name, lower, upper = _range(vary)
-    parameters = Parameters(load_scene(case))
+    parameters = Parameters(as_scene(case, load_case))
     parameters.check_names({name: lower})
     search = most if greatest else least_value
     with Console(stderr=True).status(f"{name}: {lower:g} to {upper:g}") as status:

@@ -2,9 +2,9 @@
 
 A name is the path to a number through the tables of a case file, with dots: ``joints.cohesion``,
 ``block.A.weight``, ``block.A.live.x``, ``joint.A/B.friction`` (an exception), ``column.left pier.height``,
-``edge_load.2.force.y``. A table that occurs once needs no name: ``arch.thickness``. The numbers of a pair
-that is not a point are ``.1`` and ``.2``: ``column.width.2``. Blocks of a generator are varied by the numbers
-of the generator.
+``edge_load.2.force.y``, ``load_case.storm.live.wind``. A table that occurs once needs no name:
+``arch.thickness``. The numbers of a pair that is not a point are ``.1`` and ``.2``: ``column.width.2``.
+Blocks of a generator are varied by the numbers of the generator.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from pydantic.fields import FieldInfo
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.scene.blocks import Record
 from masonry_opt.scene.case_file import CaseFile
+from masonry_opt.scene.load_cases import refuse_without_case
 from masonry_opt.scene.mistakes import wrong_call
 from masonry_opt.scene.scene import Scene, SceneKeys
 
@@ -58,9 +59,6 @@ _POINTS = (
 #: Keys of a scene that no analysis follows steadily.
 _LEFT_OUT = ("tolerance", "reference")
 
-#: Numbers that scenes in space do not take.
-_OF_PLANE = ("thickness", "strength")
-
 #: Names that a message lists.
 _LISTED = 12
 
@@ -71,12 +69,13 @@ class Parameters:
     def __init__(self, scene: Scene) -> None:
         case = scene.case
         # A changed copy of a scene differs from its file.
-        unchanged = isinstance(case, CaseFile) and case.scene() == scene
+        unchanged = isinstance(case, CaseFile) and case.scene().under(scene.load_case) == scene
         self.scene = scene
         self._source: SceneKeys = case if unchanged and case is not None else scene
         self._ways = dict(_numbers(self._source))
         if scene.dimension == 3:
-            self._ways = {name: way for name, way in self._ways.items() if way[-1] not in _OF_PLANE}
+            kept = [name for name in self._ways if name != "thickness" and not _of_plane_joints(name)]
+            self._ways = {name: self._ways[name] for name in kept}
         self._joint_ways = dict(_numbers(scene))
         self._last: tuple[dict[str, float], Scene] | None = None
 
@@ -85,7 +84,9 @@ class Parameters:
         return list(self._ways)
 
     def check_names(self, names: Mapping[str, object]) -> None:
-        """Raise OptionError for an unknown name, with names like it, and for two that exclude each other."""
+        """Raise OptionError for an unknown name, with names like it, for two that exclude each other, and for
+        a scene with load cases in none of them."""
+        refuse_without_case(self.scene)
         for name in names:
             if name not in self._ways:
                 raise OptionError(f"{self.scene.origin}: no number is called '{name}'{self._near(name)}")
@@ -113,7 +114,10 @@ class Parameters:
         except CaseError as error:
             told = ", ".join(f"{name} = {value + 0.0:g}" for name, value in values.items())
             raise CaseError(f"{told}: {error}") from None
-        return scene.read_from(self.scene.origin)
+        scene, case = scene.read_from(self.scene.origin), self.scene.load_case
+        # Numbers of the case may be among them.
+        known = case is not None and case in self.scene.load_cases
+        return scene.in_case(case.name) if case is not None and known else scene.under(case)
 
     def _built(self, values: Mapping[str, float]) -> Scene:
         if not values:
@@ -146,6 +150,11 @@ def is_of_joints(name: str) -> bool:
     return name.startswith(("joints.", "joint."))
 
 
+def _of_plane_joints(name: str) -> bool:
+    """Whether a number is one that joints in space do not have."""
+    return is_of_joints(name) and name.endswith(".strength")
+
+
 def _numbers(record: Record, prefix: str = "", way: _Way = ()) -> Iterator[tuple[str, _Way]]:
     """Names of the numbers of a record and of the records in it, with the paths to them."""
     for field, about in type(record).model_fields.items():
@@ -155,11 +164,16 @@ def _numbers(record: Record, prefix: str = "", way: _Way = ()) -> Iterator[tuple
         if isinstance(value, Record):
             yield from _numbers(value, f"{prefix}{key}.", here)
         elif isinstance(value, list) and value and all(isinstance(entry, Record) for entry in value):
+            names = [_entry_name(key, number, entry, len(value)) for number, entry in enumerate(value)]
             for number, entry in enumerate(value):
-                name = _entry_name(key, number, entry, len(value))
+                # Two ties of one name are told apart by their numbers.
+                name = names[number] if names.count(names[number]) == 1 else f"{key}.{number + 1}"
                 yield from _numbers(entry, f"{prefix}{name}.", (*here, number))
         elif _is_number(value) or (value is None and _takes_number(about)):
             yield prefix + key, here
+        elif isinstance(value, dict) and all(map(_is_number, value.values())):
+            for name in value:
+                yield f"{prefix}{key}.{name}", (*here, name)
         elif isinstance(value, tuple) and all(map(_is_number, value)):
             for number, place in enumerate(("xyz" if field in _POINTS else "123")[: len(value)]):
                 yield f"{prefix}{key}.{place}", (*here, number)
@@ -187,7 +201,7 @@ def _takes_number(field: FieldInfo) -> bool:
 
 
 def _changed(holder: Any, way: _Way, value: float) -> Any:
-    """A record, list or pair with another number, validated."""
+    """A record, table, list or pair with another number, validated."""
     if not way:
         # A whole number where there was one.
         return int(value) if isinstance(holder, int) and float(value).is_integer() else float(value)
@@ -196,6 +210,8 @@ def _changed(holder: Any, way: _Way, value: float) -> Any:
         return type(holder)(
             _changed(entry, rest, value) if number == first else entry for number, entry in enumerate(holder)
         )
+    if isinstance(holder, dict):
+        return holder | {first: _changed(holder[first], rest, value)}
     changed = _changed(getattr(holder, first), rest, value)
     kept = {name: getattr(holder, name) for name in holder.model_fields_set} | {first: changed}
     if not rest:

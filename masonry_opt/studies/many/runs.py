@@ -149,7 +149,8 @@ def mechanism(assembly: Assembly, solution: Solution) -> dict[str, Any]:
 def _of_scene(scene: Scene) -> str:
     # Of generators too: two files may say the same blocks, and vary otherwise.
     case = None if scene.case is None else scene.case.model_dump_json()
-    return digest((scene.model_dump_json(), case))
+    load_case = None if scene.load_case is None else scene.load_case.model_dump_json()
+    return digest((scene.model_dump_json(), case, *filter(None, [load_case])))
 
 
 def at_least(frame: pd.DataFrame) -> pd.Series:

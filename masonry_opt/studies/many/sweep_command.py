@@ -10,9 +10,10 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from masonry_opt.command_options import method_options
+from masonry_opt.command_options import LoadCaseName, method_options
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted
 from masonry_opt.methods.registry import DEFAULT, METHODS
+from masonry_opt.scene.case_file import as_scene
 from masonry_opt.studies.many.distributions import parse
 from masonry_opt.studies.many.draws import BY, SEQUENCES
 from masonry_opt.studies.many.sample import RUNS
@@ -74,6 +75,7 @@ def sweep(
         str | None,
         typer.Option(help=f"With --sample: {', '.join(SEQUENCES)}. Default: by how many numbers are drawn."),
     ] = None,
+    load_case: LoadCaseName = None,
     method: Annotated[str, typer.Option(help=f"One of: {', '.join(METHODS)}.")] = DEFAULT,
     model: Annotated[str | None, typer.Option(help="As of solve.")] = None,
     solver: Annotated[str | None, typer.Option(help="As of solve.")] = None,
@@ -124,6 +126,7 @@ def sweep(
         "dask": dask,
         **method_options(option, sample_scene if sample else sweep_scene),
     }
+    scene = as_scene(case, load_case)
     errors, done = Console(stderr=True), 0
     columns = (TextColumn("sweep"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=errors, transient=True, disable=not errors.is_terminal) as bar:
@@ -137,9 +140,9 @@ def sweep(
         try:
             with ended_by_kill():
                 if sample:
-                    told = str(sample_scene(case, distributions, progress=progress, **drawing, **common))
+                    told = str(sample_scene(scene, distributions, progress=progress, **drawing, **common))
                 else:
-                    told = said(sweep_scene(case, values, progress=progress, **common), list(values))
+                    told = said(sweep_scene(scene, values, progress=progress, **common), list(values))
         except KeyboardInterrupt:
             raise InterruptedByUserError(
                 f"interrupted: {counted(done, 'run')} kept, and the same command goes on from there"

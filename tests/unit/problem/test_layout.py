@@ -141,5 +141,5 @@ def test_matrices_remember_few_tables():
     """A study of which joints slide does not keep a table of each choice."""
     matrices, none = assemble(small_wall()).problem.matrices, np.array([], dtype=int)
     for joint in range(matrices.joints):
-        matrices.faces(np.array([joint]), none)
+        matrices.faces(np.array([joint]), none, (none, none))
     assert len(matrices._tables) <= 4

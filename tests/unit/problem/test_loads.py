@@ -8,7 +8,7 @@ from scenes import block_on_floor, forces_of
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
-from masonry_opt.problem.assembly import assemble, with_joints_of
+from masonry_opt.problem.assembly import assemble, on_matrices_of
 from masonry_opt.studies.many.parameters import Parameters
 from masonry_opt.words.summary import facts
 
@@ -176,12 +176,17 @@ def test_a_load_outside_of_its_block_is_warned_of():
             assert found[0].values["distance"] == pytest.approx(distance)
 
 
-def test_other_loads_make_another_assembly():
-    """Sweeps keep the assembly of a scene while its joint properties alone change."""
+def test_other_loads_keep_matrices_and_other_blocks_do_not():
+    """Sweeps keep the matrices of a scene while its joint properties and loads alone change."""
     scene = block_on_floor()
-    other = scene.model_copy(update={"loads": [mo.Load(block="A", dead=(0, -1))]})
-    assert with_joints_of(assemble(scene), scene) is not None
-    assert with_joints_of(assemble(scene), other) is None
+    before, other = assemble(scene), scene.model_copy(update={"loads": [mo.Load(block="A", dead=(0, -1))]})
+    same, loaded = on_matrices_of(before, scene), on_matrices_of(before, other)
+    assert same.problem.dead is before.problem.dead
+    assert loaded.problem.matrices is before.problem.matrices
+    fresh = assemble(other).problem
+    for name in ("dead", "live", "friction", "force_unit"):
+        assert np.array_equal(getattr(loaded.problem, name), getattr(fresh, name)), name
+    assert on_matrices_of(before, block_on_floor(width=2)) is None
 
 
 def test_numbers_of_loads_can_be_varied(tmp_path):

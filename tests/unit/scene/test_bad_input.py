@@ -55,8 +55,14 @@ WRONG_CASES = {
     ),
     "no weight": (GOOD.replace("weight = 1.0", ""), ["block no. 1 ('A')", "'weight' or 'unit_weight'"]),
     "friction beyond any": (GOOD.replace("0.6", "1e9"), ["[joints]", "'friction'", "write inf"]),
+    "one name": (GOOD + '[[joint]]\nbetween = ["A"]', ["'between'", "two blocks"]),
     "single brackets": (GOOD + '[joint]\nbetween = ["A", "base"]', ["[joint]", "double brackets"]),
     "one coordinate": (GOOD.replace("[1, 1]", "[1]"), ["vertices[2]", "two numbers"]),
+    "joint of one block": (GOOD + '[[joint]]\nbetween = ["A"]', ["'between'", "names of two blocks"]),
+    "tie with one end": (
+        GOOD + '[[tie]]\nbetween = ["A", "ground"]\nat = [[0, 1]]',
+        ["'at'", "two entries"],
+    ),
     "duplicate name": (GOOD.replace('"base"', '"A"'), ["no. 1 and no. 2", "'A'", "rename"]),
     "joint of unknown block": (
         GOOD + '[[joint]]\nbetween = ["A", "bas"]',

@@ -100,6 +100,21 @@ def test_a_door_reaches_the_ground():
     assert on_base["n"].sum() == pytest.approx(weight, rel=1e-7)
 
 
+def test_without_its_base_it_stands_on_footings_of_which_one_may_settle():
+    """The least that one of two footings bears and the greatest that the other does are the whole weight."""
+    stones = mo.Facade(**TINY | {"doors": [1], "base": False, "live": (0.0, 0.0)}).blocks()
+    assert stones == mo.Facade(**TINY | {"doors": [1], "live": (0.0, 0.0)}).blocks()[:-1]
+    footings = [
+        mo.Block(name=name, vertices=[(x, -1), (x + 4, -1), (x + 4, 0), (x, 0)], fixed=True)
+        for name, x in (("left", 0), ("right", 6))
+    ]
+    scene = mo.Scene(joints={"friction": 0.75}, blocks=[*stones, *footings])
+    left, right = (mo.settle(scene, name, (0, -1), method="static") for name in ("left", "right"))
+    weight = sum(stone.weight for stone in stones)
+    assert left.least.associative + right.greatest.associative == pytest.approx(weight, rel=1e-6)
+    assert left.least.associative < weight / 2 - 1
+
+
 def test_all_that_is_wrong_is_told_at_once():
     with pytest.raises(mo.CaseError) as error:
         facade(sill=2, weight=None, lintel_weight=None, openings=(1000, 1000))

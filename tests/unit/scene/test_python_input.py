@@ -57,7 +57,10 @@ WRONG_CALLS = {
         lambda: mo.Joint(between=("A", "B"), fricton=1),
         [["Joint ('A', 'B')", "'fricton'", "'friction'"]],
     ),
-    "joint of one block": (lambda: mo.Joint(between=("A",)), [["Joint ('A',)", "'between'", "two entries"]]),
+    "joint of one block": (
+        lambda: mo.Joint(between=("A",)),
+        [["Joint ('A',)", "'between'", "names of two blocks"]],
+    ),
     "joint over defaults": (
         lambda: mo.Joint(between=("A", "B"), dilatancy=0.6).over(mo.JointDefaults(friction=0.5)),
         [["JointDefaults: ", "'dilatancy'", "'friction'"]],

@@ -51,6 +51,7 @@ VALUES = {
     "lowest": 0.4,
     "most": 0.6,
     "normal_forces": [12.5],
+    "names": ["lorry"],
     "number": 3,
     "off": 0.1,
     "pairs": [["A", "B"]],

@@ -279,6 +279,14 @@ def test_blocks_drawn_apart_or_into_one_another_touch_within_the_contact_toleran
     assert found.point[:, 2] - found.point[0, 2] == pytest.approx(0)
 
 
+@pytest.mark.parametrize("inner", [(0, 1), (0.4, 0.5)])
+def test_a_block_within_another_is_no_matter_of_tolerance(inner):
+    stones = box("outer", (0, 1), (0, 1), (0, 1)), box("inner", inner, inner, (0, 1))
+    with pytest.raises(mo.CaseError, match="one lies within the other") as error:
+        contacts_of(scene(FLOOR, *stones))
+    assert "tolerance" not in str(error.value)
+
+
 def test_a_contact_tolerance_is_for_space():
     plane = [
         mo.Block(name=name, vertices=[(0, z), (1, z), (1, z + 1)], weight=1, fixed=not z)

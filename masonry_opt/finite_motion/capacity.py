@@ -1,0 +1,371 @@
+"""``capacity``: λ over displacement after the onset of collapse, and what codes check with it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path as FilePath
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from masonry_opt.answer.reasons import Code, Reason
+from masonry_opt.answer.result import Result
+from masonry_opt.errors import NoLoadFactorError, OptionError, printable
+from masonry_opt.finite_motion.kinematic_check import KinematicCheck, kinematic_check
+from masonry_opt.finite_motion.path import Path, Step
+from masonry_opt.finite_motion.point_forces import PointForces, placed, point_forces
+from masonry_opt.words.names import some
+from masonry_opt.words.sentences import message, numeral
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: States on the way from the onset to λ = 0, were it straight.
+STEPS = 40
+
+#: By which share the live load of a check may differ from the weights that it pushes, and from level.
+_WHOLE, _LEVEL = 1e-2, 1e-6
+
+#: Share of the greatest displacement rate below which a control point does not move along the live load.
+_STILL = 1e-6
+
+
+def capacity(
+    result: Result,
+    *,
+    block: str | None = None,
+    point: tuple[float, float] | None = None,
+    steps: int = STEPS,
+) -> Capacity:
+    """Follow the mechanism of a result in the plane by finite rotations, down to λ = 0.
+
+    Joints stay closed, hinge in a corner, open wholly or close again; λ is that of equilibrium of the
+    displaced blocks, and at each state forces within the yield conditions are shown to exist. Loads keep
+    their direction, and the points of blocks where they act. Where joints slide, or blocks meet, the curve
+    stops.
+
+    Parameters
+    ----------
+    result:
+        Of :func:`~masonry_opt.analysis.solve`, by any method.
+    block, point:
+        Control point: a block's centroid, or a point ``(x, y)`` of it at rest; its displacement along the
+        resultant of the live load is told. Default: the mean displacement of the live loads, each along
+        itself.
+    steps:
+        States between the onset and λ = 0, about: more where λ falls slower than at first.
+
+    Raises
+    ------
+    OptionError
+        Of solids, of joints of limited strength, of ties, props and loads whose points are not known, and if
+        the control point is wrong or does not move along the live load.
+    NoLoadFactorError
+        If the result has no load factor.
+    """
+    if not isinstance(result, Result):
+        raise OptionError("the capacity curve is of a result: give mo.capacity(mo.solve(scene))")
+    result.required()
+    assembly, called = result.assembly, result.assembly.scene.called
+    if assembly.scene.dimension == 3:
+        raise OptionError(f"{called}: the capacity curve is of scenes in the plane: this one has solids")
+    if assembly.problem.matrices.limited:
+        raise OptionError(
+            f"{called}: the capacity curve knows joints alone, which touch and part: this scene has ties, "
+            "props or fill, whose forces turn as blocks move, or a support that settles"
+        )
+    if len(assembly.problem.crushing):
+        raise OptionError(
+            f"{called}: the capacity curve needs joints of unlimited strength, which hinge in their corners: "
+            "leave 'strength' out"
+        )
+    if isinstance(steps, bool) or not isinstance(steps, int) or steps < 2:
+        raise OptionError(f"steps must be a number of states, 2 or more (found {steps!r})")
+    dead, live = point_forces(assembly)
+    control = _control(result, live, block, point)
+    path = Path(result, dead, live, steps)
+    found = Capacity(result, path.end, tuple(path.steps), path.motion, dead, live, control)
+    if path.motion.any() and abs(found.control_rate) <= _STILL * found.live_rates.max():
+        raise OptionError(f"block '{block}' does not move along the live load: name another block or point")
+    return found
+
+
+def _control(
+    result: Result, live: PointForces, block: str | None, point: tuple[float, float] | None
+) -> PointForces:
+    """Forces whose mean displacement along themselves is told."""
+    if block is None:
+        if point is not None:
+            raise OptionError("the control point belongs to a block: give 'block' (--block) too")
+        return live
+    assembly = result.assembly
+    names = assembly.names(assembly.movable)
+    if block not in names:
+        called = assembly.scene.called
+        raise OptionError(f"{called}: block: there is no movable block '{block}': choose from {some(names)}")
+    row, along = names.index(block), live.force.sum(axis=0)
+    if not np.hypot(*along) > _STILL * np.hypot(*live.force.T).sum():
+        raise OptionError("the live load has no resultant to measure along: leave 'block' out")
+    at = assembly.geometry.centroid[assembly.movable[row]]
+    if point is not None:
+        try:
+            given = np.array(point, dtype=float)
+        except (TypeError, ValueError):
+            given = np.empty(0)
+        if given.shape != (2,) or not np.isfinite(given).all():
+            raise OptionError(f"the control point needs two numbers, x, y (found {point!r})")
+        at = given - assembly.geometry.origin
+    return PointForces(np.array([row]), along[None], at[None])
+
+
+@dataclass(frozen=True, eq=False)
+class Capacity:
+    """λ over displacement after the onset.
+
+    Attributes
+    ----------
+    result: the onset.
+    end: why the curve ends: the code "reaches zero" if at λ = 0.
+    table: a row a state, the first at rest: ``displacement`` of the control point, ``rotation`` (of the
+        block that turns most, rad), ``load_factor``, ``dead_work`` and ``live_work`` (that of the live load
+        for λ = 1) done from rest, how many joints are ``hinged`` and ``separated``, and the ``event``, a
+        code, with the ``pairs`` of blocks of the joints concerned. Displacement may go back where joints
+        close and open: such states are in equilibrium, but a real fall passes by them.
+    steps: the states, with the poses of all blocks, in the problem's units.
+    """
+
+    result: Result
+    end: Reason
+    steps: tuple[Step, ...] = field(repr=False)
+    motion: np.ndarray = field(repr=False)
+    dead: PointForces = field(repr=False)
+    live: PointForces = field(repr=False)
+    control: PointForces = field(repr=False)
+
+    @property
+    def load_factor(self) -> float:
+        """λ at the onset."""
+        return self.result.required()
+
+    @property
+    def reaches_zero(self) -> bool:
+        """Whether the curve comes down to λ = 0."""
+        return self.end.code is Code.REACHES_ZERO
+
+    @property
+    def message(self) -> str:
+        """Why it ends, in words."""
+        return message((self.end,))
+
+    @property
+    def displacement(self) -> float | None:
+        """Displacement of the control point at λ = 0; None if the curve ends before."""
+        return float(self.table["displacement"].iloc[-1]) if self.reaches_zero else None
+
+    def poses(self, row: int) -> np.ndarray:
+        """Where the movable blocks are in a row of the table: turned by θ about the geometry's origin, then
+        shifted by (x, y), shape (b, 3), in the case's units."""
+        unit = self.result.assembly.problem.length_unit
+        poses: np.ndarray = self.steps[row].poses[:-1] * [unit, unit, 1.0]
+        return poses
+
+    @cached_property
+    def table(self) -> pd.DataFrame:
+        rows = []
+        for number, step in enumerate(self.steps):
+            poses, joints = self.poses(number), self.joints(number)
+            rows.append(
+                {
+                    "displacement": _mean_along(self.control, self.control.moved(poses)),
+                    "rotation": float(np.abs(poses[:, 2]).max()),
+                    "load_factor": step.load_factor + 0.0,
+                    "dead_work": self.dead.work(poses),
+                    "live_work": self.live.work(poses),
+                    "hinged": int((joints["state"] == "hinged").sum()),
+                    "separated": int((joints["state"] == "separated").sum()),
+                    "event": str(step.event.code) if step.event else "",
+                    "pairs": step.event.values.get("pairs", []) if step.event else [],
+                }
+            )
+        return pd.DataFrame(rows)
+
+    def joints(self, row: int = -1) -> pd.DataFrame:
+        """Joints in a row of the table: ``first``, ``second``, ``state`` ("closed", "hinged", "separated"),
+        where it hinges ``x``, ``y``, displaced, and the ``angle`` by which it is open (rad)."""
+        assembly, step = self.result.assembly, self.steps[row]
+        joints, count = assembly.joints, step.touch.sum(axis=1)
+        full = np.where(joints.length > 0, 2, 1)
+        state = np.where(count == 0, "separated", np.where(count == full, "closed", "hinged"))
+        # A corner that stands on an edge turns on it without closing.
+        hinged = count == 1
+        at = np.where(step.touch[:, :1], joints.start, joints.end)
+        poses = np.zeros((len(assembly.scene.blocks), 3))
+        poses[assembly.movable] = self.poses(row)
+        place = placed(at, poses[joints.first]) + assembly.geometry.origin
+        place[~hinged] = np.nan
+        angle = poses[joints.first, 2] - poses[joints.second, 2]
+        names = assembly.pairs_of(np.arange(len(count)))
+        return pd.DataFrame(
+            {
+                "first": [one for one, _ in names],
+                "second": [other for _, other in names],
+                "state": state,
+                "x": place[:, 0],
+                "y": place[:, 1],
+                "angle": np.where(count == full, 0.0, np.abs(angle)),
+            }
+        )
+
+    @property
+    def live_rates(self) -> np.ndarray:
+        """Rates of the points of the live forces along these at the onset, shape (f,)."""
+        return _along(self.live, self._rates(self.live))
+
+    @property
+    def control_rate(self) -> float:
+        """Rate of the displacement of the control point at the onset."""
+        return _mean_along(self.control, self._rates(self.control))
+
+    def _rates(self, of: PointForces) -> np.ndarray:
+        unit = self.result.assembly.problem.length_unit
+        vx, vy, omega = (self.motion * [unit, unit, 1.0])[of.block].T
+        x, y = of.point.T
+        return np.column_stack([vx - omega * y, vy + omega * x])
+
+    def check(
+        self,
+        spectrum: Sequence[tuple[float, float]],
+        *,
+        behaviour_factor: float = 2.0,
+        confidence_factor: float = 1.35,
+        gravity: float = 9.81,
+        ultimate: float = 0.4,
+        secant: float = 0.4,
+    ) -> KinematicCheck:
+        """Linear and non-linear kinematic check of an earthquake, after Circolare 617/2009, C8A.4.2.2 and
+        C8A.4.2.3, to the Italian code.
+
+        The live load must be that of 1 g: each force the weight of a mass that takes part.
+
+        Parameters
+        ----------
+        spectrum:
+            Elastic spectrum at the foot of the mechanism: periods (s), rising from 0, and accelerations
+            (g), linear in between.
+        behaviour_factor:
+            q, of the linear check.
+        confidence_factor:
+            FC; 1.35, of the lowest level of knowledge, wherever the strength of masonry is left aside.
+        gravity:
+            In the case's unit of length per s².
+        ultimate, secant:
+            d*_u / d*_0 and d*_s / d*_u.
+
+        Raises
+        ------
+        OptionError
+            If a value is wrong, the spectrum ends before the period asked for, or the live load is not that
+            of 1 g: level, and as large as the weights that it pushes.
+        NoLoadFactorError
+            If no motion is known from the onset on.
+        """
+        quake = self.result.assembly.scene.shaken_by
+        if quake is not None and (quake.coefficient != 1 or quake.vertical):
+            raise OptionError(
+                f"{self.result.case}: the check needs an earthquake of the whole weights, level: give it "
+                "coefficient 1 and no vertical part"
+            )
+        if len(self.steps) < 2:
+            raise NoLoadFactorError(f"{self.result.case}: no curve to check: {self.message}")
+        if quake is None and (share := self._share_of_weight()) is not None:
+            raise OptionError(
+                f"{self.result.case}: the check needs a live load that pushes every mass with its weight: "
+                f"this one is {share:.3g} times the weight of the blocks that it pushes, or not level: give "
+                "'live_per_weight = [1, 0]', or a level [earthquake]"
+            )
+        return kinematic_check(
+            np.hypot(*self.live.force.T),
+            self.live_rates,
+            self.control_rate,
+            self.table[["displacement", "load_factor"]].to_numpy(),
+            self.reaches_zero,
+            spectrum,
+            {
+                "behaviour_factor": behaviour_factor,
+                "confidence_factor": confidence_factor,
+                "gravity": gravity,
+                "ultimate": ultimate,
+                "secant": secant,
+            },
+        )
+
+    def _share_of_weight(self) -> float | None:
+        """The live load over the weight of the blocks that it pushes; None if it is that, and level."""
+        problem, down = self.result.assembly.problem, self.result.assembly.scene.down
+        live, dead = (load.reshape(-1, 3)[:, :2] for load in (problem.live, problem.dead))
+        size = np.hypot(*live.T)
+        weight = float((dead @ down)[size > 0].sum())
+        share = float(size.sum()) / weight if weight > 0 else np.inf
+        level = np.abs(live @ down).max() <= _LEVEL * size.max()
+        return None if level and abs(share - 1) <= _WHOLE else share
+
+    def plot(self, row: int | None = None) -> Figure:
+        """Draw the curve, or the blocks as they are in a row of the table, as a matplotlib figure."""
+        from masonry_opt.finite_motion.pictures import curve_picture, displaced_picture
+
+        return curve_picture(self) if row is None else displaced_picture(self, row)
+
+    def save(self, path: str | FilePath, row: int | None = None, force: bool = False) -> None:
+        """Write such a picture (.png, .svg, .pdf), whole or not at all.
+
+        Raises OptionError if the name has another ending, or the file cannot be replaced.
+        """
+        from masonry_opt.drawing.figure import refuse_picture
+        from masonry_opt.finite_motion.pictures import curve_picture, displaced_picture
+
+        refuse_picture(path, force)
+        (curve_picture(self) if row is None else displaced_picture(self, row)).save(path, force)
+
+    def __str__(self) -> str:
+        table = self.table
+        lines = {
+            "case": self.result.case,
+            "load factor": f"{numeral(self.load_factor, '.6g')} at the onset",
+            "displacement": f"{numeral(float(table['displacement'].iloc[-1]), '.6g')} at the end, where λ = "
+            f"{numeral(float(table['load_factor'].iloc[-1]), '.4g')}",
+            "end": self.message,
+        }
+        for _, row in table[table["event"] != ""].iloc[: -1 if self.reaches_zero else None].iterrows():
+            told = ", ".join(f"{one!r}–{other!r}" for one, other in row["pairs"][:3])
+            at = f"{numeral(row['displacement'], '.4g')}, λ = {numeral(row['load_factor'], '.4g')}"
+            lines[f"at {at}"] = f"{row['event']} {told}".strip()
+        return printable("\n".join(f"{name:<16} {value}" for name, value in lines.items()))
+
+    def as_dict(self) -> dict[str, Any]:
+        """The curve as plain numbers, strings and lists."""
+        return {
+            "case": self.result.case,
+            "load_factor": self.load_factor,
+            "reaches_zero": self.reaches_zero,
+            "displacement": self.displacement,
+            "end": self.end.as_dict(),
+            "message": self.message,
+            "curve": self.table.to_dict("records"),
+        }
+
+    def to_json(self) -> str:
+        """``as_dict`` as one JSON object."""
+        return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
+
+
+def _along(of: PointForces, moved: np.ndarray) -> np.ndarray:
+    along: np.ndarray = (of.force * moved).sum(axis=1) / np.hypot(*of.force.T)
+    return along
+
+
+def _mean_along(of: PointForces, moved: np.ndarray) -> float:
+    return float((of.force * moved).sum() / np.hypot(*of.force.T).sum())

@@ -1,0 +1,149 @@
+"""Kinematic checks of local mechanisms after Circolare 617/2009, C8A.4.2.2, C8A.4.2.3 (NTC 2008)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from masonry_opt.errors import OptionError
+from masonry_opt.words.sentences import numeral
+
+
+@dataclass(frozen=True)
+class KinematicCheck:
+    """Capacity of a mechanism beside what a spectrum demands of it.
+
+    Attributes
+    ----------
+    mass_fraction: e* = (Σ P δ)² / (Σ P Σ P δ²), with the virtual displacements δ of the onset along the
+        forces P.
+    mass: M* = e* Σ P / g, in the case's unit of force over that of ``gravity``.
+    acceleration: a*_0 = λ g / (e* FC), that sets the mechanism going, in g.
+    displacement: d*_0, of the equivalent oscillator at λ = 0, or where the curve ends before:
+        d* = d_k Σ P δ² / (δ_k Σ P δ) where the control point has moved by d_k.
+    complete: whether the curve comes down to λ = 0; if not, ``displacement`` is too small, on the safe side.
+    ultimate: d*_u, the share of d*_0 that may be used.
+    secant: d*_s and ``secant_acceleration`` a*_s (g), the point of the curve that gives ``period`` T_s =
+        2π √(d*_s / a*_s) (s).
+    demand_acceleration: S_e(0) / q, in g; ``demand_displacement``: S_e(T_s) (T_s / 2π)².
+    linear: whether a*_0 is at least the first.
+    non_linear: whether d*_u is at least the second.
+    """
+
+    mass_fraction: float
+    mass: float
+    acceleration: float
+    displacement: float
+    complete: bool
+    ultimate: float
+    secant: float
+    secant_acceleration: float
+    period: float
+    demand_acceleration: float
+    demand_displacement: float
+    linear: bool
+    non_linear: bool
+
+    def as_dict(self) -> dict[str, Any]:
+        """The same as plain numbers."""
+        return asdict(self)
+
+    def __str__(self) -> str:
+        holds = {True: "holds", False: "does not hold"}
+        short = "" if self.complete else " (the curve ends before λ = 0: on the safe side)"
+        lines = {
+            "mass": f"e* = {self.mass_fraction:.4f}, M* = {self.mass:.6g}",
+            "linear": f"a*_0 = {self.acceleration:.4f} g against {self.demand_acceleration:.4f} g: "
+            f"{holds[self.linear]}",
+            "non-linear": f"d*_u = {numeral(self.ultimate, '.5g')} against "
+            f"{numeral(self.demand_displacement, '.5g')} at T_s = {self.period:.4g} s: "
+            f"{holds[self.non_linear]}",
+            "displacement": f"d*_0 = {numeral(self.displacement, '.5g')}{short}",
+        }
+        return "\n".join(f"{name:<16} {value}" for name, value in lines.items())
+
+
+def kinematic_check(
+    weights: np.ndarray,
+    rates: np.ndarray,
+    control_rate: float,
+    curve: np.ndarray,
+    complete: bool,
+    spectrum: Sequence[tuple[float, float]],
+    values: Mapping[str, float],
+) -> KinematicCheck:
+    """Check a curve against a spectrum; see :meth:`~.capacity.Capacity.check`.
+
+    Parameters
+    ----------
+    weights, rates: of the masses that take part, and of their displacements at the onset, shape (f,).
+    control_rate: the same of the control point.
+    curve: displacement of the control point and λ, shape (states, 2).
+    complete: whether it comes down to λ = 0.
+    values: the numbers of ``Capacity.check`` by name.
+    """
+    for name, value in values.items():
+        if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
+            raise OptionError(f"{name} must be a number above zero (found {value!r})")
+    for name in ("ultimate", "secant"):
+        if values[name] > 1:
+            raise OptionError(f"{name} is a share: at most 1 (found {values[name]!r})")
+    periods, accelerations = _spectrum(spectrum)
+    g, factor = values["gravity"], values["confidence_factor"]
+    first, second = float(weights @ rates), float(weights @ rates**2)
+    fraction = first**2 / (float(weights.sum()) * second)
+    # d* = d_k Σ P δ² / (δ_k Σ P δ), a* = λ g / (e* FC).
+    d = curve[:, 0] * second / (control_rate * first)
+    a = curve[:, 1] / (fraction * factor)
+    ultimate = values["ultimate"] * d[-1]
+    secant = values["secant"] * ultimate
+    at_secant = _least_at(secant, d, a)
+    period = 2 * math.pi * math.sqrt(secant / (at_secant * g)) if at_secant > 0 else math.inf
+    if period > periods[-1]:
+        raise OptionError(
+            f"the spectrum ends at {periods[-1]:g} s, before T_s = {period:.4g} s: give more of it"
+        )
+    demanded = float(np.interp(period, periods, accelerations)) * g * (period / (2 * math.pi)) ** 2
+    least = float(accelerations[0]) / values["behaviour_factor"]
+    return KinematicCheck(
+        mass_fraction=fraction,
+        mass=fraction * float(weights.sum()) / g,
+        acceleration=float(a[0]),
+        displacement=float(d[-1]),
+        complete=complete,
+        ultimate=float(ultimate),
+        secant=float(secant),
+        secant_acceleration=at_secant,
+        period=period,
+        demand_acceleration=least,
+        demand_displacement=demanded,
+        linear=bool(a[0] >= least),
+        non_linear=bool(ultimate >= demanded),
+    )
+
+
+def _spectrum(given: Sequence[tuple[float, float]]) -> tuple[np.ndarray, np.ndarray]:
+    try:
+        pairs = np.array(given, dtype=float)
+    except (TypeError, ValueError):
+        pairs = np.zeros(0)
+    rising = (
+        pairs.ndim == 2 and pairs.shape[1:] == (2,) and len(pairs) > 1 and (np.diff(pairs[:, 0]) > 0).all()
+    )
+    if not (rising and pairs[0, 0] == 0 and np.isfinite(pairs).all() and (pairs[:, 1] >= 0).all()):
+        raise OptionError(
+            "the spectrum must be pairs of period (s), rising from 0, and acceleration (g), zero or more"
+        )
+    return pairs[:, 0], pairs[:, 1]
+
+
+def _least_at(displacement: float, d: np.ndarray, a: np.ndarray) -> float:
+    """The least acceleration of a curve at a displacement, which it may pass more than once."""
+    low, high = np.minimum(d[:-1], d[1:]), np.maximum(d[:-1], d[1:])
+    passes = np.flatnonzero((low <= displacement) & (displacement <= high) & (high > low))
+    share = (displacement - d[passes]) / (d[passes + 1] - d[passes])
+    return float((a[passes] + share * (a[passes + 1] - a[passes])).min())

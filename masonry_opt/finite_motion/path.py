@@ -1,0 +1,296 @@
+"""The path of a hinging mechanism: steps of finite rotations, from event to event, down to λ = 0."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from masonry_opt.answer.motion import joint_motion
+from masonry_opt.answer.reasons import Code, Reason, reason
+from masonry_opt.answer.result import Result
+from masonry_opt.answer.thresholds import ZERO, same
+from masonry_opt.effort import Effort
+from masonry_opt.finite_motion.chain import Chain, Point
+from masonry_opt.finite_motion.contacts import Contacts
+from masonry_opt.finite_motion.point_forces import PointForces
+from masonry_opt.finite_motion.statics import Borne, statics
+
+#: Violation of equilibrium and yield that is rounding.
+_BORNE = 1e-8
+
+#: So many times that, and the joint is only just opening.
+_NEAR = 10.0
+
+#: Angle (rad) up to which a joint that closes is closed.
+_CLOSED = 1e-12
+
+#: Largest and least step, as the way of the fastest corner over the scene's size, and the width to which
+#: events are enclosed.
+_LONGEST, _SHORTEST, _ENCLOSED = 0.02, 1e-6, 1e-13
+
+#: Speed of the fastest corner, of a direction whose length is 1, below which nothing moves.
+_MOVES = 1e-7
+
+#: Step that shows in which sense a motion is possible.
+_PROBE = 1e-5
+
+#: Most steps, and most events in one place.
+_MOST, _MOST_EVENTS = 2000, 20
+
+
+@dataclass(frozen=True)
+class Step:
+    """A state of the path, in the problem's units.
+
+    Attributes
+    ----------
+    poses: (x, y, θ) of the blocks and the ground, shape (blocks + 1, 3): they turn about the geometry's
+        origin, then shift.
+    load_factor: λ in equilibrium.
+    touch: which corners of the joints touch from here on, shape (joints, 2).
+    event: what happens here, if anything.
+    """
+
+    poses: np.ndarray
+    load_factor: float
+    touch: np.ndarray
+    event: Reason | None = None
+
+
+@dataclass(frozen=True)
+class _Event:
+    """What ends a step: its code, the joints or blocks concerned, and the statics that found it."""
+
+    code: Code
+    which: tuple[int, ...] = ()
+    borne: Borne | None = None
+
+
+@dataclass(frozen=True)
+class _Stretch:
+    """Where the bodies stay the same: they, a point of their line, and the direction in which it goes on,
+    rates of poses and λ while the fastest corner moves by the scene's size."""
+
+    chain: Chain
+    touch: np.ndarray
+    point: Point
+    row: np.ndarray
+
+    @property
+    def poses(self) -> np.ndarray:
+        return self.chain.of_blocks(self.point.poses)
+
+    @property
+    def motion(self) -> np.ndarray:
+        return self.chain.of_blocks(self.row[:-1].reshape(-1, 3))
+
+
+class _Ended(Exception):
+    """The path ends; its argument is the reason."""
+
+
+class Path:
+    """The path after the onset that a result found.
+
+    Attributes
+    ----------
+    steps: states in order, the first at rest.
+    end: why the path ends.
+    motion: rates of the poses of the blocks and the ground at the onset, shape (blocks + 1, 3).
+    """
+
+    def __init__(self, result: Result, dead: PointForces, live: PointForces, count: int) -> None:
+        self.assembly, self.count = result.assembly, count
+        problem = self.assembly.problem
+        units = problem.blocks, problem.force_unit, problem.length_unit
+        self.dead, self.live = dead.generalised(*units), live.generalised(*units)
+        # λ in units of the onset's, forces in those of the largest load there.
+        onset = result.required()
+        self.unit = onset if onset > ZERO else 1.0
+        self.live *= self.unit
+        force = float(max(np.hypot(*loads[:, :2].T).max() for loads in (self.dead, self.live)))
+        self.dead /= force
+        self.live /= force
+        self.contacts, self.effort = Contacts.of(self.assembly, force), Effort()
+        corners = self.contacts.corner.reshape(-1, 2)
+        self.size = 2 * float(np.hypot(*(corners - corners.mean(axis=0)).T).max())
+        self.motion = np.zeros((problem.blocks + 1, 3))
+        self.steps = [Step(0 * self.motion, onset, self.contacts.at_rest)]
+        try:
+            self._onset(result)
+            self._follow()
+        except _Ended as end:
+            self.end: Reason = end.args[0]
+
+    def _onset(self, result: Result) -> None:
+        """The mechanism of greatest λ at rest, which must be that of the result, and must hinge."""
+        first = self.steps[0]
+        found = self._statics(first.touch, first.poses, None)
+        if found is None or not same(self.unit * found.value, first.load_factor):
+            slides = np.flatnonzero(joint_motion(self.assembly, result.solution).slides)
+            associative = None if found is None else self.unit * found.value
+            raise _Ended(reason(Code.NOT_HINGING, associative=associative, pairs=self.assembly.pairs(slides)))
+        self.steps = [replace(first, touch=self._opened(first.touch, first.poses, found))]
+        self.motion = found.motion
+
+    def _follow(self) -> None:
+        """Stretch after stretch, each to its event, until one ends the path."""
+        opens, hint, idle = ~self.steps[0].touch & self.contacts.at_rest, self.motion, 0
+        while True:
+            last = self.steps[-1]
+            stretch, event = self._to_event(self._stretch(last, opens, hint))
+            # Several events in one place are one after the other; without an end they lead nowhere.
+            idle = 0 if np.abs(stretch.poses - last.poses).max() > _CLOSED else idle + 1
+            if idle > _MOST_EVENTS:
+                raise _Ended(reason(Code.LOCKS))
+            touch, hint = stretch.touch.copy(), stretch.motion
+            if event.borne:
+                try:
+                    touch, hint = self._opened(touch, stretch.poses, event.borne), event.borne.motion
+                except _Ended as end:
+                    self._add(self._step(stretch, touch, end.args[0]))
+                    raise
+            else:
+                touch[list(event.which)] = True
+            changed = np.flatnonzero((touch != stretch.touch).any(axis=1))
+            opens = stretch.touch & ~touch
+            said = reason(event.code, pairs=self.assembly.pairs(changed))
+            self._add(self._step(stretch, touch, said))
+
+    def _add(self, step: Step) -> None:
+        if len(self.steps) >= _MOST:
+            raise _Ended(reason(Code.STILL_CARRIES, steps=len(self.steps)))
+        self.steps.append(step)
+
+    def _step(self, stretch: _Stretch, touch: np.ndarray, event: Reason | None = None) -> Step:
+        return Step(stretch.poses, self.unit * stretch.point.load_factor, touch, event)
+
+    def _statics(self, touch: np.ndarray, poses: np.ndarray, load_factor: float | None) -> Borne | None:
+        return statics(self.contacts, touch, poses, self.dead, self.live, load_factor, self.effort)
+
+    def _opened(self, touch: np.ndarray, poses: np.ndarray, found: Borne) -> np.ndarray:
+        """Which corners go on touching in the motion that statics found: some open, and none slides."""
+        stays, slides = self.contacts.after(touch, poses, found.motion, found.pressed)
+        if slides.any():
+            raise _Ended(reason(Code.JOINTS_SLIDE, pairs=self.assembly.pairs(np.flatnonzero(slides))))
+        if (stays == touch).all():
+            raise _Ended(reason(Code.LOCKS))
+        return stays
+
+    def _stretch(self, step: Step, opens: np.ndarray, hint: np.ndarray) -> _Stretch:
+        """The bodies of a state, and the way on: that in which corners open, if any do, else that of the
+        motion before, or back."""
+        chain = Chain(self.contacts, step.touch, self.dead, self.live)
+        stretch = self._onward(chain, step.touch, chain.start(step.poses), hint)
+        if stretch is None:
+            raise _Ended(reason(Code.LOCKS))
+        back = replace(stretch, row=-stretch.row)
+        if opens.any():
+            opening, _ = self.contacts.relative(stretch.poses, stretch.motion)
+            return stretch if (opening * opens).sum() > 0 else back
+        # A joint that has closed stays so in one sense only, which may be the way back.
+        event, _ = self._try(stretch, _PROBE)
+        return back if event and not self._try(back, _PROBE)[0] else stretch
+
+    def _onward(self, chain: Chain, touch: np.ndarray, point: Point, hint: np.ndarray) -> _Stretch | None:
+        """A point and its direction, that of a motion of the blocks; None where nothing moves."""
+        found = chain.tangents(point)
+        if len(found) > 1:
+            raise _Ended(reason(Code.BRANCHES))
+        for row in found:
+            poses, motion = (chain.of_blocks(of) for of in (point.poses, row[:-1].reshape(-1, 3)))
+            fastest = self.contacts.fastest(poses, motion)
+            if fastest > _MOVES:
+                sense = 1.0 if (motion * hint).sum() >= 0 else -1.0
+                return _Stretch(chain, touch, point, sense * self.size / fastest * row)
+        return None
+
+    def _to_event(self, stretch: _Stretch) -> tuple[_Stretch, _Event]:
+        """Go on to the next event: the last state before it."""
+        step = self._first_step(stretch)
+        while True:
+            event, ahead = self._try(stretch, step)
+            if event is None and ahead is not None:
+                stretch = ahead
+                step = min(2 * step, self._first_step(stretch))
+                self._add(self._step(stretch, stretch.touch))
+            elif event is None:
+                step /= 4
+                if step < _SHORTEST:
+                    raise _Ended(reason(Code.LOCKS))
+            else:
+                return self._enclosed(stretch, step, event)
+
+    def _first_step(self, stretch: _Stretch) -> float:
+        """What changes λ by its share of the onset's, along the tangent."""
+        return min(_LONGEST, max(_SHORTEST, 1 / self.count / max(abs(stretch.row[-1]), _MOVES)))
+
+    def _try(self, stretch: _Stretch, step: float) -> tuple[_Event | None, _Stretch | None]:
+        """A step: what would happen on it, and where it ends; neither if no such state is found."""
+        row = np.append(stretch.row[:-1], 0.0)
+        poses = stretch.point.poses + step * stretch.row[:-1].reshape(-1, 3)
+        guess = replace(
+            stretch.point, poses=poses, load_factor=stretch.point.load_factor + step * float(stretch.row[-1])
+        )
+        point = stretch.chain.corrected(guess, row, float(row[:-1] @ poses.ravel()))
+        if point is None:
+            return None, None
+        ahead = self._onward(stretch.chain, stretch.touch, point, stretch.motion)
+        return (None, None) if ahead is None else (self._event(ahead), ahead)
+
+    def _event(self, ahead: _Stretch) -> _Event | None:
+        """What has happened before a state, if anything has."""
+        poses, point = ahead.poses, ahead.point
+        if point.load_factor < 0:
+            return _Event(Code.REACHES_ZERO)
+        closed = self.contacts.opening_angle(ahead.touch, poses) < -_CLOSED
+        if closed.any():
+            return _Event(Code.JOINT_CLOSES, tuple(np.flatnonzero(closed).tolist()))
+        if over := self.contacts.overlap(poses, self.assembly.problem.length_unit):
+            return _Event(Code.BLOCKS_MEET, over)
+        borne = self._statics(ahead.touch, poses, point.load_factor)
+        if borne is None:
+            raise _Ended(reason(Code.SOLVER_STOPPED, word="statics"))
+        if borne.value > _BORNE:
+            return _Event(Code.JOINT_OPENS, (), borne)
+        return None
+
+    def _enclosed(self, stretch: _Stretch, step: float, event: _Event) -> tuple[_Stretch, _Event]:
+        """The last state before an event within a step, by bisection, and the event; at λ = 0, and where
+        blocks meet, the path ends. What is violated after a joint has opened grows from zero: the secant of
+        two states finds from where."""
+        low, high, before, farther = 0.0, step, stretch, (0.0, 0.0)
+        while high - low > _ENCLOSED:
+            if event.code is Code.REACHES_ZERO and (last := self._at_zero(before)):
+                before = last
+                break
+            middle, excess = (low + high) / 2, event.borne.value - _BORNE if event.borne else 0.0
+            if 0 < excess < farther[1]:
+                root = high - excess * (farther[0] - high) / (farther[1] - excess)
+                middle = min(max(root + 0.01 * (high - root), low + 0.01 * (high - low)), high)
+            found, ahead = self._try(stretch, middle)
+            if ahead is None or not low < middle < high:
+                break
+            if found is None:
+                low, before = middle, ahead
+                continue
+            farther, high, event = (high, excess), middle, found
+            if event.borne and event.borne.value < _NEAR * _BORNE:
+                before = ahead
+                break
+        if event.code in (Code.REACHES_ZERO, Code.BLOCKS_MEET):
+            blocks = self.assembly.names(np.array(event.which, dtype=int))
+            said = reason(event.code, **({"blocks": blocks} if blocks else {}))
+            self._add(self._step(before, before.touch, said))
+            raise _Ended(said)
+        return before, event
+
+    def _at_zero(self, before: _Stretch) -> _Stretch | None:
+        """The state of λ = 0 ahead, if nothing else has happened before it."""
+        row = np.append(np.zeros(len(before.row) - 1), 1.0)
+        point = before.chain.corrected(before.point, row, 0.0)
+        if point is None:
+            return None
+        last = replace(before, point=replace(point, load_factor=0.0))
+        return None if self._event(last) else last

@@ -1,0 +1,93 @@
+"""Pictures of a capacity curve, and of the blocks displaced."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import shapely
+from matplotlib.lines import Line2D
+
+from masonry_opt.answer.reasons import Code
+from masonry_opt.drawing.colours import AT_REST, BLACK, HATCH, HINGES, JOINT, SEPARATES
+from masonry_opt.drawing.elements import Elements, title_of
+from masonry_opt.drawing.figure import Handle, Picture, entitle, finish, style
+from masonry_opt.drawing.marks import Marks
+from masonry_opt.drawing.pictures import elements_picture
+from masonry_opt.errors import OptionError
+from masonry_opt.finite_motion.point_forces import placed
+from masonry_opt.words.sentences import numeral
+
+if TYPE_CHECKING:
+    from masonry_opt.finite_motion.capacity import Capacity
+
+#: Height of the axes over their width.
+_HIGH = 0.6
+
+#: Events by code: what a legend says, colour and marker.
+_EVENTS = {
+    Code.JOINT_OPENS: ("a joint opens", HINGES, "o"),
+    Code.JOINT_CLOSES: ("a joint closes", JOINT, "s"),
+}
+
+
+def curve_picture(capacity: Capacity) -> Picture:
+    """Draw λ over displacement."""
+    table, scene = capacity.table, capacity.result.assembly.scene
+    of = "the live load" if capacity.control is capacity.live else "the control point"
+    with style():
+        made = Picture()
+        axes = made.add_subplot()
+        axes.set_box_aspect(_HIGH)
+        axes.set_xlabel(f"displacement of {of}, in the length unit of the case")
+        axes.set_ylabel("load factor λ")
+        heading = f"after the onset at λ = {numeral(capacity.load_factor, '.5f')}"
+        entitle(axes, title_of(scene), heading)
+        axes.plot(table["displacement"], table["load_factor"], color=BLACK, zorder=3)
+        if len(table) == 1:  # A line through one state is nothing to see.
+            axes.plot(table["displacement"], table["load_factor"], color=BLACK, marker="o", zorder=3)
+        axes.axhline(0.0, color=HATCH, linewidth=0.6)
+        axes.set_ylim(bottom=min(0.0, -0.02 * capacity.load_factor))
+        handles: list[Handle] = []
+        for code, (label, colour, marker) in _EVENTS.items():
+            rows = table[table["event"] == str(code)]
+            look: dict[str, Any] = {"color": colour, "marker": marker, "linestyle": "none"}
+            if len(rows):
+                axes.plot(rows["displacement"], rows["load_factor"], zorder=4, **look)
+                handles.append(Line2D([], [], label=label, **look))
+        finish(made, axes, handles, (capacity.message,))
+    return made
+
+
+def displaced_picture(capacity: Capacity, row: int) -> Picture:
+    """Draw the blocks where they are in a row of the table, to scale, with the hinges. Raises OptionError if
+    there is no such row."""
+    assembly, table = capacity.result.assembly, capacity.table
+    if not isinstance(row, int) or not -len(table) <= row < len(table):
+        raise OptionError(f"there is no row {row!r}: the table has {len(table)}, the first is 0")
+    geometry, state = assembly.geometry, table.iloc[row]
+    poses = np.zeros((len(assembly.scene.blocks), 3))
+    poses[assembly.movable] = capacity.poses(row)
+    corners, block = shapely.get_coordinates(geometry.polygons, return_index=True)
+    polygons = shapely.set_coordinates(geometry.polygons.copy(), placed(corners, poses[block]))
+    displaced = replace(assembly, geometry=replace(geometry, polygons=polygons))
+    tail, tip, owner = geometry.edges()
+    own = np.isin(owner, assembly.movable)
+    marks = [Marks("rest", "at rest", "line", AT_REST, 0.5, np.stack([tail[own], tip[own]], axis=1))]
+    joints = capacity.joints(row)
+    if (hinged := joints["state"] == "hinged").any():
+        at = joints.loc[hinged, ["x", "y"]].to_numpy() - geometry.origin
+        marks.append(Marks("hinges", "hinging joint", "dot", HINGES, 5.2, at[:, None]))
+    if (apart := (joints["state"] == "separated").to_numpy()).any():
+        ends = np.stack([assembly.joints.start, assembly.joints.end], axis=1)[apart]
+        sides = [
+            placed(ends, poses[of[apart]][:, None]) for of in (assembly.joints.first, assembly.joints.second)
+        ]
+        marks.append(Marks("separates", "separated joint", "line", SEPARATES, 1.6, np.concatenate(sides)))
+    heading = (
+        f"λ = {numeral(state['load_factor'], '.5f')} at a displacement of "
+        f"{numeral(state['displacement'], '.4g')}, to scale"
+    )
+    still = np.zeros((len(assembly.scene.blocks), 3))
+    return elements_picture(Elements(displaced, heading, "", still, [], {"mechanism": marks}))

@@ -1,0 +1,154 @@
+"""Fill as forces on blocks: its weight on the edges below it, and the faces that it presses on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from masonry_opt.errors import CaseError
+from masonry_opt.problem.edge_loads import Segments, resultant
+from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
+from masonry_opt.scene.geometry import Geometry
+from masonry_opt.scene.load_cases import Kind
+from masonry_opt.scene.profile import Profile, profile_below
+from masonry_opt.scene.scene import Scene
+
+#: Rise of an edge over its length up to which it is level: coordinates are rounded.
+_LEVEL = 1e-9
+
+
+@dataclass(frozen=True)
+class FilledPiece:
+    """A straight piece of a block's edge that a fill touches, below a straight piece of its road.
+
+    Attributes
+    ----------
+    fill, block: indices into the scene's fills and blocks.
+    ends: of the piece, relative to the geometry's origin, the block to its left, shape (2, 2).
+    depth: of these ends below the road, shape (2,).
+    """
+
+    fill: int
+    block: int
+    ends: np.ndarray
+    depth: np.ndarray
+
+    @property
+    def height(self) -> float:
+        """Between its ends, of a piece that is not level."""
+        up = abs(float(self.ends[1, 1] - self.ends[0, 1]))
+        return up if up > _LEVEL * float(np.hypot(*(self.ends[1] - self.ends[0]))) else 0.0
+
+    @property
+    def area(self) -> float:
+        """Of the fill above it."""
+        return float(self.ends[0, 0] - self.ends[1, 0]) * float(self.depth.mean())
+
+
+def profile_of(scene: Scene, shapes: Geometry, number: int) -> Profile:
+    """The uppermost edges below the road of a fill, by its index.
+
+    Raises CaseError if the road runs through a block, or there is nothing below a part of it.
+    """
+    where = f"the road of fill no. {number + 1}"
+    profile = profile_below(scene, shapes, np.array(scene.fills[number].road) - shapes.origin, where)
+    if len(nothing := np.flatnonzero(profile.block < 0)):
+        start, end = profile.x[nothing[0]] + shapes.origin[0]
+        raise CaseError(
+            f"{scene.origin}: fill no. {number + 1} lies above nothing from x = {start:.6g} to "
+            f"{end:.6g}: end its road there, or give it ground, a fixed block"
+        )
+    return profile
+
+
+def filled_pieces(scene: Scene, shapes: Geometry) -> tuple[FilledPiece, ...]:
+    """The pieces of edges that fills of a scene touch, on fixed blocks too: the uppermost edges below the
+    road, and beside an edge that stands higher than the next its upright face.
+
+    Raises
+    ------
+    CaseError
+        If a fill touches no movable block, and as :func:`profile_of` does.
+    """
+    found: list[FilledPiece] = []
+    for number in range(len(scene.fills)):
+        profile = profile_of(scene, shapes, number)
+        pieces = [*_below(number, profile), *_beside(number, profile, shapes)]
+        pieces = [piece for piece in pieces if piece.depth.max() > shapes.tolerance]
+        if all(scene.blocks[piece.block].fixed for piece in pieces):
+            raise CaseError(
+                f"{scene.origin}: fill no. {number + 1} touches no movable block: its road lies on "
+                "the blocks, or over fixed ones alone"
+            )
+        found += pieces
+    return tuple(found)
+
+
+def _below(number: int, profile: Profile) -> Iterator[FilledPiece]:
+    """Pieces of the edges below a fill."""
+    ends, depth = np.stack([profile.x, profile.y], axis=2)[:, ::-1], profile.depth[:, ::-1]
+    for block, *piece in zip(profile.block.tolist(), ends, depth, strict=True):
+        yield FilledPiece(number, block, *piece)
+
+
+def _beside(number: int, profile: Profile, shapes: Geometry) -> Iterator[FilledPiece]:
+    """Pieces of upright edges between those below a fill, and at its ends."""
+    edges = Segments(*shapes.edges())
+    up = edges.tip[:, 1] > edges.tail[:, 1]
+    # Beyond the ends of the road there is no fill.
+    left = np.append(np.inf, profile.y[:, 1])
+    right = np.append(profile.y[:, 0], np.inf)
+    x = np.append(profile.x[:, 0], profile.x[-1, 1])
+    road = np.append(profile.line[:, 0], profile.line[-1, 1])
+    bottom, top = np.minimum(left, right), np.minimum(np.maximum(left, right), road)
+    for k in np.flatnonzero(top - bottom > shapes.tolerance):
+        foot = np.array([x[k], bottom[k]])
+        edge, spans = edges.along(foot, np.array([x[k], top[k]]), shapes.tolerance)
+        # The block lies to the left of its edges: seen from a fill to their right they run upwards.
+        facing = up[edge] == (right[k] < left[k])
+        for block, span in zip(edges.owner[edge[facing]].tolist(), spans[facing], strict=True):
+            height = bottom[k] + (span if right[k] < left[k] else span[::-1])
+            ends = np.column_stack([np.full(2, x[k]), height])
+            yield FilledPiece(number, block, ends, np.maximum(road[k] - height, 0.0))
+
+
+def fill_forces(scene: Scene, shapes: Geometry, pieces: tuple[FilledPiece, ...]) -> dict[str, np.ndarray]:
+    """Force and moment about the centroid that the weight of fills gives each of the scene's blocks, by kind
+    "dead" and "live", shape (blocks, 3), in the scene's units; in an earthquake its mass too, where it stands
+    on the blocks."""
+    forces: dict[str, np.ndarray] = {kind: np.zeros((len(scene.blocks), 3)) for kind in ("dead", "live")}
+    kinds: tuple[Kind, ...] = ("dead", "live")
+    factor = {kind: scene.factor(kind, "fill") for kind in kinds}
+    per_weight = {kind: times * scene.down for kind, times in factor.items() if times}
+    if (shaking := scene.shaking) is not None:
+        per_weight["live"] = max(0.0, factor["dead"]) * shaking
+    for piece in pieces:
+        fill, (across, up) = scene.fills[piece.fill], piece.ends[1] - piece.ends[0]
+        if fill.weight and across:
+            # Columns of fill stand on the piece's plan.
+            per_length = scene.thickness * fill.unit_weight * piece.depth * abs(across) / np.hypot(across, up)
+            for kind, direction in per_weight.items():
+                acting = resultant(piece.ends, np.outer(per_length, direction), shapes.centroid[piece.block])
+                forces[kind][piece.block] += acting
+    return forces
+
+
+def pressures(scene: Scene, pieces: tuple[FilledPiece, ...]) -> Iterator[LimitedForce]:
+    """What fills press with, horizontally, on each piece of edge of a movable block that is not level:
+    between K_a and m K_p times the unit weight times depth, summed over the piece's height, where that sum
+    has its centre (Rankine)."""
+    for piece in pieces:
+        fill, block, height = scene.fills[piece.fill], scene.blocks[piece.block], piece.height
+        if fill.pressure and not block.fixed and height:
+            own = scene.thickness * fill.unit_weight * float(piece.depth.mean()) * height
+            # Of a pressure that is linear between the ends, the share of the second.
+            share = (piece.depth[0] + 2 * piece.depth[1]) / (3 * piece.depth.sum())
+            at = (1 - share) * piece.ends[0] + share * piece.ends[1]
+            # The block lies to the left of its edge.
+            inward = np.array([-1.0 if piece.ends[1, 1] > piece.ends[0, 1] else 1.0, 0.0])
+            active, _, passive = fill.coefficients
+            name = f"fill {piece.fill + 1}|{block.name}"
+            action = Action(piece.block, at, inward)
+            yield LimitedForce(Role.EARTH, name, (action,), active * own, passive * own)

@@ -1,0 +1,177 @@
+"""Limited forces: each a column of B on a line of its own, with a lowest and a highest value.
+
+They have no friction, so they add nothing that is hard: two faces, ``T − lowest ≥ 0`` and
+``highest − T ≥ 0``, with rates of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from math import inf
+
+import numpy as np
+import scipy.sparse as sp
+import shapely
+
+from masonry_opt.errors import CaseError
+from masonry_opt.problem.loads import moment_of
+from masonry_opt.scene.geometry import Geometry
+from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.space.shapes import Shapes
+from masonry_opt.scene.ties import GROUND, Tie
+
+
+class Role(StrEnum):
+    """What exerts a limited force."""
+
+    TIE = "tie"
+    PROP = "prop"
+    EARTH = "earth"
+    SUPPORT = "support"
+
+
+@dataclass(frozen=True)
+class Action:
+    """What one unit of a limited force does to a block.
+
+    Attributes
+    ----------
+    block: index in the scene's blocks; −1 is the ground.
+    point: where it acts, relative to the origin of the shapes, shape (dim,).
+    force: shape (dim,).
+    couple: moment beside that of the force, shape (1,), in space (3,); None: none.
+    """
+
+    block: int
+    point: np.ndarray
+    force: np.ndarray
+    couple: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class LimitedForce:
+    """A force T within limits, in the scene's unit of force.
+
+    Attributes
+    ----------
+    role: what exerts it: a tie (T > 0 is tension), a prop (compression), earth, a support.
+    name: what results call it.
+    actions: on each of its blocks.
+    lowest, highest: limits of T.
+    """
+
+    role: Role
+    name: str
+    actions: tuple[Action, ...]
+    lowest: float = -inf
+    highest: float = inf
+
+
+@dataclass(frozen=True)
+class LimitedForces:
+    """The limited forces of a scene.
+
+    Attributes
+    ----------
+    each: in the order of their columns.
+    columns: of B, shape (3b, t), with lengths in the problem's unit.
+    """
+
+    each: tuple[LimitedForce, ...] = ()
+    columns: sp.csr_array = field(default_factory=lambda: sp.csr_array((0, 0)))
+
+    @classmethod
+    def of(
+        cls,
+        each: Sequence[LimitedForce],
+        centroid: np.ndarray,
+        movable: np.ndarray,
+        length_unit: float,
+    ) -> LimitedForces:
+        """Their columns, in the order given.
+
+        Parameters
+        ----------
+        centroid: of all blocks of the scene, relative to the origin of the shapes.
+        movable: indices into the scene's blocks, shape (b,).
+        """
+        dimension = centroid.shape[1]
+        rows = dimension + (1 if dimension == 2 else 3)
+        row_of = {int(block): rows * row for row, block in enumerate(movable)}
+        columns = sp.lil_array((rows * len(movable), len(each)))
+        for number, force in enumerate(each):
+            for action in force.actions:
+                if action.block in row_of:
+                    arm = action.point - centroid[action.block]
+                    moment = np.atleast_1d(moment_of(arm[None], action.force[None])[0])
+                    moment = moment + (0.0 if action.couple is None else action.couple)
+                    at = row_of[action.block]
+                    acts = np.append(action.force, moment / length_unit)
+                    for row in np.flatnonzero(acts).tolist():
+                        columns[at + row, number] += acts[row]
+        return cls(tuple(each), columns.tocsr())
+
+    def limits(self, force_unit: float) -> dict[str, np.ndarray]:
+        """``lowest`` and ``highest`` of a law, in units of force."""
+        return {
+            name: np.array([getattr(of, name) for of in self.each]) / force_unit
+            for name in ("lowest", "highest")
+        }
+
+
+def struts(scene: Scene, shapes: Geometry | Shapes) -> list[LimitedForce]:
+    """The ties and props of a scene.
+
+    Raises CaseError if an end does not lie in its block, or both ends are in one place.
+    """
+    number_of = {block.name: number for number, block in enumerate(scene.blocks)}
+    # The ground reaches farther than a block that was drawn for it.
+    if GROUND in number_of and scene.blocks[number_of[GROUND]].fixed:
+        del number_of[GROUND]
+    found = []
+    for number, strut in (*enumerate(scene.ties, start=1), *enumerate(scene.props, start=1)):
+        role = Role.TIE if isinstance(strut, Tie) else Role.PROP
+        ends = [number_of.get(name, -1) for name in strut.between]
+        points = [np.array(point) - shapes.origin for point in strut.at]
+        for name, block, point, given in zip(strut.between, ends, points, strut.at, strict=True):
+            if block >= 0 and _outside(shapes, block, point) > shapes.tolerance:
+                here = [
+                    f"'{other.name}'"
+                    for row, other in enumerate(scene.blocks)
+                    if _outside(shapes, row, point) <= shapes.tolerance
+                ]
+                raise CaseError(
+                    f"{scene.origin}: {role} no. {number} between {list(strut.between)}: the end "
+                    f"{list(given)} of 'at' does not lie in block '{name}' but in "
+                    f"{' and '.join(here) or 'none'}: give a point inside '{name}' or on its outline, or in "
+                    "'between' the block that it lies in"
+                )
+        along = points[1] - points[0]
+        length = np.linalg.norm(along)
+        if length <= shapes.tolerance:
+            raise CaseError(
+                f"{scene.origin}: {role} between {list(strut.between)}: its two ends are nearer than the "
+                f"tolerance, {shapes.tolerance:.3g}: give two points of its line"
+            )
+        along = along / length
+        towards = along if role is Role.TIE else -along
+        actions = tuple(Action(b, p, f) for b, p, f in zip(ends, points, (towards, -towards), strict=True))
+        lowest = strut.prestress if isinstance(strut, Tie) else 0.0
+        highest = inf if strut.strength is None else strut.strength
+        name = strut.name or f"{strut.between[0]}|{strut.between[1]}"
+        found.append(LimitedForce(role, name, actions, lowest, highest))
+    return found
+
+
+def _outside(shapes: Geometry | Shapes, block: int, point: np.ndarray) -> float:
+    """How far a point lies outside of a block."""
+    if isinstance(shapes, Geometry):
+        return float(shapely.distance(shapes.polygons[block], shapely.Point(point)))
+    parts = shapes.parts
+    nearest = inf
+    for part in np.flatnonzero(parts.block == block):
+        planes = parts.of_plane == part
+        nearest = min(nearest, float((parts.normal[planes] @ point - parts.offset[planes]).max()))
+    return nearest

@@ -1,0 +1,85 @@
+"""Earth between blocks and the line of a road."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, PlainValidator, model_validator
+
+from masonry_opt.scene.blocks import Number, Positive, Record, RoadLine, YesNo
+
+
+def _spread(value: Any) -> float | str | bool:
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if value is False or value == "2:1" or (number and 0 < value < 90):
+        return float(value) if number else value
+    raise ValueError('must be an angle between 0 and 90 degrees, "2:1", or false')
+
+
+class Fill(Record):
+    """Earth between blocks and the line of a road above them, in the plane.
+
+    It lies on whatever edges are the first below the road, and beside the upright edges between these. Its
+    weight is a dead load on them; loads on the road spread through it; and it presses against faces with
+    what holds them best between its active limit and a share of its passive one.
+
+    Parameters
+    ----------
+    road:
+        The line of the road, ``[[x, y], ...]`` from left to right. The fill ends where it ends.
+    unit_weight:
+        Weight per unit area; per unit volume where the scene has a ``thickness``.
+    friction_angle:
+        φ of the fill in degrees, for its pressure: Rankine's K_a = tan²(45° - φ/2) and K_p = 1 / K_a.
+    mobilised:
+        The share m of the passive pressure that the fill may reach: pressure, horizontal, lies between K_a σ
+        and m K_p σ, where σ is the unit weight times the depth below the road.
+    weight:
+        Whether the fill's weight acts on the blocks.
+    spread:
+        Angle to the vertical, in degrees, within which a load on the road spreads on its way down; "2:1" (two
+        down to one aside); or False: loads go straight down.
+    pressure:
+        Whether it presses on faces. If not, ``friction_angle`` and ``mobilised`` are not needed.
+
+    Raises
+    ------
+    CaseError
+        If the road does not run from left to right, a value is out of range, or the share of the passive
+        pressure lies below the active one.
+    """
+
+    road: RoadLine
+    unit_weight: Positive
+    friction_angle: Annotated[Number, Field(gt=0, lt=90)] | None = None
+    mobilised: Annotated[Number, Field(gt=0, le=1)] | None = None
+    weight: YesNo = True
+    spread: Annotated[float | Literal["2:1", False], PlainValidator(_spread)] = 30.0
+    pressure: YesNo = True
+
+    @model_validator(mode="after")
+    def _can_be_laid(self) -> Self:
+        if self.pressure:
+            for key in ("friction_angle", "mobilised"):
+                if getattr(self, key) is None:
+                    raise ValueError(f"give '{key}', or 'pressure = false' for a fill that does not press")
+            active, _, passive = self.coefficients
+            if active > passive:
+                raise ValueError(
+                    f"'mobilised' times K_p, {passive:.4g}, is below K_a, {active:.4g}: give a larger share"
+                )
+        return self
+
+    @property
+    def coefficients(self) -> tuple[float, float, float]:
+        """K_a, K_0 = 1 - sin φ (Jaky), and m K_p, of a fill that presses."""
+        assert self.friction_angle is not None
+        assert self.mobilised is not None
+        active = math.tan(math.radians(45 - self.friction_angle / 2)) ** 2
+        return active, 1 - math.sin(math.radians(self.friction_angle)), self.mobilised / active
+
+    @property
+    def spread_tangent(self) -> float:
+        """Tangent of the angle of spread; 0 where loads go straight down."""
+        return 0.5 if self.spread == "2:1" else math.tan(math.radians(float(self.spread)))

@@ -1,0 +1,111 @@
+"""Ties and props: forces on a line between two blocks, or a block and the ground, within limits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Self
+
+from pydantic import model_validator
+
+from masonry_opt.scene.blocks import Name, NonNegative, Positive, Record
+from masonry_opt.scene.solids import Direction
+
+#: What ``between`` calls what does not move, unless a block that moves has this name.
+GROUND = "ground"
+
+
+class _Strut(Record):
+    """What ties and props have in common."""
+
+    between: tuple[Name, Name]
+    at: tuple[Direction, Direction]
+    strength: Positive | None = None
+    name: Name | None = None
+
+    @model_validator(mode="after")
+    def _has_two_ends(self) -> Self:
+        first, second = self.at
+        if len(first) != len(second):
+            raise ValueError("'at' needs two points of as many numbers each")
+        if first == second:
+            raise ValueError("'at' gives one point twice: give the two ends of its line")
+        if self.between[0] == self.between[1]:
+            raise ValueError("'between' needs two different blocks, or a block and \"ground\"")
+        return self
+
+
+class Tie(_Strut):
+    """A tie rod: a tension between its prestress and its strength, along the line of its two anchors.
+
+    It may pass through blocks between its anchors, which it does not touch. It carries no shear.
+
+    Parameters
+    ----------
+    between:
+        Names of the two blocks it is anchored in; ``"ground"`` is what does not move.
+    at:
+        Its two anchors, ``[x, y]`` or ``[x, y, z]``, each in its block.
+    strength:
+        Largest tension, a force (default: it never yields).
+    prestress:
+        Least tension, which it has however short it becomes (default 0).
+    name:
+        What results call it (default: the names of its blocks).
+
+    Raises
+    ------
+    CaseError
+        If the anchors are one point, or the prestress exceeds the strength.
+    """
+
+    prestress: NonNegative = 0.0
+
+    @model_validator(mode="after")
+    def _is_as_strong_as_stressed(self) -> Self:
+        if self.strength is not None and self.prestress > self.strength:
+            raise ValueError("'prestress' must not exceed 'strength'")
+        return self
+
+
+class Prop(_Strut):
+    """A prop: a compression up to its strength, along the line of its two ends.
+
+    Parameters
+    ----------
+    between, at, name:
+        As of a :class:`Tie`.
+    strength:
+        Largest compression, a force (default: it never yields).
+
+    Raises
+    ------
+    CaseError
+        If the ends are one point.
+    """
+
+
+def wrong_strut(
+    ties: Iterable[Tie],
+    props: Iterable[Prop],
+    fixed: dict[str, bool],
+    dimension: int,
+    no_block: Callable[[str], str],
+) -> str | None:
+    """What is wrong with the ends of a tie or prop, in one sentence; None if nothing is.
+
+    Parameters
+    ----------
+    fixed: of each block by its name.
+    no_block: the sentence for a name that no block has.
+    """
+    for kind, struts in (("tie", ties), ("prop", props)):
+        for number, strut in enumerate(struts, start=1):
+            where = f"{kind} no. {number} between {list(strut.between)}"
+            if unknown := [name for name in strut.between if name not in fixed and name != GROUND]:
+                return f'{where}: {no_block(unknown[0])} ("{GROUND}" is what does not move)'
+            if all(fixed.get(name, True) for name in strut.between):
+                return f"{where}: neither of the two can move: it does nothing"
+            if len(strut.at[0]) != dimension:
+                needed = "three numbers, [x, y, z]" if dimension == 3 else "two numbers, [x, y]"
+                return f"{where}: 'at' needs points of {needed}"
+    return None

@@ -1,0 +1,185 @@
+"""``crossing``: the load factor of a scene as axles move over it, and their worst position."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from masonry_opt.analysis import prepare
+from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.status import Status
+from masonry_opt.effort import Effort
+from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.methods.registry import DEFAULT
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.problem import Problem
+from masonry_opt.problem.road import Road
+from masonry_opt.scene.axles import Axles
+from masonry_opt.scene.blocks import Point
+from masonry_opt.scene.case_file import as_scene
+from masonry_opt.scene.load_cases import refuse_without_case
+from masonry_opt.scene.scene import Scene
+from masonry_opt.session import Session
+from masonry_opt.studies.crossing.answer import Crossed, Crossing
+from masonry_opt.studies.crossing.moving_load import MovingLoad
+from masonry_opt.studies.crossing.passage import Passage
+from masonry_opt.studies.crossing.search import Solve, least_associative, least_coulomb
+
+#: Distance of the least load factor from what is proven, relative, where anything is.
+WITHIN = 1e-3
+
+#: Longest range between two positions, as a share of the road.
+_LONGEST = 0.01
+
+#: Methods of associative flow.
+_ASSOCIATIVE = ("static", "kinematic")
+
+
+def crossing(
+    scene: Scene | str | Path,
+    axles: str | Axles | Sequence[Axles] | None = None,
+    *,
+    method: str = DEFAULT,
+    model: str | None = None,
+    solver: str | None = None,
+    tolerance: float | None = None,
+    expected: bool = True,
+    load_case: str | None = None,
+    progress: Callable[[float, float], None] = lambda position, load_factor: None,
+    **options: Any,
+) -> Crossing:
+    """Move axles over a scene in the plane and find where the load factor is least.
+
+    The axles press straight down; the load factor multiplies their loads, and whatever other live loads the
+    scene has. Those on the road count: a group may be partly beyond its ends. Over supports, and where the
+    road runs over nothing, an axle does nothing. A group that is not the same from behind crosses in both
+    directions, unless it says in which it ``travels``.
+
+    With associative flow (methods "static" and "kinematic") the least is proven: λ of all positions between
+    two is known not to be less than at some that are solved (see
+    :func:`~.crossing.search.least_associative`). Other methods are asked where the associative load factor,
+    which none of their answers exceeds, says that λ may be least, which proves nothing (see
+    :func:`~.crossing.search.least_coulomb`).
+
+    Parameters
+    ----------
+    scene:
+        A scene, or the path of a case file.
+    axles:
+        A group, several, or the name of one of the scene's. Default: all of the scene's.
+    method, model, solver, tolerance, expected, options:
+        As of :func:`~masonry_opt.analysis.solve`; the load to expect is that of the worst position alone.
+    load_case:
+        Name of the load case in which they cross, where the scene has any: its ``live`` names "axles", whose
+        factor multiplies them, and what else is live beside them.
+    progress:
+        Called with each position solved and its load factor (NaN without one).
+
+    Raises
+    ------
+    CaseError
+        If the case file or scene is wrong, or has no axles, or no road; if the road runs through a block, or
+        over none that can move; if the load case leaves axles out.
+    OptionError
+        If a method, an option or the name of a group is wrong, or the scene's blocks are solids.
+    """
+    session = prepare(method, model=model, solver=solver, tolerance=tolerance, expected=expected, **options)
+    many = replace(session, expected=False)
+    scene = as_scene(scene, load_case)
+    scene.in_plane()  # which refuses solids
+    passages = list(_passages(scene, axles))
+    effort = Effort()
+    first = passages[0]
+    ends = np.array(first.pieces(_longest(first)))
+    start = next(x for x in (*ends.mean(axis=1), *ends.ravel()) if first.carried(x))
+    result = session.solve(first.scene(start))
+    undecided = any(reason.code is Code.DEAD_LOAD_UNDECIDED for reason in result.reasons)
+    if undecided or result.status is Status.UNSTABLE:
+        return Crossing(worst=result, passages=())
+    associative = MovingLoad(replace(first.assembly.problem, live=first.live(start)), effort)
+    crossed = []
+    for passage in passages:
+        solve = _solve(many, passage, effort)
+        proves = method in _ASSOCIATIVE
+        plain = proves and model is None and solver is None and not len(passage.assembly.problem.crushing)
+        found = least_associative(
+            passage,
+            solve if proves and not plain else associative,
+            _longest(passage),
+            WITHIN,
+            progress if proves else lambda position, load_factor: None,
+        )
+        own = found if proves else least_coulomb(passage, found, solve, WITHIN, progress)
+        crossed.append(Crossed(passage, own, found))
+    worst = min(crossed, key=lambda one: one.least)
+    return Crossing(worst=session.solve(worst.passage.scene(worst.position)), passages=tuple(crossed))
+
+
+def _longest(passage: Passage) -> float:
+    return _LONGEST * float(passage.road.breaks[-1] - passage.road.breaks[0])
+
+
+def _solve(session: Session, passage: Passage, effort: Effort) -> Solve:
+    """The method itself, on the scene's own matrices, of a scene that stands."""
+    assembly = passage.assembly
+
+    def solve(live: np.ndarray) -> Any:
+        problem: Problem = replace(assembly.problem, live=live)
+        return session.pushed(replace(assembly, problem=problem), lambda _: None, effort)
+
+    return solve
+
+
+def _passages(scene: Scene, axles: str | Axles | Sequence[Axles] | None) -> Iterator[Passage]:
+    """The groups asked for, in the directions in which they travel."""
+    if scene.tilt:
+        raise CaseError(f"{scene.origin}: axles do not tilt: take 'tilt' away")
+    refuse_without_case(scene)
+    if scene.earthquake:
+        raise CaseError(f"{scene.origin}: axles do not cross in an earthquake: take 'earthquake' away")
+    if not scene.factor_of_axles:
+        assert scene.load_case is not None
+        raise CaseError(
+            f"{scene.origin}: load case '{scene.load_case.name}' leaves axles out ({scene.load_case}): name "
+            "another, or give it 'live = { axles = 1 }'"
+        )
+    groups = _groups(scene, axles)
+    assembly = assemble(scene.model_copy(update={"axles": []}).read_from(scene.origin, scene.case))
+    for group in groups:
+        road = Road(scene, assembly.geometry, _line(scene, group), f"the road of axles '{group.name}'")
+        for direction in group.directions:
+            yield Passage(group, direction, assembly, road)
+
+
+def _groups(scene: Scene, axles: str | Axles | Sequence[Axles] | None) -> list[Axles]:
+    if isinstance(axles, Axles):
+        return [axles]
+    if isinstance(axles, str):
+        named = [group for group in scene.axles if group.name == axles]
+        if not named:
+            known = ", ".join(repr(group.name) for group in scene.axles) or "none"
+            raise OptionError(f"{scene.origin}: no axles '{axles}'; known: {known}")
+        return named
+    groups = list(scene.axles if axles is None else axles)
+    if not groups:
+        raise CaseError(f"{scene.origin}: has no axles: give [[axles]], or in Python axles=mo.Axles(...)")
+    if not all(isinstance(group, Axles) for group in groups):
+        raise OptionError("axles must be an Axles, a list of them, or the name of one of the scene's")
+    return groups
+
+
+def _line(scene: Scene, group: Axles) -> list[Point]:
+    """The group's own road, else that of the scene's fills."""
+    if group.road is not None:
+        return group.road
+    points = [point for fill in sorted(scene.fills, key=lambda fill: fill.road[0]) for point in fill.road]
+    if not points:
+        raise CaseError(
+            f"{scene.origin}: axles '{group.name}': on which road? Give 'road', the points of a line above "
+            "the blocks from left to right"
+        )
+    return [point for point, after in zip(points, [*points[1:], None], strict=True) if point != after]

@@ -1,0 +1,225 @@
+"""The least load factor of a passage: proven where it can be, else sought where it may be."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.status import Status
+from masonry_opt.studies.crossing.passage import Passage
+
+#: The answer under a live load, shape (3b,).
+Solve = Callable[[np.ndarray], Solution]
+
+#: Called with a position and the load factor found there (NaN without one).
+Progress = Callable[[float, float], None]
+
+#: Share of the loads, by their largest entry, that is nothing.
+_ROUNDING = 1e-7
+
+#: Share of the way to which ranges are halved at most.
+_FINEST = 1e-4
+
+#: Positions at which a Coulomb method is asked first; by how much its share of the associative load factor
+#: may be less between two of them than at both, beside half of what it differs; rounds of halving beside the
+#: least.
+_FIRST, _MARGIN, _ROUNDS = 25, 0.005, 10
+
+
+@dataclass(frozen=True)
+class Trial:
+    """An answer at a position."""
+
+    position: float
+    solution: Solution = field(repr=False)
+
+    @property
+    def load_factor(self) -> float:
+        """λ; infinite where any load is carried, NaN where nothing is decided."""
+        found = self.solution.load_factor
+        return found if found is not None else math.inf if self.solution.carries_any_load else math.nan
+
+
+@dataclass(frozen=True)
+class Found:
+    """Trials of a passage, by rising position.
+
+    Attributes
+    ----------
+    bound: what no load factor at any position is below, proven; None where nothing is.
+    """
+
+    trials: list[Trial]
+    bound: float | None = None
+
+    @property
+    def positions(self) -> np.ndarray:
+        return np.array([trial.position for trial in self.trials])
+
+    @property
+    def load_factors(self) -> np.ndarray:
+        return np.array([trial.load_factor for trial in self.trials])
+
+    def resolution(self, position: float) -> float:
+        """The larger distance from a position to the next ones on either side that were solved, other than
+        those across a jump of the loads."""
+        aside = self.positions - position
+        aside = aside[np.abs(aside) > _FINEST**2 * np.ptp(self.positions)]
+        return max(
+            (float(np.abs(side).min()) for side in (aside[aside < 0], aside[aside > 0]) if len(side)),
+            default=0.0,
+        )
+
+
+#: Of a position where no axle loads a block that can move.
+_UNLOADED = Solution(Status.UNLIMITED, Kind.ASSOCIATIVE, [reason(Code.NO_MECHANISM)])
+
+
+class _Solved:
+    """Trials so far, each position solved once."""
+
+    def __init__(self, passage: Passage, solve: Solve, progress: Progress) -> None:
+        self._passage, self._solve, self._progress = passage, solve, progress
+        self.trials: dict[float, Trial] = {}
+
+    def at(self, position: float) -> float:
+        """λ at a position."""
+        if position not in self.trials:
+            live = self._passage.live(position)
+            trial = Trial(position, self._solve(live) if live.any() else _UNLOADED)
+            self.trials[position] = trial
+            self._progress(position, trial.load_factor)
+        return self.trials[position].load_factor
+
+    def found(self, bound: float | None = None) -> Found:
+        return Found([self.trials[position] for position in sorted(self.trials)], bound)
+
+
+def least_associative(
+    passage: Passage, solve: Solve, longest: float, within: float, progress: Progress
+) -> Found:
+    """The least associative load factor of a passage, and a bound below it, no farther than ``within``
+    (relative) where one can be had.
+
+    Loads that a standing scene carries are a convex set with zero in it: 1/λ, by which a load must shrink to
+    lie in it, is a convex function of the load. Between two positions where loads follow a line, λ is
+    therefore nowhere less than at the lesser end. Where they follow a parabola, they are means of the loads
+    at both ends and of a third, where the tangents of the ends meet; λ of that is solved for too. What loads
+    that spread leave of a parabola is a load itself: of sums of loads 1/λ is at most the sum, and it is taken
+    as twice what it is at a quarter of the range. Ranges whose least may be too low are halved.
+
+    Parameters
+    ----------
+    longest: range between two positions solved.
+    """
+    solved = _Solved(passage, solve, progress)
+    ranges = [(_needed(passage, solved, solve, *ends), *ends) for ends in passage.pieces(longest)]
+    finest = _FINEST * (ranges[-1][2] - ranges[0][1]) if ranges else 0.0
+    done = []
+    while ranges:
+        greatest = max(_inverse(trial.load_factor) for trial in solved.trials.values())
+        open_ = [one for one in ranges if one[0] > greatest * (1 + within) and one[2] - one[1] > finest]
+        done += [one for one in ranges if one not in open_]
+        ranges = []
+        for _, start, end in open_:
+            middle = (start + end) / 2
+            ranges += [
+                (_needed(passage, solved, solve, *ends), *ends) for ends in ((start, middle), (middle, end))
+            ]
+    most = max((needed for needed, _, _ in done), default=math.inf)
+    return solved.found(1 / most if 0 < most < math.inf else None)
+
+
+def _needed(passage: Passage, solved: _Solved, solve: Solve, start: float, end: float) -> float:
+    """What 1/λ does not exceed between two positions; infinite where nothing is known."""
+    first, quarter, middle, last = (
+        passage.live(start + share * (end - start)) for share in (0.0, 0.25, 0.5, 1.0)
+    )
+    corner, mean = 2 * middle - (first + last) / 2, (first + last) / 2
+    off = quarter - (9 * first + 6 * corner + last) / 16
+    scale = _ROUNDING * np.abs(middle).max()
+    found = [solved.at(start), solved.at(end)]
+    if np.abs(corner - mean).max() > scale:
+        found.append(Trial(math.nan, solve(corner)).load_factor)
+    beside = Trial(math.nan, solve(off)).load_factor if np.abs(off).max() > scale else math.inf
+    if any(math.isnan(one) for one in (*found, beside)):
+        return math.inf
+    return max(_inverse(one) for one in found) + 2 * _inverse(beside)
+
+
+def _inverse(load_factor: float) -> float:
+    """1/λ; 0 where λ is unknown or infinite."""
+    return 1 / max(load_factor, 1e-300) if math.isfinite(load_factor) else 0.0
+
+
+def least_coulomb(
+    passage: Passage, associative: Found, solve: Solve, within: float, progress: Progress
+) -> Found:
+    """The least load factor of a method that nothing bounds from below, where it may be.
+
+    It is asked at a few positions, and then wherever it could be the least if its share of the associative
+    load factor, known at all of them, were between two positions little less than at both; last beside the
+    least. That is no proof.
+    """
+    solved = _Solved(passage, solve, progress)
+    at, most = associative.positions, associative.load_factors
+    first = {*np.linspace(0, len(at) - 1, min(_FIRST, len(at))).round().astype(int).tolist()}
+    if np.isfinite(most).any():
+        first.add(int(np.nanargmin(most)))
+    for index in sorted(first):
+        solved.at(float(at[index]))
+    while True:
+        known = [index for index, x in enumerate(at) if not math.isnan(_known(solved, x))]
+        least = min((_known(solved, at[index]) for index in known), default=math.inf)
+        may_be = (1 - _MARGIN) * _estimates(at, most, known, solved)
+        may_be[[index for index, x in enumerate(at) if float(x) in solved.trials]] = math.inf
+        index = int(np.argmin(may_be))
+        if may_be[index] >= least or not math.isfinite(may_be[index]):
+            break
+        solved.at(float(at[index]))
+    _halve(solved, at, within)
+    return solved.found()
+
+
+def _known(solved: _Solved, position: float) -> float:
+    trial = solved.trials.get(float(position))
+    return math.nan if trial is None else trial.load_factor
+
+
+def _estimates(at: np.ndarray, most: np.ndarray, known: list[int], solved: _Solved) -> np.ndarray:
+    """λ at each position if it has the lesser share of the associative one that its known neighbours have,
+    less half of what theirs differ."""
+    if not known:
+        return np.full(len(at), math.inf)
+    found = np.array([_known(solved, at[index]) for index in known])
+    of_known = most[known]
+    share = np.divide(found, of_known, out=np.ones(len(known)), where=np.isfinite(of_known) & (of_known > 0))
+    right = np.searchsorted(known, np.arange(len(at))).clip(0, len(known) - 1)
+    left = np.maximum(np.searchsorted(known, np.arange(len(at)), side="right") - 1, 0)
+    lesser = np.minimum(share[left], share[right]) - np.abs(share[left] - share[right]) / 2
+    # Where associative flow carries any load, the neighbours' own.
+    own = np.minimum(found[left], found[right])
+    return np.where(np.isfinite(most), np.minimum(lesser, 1.0) * np.where(np.isfinite(most), most, 0.0), own)
+
+
+def _halve(solved: _Solved, at: np.ndarray, within: float) -> None:
+    """Ask between the least and the positions beside it, while that finds less."""
+    for _ in range(_ROUNDS):
+        decided = {
+            x: trial.load_factor for x, trial in solved.trials.items() if math.isfinite(trial.load_factor)
+        }
+        if not decided:
+            return
+        best = min(decided, key=decided.__getitem__)
+        beside = np.union1d(at, [*solved.trials])
+        index = int(np.searchsorted(beside, best))
+        near = [float(beside[other]) for other in (index - 1, index + 1) if 0 <= other < len(beside)]
+        lower = [solved.at((best + other) / 2) for other in near]
+        if not any(value < decided[best] * (1 - within / 10) for value in lower):
+            return

@@ -1,0 +1,1 @@
+"""A scene under several live loads: its load cases, and earthquakes from all sides."""

@@ -1,0 +1,125 @@
+"""Earthquakes from all sides: the load factor over the direction of the push."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from masonry_opt.answer.result import Result
+from masonry_opt.drawing.figure import Picture
+from masonry_opt.effort import Phases
+from masonry_opt.errors import OptionError
+from masonry_opt.methods.registry import DEFAULT
+from masonry_opt.methods.task import Progress
+from masonry_opt.scene.case_file import as_scene
+from masonry_opt.scene.load_cases import Earthquake, refuse_without_case, shaken
+from masonry_opt.scene.scene import Scene
+from masonry_opt.studies.load_cases.cases import COLUMNS, Cases, solve_all
+
+#: Degrees between directions in plan, and the most directions.
+EVERY, _MOST = 15.0, 3600
+
+
+class Directions(Cases):
+    """The seismic coefficient of a scene by the direction of the earthquake.
+
+    Attributes
+    ----------
+    results: :class:`Result` of each earthquake, by its words: "at 15° in plan", ...
+    table: one row an earthquake: ``direction``, ``vertical``, ``load_factor`` (NaN without one), ``status``,
+        ``expected``, ``associative``, ``exact``.
+    governing, usable, summary, details: as of :class:`~.cases.Cases`.
+    """
+
+    what = "earthquake"
+
+    def _apart(self, result: Result) -> dict[str, Any]:
+        quake = quake_of(result)
+        return {"direction": quake.direction, "vertical": quake.vertical}
+
+    def as_dict(self) -> dict[str, Any]:
+        """The table as plain numbers and strings (NaN as None)."""
+        told, of = super().as_dict(), self.to_draw
+        rows = zip(told.pop("load_cases"), self.results.values(), strict=True)
+        return {
+            **told,
+            "load_case": of.load_case,
+            "method": of.method,
+            "directions": [
+                self._apart(result) | {key: row[key] for key in (*COLUMNS, "message")} for row, result in rows
+            ],
+        }
+
+    def plot(self) -> Picture:
+        """Draw the load factor over the direction: in space in plan, as a polar chart, x to the right; in the
+        plane as bars."""
+        from masonry_opt.studies.load_cases.charts import bars, polar
+
+        return bars(self) if self.to_draw.assembly.scene.dimension == 2 else polar(self)
+
+
+def quake_of(result: Result) -> Earthquake:
+    """The earthquake of a result."""
+    quake = result.assembly.scene.shaken_by
+    assert quake is not None
+    return quake
+
+
+def directions(
+    scene: Scene | str | Path,
+    method: str = DEFAULT,
+    *,
+    every: float = EVERY,
+    vertical: float | Sequence[float] | None = None,
+    load_case: str | None = None,
+    progress: Progress = lambda _: None,
+    phases: Phases = lambda _: None,
+    **options: Any,
+) -> Directions:
+    """Solve a scene for earthquakes from all sides, in place of its live loads.
+
+    Parameters
+    ----------
+    scene:
+        A scene, or the path of a case file.
+    every:
+        Degrees between directions in plan, which go once round from x towards y. In the plane there are two,
+        "left" and "right".
+    vertical:
+        Vertical part over the horizontal one, or several, such as ``(0.3, -0.3)``; see :class:`Earthquake`
+        (default: that of the scene's own earthquake, else 0).
+    load_case:
+        Name of the load case whose dead loads act.
+    method, progress, phases, options:
+        As of :func:`~masonry_opt.analysis.solve`, its model, solver, ... too.
+
+    Raises
+    ------
+    OptionError
+        If an argument is wrong, or as of :func:`~masonry_opt.analysis.solve`.
+    CaseError
+        If the scene is wrong.
+    """
+    of = as_scene(scene, load_case)
+    refuse_without_case(of)
+    if of.tilt:
+        raise OptionError(f"{of.origin}: 'tilt' is the scene's live load: take it away")
+    own = of.shaken_by.vertical if of.shaken_by else 0.0
+    ratios = [own] if vertical is None else list(np.atleast_1d(vertical).tolist())
+    if not ratios:
+        raise OptionError("'vertical' is one number or several (found none)")
+    angles = _angles(every)
+    pushes: list[Any] = ["left", "right"] if of.dimension == 2 else list(angles)
+    quakes = [Earthquake(direction=push, vertical=ratio) for ratio, push in itertools.product(ratios, pushes)]
+    scenes = {str(quake): shaken(of, quake) for quake in quakes}
+    return Directions(solve_all(scenes, method, progress, phases, **options))
+
+
+def _angles(every: float) -> list[float]:
+    if isinstance(every, bool) or not isinstance(every, int | float) or not 360 / _MOST <= every <= 360:
+        raise OptionError(f"'every' is an angle from {360 / _MOST:g} to 360 degrees (found {every!r})")
+    return [float(f"{place * every:.12g}") for place in range(int(np.ceil(360 / every - 1e-9)))]

@@ -1,0 +1,1 @@
+"""Supports that settle: the reactions with which a scene stands."""

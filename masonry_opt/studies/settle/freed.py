@@ -1,0 +1,74 @@
+"""A scene whose supports can move in one direction, pushed there by nothing but a live load on them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from masonry_opt.problem.assembly import Assembly, with_supports_freed
+from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
+from masonry_opt.scene.scene import Scene
+
+
+def freed(
+    assembly: Assembly, supports: np.ndarray, direction: np.ndarray, push: float, turns: bool
+) -> Assembly:
+    """Assembly in which supports move in one direction at a common rate.
+
+    The supports are blocks without weight, held by forces without limits: across the direction, against
+    rotation, and, of several, on each other along it. The live load is the push, along the direction, shared
+    by them: the scene's own live loads are left out.
+
+    Parameters
+    ----------
+    supports: indices of fixed blocks, shape (k,).
+    direction: unit vector, shape (2,) or (3,).
+    push: sum of the live forces along the direction, in the case's unit of force.
+    turns: whether each support can turn about its centroid.
+    """
+    force = push / len(supports) * direction
+    restraints = _restraints(assembly, supports, direction, turns)
+    return with_supports_freed(assembly, _pushed(assembly.scene, supports, force), force, restraints)
+
+
+def _pushed(scene: Scene, supports: np.ndarray, force: np.ndarray) -> Scene:
+    """The scene with supports that can move, and no live loads but those on them."""
+    none = (0.0,) * scene.dimension
+    still: dict[str, Any] = {"live": none, "live_per_weight": none, "live_at": None}
+    blocks = []
+    for number, block in enumerate(scene.blocks):
+        given = still | ({"live_moment": none} if scene.dimension == 3 else {})
+        if number in supports:
+            given |= {"fixed": False, "weight": 0.0, "unit_weight": None, "live": tuple(force.tolist())}
+        blocks.append(block.model_copy(update=given))
+    loads = [load.model_copy(update={"live": None, "live_moment": None}) for load in scene.loads]
+    nothing = {"pressure": None, "force": (0.0, 0.0)}
+    edge_loads = [
+        load if load.kind == "dead" else load.model_copy(update=nothing) for load in scene.edge_loads
+    ]
+    changes = {"blocks": blocks, "loads": loads, "edge_loads": edge_loads}
+    none_else: dict[str, Any] = {"tilt": None, "earthquake": None, "load_cases": [], "axles": []}
+    return scene.under(None).model_copy(update=changes | none_else)
+
+
+def _restraints(
+    assembly: Assembly, supports: np.ndarray, direction: np.ndarray, turns: bool
+) -> list[LimitedForce]:
+    dimension = len(direction)
+    across = np.linalg.svd(direction[None])[2][1:]
+    # Moments at a usual lever, so that all are forces of one size whatever the units.
+    couples = assembly.problem.length_unit * np.eye(1 if dimension == 2 else 3)
+    found: list[LimitedForce] = []
+    before = None
+    for support in supports.tolist():
+        name, point = assembly.scene.blocks[support].name, assembly.geometry.centroid[support]
+        held = [Action(support, point, unit) for unit in across]
+        if not turns:
+            held += [Action(support, point, np.zeros(dimension), couple) for couple in couples]
+        found += [LimitedForce(Role.SUPPORT, name, (each,)) for each in held]
+        if before is not None:
+            together = before, Action(support, point, direction)
+            found.append(LimitedForce(Role.SUPPORT, name, together))
+        before = Action(support, point, -direction)
+    return found

@@ -1,0 +1,92 @@
+"""Random scenes under fill, and held by ties and props, each from its seed."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+from atlas.random_scenes import random_scene
+from atlas.random_scenes_in_space import random_scene_in_space
+
+from masonry_opt.scene.blocks import Block
+from masonry_opt.scene.fill import Fill
+from masonry_opt.scene.joints import JointDefaults
+from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.ties import GROUND, Prop, Tie
+
+
+def filled(seed: int) -> Scene:
+    """Two to six stacks side by side, half of them with sloping tops, below a road that bends."""
+    rng = np.random.default_rng(seed)
+    x = np.append(0, np.cumsum(rng.uniform(0.4, 1.5, rng.integers(2, 7))))
+    blocks = []
+    for stack, (left, right) in enumerate(itertools.pairwise(x)):
+        low, count = 0.0, int(rng.integers(1, 4))
+        for course in range(count):
+            high = low + rng.uniform(0.3, 1.0)
+            slope = rng.uniform(-0.2, 0.4) if course == count - 1 and rng.random() < 0.5 else 0.0
+            corners = [(left, low), (right, low), (right, high + slope), (left, high)]
+            live = (float(rng.normal()), -float(rng.random()))
+            blocks.append(Block(name=f"{stack}-{course}", vertices=corners, unit_weight=20.0, live=live))
+            low = high
+    ground = [(-3, -1), (x[-1] + 3, -1), (x[-1] + 3, 0), (-3, 0)]
+    start, end = rng.uniform(-2, x[1]), rng.uniform(x[-2], x[-1] + 2)
+    road = [(at, rng.uniform(3.5, 4.2)) for at in (start, rng.uniform(start, end), end)]
+    fill = Fill(
+        road=road,
+        unit_weight=rng.uniform(10, 22),
+        friction_angle=rng.uniform(20, 40),
+        mobilised=rng.uniform(0.3, 1.0),
+    )
+    return Scene(
+        joints=JointDefaults(friction=float(rng.uniform(0.4, 0.8))),
+        blocks=[*blocks, Block(name="ground", vertices=ground, fixed=True)],
+        fills=[fill],
+    )
+
+
+def held(kind: str, seed: int, space: bool = False) -> Scene:
+    """A random scene (of kind "filled" one under fill) with one to four ties and props between the middles of
+    blocks, or a block and a point of the ground; of strengths about the mean weight, some of them stressed or
+    without limit."""
+    if kind == "filled":
+        scene = filled(seed)
+    else:
+        scene = (random_scene_in_space if space else random_scene)(kind, seed)
+    rng = np.random.default_rng([7, seed])
+    free = [block for block in scene.blocks if not block.fixed]
+    middles = {block.name: np.array(_corners(block)).mean(axis=0) for block in free}
+    size = np.ptp(list(middles.values()), axis=0).max() or 1.0
+    weight = _mean_weight(scene)
+    ties, props = [], []
+    for _ in range(rng.integers(1, 5)):
+        first = str(rng.choice(list(middles)))
+        others = [name for name in middles if name != first]
+        if others and rng.random() < 0.5:
+            second = str(rng.choice(others))
+            far = middles[second]
+        else:
+            second = GROUND
+            direction = rng.normal(size=len(middles[first]))
+            far = middles[first] + size * direction / np.linalg.norm(direction)
+        at = tuple(middles[first].tolist()), tuple(far.tolist())
+        strength = None if rng.random() < 0.2 else weight * float(math.exp(rng.normal()))
+        if rng.random() < 0.6:
+            prestress = float(rng.uniform(0, 0.2)) * (strength or weight) * bool(rng.random() < 0.4)
+            ties.append(Tie(between=(first, second), at=at, strength=strength, prestress=prestress))
+        else:
+            props.append(Prop(between=(first, second), at=at, strength=strength))
+    return scene.model_copy(update={"ties": ties, "props": props})
+
+
+def _corners(block: object) -> list[tuple[float, ...]]:
+    return list(block.vertices)  # type: ignore[attr-defined]
+
+
+def _mean_weight(scene: Scene) -> float:
+    from masonry_opt.problem.assembly import assemble
+
+    assembly = assemble(scene)
+    problem = assembly.problem
+    return float(problem.force_sizes(problem.dead).mean() * problem.force_unit)

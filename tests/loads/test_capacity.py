@@ -1,0 +1,379 @@
+"""The capacity curve: closed forms by hand, arches by a second program, work, symmetry, and what stops it."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+
+import numpy as np
+import pytest
+from four_bar import Body, load_factors
+from mappings import mapped, mirrored, turned
+from scenes import CASES, block_on_floor, run_command
+
+import masonry_opt as mo
+from masonry_opt.answer.reasons import Code
+from masonry_opt.errors import NoLoadFactorError, OptionError
+
+ROUGH = float("inf")
+SPECTRUM = ((0.0, 0.2), (0.15, 0.5), (4.0, 0.03))
+#: Of a curve against a closed form.
+CLOSE = 1e-9
+
+
+def followed(scene: mo.Scene, **options) -> mo.Capacity:
+    return mo.capacity(mo.solve(scene, "static"), **options)
+
+
+@pytest.mark.parametrize(("b", "h"), [(1.0, 2.0), (0.3, 2.0), (2.0, 1.0)])
+def test_a_rocking_block(b, h):
+    """About the corner the weight's lever is (b cos θ − h sin θ)/2, that of λ W (h cos θ + b sin θ)/2."""
+    curve = followed(block_on_floor(b, h, friction=3.0))
+    theta, λ = curve.table["rotation"].to_numpy(), curve.table["load_factor"].to_numpy()
+    assert len(λ) > 30
+    np.testing.assert_allclose(λ, (b - h * np.tan(theta)) / (h + b * np.tan(theta)), atol=CLOSE)
+    assert theta[-1] == pytest.approx(math.atan(b / h), abs=CLOSE)
+    # The centroid comes to lie above the corner.
+    assert curve.displacement == pytest.approx(b / 2, abs=CLOSE)
+    assert curve.end.code is Code.REACHES_ZERO
+    assert λ[-1] == 0.0
+
+
+def test_a_rocking_frame():
+    """Columns and the beam on them move in one direction, tan(α − θ) upwards for 1 sideways: λ, whatever they
+    weigh (Makris & Vassiliou 2013). More hinges than forces need: four of two bodies each."""
+    curve = followed(mo.load(CASES / "makris_vassiliou" / "rocking_frame.toml"))
+    theta = curve.table["rotation"].to_numpy()
+    np.testing.assert_allclose(curve.table["load_factor"], np.tan(math.atan(1 / 4) - theta), atol=1e-8)
+    assert curve.reaches_zero
+
+
+def test_a_dead_load_on_its_top_goes_with_it():
+    """N at x on the top: λ W (h c + b s)/2 = W (b c − h s)/2 + N ((b − x) c − h s), by a load at a point, by
+    N/b along the edge, and by one that grows along it, whose resultant is at 2b/3."""
+    b, h, N = 1.0, 2.0, 1.5
+    edge = {"start": (0, h), "end": (b, h)}
+    for dead, at in (
+        ({"loads": [mo.Load(block="A", dead=(0, -N), at=(b / 2, h))]}, b / 2),
+        ({"edge_loads": [mo.EdgeLoad(force=(0, -N / b), **edge)]}, b / 2),
+        ({"edge_loads": [mo.EdgeLoad(pressure=(0, 2 * N / b), **edge)]}, 2 * b / 3),
+    ):
+        curve = followed(block_on_floor(b, h, friction=3.0).model_copy(update=dead))
+        theta = curve.table["rotation"].to_numpy()
+        s, c = np.sin(theta), np.cos(theta)
+        exact = ((b * c - h * s) / 2 + N * ((b - at) * c - h * s)) / ((h * c + b * s) / 2)
+        np.testing.assert_allclose(curve.table["load_factor"], exact, atol=CLOSE)
+
+
+def struts(length: float, t: float = 0.3, h: float = 1.5, N: float = 2.0) -> mo.Scene:
+    """Two blocks on each other between floors: pushed to the right by their weights, N on top, and the top
+    held by a weightless strut of some length."""
+    at = t + length
+    return mo.Scene(
+        joints=mo.JointDefaults(friction=5.0),
+        blocks=[
+            mo.Block(name="floor", vertices=[(-1, -1), (t + 1, -1), (t + 1, 0), (-1, 0)], fixed=True),
+            mo.Block(name="lower", vertices=[(0, 0), (t, 0), (t, h), (0, h)], weight=1, live=(1, 0)),
+            mo.Block(
+                name="upper",
+                vertices=[(0, h), (t, h), (t, 2 * h), (0, 2 * h)],
+                weight=1,
+                live=(1, 0),
+                dead=(0, -N),
+                dead_at=(t / 2, 2 * h),
+            ),
+            mo.Block(
+                name="strut",
+                vertices=[(t, 2 * h - 0.1), (at, 2 * h - 0.1), (at, 2 * h), (t, 2 * h)],
+                weight=0,
+            ),
+            mo.Block(name="wall", vertices=[(at, 0), (at + 1, 0), (at + 1, 4 * h), (at, 4 * h)], fixed=True),
+        ],
+        tolerance=1e-9,
+    )
+
+
+def stretches(curve: mo.Capacity) -> list[range]:
+    """Rows between events, these among them."""
+    events = [0, *np.flatnonzero(curve.table["event"] != ""), len(curve.table) - 1]
+    return [range(first, last + 1) for first, last in itertools.pairwise(events) if last > first]
+
+
+def by_second_program(curve: mo.Capacity, order: list[str], rows: range) -> np.ndarray:
+    """λ of four bars at the rotations that the first body has in these rows; blocks from ground to ground."""
+    assembly, joints = curve.result.assembly, curve.result.assembly.joints
+    names, block = assembly.names(assembly.movable), {each.name: each for each in assembly.scene.blocks}
+    centre = assembly.geometry.centroid[assembly.movable] + assembly.geometry.origin
+    state, touch = curve.joints(rows[0]), curve.steps[rows[0]].touch
+    at_rest = np.where(touch[:, :1], joints.start, joints.end) + assembly.geometry.origin
+    place = {
+        frozenset((row.first, row.second)): complex(*at_rest[row.Index])
+        for row in state.itertuples()
+        if row.state == "hinged"
+    }
+    pairs = [frozenset(pair) for pair in itertools.pairwise(order)]
+    cuts = [number for number, pair in enumerate(pairs) if pair in place]
+    bodies = []
+    for first, last in itertools.pairwise(cuts):
+        forces = []
+        for name in order[first + 1 : last + 1]:
+            own, centroid = block[name], centre[names.index(name)]
+            down, push = np.array(assembly.scene.down), np.array(own.live_per_weight)
+            forces += [
+                (own.weight_at or centroid, own.weight * down, own.weight * push),
+                (own.dead_at or centroid, own.dead, (0, 0)),
+                (own.live_at or centroid, (0, 0), own.live),
+            ]
+        at, dead, live = (np.array([complex(*one[kind]) for one in forces]) for kind in range(3))
+        bodies.append(Body(at, dead, live))
+    first_block = names.index(order[cuts[0] + 1])
+    turns = np.array([curve.poses(row)[first_block, 2] for row in rows])
+    return load_factors(np.array([place[pairs[cut]] for cut in cuts]), bodies, turns)
+
+
+def ideal(theta: np.ndarray, t: float, h: float, k: float, N: float, W: float = 1.0) -> np.ndarray:
+    """λ of the wall whose top is held in place sideways, at height k above the middle on its outer corner.
+
+    The lower block turns by θ outwards about its outer corner T at the foot, the upper one back by φ about
+    the inner end M of the joint between. M = T + (h s − t c, t s + h c), and k sin φ − t cos φ = h s − t c
+    keeps the top above T. λ by virtual work of weights W, N on the middle of the top, and λ W sideways."""
+    s, c = np.sin(theta), np.cos(theta)
+    phi = np.arcsin((h * s - t * c) / math.hypot(k, t)) + math.atan2(t, k)
+    sf, cf = np.sin(phi), np.cos(phi)
+    rate = (h * c + t * s) / (k * cf + t * sf)
+    mx, my = h * c + t * s, t * c - h * s  # of M
+    sideways = W * mx / 2 + W * (mx - rate * (t * sf + h * cf) / 2)
+    of_upper = rate * (t * cf - h * sf) / 2
+    upwards = W * my / 2 + W * (my + of_upper) + N * (my + rate * (t / 2 * cf - h * sf))
+    return upwards / sideways
+
+
+def test_a_wall_of_two_blocks_between_floors():
+    """By the second program, which comes to the ideal as the strut grows; then the strut bears no more."""
+    t, h, N = 0.3, 1.5, 2.0
+    order, k = ["floor", "lower", "upper", "strut", "wall"], h - 0.1
+    for length, near in ((2.0, 0.1), (20.0, 0.01)):
+        curve = followed(struts(length, t, h, N))
+        λ, theta = (
+            curve.table["load_factor"].to_numpy(),
+            -np.array([curve.poses(i)[0, 2] for i in range(len(curve.table))]),
+        )
+        np.testing.assert_allclose(λ, by_second_program(curve, order, range(len(λ))), atol=1e-8)
+        assert np.abs(λ - ideal(theta, t, h, k, N)).max() < near * λ[0]
+        assert curve.end.code is Code.BRANCHES
+    # Until there λ has come down to a sixth.
+    assert λ[-1] < λ[0] / 6
+
+
+def arch(**live) -> mo.Scene:
+    ring = mo.Arch(radius=10, angles=(157.5, 22.5), thickness=1.5, voussoirs=15, unit_weight=1, **live)
+    return mo.Scene(joints=mo.JointDefaults(friction=2.0), blocks=ring.blocks())
+
+
+@pytest.mark.parametrize(
+    "live",
+    [{"live_per_weight": (1, 0)}, {"point_loads": [mo.PointLoad(voussoir=4, force=(0, -10))]}],
+    ids=["sideways", "on a haunch"],
+)
+def test_arches_by_a_second_program(live):
+    """Between events, where four joints hinge; the path itself finds which."""
+    curve = followed(arch(**live))
+    blocks = [block.name for block in curve.result.assembly.scene.blocks]
+    supports = [block.name for block in curve.result.assembly.scene.blocks if block.fixed]
+    order = [supports[0], *(name for name in blocks if name not in supports), supports[1]]
+    λ, compared = curve.table["load_factor"].to_numpy(), 0
+    for rows in stretches(curve):
+        if (curve.joints(rows[0])["state"] == "hinged").sum() == 4:
+            np.testing.assert_allclose(λ[list(rows)], by_second_program(curve, order, rows), atol=1e-7 * λ[0])
+            compared += len(rows)
+    assert compared > 30
+    assert curve.reaches_zero
+
+
+@pytest.mark.parametrize(
+    "case", ["oppenheim/seven_voussoirs", "makris_alexakis/vertical_cuts", "pippard_ashby/rib"]
+)
+def test_the_live_load_does_the_work_that_the_dead_load_takes(case):
+    """−∫ λ dW_live = W_dead along the path, through its events; by trapezoids, whose error is quartered by
+    steps of half the length."""
+    off = []
+    for steps in (20, 80):
+        table = followed(mo.load(CASES / f"{case}.toml"), steps=steps).table
+        λ, live = table["load_factor"].to_numpy(), table["live_work"].to_numpy()
+        done = ((λ[1:] + λ[:-1]) / 2 * np.diff(live)).sum()
+        dead = table["dead_work"].iloc[-1]
+        off.append(abs(done + dead) / abs(dead))
+    assert off[1] < off[0] / 8
+    assert off[1] < 5e-4
+
+
+@pytest.mark.parametrize(
+    ("mapping", "scales"),
+    [
+        ({"point": mirrored, "force": mirrored}, (1, 1)),
+        ({"point": turned(0.7), "force": turned(0.7)}, (1, 1)),
+        ({"point": lambda v: (1000 * v[0] + 5000, 1000 * v[1]), "length": 1000}, (1000, 1)),
+        ({"dead": 1e3, "live": 1e3}, (1, 1e3)),
+        ({"live": 0.5}, (1, 0.5)),
+        ({"order": np.arange(9)[::-1]}, (1, 1)),
+    ],
+    ids=["mirrored", "turned", "in millimetres", "in newtons", "half the live load", "other order"],
+)
+def test_the_curve_does_not_depend_on_axes_and_units(mapping, scales):
+    scene = mo.load(CASES / "oppenheim" / "seven_voussoirs.toml")
+    before, after = (followed(one, steps=8).table for one in (mapped(scene), mapped(scene, **mapping)))
+    length, force = scales
+    # Steps in between are some way along: at events all agrees.
+    before, after = (table[(table["event"] != "") | (table.index == 0)] for table in (before, after))
+    assert list(after["event"]) == list(before["event"])
+    λ = mapping.get("dead", 1.0) / mapping.get("live", 1.0)
+    for column, scale in {
+        "displacement": length,
+        "rotation": 1.0,
+        "load_factor": λ,
+        "dead_work": length * mapping.get("dead", 1.0),
+        "live_work": length * force,
+    }.items():
+        top = np.abs(before[column]).max() * scale
+        np.testing.assert_allclose(after[column], scale * before[column], atol=1e-6 * top)
+
+
+def test_blocks_that_meet_end_the_curve():
+    """A block of height h rocks towards a wall at a distance g from its foot: they meet where h sin θ = g."""
+    g, h = 0.2, 2.0
+    scene = block_on_floor(1.0, h, friction=3.0)
+    wall = mo.Block(name="wall", vertices=[(1 + g, 0), (2, 0), (2, 3), (1 + g, 3)], fixed=True)
+    curve = followed(scene.model_copy(update={"blocks": [*scene.blocks, wall]}))
+    assert curve.end.code is Code.BLOCKS_MEET
+    assert curve.end.values["blocks"] == ["A", "wall"]
+    assert curve.table["rotation"].iloc[-1] == pytest.approx(math.asin(g / h), rel=1e-4)
+    assert curve.displacement is None
+
+
+@pytest.mark.parametrize(
+    ("scene", "code"),
+    [
+        (block_on_floor(friction=0.4), Code.JOINTS_SLIDE),
+        ("gilbert/two_blocks", Code.NOT_HINGING),
+        ("closed_forms/keystone", Code.BRANCHES),
+    ],
+    ids=["slides", "below the associative", "comes free"],
+)
+def test_what_has_no_finite_motion_stops_at_the_onset(scene, code):
+    scene = mo.load(CASES / f"{scene}.toml") if isinstance(scene, str) else scene
+    curve = mo.capacity(mo.solve(scene, expected=False))
+    assert curve.end.code is code
+    assert (len(curve.table), curve.reaches_zero, curve.displacement) == (1, False, None)
+    assert curve.table["load_factor"][0] == curve.load_factor
+    with pytest.raises(NoLoadFactorError):
+        curve.check([(0, 0.1), (9, 0.1)])
+
+
+def test_sliding_on_the_way_stops_there():
+    curve = followed(mo.load(CASES / "examples" / "segmental_arch_on_columns.toml"))
+    assert curve.end.code is Code.JOINTS_SLIDE
+    assert curve.table["event"].iloc[-1] == str(Code.JOINTS_SLIDE)
+    assert 0 < curve.table["load_factor"].iloc[-1] < curve.load_factor
+
+
+def test_what_it_is_not_for_is_refused():
+    rocks = mo.solve(block_on_floor(friction=3.0), "static")
+    strength = mo.JointDefaults(friction=3.0, strength=50.0)
+    tie = mo.Tie(between=("A", "ground"), at=((0.5, 1.5), (-4, 1.5)), strength=0.1)
+    for scene, word in (
+        (mo.extrude(block_on_floor(friction=3.0), 0.5), "solids"),
+        (block_on_floor().model_copy(update={"joints": strength}), "strength"),
+        (block_on_floor(friction=3.0).model_copy(update={"ties": [tie]}), "ties"),
+    ):
+        with pytest.raises(OptionError, match=word):
+            mo.capacity(mo.solve(scene, "static"))
+    for options in (
+        {"block": "B"},
+        {"point": (0, 1)},
+        {"steps": 1},
+        {"steps": True},
+        {"block": "A", "point": (1, 0)},
+        {"block": "A", "point": (1,)},
+        {"block": "A", "point": ("1", "high")},
+        {"block": "A", "point": (math.nan, 1)},
+    ):
+        with pytest.raises(OptionError):
+            mo.capacity(rocks, **options)
+    with pytest.raises(NoLoadFactorError):
+        mo.capacity(mo.solve(block_on_floor(live=(0, -1)), "static"))
+    for row in (1000, "last"):
+        with pytest.raises(OptionError, match="row"):
+            mo.capacity(rocks).plot(row)
+
+
+def test_a_control_point_of_choice():
+    """The middle of the top: from b/2 before the corner and h above it to where λ = 0."""
+    b, h = 1.0, 2.0
+    curve = followed(block_on_floor(b, h, friction=3.0), block="A", point=(b / 2, h))
+    theta = curve.table["rotation"].to_numpy()
+    exact = h * np.sin(theta) - b / 2 * (np.cos(theta) - 1)
+    np.testing.assert_allclose(curve.table["displacement"], exact, atol=CLOSE)
+
+
+def test_the_command(monkeypatch, capsys, tmp_path):
+    case = CASES / "oppenheim" / "seven_voussoirs.toml"
+    (tmp_path / "spectrum.csv").write_text("# T, S_e\n" + "\n".join(f"{T},{a}" for T, a in SPECTRUM))
+    picture = tmp_path / "curve.svg"
+    code, out, _ = run_command(
+        monkeypatch,
+        capsys,
+        "capacity",
+        case,
+        "--json",
+        "--plot",
+        picture,
+        "--spectrum",
+        tmp_path / "spectrum.csv",
+    )
+    told = json.loads(out)
+    assert code == 0
+    assert picture.stat().st_size > 1000
+    assert told["load_factor"] == pytest.approx(0.37, abs=1e-4)
+    assert (told["reaches_zero"], told["end"]) == (True, {"code": "reaches zero"})
+    assert told["displacement"] == told["curve"][-1]["displacement"] > 0
+    assert [row["event"] for row in told["curve"] if row["event"]] == [
+        "joint opens",
+        "joint closes",
+        "reaches zero",
+    ]
+    assert set(told["check"]) == set(mo.KinematicCheck.__dataclass_fields__)
+    assert run_command(monkeypatch, capsys, "capacity", case, "--table")[0] == 0
+    sliding = CASES / "gilbert" / "two_blocks.toml"
+    assert run_command(monkeypatch, capsys, "capacity", sliding)[0] == 1
+    spectrum = tmp_path / "spectrum.csv"
+    spectrum.write_text("# T, S_e\n0,0.2\nT;S_e\n")
+    status, _, said = run_command(monkeypatch, capsys, "capacity", case, "--spectrum", spectrum)
+    assert (status, "spectrum.csv: line 3:" in said) == (2, True)
+    for wrong in (
+        ["--point", "1"],
+        ["--spectrum", "none"],
+        ["--plot", "a.b"],
+    ):
+        assert run_command(monkeypatch, capsys, "capacity", case, *wrong)[0] == 2
+
+
+def test_a_curve_that_ends_at_the_onset_shows_a_point():
+    curve = mo.capacity(mo.solve(CASES / "gilbert" / "two_blocks.toml"))
+    (axes,) = curve.plot().axes
+    assert len(curve.table) == 1
+    assert [line.get_marker() for line in axes.lines if len(line.get_xdata()) == 1][-1] == "o"
+
+
+def test_pictures_show_the_curve_and_the_blocks_displaced(tmp_path):
+    curve = followed(arch(live_per_weight=(1, 0)))
+    (axes,) = curve.plot().axes
+    assert (axes.get_ylabel(), len(axes.lines[0].get_xdata())) == ("load factor λ", len(curve.table))
+    drawn = curve.plot(row=-1).axes[0]
+    corners = np.concatenate([path.vertices for group in drawn.collections for path in group.get_paths()])
+    hinges = curve.joints(-1).query("state == 'hinged'")[["x", "y"]].to_numpy()
+    apart = np.hypot(*(corners[None] - hinges[:, None]).transpose(2, 0, 1)).min(axis=1)
+    assert apart.max() < 1e-9
+    curve.save(tmp_path / "row.png", row=3)
+    with pytest.raises(OptionError):
+        curve.save(tmp_path / "row.html")

@@ -1,0 +1,134 @@
+"""Earthquakes against closed forms derived here: their vertical part, masses beside weights, space.
+
+A block of weight W, base b and height h on a plane, pushed by λ W sideways and by r λ W along gravity, is
+pressed on its base by N = W (1 + r λ). It turns about an edge where λ W h/2 = N b/2, and slides where
+λ W = μ N:
+
+    λ = min(b / (h − r b), μ / (1 − r μ))
+
+A mass m at height y over the middle that is no dead load pushes too: λ (W h/2 + m y − r (W + m) b/2) = W b/2.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scenes import block_on_floor
+from scenes_in_space import box_on_floor, corner_wall
+from scipy.spatial.transform import Rotation
+from space.mappings_in_space import mapped
+
+import masonry_opt as mo
+from masonry_opt.scene.load_cases import shaken
+
+
+def quake(scene: mo.Scene, method: str = "mcp", **keys: object) -> float:
+    return mo.solve(shaken(scene, mo.Earthquake(**keys)), method, expected=False).required()
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+@pytest.mark.parametrize("vertical", [-0.5, 0.0, 0.4])
+@pytest.mark.parametrize(("width", "height", "friction"), [(1.0, 3.0, 0.6), (4.0, 1.0, 0.6)])
+def test_a_block_on_a_plane(width, height, friction, vertical, side):
+    scene = block_on_floor(width, height, friction)
+    turns = width / (height - vertical * width) if height > vertical * width else math.inf
+    slides = friction / (1 - vertical * friction)
+    found = quake(scene, direction=side, vertical=vertical)
+    assert found == pytest.approx(min(turns, slides), rel=1e-9)
+
+
+def test_a_design_coefficient_makes_the_load_factor_one_on_it():
+    scene = block_on_floor(1.0, 3.0)
+    assert quake(scene, direction="left", coefficient=0.15) == pytest.approx(1 / 3 / 0.15, rel=1e-9)
+
+
+@pytest.mark.parametrize("vertical", [-0.3, 0.0, 0.3])
+def test_a_mass_that_is_no_dead_load(vertical):
+    width, height, mass, at = 1.0, 3.0, 0.7, 2.5
+    load = mo.Load(block="A", mass=mass, at=(width / 2, at))
+    scene = block_on_floor(width, height).model_copy(update={"loads": [load]})
+    resisted = width / 2
+    driven = height / 2 + mass * at - vertical * (1 + mass) * width / 2
+    assert quake(scene, direction="right", vertical=vertical) == pytest.approx(resisted / driven, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("load", "mass"),
+    [
+        (mo.Load(block="A", dead=(0.2, -2.0), at=(0.5, 3.0)), 2.0),  # what is along gravity
+        (mo.Load(block="A", dead=(0.2, -2.0), at=(0.5, 3.0), mass=0.0), 0.0),
+        (mo.Load(block="A", dead=(0.2, -2.0), at=(0.5, 3.0), mass=0.8), 0.8),
+        (mo.EdgeLoad(start=(0, 3), end=(1, 3), force=(0.2, -2.0)), 2.0),
+        (mo.EdgeLoad(start=(0, 3), end=(1, 3), force=(0.2, -2.0), mass=0.8), 0.8),
+        (mo.EdgeLoad(start=(0, 3), end=(1, 3), pressure=2.0), 0.0),  # of water, or earth
+        (mo.EdgeLoad(start=(0, 3), end=(1, 3), pressure=2.0, mass=0.8), 0.8),
+    ],
+)
+def test_dead_loads_that_are_mass_and_those_that_are_none(load, mass):
+    """About the right edge: λ (W h/2 + m h) = (W + F) b/2 − H h, F and H the load's own parts."""
+    key = "loads" if isinstance(load, mo.Load) else "edge_loads"
+    scene = block_on_floor(1.0, 3.0).model_copy(update={key: [load]})
+    aside = 0.0 if getattr(load, "pressure", None) else 0.2
+    found = quake(scene, direction="right")
+    assert found == pytest.approx((1.5 - 3 * aside) / (1.5 + 3 * mass), rel=1e-9)
+
+
+def over_direction(size, friction, vertical, degrees):
+    """A box turns about the edge that its push leads over: with N = W (1 + r λ) the force meets the base at
+    λ W h/2 / N from its middle, so λ = bᵢ / (h |eᵢ| − r bᵢ) about an edge across eᵢ."""
+    a, b, height = size
+    angle = math.radians(degrees)
+    levers = ((a, abs(math.cos(angle))), (b, abs(math.sin(angle))))
+    turns = [w / (height * e - vertical * w) for w, e in levers if height * e > vertical * w + 1e-9]
+    return min(friction / (1 - vertical * friction), *turns)
+
+
+def test_the_polar_chart_of_a_box(tmp_path):
+    size, friction = (2.0, 1.0, 3.0), 0.55
+    found = mo.directions(
+        box_on_floor(size, friction), "static", every=22.5, vertical=(0.0, -0.3), solver="clarabel"
+    )
+    assert len(found.table) == 32
+    for row in found.table.itertuples():
+        expected = over_direction(size, friction, row.vertical, row.direction)
+        assert row.load_factor == pytest.approx(expected, rel=1e-6), row
+    assert found.to_draw.assembly.scene.shaken_by == mo.Earthquake(direction=90.0, vertical=-0.3)
+    axes = found.plot().axes[0]
+    drawn = np.array(axes.lines[0].get_data())
+    assert axes.name == "polar"
+    assert drawn[:, -1] == pytest.approx(drawn[:, 0])  # once round
+    assert drawn[1, :-1] == pytest.approx(found.table["load_factor"][:16].to_numpy())
+    found.save(tmp_path / "polar.png")
+
+
+@pytest.mark.parametrize("degrees", [37.0, 200.0])
+def test_a_scene_turned_in_plan_with_its_earthquake_has_the_same_coefficient(degrees):
+    scene, turn = corner_wall(2, 2, 3), Rotation.from_euler("z", degrees, degrees=True).as_matrix()
+    turned = mapped(scene, turn)
+    for push in (20.0, 110.0):
+        before = quake(scene, "static", direction=push, vertical=-0.2)
+        assert quake(turned, "static", direction=push + degrees, vertical=-0.2) == pytest.approx(
+            before, rel=1e-7
+        )
+        vector = tuple((turn @ [math.cos(math.radians(push)), math.sin(math.radians(push)), -0.4]).tolist())
+        after = quake(turned, "static", direction=vector, vertical=-0.2)
+        assert after == pytest.approx(before, rel=1e-7)  # what of it is along gravity does not count
+
+
+def test_an_earthquake_is_the_push_by_weight_that_case_files_wrote_so_far():
+    scene = block_on_floor(1.0, 3.0, live=(0.0, 0.0), live_per_weight=(1.0, -0.3))
+    assert quake(scene, direction="right", vertical=0.3) == pytest.approx(
+        mo.solve(scene).load_factor, rel=1e-9
+    )
+
+
+def test_associative_coefficients_bound_a_convex_region():
+    """What is carried from two sides is carried from between, in proportion."""
+    found = mo.directions(corner_wall(2, 2, 3), "static", every=30).table
+    rays = np.radians(found["direction"].to_numpy(dtype=float))
+    tips = found["load_factor"].to_numpy() * np.array([np.cos(rays), np.sin(rays)])
+    along = np.roll(tips, -1, axis=1) - tips
+    turns = along[0] * np.roll(along[1], -1) - along[1] * np.roll(along[0], -1)
+    assert (turns > -1e-7).all()

@@ -1,0 +1,387 @@
+"""Fill: its weight by hand and by loads along edges, the edges it touches, and what it cannot lie on."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scenes import CASES, forces_of
+
+import masonry_opt as mo
+from masonry_opt.drawing.elements import result_elements
+from masonry_opt.drawing.found import counts
+from masonry_opt.problem.assembly import assemble
+from masonry_opt.words.summary import summary
+
+GAMMA = 2.0
+
+
+def block(name, vertices, weight=10.0, **keys):
+    return mo.Block(name=name, vertices=vertices, weight=weight, **keys)
+
+
+BASE = mo.Block(name="base", vertices=[(-3, -1), (9, -1), (9, 0), (-3, 0)], fixed=True)
+LOW = block("low", [(0, 0), (2, 0), (2, 1), (0, 1)])
+SLOPED = block("sloped", [(2, 0), (4, 0), (4, 1), (2, 2)])
+
+
+def fill(road, **keys):
+    return mo.Fill(road=road, unit_weight=GAMMA, **{"pressure": False} | keys)
+
+
+def scene(blocks, fills, **keys):
+    return mo.Scene(joints={"friction": 0.6}, blocks=[*blocks, BASE], fills=fills, **keys)
+
+
+def of_fill(made):
+    """Forces and moments of fill on the blocks: dead loads without the weights, shape (blocks, 3)."""
+    return forces_of(assemble(made)) - forces_of(assemble(made.model_copy(update={"fills": []})))
+
+
+def names(made):
+    assembly = assemble(made)
+    return [(made.blocks[piece.block].name, piece) for piece in assembly.filled_pieces]
+
+
+def test_weight_on_a_flat_and_an_inclined_edge():
+    """A level road at y = 3. On the flat edge γ 2 · 2 in its middle; on the slope depths from 1 to 2, so
+    γ 3 at ∫ x (1 + x/2) dx / 3 = 10 / 9 from its upper end. Centroid of the sloped block: 8 / 9."""
+    acting = of_fill(scene([LOW, SLOPED], [fill([(0, 3), (4, 3)])]))
+    expected = [[0, -4 * GAMMA, 0], [0, -3 * GAMMA, -3 * GAMMA * (10 / 9 - 8 / 9)]]
+    np.testing.assert_allclose(acting, expected, atol=1e-12)
+
+
+def test_weight_under_a_road_that_bends_and_ends_within_a_block():
+    """Road from (1, 2) over (3, 3) to (4, 2): depths on the flat edge 1 to 1.5, on the slope 0.5 to 1.5, then
+    1.5 to 1."""
+    acting = of_fill(scene([LOW, SLOPED], [fill([(1, 2), (3, 3), (4, 2)])], thickness=0.5))
+    weight = 0.5 * GAMMA
+    flat = weight * 1.25 * (1 + (1 + 2 * 1.5) / (3 * 2.5) - 1)
+    rising, falling = weight * 1.0, weight * 1.25
+    at = 8 / 9
+    slope = rising * ((0.5 + 2 * 1.5) / (3 * 2.0) - at) + falling * (1 + (1.5 + 2 * 1.0) / (3 * 2.5) - at)
+    expected = [[0, -1.25 * weight, -flat], [0, -(rising + falling), -slope]]
+    np.testing.assert_allclose(acting, expected, atol=1e-12)
+
+
+def arch_under(road, **keys):
+    arch = mo.Arch(span=3, rise=1, thickness=0.25, voussoirs=40, unit_weight=22)
+    ring = arch.blocks()
+    return mo.Scene(joints={"friction": 0.6}, blocks=ring, fills=[fill(road, **keys)])
+
+
+def test_weight_over_an_arch_is_the_area_between_road_and_extrados():
+    """Of the polygon between them, by its corners (the shoelace formula): the extrados is 40 chords."""
+    radius = (1.5**2 + 1) / 2 + 0.25
+    half = math.asin(1.5 / (radius - 0.25))
+    turns = np.linspace(-half, half, 41)
+    extrados = np.column_stack([radius * np.sin(turns), radius * np.cos(turns) + 1 - radius + 0.25])
+    road = [(extrados[0, 0], 1.5), (0.2, 1.8), (extrados[-1, 0], 1.6)]
+    x, y = np.array([*extrados, *road[::-1]]).T
+    area = abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
+    acting = of_fill(arch_under(road))
+    assert -acting[:, 1].sum() == pytest.approx(GAMMA * area, rel=1e-12)
+    assert not acting[:, 0].any()
+    # Its moment about the origin too: that of the polygon's centroid.
+    cross = x * np.roll(y, -1) - y * np.roll(x, -1)
+    about = (
+        GAMMA
+        * abs(((x + np.roll(x, -1)) * cross).sum() / 6)
+        * -np.sign(((x + np.roll(x, -1)) * cross).sum() * cross.sum())
+    )
+    assembly = assemble(arch_under(road))
+    at = assembly.geometry.centroid[assembly.movable, 0] + assembly.geometry.origin[0]
+    assert (acting[:, 2] + at * acting[:, 1]).sum() == pytest.approx(about, rel=1e-10)
+
+
+def test_many_loads_along_edges_come_to_the_same():
+    """A second formulation: the depth at both ends of each of n parts of every edge by hand, as uniform
+    `EdgeLoad`s of the mean. Depth is linear, so forces are the same at any n, and moments within 1 / n²."""
+    made = scene([LOW, SLOPED], [fill([(0, 2.5), (4, 4)])])
+    expected, off = of_fill(made), []
+    for n in (5, 20, 80):
+        loads = []
+        for start, end in (((0, 1), (2, 1)), ((2, 2), (4, 1))):
+            at = np.linspace(start, end, n + 1)
+            depth = 2.5 + 1.5 / 4 * at[:, 0] - at[:, 1]
+            mean = (depth[1:] + depth[:-1]) / 2 * 2 / math.dist(start, end)
+            loads += [
+                mo.EdgeLoad(start=tuple(a), end=tuple(b), force=(0, -GAMMA * each))
+                for a, b, each in zip(at[:-1].tolist(), at[1:].tolist(), mean.tolist(), strict=True)
+            ]
+        bare = made.model_copy(update={"fills": [], "edge_loads": loads})
+        acting = forces_of(assemble(bare)) - forces_of(assemble(bare.model_copy(update={"edge_loads": []})))
+        np.testing.assert_allclose(acting[:, :2], expected[:, :2], atol=1e-10)
+        off.append(np.abs(acting[:, 2] - expected[:, 2]).max())
+    assert off[0] / off[1] == pytest.approx(16, rel=1e-3)
+    assert off[1] / off[2] == pytest.approx(16, rel=1e-3)
+
+
+def test_the_edges_that_fill_touches():
+    """Tops, the step between the blocks, the free side of the last and the ground beside; not the other."""
+    made = scene([LOW, SLOPED], [fill([(0, 3), (5, 3)])])
+    found = [(name, (piece.ends + assemble(made).geometry.origin).tolist()) for name, piece in names(made)]
+    assert found == [
+        ("low", [[2, 1], [0, 1]]),
+        ("sloped", [[4, 1], [2, 2]]),
+        ("base", [[5, 0], [4, 0]]),
+        ("sloped", [[2, 2], [2, 1]]),
+        ("sloped", [[4, 0], [4, 1]]),
+    ]
+    assert [piece.depth.tolist() for _, piece in names(made)][-2:] == [[1, 2], [3, 2]]
+
+
+def test_a_wall_beside_a_road_is_touched_up_to_the_road():
+    """The road begins at the wall's face, lower than its top."""
+    wall = block("wall", [(0, 0), (1, 0), (1, 4), (0, 4)])
+    made = scene([wall], [fill([(1, 3), (3, 3)])])
+    (on_ground, on_face) = names(made)
+    assert on_ground[0] == "base"
+    assert on_face[0] == "wall"
+    assert on_face[1].depth.tolist() == [3, 0]
+
+
+def test_what_an_overhang_hides_is_not_touched():
+    """Below the cap there is no fill: neither on the foot nor against the shaft."""
+    shaft = block("shaft", [(0, 0), (1, 0), (1, 2), (0, 2)])
+    cap = block("cap", [(0, 2), (2, 2), (2, 3), (0, 3)])
+    made = scene([shaft, cap], [fill([(0, 4), (3, 4)])])
+    assert [name for name, _ in names(made)] == ["cap", "base", "cap"]
+
+
+def test_counted_and_told(tmp_path):
+    pushed = LOW.model_copy(update={"live": (1.0, 0.0)})
+    made = scene([pushed, SLOPED], [fill([(0, 3), (5, 3)], spread="2:1")])
+    mo.save(made, tmp_path / "a.toml")
+    assert mo.load(tmp_path / "a.toml") == made
+    told = summary(mo.solve(made, "static"))
+    assert "touches 5 edges; weighs 14 on 2 blocks" in told
+    assert "fill touches 5 edges; weighs 14" in str(mo.check(made))
+    assert "by 2:1" in told
+    assert "5 edges touched by fill" in counts(assemble(made))
+
+
+@pytest.mark.parametrize("part", ["weight", "spread", "pressure"])
+def test_each_part_can_be_switched_off(part):
+    keys = {"weight": True, "spread": 20.0, "pressure": True, "friction_angle": 35.0, "mobilised": 0.3}
+    made = scene([LOW], [fill([(0, 2), (2, 2)], **keys | {part: False})])
+    assert of_fill(made)[0, 1] == (0.0 if part == "weight" else pytest.approx(-2 * GAMMA))
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ({"unit_weight": 0.0}, ["'unit_weight'", "greater than 0"]),
+        ({"unit_weight": -1.0}, ["'unit_weight'"]),
+        ({"friction_angle": 0.0}, ["'friction_angle'", "greater than 0"]),
+        ({"friction_angle": 90.0}, ["'friction_angle'", "less than 90"]),
+        ({"mobilised": 1.1}, ["'mobilised'", "1 or less"]),
+        ({"mobilised": 0.05}, ["'mobilised'", "K_a"]),
+        ({"mobilised": None}, ["'mobilised'", "'pressure = false'"]),
+        ({"friction_angle": None}, ["'friction_angle'", "'pressure = false'"]),
+        ({"spread": 90.0}, ["'spread'", "2:1"]),
+        ({"spread": "3:1"}, ["'spread'", "2:1"]),
+        ({"spread": True}, ["'spread'", "2:1"]),
+        ({"road": [(0, 2)]}, ["'road'", "at least 2"]),
+        ({"road": [(2, 2), (0, 2)]}, ["'road'", "left to right"]),
+        ({"depth": 1.0}, ["unknown key 'depth'"]),
+    ],
+)
+def test_wrong_values_are_refused_by_name(keys, words):
+    right = {"road": [(0, 2), (2, 2)], "unit_weight": 18.0, "friction_angle": 30.0, "mobilised": 0.5}
+    mo.Fill(**right)
+    with pytest.raises(mo.CaseError) as error:
+        mo.Fill(**right | keys)
+    assert all(word in str(error.value) for word in words), str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("road", "words"),
+    [
+        ([(-5, 3), (2, 3)], ["fill no. 1", "nothing", "x = -5 to -3"]),
+        ([(-3, 2), (4, 2.5), (9, 0.5)], []),
+        ([(0, 3), (4, 0.5)], ["fill no. 1", "runs through block 'sloped'"]),
+        ([(5, 3), (8, 3)], ["fill no. 1", "no movable block"]),
+        ([(0, 1), (2, 1)], ["fill no. 1", "no movable block"]),
+    ],
+)
+def test_fill_above_nothing_and_roads_below_blocks_are_refused(road, words):
+    made = scene([LOW, SLOPED], [fill(road)])
+    if not words:
+        assert assemble(made).filled_pieces
+        return
+    with pytest.raises(mo.CaseError) as error:
+        assemble(made)
+    assert all(word in str(error.value) for word in words), str(error.value)
+
+
+def test_what_goes_with_no_fill():
+    flat = [fill([(0, 3), (2, 3)])]
+    with pytest.raises(mo.CaseError, match="lie above each other"):
+        scene([LOW], [*flat, fill([(1, 4), (2, 4)])])
+    scene([LOW, SLOPED], [*flat, fill([(2, 4), (4, 4)])])
+    with pytest.raises(mo.CaseError, match="straight down"):
+        scene([LOW], flat, gravity=(0.1, -1.0))
+    with pytest.raises(mo.CaseError, match="'fill' does not tilt"):
+        scene([LOW], flat, tilt="right")
+    unit = (0, 1)
+    solid = [mo.box("A", unit, unit, unit, weight=1.0), mo.box("base", unit, unit, (-1, 0), fixed=True)]
+    with pytest.raises(mo.CaseError, match="'fill' is for scenes in the plane"):
+        mo.Scene(joints={"friction": 0.6}, blocks=solid, fills=flat)
+    with pytest.raises(mo.OptionError, match="'fill' is for scenes in the plane"):
+        mo.extrude(scene([LOW], flat), 1.0)
+
+
+ANGLE, SHARE = 32.0, 0.4
+ACTIVE = (1 - math.sin(math.radians(ANGLE))) / (1 + math.sin(math.radians(ANGLE)))
+PASSIVE = SHARE / ACTIVE
+WIDTH, HEIGHT, DEEP, WEIGHT, THICK = 1.2, 2.5, 2.0, 40.0, 0.7
+
+
+def retaining(push, friction, **keys):
+    """A wall with fill to its right, up to a depth of ``DEEP``, pushed at the height of its centroid."""
+    corners = [(0, 0), (WIDTH, 0), (WIDTH, HEIGHT), (0, HEIGHT)]
+    wall = mo.Block(name="wall", vertices=corners, weight=WEIGHT, live=(push, 0.0))
+    made = mo.Fill(
+        road=[(WIDTH, DEEP), (5, DEEP)], unit_weight=GAMMA, friction_angle=ANGLE, mobilised=SHARE, **keys
+    )
+    return mo.Scene(joints={"friction": friction}, blocks=[wall, BASE], fills=[made], thickness=THICK)
+
+
+@pytest.mark.parametrize(
+    ("method", "keys"),
+    [
+        ("static", {"solver": "highs"}),
+        ("kinematic", {"solver": "highs"}),
+        ("nonassociative", {"solver": "highs"}),
+        ("mcp", {}),
+        ("refined", {}),
+    ],
+)
+@pytest.mark.parametrize("push", [-1.0, 1.0])
+@pytest.mark.parametrize("friction", [0.25, 0.9])
+def test_a_wall_that_retains_fill(push, friction, method, keys):
+    """E = γ t h² / 2 at a third of the depth. Pushed from the fill it holds against K_a E, pushed into it
+    with m K_p E: about the toe W b / 2 ± E h / 3 over H / 2, along the bed μ W ± E."""
+    whole = GAMMA * THICK * DEEP**2 / 2
+    earth = PASSIVE * whole if push > 0 else -ACTIVE * whole
+    overturns = (WEIGHT * WIDTH / 2 + earth * DEEP / 3) / (HEIGHT / 2)
+    slides = friction * WEIGHT + earth
+    found = mo.solve(retaining(push, friction), method, **keys)
+    assert found.load_factor == pytest.approx(min(overturns, slides), rel=1e-9)
+    assert (slides < overturns) == (friction < 0.5)
+
+
+def test_pressure_switched_off_leaves_the_wall_alone():
+    found = mo.solve(retaining(1.0, 0.25, pressure=False), "static")
+    assert found.load_factor == pytest.approx(0.25 * WEIGHT, rel=1e-9)
+
+
+def test_pressure_on_an_inclined_edge_acts_on_its_height_where_depth_has_its_centre():
+    """The slope from (4, 1) up to (2, 2) below a road at 3: depths 2 and 1, height 1: 1.5 γ, at the centre of
+    that trapezium."""
+    keys = {"pressure": True, "friction_angle": ANGLE, "mobilised": SHARE}
+    made = scene([LOW, SLOPED], [fill([(2, 3), (4, 3)], **keys)])
+    assembly = assemble(made)
+    (force,) = assembly.limited
+    (action,) = force.actions
+    assert (action.point + assembly.geometry.origin)[1] == pytest.approx(3 - (4 + 2 + 1) / 4.5, rel=1e-12)
+    assert action.force.tolist() == [-1.0, 0.0]
+    assert [force.lowest, force.highest] == pytest.approx([ACTIVE * GAMMA * 1.5, PASSIVE * GAMMA * 1.5])
+
+
+def test_pressure_balances_over_a_symmetric_arch():
+    """What the fill may press on mirrored voussoirs is the same, mirrored; level crowns are not pressed."""
+    keys = {"pressure": True, "friction_angle": ANGLE, "mobilised": SHARE}
+    road = [(-1.7, 1.5), (1.7, 1.5)]
+    assembly = assemble(arch_under(road, **keys))
+    limits = np.array([[each.lowest * each.actions[0].force[0], each.highest] for each in assembly.limited])
+    assert len(limits) == 40
+    np.testing.assert_allclose(limits[:, 0], -limits[::-1, 0], rtol=1e-9)
+    assert limits[0, 0] > 0  # the left half is pushed to the right
+
+
+def test_thin_fill_is_no_force_of_other_units():
+    """A road 1e-4 above the block: what little that weighs raises no warning."""
+    pushed = LOW.model_copy(update={"live": (1.0, 0.0)})
+    made = scene([pushed], [fill([(0, 1.0001), (2, 1.0001)])])
+    assert not mo.solve(made, "static").warnings
+
+
+BRIDGE = mo.load(CASES / "bridges" / "arch_with_fill.toml")
+
+
+def test_a_bridge_s_fill_by_edge_loads_and_loads_comes_to_the_same():
+    """A second formulation: what fill weighs as twenty uniform loads along each edge, what it presses as
+    loads of the blocks, as large as the first found them. Moments of steps are off by 1 / n²."""
+    found = mo.solve(BRIDGE, "static", solver="highs")
+    assembly, (earth,), n = found.assembly, BRIDGE.fills, 20
+    pressed = [each.actions[0] for each in assembly.limited]
+    loads = [
+        mo.Load(
+            block=BRIDGE.blocks[action.block].name,
+            dead=(force * action.force[0], 0.0),
+            at=tuple((action.point + assembly.geometry.origin).tolist()),
+        )
+        for action, force in zip(pressed, found.pressures["force"], strict=True)
+    ]
+    weighs = []
+    for piece in assembly.filled_pieces:
+        if not piece.area or BRIDGE.blocks[piece.block].fixed:
+            continue
+        at = np.linspace(*(piece.ends + assembly.geometry.origin), n + 1)
+        depth = np.linspace(*piece.depth, n + 1)
+        length = math.dist(at[0], at[-1]) / (at[0, 0] - at[-1, 0])
+        for a, b, mean in zip(at[:-1], at[1:], (depth[:-1] + depth[1:]) / 2, strict=True):
+            down = (0.0, -earth.unit_weight * mean / length)
+            weighs.append(mo.EdgeLoad(start=tuple(a.tolist()), end=tuple(b.tolist()), force=down))
+    by_hand = BRIDGE.model_copy(update={"fills": [], "loads": [*BRIDGE.loads, *loads], "edge_loads": weighs})
+    again = mo.solve(by_hand, "static", solver="highs")
+    assert again.load_factor == pytest.approx(found.load_factor, rel=1e-6)
+
+
+def test_a_bridge_in_a_mirror():
+    def mirrored(points):
+        return [(-x, y) for x, y in points][::-1]
+
+    blocks = [
+        block.model_copy(
+            update={
+                "vertices": mirrored(block.vertices),
+                "weight_at": mirrored([block.weight_at])[0] if block.weight_at else None,
+            }
+        )
+        for block in BRIDGE.blocks
+    ]
+    road = [(-5.0, 2.9), (0.5, 2.85), (5.0, 3.2)]
+    (earth,), (load,) = BRIDGE.fills, BRIDGE.loads
+    first = BRIDGE.model_copy(update={"fills": [earth.model_copy(update={"road": road})]})
+    fills = [earth.model_copy(update={"road": mirrored(road)})]
+    loads = [load.model_copy(update={"at": mirrored([load.at])[0]})]
+    second = BRIDGE.model_copy(update={"blocks": blocks, "fills": fills, "loads": loads})
+    one, other = (mo.solve(made, "static", solver="highs") for made in (first, second))
+    assert one.load_factor == pytest.approx(other.load_factor, rel=1e-9)
+
+
+def test_programs_gain_a_column_and_two_faces_for_each_face_that_is_pressed():
+    bare = assemble(BRIDGE.model_copy(update={"fills": []})).problem
+    for keys, faces in (({"pressure": False}, 0), ({}, 52)):
+        earth = BRIDGE.fills[0].model_copy(update=keys)
+        problem = assemble(BRIDGE.model_copy(update={"fills": [earth]})).problem
+        assert problem.B.shape == (bare.B.shape[0], bare.B.shape[1] + faces)
+        assert len(problem.slacks(np.zeros(problem.B.shape[1]))) == (
+            len(bare.slacks(np.zeros(bare.B.shape[1]))) + 2 * faces
+        )
+        assert (problem.B[:, : bare.B.shape[1]] != bare.B).nnz == 0
+
+
+def test_pictures_have_the_fill_and_what_it_presses():
+    result = mo.solve(BRIDGE, "static")
+    elements = result_elements(result)
+    names = {kind: {marks.name for marks in elements.shown(kind)} for kind in ("mechanism", "thrust")}
+    assert {"fill", "filled", "road"} <= names["mechanism"]
+    assert "earth" in names["thrust"]
+    (arrows,) = [marks for marks in elements.layers["thrust"] if marks.name == "earth"]
+    assert len(arrows.points) == len(result.pressures) == 52
+    assert result.ties.empty

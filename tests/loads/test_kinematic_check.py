@@ -1,0 +1,104 @@
+"""Kinematic checks: a rocking block and a column of two masses by hand, and input that is wrong."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scenes import block_on_floor
+
+import masonry_opt as mo
+from masonry_opt.errors import OptionError
+
+SPECTRUM = [(0.0, 0.2), (0.15, 0.5), (0.5, 0.5), (1.0, 0.25), (2.0, 0.125), (4.0, 0.03125)]
+
+
+def rocking(b: float = 1.0, h: float = 2.0, **options: int) -> mo.Capacity:
+    return mo.capacity(mo.solve(block_on_floor(b, h, friction=3.0), "static"), **options)
+
+
+def test_the_kinematic_check_of_a_rocking_block():
+    """One mass: e* = 1, M* = W/g; its centroid is d before the corner at (b/2 − d)/√(R² − (b/2 − d)²)."""
+    b, h, g, FC = 0.6, 3.0, 9.81, 1.35
+    check = rocking(b, h, steps=400).check(SPECTRUM)
+    assert check.mass_fraction == pytest.approx(1)
+    assert check.mass == pytest.approx(1 / g)
+    assert check.acceleration == pytest.approx(b / h / FC)
+    assert check.displacement == pytest.approx(b / 2)
+    assert (check.ultimate, check.secant) == pytest.approx((0.2 * b, 0.08 * b))
+    left = b / 2 - 0.08 * b
+    at_secant = left / math.sqrt((b / 2) ** 2 + (h / 2) ** 2 - left**2) / FC
+    assert check.secant_acceleration == pytest.approx(at_secant, rel=1e-5)
+    period = 2 * math.pi * math.sqrt(0.08 * b / (at_secant * g))
+    assert check.period == pytest.approx(period, rel=1e-5)
+    spectral = np.interp(period, *np.transpose(SPECTRUM))
+    assert check.demand_displacement == pytest.approx(spectral * g * (period / 2 / math.pi) ** 2, rel=1e-5)
+    assert check.demand_acceleration == 0.1
+    assert (check.linear, check.complete) == (True, True)
+    assert check.non_linear == (0.2 * b >= check.demand_displacement)
+
+
+def test_the_mass_that_takes_part_and_the_oscillator():
+    """Two equal masses at h/4 and 3h/4: e* = (1 + 3)²/(2 (1 + 9)) = .8; d* = d (1 + 9)/(3 (1 + 3)) of the
+    upper one's centroid, = d/e* of the mean."""
+    h = 4.0
+    blocks = [
+        mo.Block(
+            name=str(k), vertices=[(0, y), (0.5, y), (0.5, y + h / 2), (0, y + h / 2)], weight=2, live=(2, 0)
+        )
+        for k, y in enumerate((0, h / 2))
+    ]
+    floor = block_on_floor().blocks[1]
+    result = mo.solve(mo.Scene(joints=mo.JointDefaults(friction=2.0), blocks=[*blocks, floor]), "static")
+    mean, upper = mo.capacity(result), mo.capacity(result, block="1")
+    one, other = mean.check(SPECTRUM), upper.check(SPECTRUM)
+    assert one.mass_fraction == pytest.approx(0.8)
+    assert one.mass == pytest.approx(0.8 * 4 / 9.81)
+    assert one.acceleration == pytest.approx(result.load_factor / 0.8 / 1.35)
+    assert one.displacement == pytest.approx(mean.displacement / 0.8)
+    assert other.displacement == pytest.approx(upper.displacement * 10 / 12)
+
+
+@pytest.mark.parametrize("part", [{"coefficient": 0.15}, {"vertical": 0.3}])
+def test_an_earthquake_of_a_part_of_the_weights_is_not_checked(part):
+    """Its forces are not the weights of the masses: M* and a*_0 would be wrong."""
+    plain = block_on_floor(friction=3.0, live=(0, 0))
+    quake = mo.Earthquake(direction="right", **part)
+    curve = mo.capacity(mo.solve(plain.model_copy(update={"earthquake": quake}), "static"))
+    with pytest.raises(OptionError, match="coefficient"):
+        curve.check(SPECTRUM)
+
+
+@pytest.mark.parametrize("live", [(0.1, 0.0), (1.0, 0.1), (3.0, 0.0)])
+def test_a_live_load_that_is_not_the_weight_is_not_checked(live):
+    curve = mo.capacity(mo.solve(block_on_floor(friction=3.0, live=live), "static"))
+    with pytest.raises(OptionError, match="live_per_weight"):
+        curve.check(SPECTRUM)
+
+
+@pytest.mark.parametrize("given", ["a.toml", block_on_floor()])
+def test_a_curve_is_of_a_result(given):
+    with pytest.raises(OptionError, match=r"mo\.solve"):
+        mo.capacity(given)
+
+
+@pytest.mark.parametrize(
+    ("spectrum", "values"),
+    [
+        ([(0, 1)], {}),
+        ([(0, 1), (0, 2)], {}),
+        ([(0.1, 1), (4, 2)], {}),
+        ([(0, 1), (4, -2)], {}),
+        ("none", {}),
+        ([(0, 1), (0.01, 1)], {}),
+        (SPECTRUM, {"gravity": 0}),
+        (SPECTRUM, {"ultimate": 1.1}),
+        (SPECTRUM, {"behaviour_factor": "2"}),
+        (SPECTRUM, {"ultimate": 1.0, "secant": 1.0}),
+    ],
+)
+def test_wrong_spectra_and_values_are_refused(spectrum, values):
+    curve = rocking()
+    with pytest.raises(OptionError):
+        curve.check(spectrum, **values)

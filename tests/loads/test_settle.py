@@ -1,0 +1,308 @@
+"""Supports that settle: reactions by hand, in the plane and in space."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from mappings import mirrored, turned
+from scenes import run_command
+
+import masonry_opt as mo
+from masonry_opt.answer.status import Status
+
+DOWN, RIGHT = (0.0, -1.0), (1.0, 0.0)
+#: Of reactions, over the weight of all blocks: what solvers leave.
+CLOSE = 1e-7
+
+
+def block(name: str, left: float, right: float, bottom: float, top: float, **keys: object) -> mo.Block:
+    corners = [(left, bottom), (right, bottom), (right, top), (left, top)]
+    return mo.Block(name=name, vertices=corners, **keys)
+
+
+def beam(friction: float = 0.6, weight: float = 10.0, **given: object) -> mo.Scene:
+    """A beam of 5 × 1 on piers whose tops are 1 wide, at its two ends."""
+    blocks = [
+        block("L", 0, 1, 0, 1, fixed=True),
+        block("R", 4, 5, 0, 1, fixed=True),
+        block("beam", 0, 5, 1, 2, weight=weight, **given),
+    ]
+    return mo.Scene(joints=mo.JointDefaults(friction=friction), blocks=blocks)
+
+
+def reactions(found: mo.Settlement) -> list[float]:
+    """Least and greatest, Coulomb, to expect and associative."""
+    return [
+        value
+        for end in (found.least, found.greatest)
+        for value in (end.reaction, end.expected, end.associative)
+    ]
+
+
+def one_answer(least: float, greatest: float, weight: float = 10.0) -> object:
+    return pytest.approx([least] * 3 + [greatest] * 3, abs=CLOSE * weight)
+
+
+@pytest.mark.parametrize("in_space", [False, True], ids=["plane", "space"])
+def test_a_beam_on_two_piers(in_space):
+    """As R settles the beam turns about the inner edge of L (x = 1) and leaves R by its outer one (x = 5):
+    4 R = 1.5 W; as R is pushed up, about the outer edge of L and the inner one of R: 4 R = 2.5 W."""
+    scene, down = (mo.extrude(beam(), 1.5), (0, 0, -1)) if in_space else (beam(), DOWN)
+    found = mo.settle(scene, "R", down)
+    assert found.status is Status.STANDS
+    assert found.usable
+    assert reactions(found) == one_answer(3.75, 6.25)
+    assert found.at_rest == pytest.approx(5.0)
+    assert set(found.least.rows()[0]["moves"]) == {"beam", "R"}
+    for kind, of in found.least.results.items():
+        assert of.certificate is not None, kind
+    # The other way round the same force has the other sign, and the least is the greatest.
+    back = mo.settle(scene, "R", tuple(-part for part in down))
+    assert reactions(back) == one_answer(-6.25, -3.75)
+
+
+@pytest.mark.parametrize("in_space", [False, True], ids=["plane", "space"])
+def test_a_pier_that_turns_too(in_space):
+    """What the beam presses on R passes R's centroid, .5 below the joint, at x = 4.5: the more shear, up to
+    .6 of the lesser normal force, the farther from it. Least: R (4.5 + .3 − 1) = 1.5 W; greatest, where L
+    slides: 4.5 R − .5 · .6 (W − R) = 2.5 W."""
+    scene, down = (mo.extrude(beam(), 1.5), (0, 0, -1)) if in_space else (beam(), DOWN)
+    found = mo.settle(scene, "R", down, turns=True)
+    assert reactions(found) == one_answer(15 / 3.8, 28 / 4.8)
+
+
+def test_a_pier_pulled_away_under_a_beam():
+    """With associative flow the beam holds R by friction on both piers, half its weight on either: μ W / 2.
+    Without dilatancy R slides off under its least normal force, 3.75, or anything up to a half."""
+    found = mo.settle(beam(), "R", RIGHT)
+    assert found.at_rest == pytest.approx(0.0, abs=1e-9)
+    for end, sign in ((found.least, -1), (found.greatest, 1)):
+        assert end.associative == pytest.approx(sign * 0.6 * 5.0, abs=1e-6)
+        assert end.reaction == pytest.approx(sign * 0.6 * 3.75, abs=1e-6)
+        assert 0.6 * 3.75 < sign * end.expected < 0.6 * 5.0
+
+
+def test_reactions_without_play():
+    """Of a block on its only support, or of piers that all settle alike, the reaction is the weight; of a
+    beam on two edges it is statically determined. The weights of supports do not count."""
+    heavy = {"weight": 7.0, "fixed": True}
+    alone = mo.Scene(
+        joints=mo.JointDefaults(friction=0.6),
+        blocks=[block("R", 0, 1, 0, 1, **heavy), block("A", 0, 1, 1, 2, weight=10)],
+    )
+    assert reactions(mo.settle(alone, "R", DOWN)) == one_answer(10, 10)
+    assert reactions(mo.settle(beam(), ["L", "R"], (0, -3))) == one_answer(10, 10)
+    edges = [
+        mo.Block(name=name, vertices=[(x - 0.5, 0), (x + 0.5, 0), (x, 1)], fixed=True)
+        for name, x in (("L", 1), ("R", 3))
+    ]
+    pointed = beam().model_copy(update={"blocks": [*edges, beam().blocks[2]]})
+    assert reactions(mo.settle(pointed, "R", DOWN)) == one_answer(7.5, 7.5)
+
+
+def wedged(*floor: mo.Block) -> mo.Scene:
+    """A block of weight 10 between two walls."""
+    walls = [block("L", -1, 0, -1, 1, fixed=True), block("R", 1, 2, -1, 1, fixed=True)]
+    return mo.Scene(
+        joints=mo.JointDefaults(friction=0.6), blocks=[*walls, *floor, block("A", 0, 1, 0, 1, weight=10)]
+    )
+
+
+def test_a_reaction_without_limit_is_said_to_be_so():
+    found = mo.settle(wedged(block("floor", 0, 1, -1, 0, fixed=True)), "R", RIGHT)
+    assert found.least.associative == pytest.approx(0.0, abs=1e-6)
+    assert found.greatest.reaction is found.greatest.associative is None
+    assert found.greatest.unlimited
+    assert found.greatest.result.status is Status.UNLIMITED
+    assert found.usable
+    table = found.table.set_index(["end", "kind"])
+    assert math.isnan(table.loc[("greatest", "associative"), "reaction"])
+    assert not found.least.unlimited
+
+
+def test_a_necessary_reaction_is_above_zero():
+    """A block that hangs between walls by friction: 2 μ R = W."""
+    found = mo.settle(wedged(), "R", RIGHT, method="static")
+    assert found.least.reaction == found.least.associative == pytest.approx(10 / 1.2, abs=1e-6)
+    assert found.least.expected is None
+    assert list(found.least.results) == ["associative"]
+    assert found.greatest.unlimited
+
+
+def test_a_scene_that_no_reaction_holds(tmp_path, monkeypatch, capsys):
+    """A beam that overhangs both piers by more than half."""
+    scene = beam()
+    moved = [block("L", 0, 1, 0, 1, fixed=True), block("R", 1.2, 1.4, 0, 1, fixed=True), scene.blocks[2]]
+    scene = scene.model_copy(update={"blocks": moved})
+    found = mo.settle(scene, "R", DOWN)
+    assert found.status is Status.UNSTABLE
+    assert not found.usable
+    assert found.least is found.greatest is None
+    assert len(found.table) == 0
+    assert [*found.fallen.reasons[0].values["blocks"]] == ["beam"]
+    found.save(tmp_path / "falls.html")
+    mo.save(scene, tmp_path / "falls.toml")
+    asked = ("--support", "R", "--direction", "0,-1", "--json")
+    code, out, _ = run_command(monkeypatch, capsys, "settle", tmp_path / "falls.toml", *asked)
+    assert code == 1
+    told = json.loads(out)
+    assert told["least"] is told["greatest"] is None
+    assert told["fallen"]["reasons"][0]["code"] == "falls"
+
+
+def table(**keys: object) -> mo.Scene:
+    """A slab of weight 12 on four legs of .4 × .4, whose inner edges are 2.6 and 1.6 apart."""
+    legs = [
+        mo.Solid(name=f"{x}{y}", box=[[3 * x, 3 * x + 0.4], [2 * y, 2 * y + 0.4], [0, 1]], fixed=True)
+        for x in (0, 1)
+        for y in (0, 1)
+    ]
+    slab = mo.Solid(name="slab", box=[[0, 3.4], [0, 2.4], [1, 1.3]], weight=12, **keys)
+    return mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=[*legs, slab])
+
+
+def test_legs_of_a_table():
+    """One leg of four can go; it takes most where its neighbour along x takes nothing, and about the far
+    legs' outer edges 3 R = 1.7 W. Two at one end share what a pier would: 3 R = (1.7 − .4) W to 1.7 W."""
+    down = (0, 0, -1)
+    assert reactions(mo.settle(table(), "11", down)) == one_answer(0.0, 6.8, 12)
+    both = mo.settle(table(), ["10", "11"], down)
+    assert reactions(both) == one_answer(5.2, 6.8, 12)
+    speeds = both.least.result.blocks.set_index("block").loc[["10", "11"]]
+    assert speeds["vz"].nunique() == 1 or np.ptp(speeds["vz"]) < 1e-9
+    assert np.abs(speeds[["vx", "vy", "wx", "wy", "wz"]].to_numpy()).max() < 1e-9
+
+
+def test_live_loads_of_the_scene_are_left_out_and_dead_ones_kept():
+    loaded = beam(live=(3.0, 0.0), live_per_weight=(1.0, 0.0), dead=(0.0, -10.0), dead_at=(2.5, 1.5))
+    more = [
+        mo.Load(block="beam", live=(0.0, 5.0), dead=(0.0, -10.0)),
+    ]
+    edges = [mo.EdgeLoad(start=(0, 2), end=(5, 2), force=(0.0, 1.0), kind="live")]
+    scene = loaded.model_copy(update={"loads": more, "edge_loads": edges})
+    assert reactions(mo.settle(scene, "R", DOWN)) == one_answer(3 * 3.75, 3 * 6.25, 30)
+
+
+def test_dead_loads_of_a_load_case_act():
+    cases = [{"name": "full", "dead": {"weight": 1.0, "floor": 2.0}, "live": {"live": 1.0}}]
+    floor = mo.Load(block="beam", live=(0.0, -5.0), group="floor")
+    scene = beam(live=(1.0, 0.0))
+    scene = mo.Scene(
+        joints=scene.joints,
+        blocks=scene.blocks,
+        loads=[floor],
+        load_cases=[mo.LoadCase(**case) for case in cases],
+    )
+    found = mo.settle(scene, "R", DOWN, load_case="full")
+    assert reactions(found) == one_answer(2 * 3.75, 2 * 6.25, 20)
+    assert found.plot()
+    with pytest.raises(mo.OptionError, match="has load cases"):
+        mo.settle(scene, "R", DOWN)
+
+
+def test_a_load_on_a_support_is_left_to_the_ground():
+    """Of a line load over the beam and a shoulder of R the shoulder's share does not count."""
+    left, _, top = beam().blocks
+    corners = [(4, 0), (7, 0), (7, 2), (5.5, 2), (5.5, 1), (4, 1)]
+    blocks = [left, mo.Block(name="R", vertices=corners, fixed=True), top]
+    line = mo.EdgeLoad(start=(0, 2), end=(7, 2), pressure=2.0)
+    scene = beam().model_copy(update={"blocks": blocks, "edge_loads": [line]})
+    found = mo.settle(scene, "R", DOWN)
+    # The beam ends at x = 5 all the same.
+    assert reactions(found) == one_answer(2 * 3.75, 2 * 6.25, 20)
+    assert found.at_rest == pytest.approx(10.0)
+
+
+@pytest.mark.parametrize("direction", [(1.0, -1.0), RIGHT], ids=["turns", "slides"])
+@pytest.mark.parametrize(
+    ("point", "factor", "length"),
+    [(mirrored, 1.0, 1.0), (turned(0.7), 1.0, 1.0), (lambda v: v, 1e6, 1e3)],
+    ids=["mirrored", "turned", "units"],
+)
+def test_mirrored_turned_and_in_other_units(direction, point, factor, length):
+    given = beam()
+    blocks = [
+        one.model_copy(
+            update={
+                "vertices": [tuple(length * x for x in point(corner)) for corner in one.vertices],
+                "weight": None if one.weight is None else factor * one.weight,
+            }
+        )
+        for one in given.blocks
+    ]
+    other = given.model_copy(update={"blocks": blocks, "gravity": point((0.0, -1.0))})
+    of = np.array(reactions(mo.settle(other, "R", point(direction)))) / factor
+    # The plateau of contacts that give is met within .3 %.
+    same = reactions(mo.settle(given, "R", direction))
+    assert of[[0, 2, 3, 5]] == pytest.approx([same[k] for k in (0, 2, 3, 5)], abs=1e-6)
+    assert of[[1, 4]] == pytest.approx([same[1], same[4]], abs=3e-3 * 10)
+
+
+def test_a_tie_between_support_and_beam():
+    """Anchored in R below x = 4.5, it yields at T: 4 N = 1.5 W + 3.5 T or 2.5 W + 4.5 T, R = N − T."""
+    rod = mo.Tie(between=("R", "beam"), at=((4.5, 0.5), (4.5, 1.5)), strength=1.0)
+    found = mo.settle(beam().model_copy(update={"ties": [rod]}), "R", DOWN)
+    assert reactions(found) == one_answer(18.5 / 4 - 1, 29.5 / 4 - 1)
+    assert bool(found.least.result.ties.loc[0, "yields"])
+
+
+@pytest.mark.parametrize(
+    ("support", "direction", "said"),
+    [
+        ("Q", DOWN, "no block 'Q'"),
+        ("Rr", DOWN, "did you mean 'R'"),
+        ("beam", DOWN, "can move already"),
+        ("R", (0, 0), "not all of them zero"),
+        ("R", (0, 0, -1), "two numbers"),
+        ("R", (0, float("nan")), "two numbers"),
+        ("R", "down", "two numbers"),
+        ("R", None, "two numbers"),
+        ("far", DOWN, "touches no block"),
+        (["R", "R"], DOWN, "once"),
+        ([], DOWN, "once"),
+    ],
+)
+def test_wrong_supports_and_directions(support, direction, said):
+    scene = beam()
+    scene = scene.model_copy(update={"blocks": [*scene.blocks, block("far", 20, 21, 0, 1, fixed=True)]})
+    with pytest.raises(mo.OptionError, match=said):
+        mo.settle(scene, support, direction)
+
+
+def test_wrong_direction_in_space_and_wrong_options():
+    with pytest.raises(mo.OptionError, match="three numbers"):
+        mo.settle(table(), "11", DOWN)
+    with pytest.raises(mo.OptionError, match="no option 'speed'"):
+        mo.settle(beam(), "R", DOWN, speed=1)
+    found = mo.settle(beam(), "R", DOWN, method="static")
+    for wrong in ({"end": "middle"}, {"kind": "coulomb"}):
+        with pytest.raises(mo.OptionError, match="choose from"):
+            found.plot(**wrong)
+
+
+def test_command_and_files(tmp_path, monkeypatch, capsys):
+    mo.save(beam(), tmp_path / "beam.toml")
+    asked = ("settle", tmp_path / "beam.toml", "--support", "R", "--direction", "0,-1")
+    code, out, _ = run_command(monkeypatch, capsys, *asked, "--json", "--plot", tmp_path / "beam.html")
+    assert code == 0
+    told = json.loads(out)
+    assert told["status"] == "stands under dead load"
+    assert told["usable"] is True
+    assert told["supports"] == ["R"]
+    assert [told["least"]["reaction"], told["greatest"]["expected"]] == pytest.approx([3.75, 6.25])
+    assert set(told["least"]["results"]) == {"coulomb", "expected", "associative"}
+    assert told["least"]["results"]["coulomb"]["certificate"]
+    page = (tmp_path / "beam.html").read_text(encoding="utf-8")
+    assert page.count("data:image/svg+xml") == 2
+    for name in ("least.png", "greatest.svg"):
+        more = ["--greatest"] if name.startswith("greatest") else []
+        code, out, _ = run_command(
+            monkeypatch, capsys, *asked, "--method", "static", "--plot", tmp_path / name, *more
+        )
+        assert code == 0
+        assert (tmp_path / name).stat().st_size > 1000
+    for wrong in (("--greatest",), ("--plot", tmp_path / "a.txt"), ("--direction", "down")):
+        assert run_command(monkeypatch, capsys, *asked, *wrong)[0] == 2

@@ -1,0 +1,319 @@
+"""Ties and props: closed forms by hand, the same as loads by hand, in the plane and in space."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from atlas.held_scenes import held
+from mappings import mirrored, turned
+from scenes import block_on_floor
+
+import masonry_opt as mo
+from masonry_opt.answer.thresholds import is_lower
+from masonry_opt.problem.assembly import assemble
+
+METHODS = ("static", "kinematic", "nonassociative", "mcp", "compliant", "refined")
+#: Of a closed form: what solvers leave of a load factor.
+CLOSE = 1e-7
+
+
+def tied(friction: float, height: float = 1.5, **tie: float) -> mo.Scene:
+    """A block of width 1, height 2 and weight 1, held back by a horizontal tie to the ground."""
+    rod = mo.Tie(between=("A", "ground"), at=((0.5, height), (-4, height)), **tie)
+    return block_on_floor(friction=friction).model_copy(update={"ties": [rod]})
+
+
+def in_space(scene: mo.Scene) -> mo.Scene:
+    return mo.extrude(scene, 0.7)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("friction", [0.9, 0.45], ids=["turns", "slides"])
+def test_a_tie_adds_its_strength_by_its_lever(method, friction):
+    """Turning about the right edge: λ W h/2 = W b/2 + T y; sliding: λ W = μ W + T (RESEARCH, by hand)."""
+    T, y = 0.1, 1.5
+    exact = min(0.5 + 2 * T * y / 2, friction + T)
+    for scene in (tied(friction, y, strength=T), in_space(tied(friction, y, strength=T))):
+        result = mo.solve(scene, method=method)
+        assert result.load_factor == pytest.approx(exact, abs=CLOSE)
+        assert result.ties["force"].tolist() == pytest.approx([T], abs=CLOSE)
+        assert result.ties["yields"].tolist() == [True]
+
+
+@pytest.mark.parametrize("solved", [("kinematic", "pyomo"), ("static", "pyomo"), ("mpec", None)])
+def test_other_languages_agree(solved):
+    method, model = solved
+    found = mo.solve(tied(0.9, strength=0.1), method=method, model=model).load_factor
+    assert found == pytest.approx(0.65, abs=CLOSE)
+
+
+def test_prestress_acts_against_a_load_the_other_way():
+    """Pushed to the left the tie slackens to its prestress P: λ W h/2 = W b/2 − P y."""
+    scene = tied(0.9, strength=0.4, prestress=0.05)
+    left = mo.solve(scene.model_copy(update={"blocks": [_pushed(block, -1) for block in scene.blocks]}))
+    assert left.load_factor == pytest.approx(0.5 - 0.05 * 1.5, abs=CLOSE)
+    assert left.ties["force"].tolist() == pytest.approx([0.05])
+    assert left.ties["yields"].tolist() == [False]
+
+
+def test_of_a_scene_that_falls_no_force_of_a_tie_is_told():
+    pull = mo.Load(block="A", dead=(2.0, 0.0))
+    result = mo.solve(tied(0.9, strength=0.1).model_copy(update={"loads": [pull]}))
+    assert result.status is mo.Status.UNSTABLE
+    assert result.ties["force"].isna().all()
+    assert "tie '" not in result.summary
+
+
+def _pushed(block: mo.Block, side: float) -> mo.Block:
+    return block.model_copy(update={"live": (side * block.live[0], 0.0)})
+
+
+def test_about_a_tie_that_never_yields_the_foot_slides_out():
+    """About the tie at y: λ W (y − h/2) = μ W y + W b/2, the weight on the corner that the block turns on."""
+    for friction in (0.3, 0.6):
+        exact = (friction * 1.5 + 0.5) / 0.5
+        assert mo.solve(tied(friction), method="static").load_factor == pytest.approx(exact, abs=CLOSE)
+
+
+@pytest.mark.parametrize(("strength", "exact"), [(None, (0.9 * 1.5 + 0.5) / 0.5), (0.1, 0.65)])
+def test_a_prop_pushes_back_and_never_pulls(strength, exact):
+    """A prop on the right at y = 1.5: λ = b/h + 2 N y/(W h); the foot slides out below one that never
+    yields, as below a tie."""
+    prop = mo.Prop(between=("A", "ground"), at=((1, 1.5), (4, 1.5)), strength=strength)
+    scene = block_on_floor(friction=0.9).model_copy(update={"props": [prop]})
+    result = mo.solve(scene, method="static")
+    assert result.load_factor == pytest.approx(exact, abs=CLOSE)
+    assert result.ties["yields"].tolist() == [strength is not None]
+    pulled = scene.model_copy(update={"blocks": [_pushed(block, -1) for block in scene.blocks]})
+    free = mo.solve(pulled)
+    assert free.load_factor == pytest.approx(0.5, abs=CLOSE)
+    assert free.ties["force"].tolist() == pytest.approx([0.0], abs=CLOSE)
+
+
+def test_a_yielding_tie_is_its_strength_as_a_dead_load():
+    """Between two stacked blocks, through none: the same wall with the two forces in its place."""
+    blocks = [
+        mo.Block(name="floor", vertices=[(-2, -1), (4, -1), (4, 0), (-2, 0)], fixed=True),
+        mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 1), (0, 1)], weight=1, live=(1, 0)),
+        mo.Block(name="B", vertices=[(0, 1), (1, 1), (1, 2), (0, 2)], weight=1, live=(1, 0)),
+    ]
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.7), blocks=blocks)
+    rod = mo.Tie(between=("B", "ground"), at=((0.5, 1.5), (-1.5, 0)), strength=0.2)
+    with_rod = mo.solve(scene.model_copy(update={"ties": [rod]}))
+    assert with_rod.ties["yields"].tolist() == [True]
+    pull = 0.2 * np.array([-2, -1.5]) / 2.5
+    by_hand = mo.Load(block="B", dead=tuple(pull), at=(0.5, 1.5))
+    instead = mo.solve(scene.model_copy(update={"loads": [by_hand]}))
+    assert with_rod.load_factor == pytest.approx(instead.load_factor, abs=CLOSE)
+
+
+@pytest.mark.parametrize("space", [False, True])
+def test_a_limited_force_is_one_column_and_two_faces(space):
+    scene = tied(0.6, strength=0.1)
+    without = scene.model_copy(update={"ties": []})
+    scenes = [scene, without, tied(0.6), scene.model_copy(update={"ties": [*scene.ties, *tied(0.6).ties]})]
+    one, none, endless, two = (assemble(in_space(s) if space else s).problem for s in scenes)
+    assert one.B.shape[1] - none.B.shape[1] == 1
+    assert one.faces - none.faces == 2
+    assert endless.faces - none.faces == 1  # it pulls, and never yields
+    assert two.B.shape[1] - none.B.shape[1] == 2
+    np.testing.assert_array_equal(one.B[:, :-1].toarray(), none.B.toarray())
+    np.testing.assert_array_equal(one.true_yield[:-2, :-1].toarray(), none.true_yield.toarray())
+    np.testing.assert_array_equal(one.face_cohesion[:-2], none.face_cohesion)
+    np.testing.assert_allclose(one.D(one.friction).toarray(), one.C(one.friction).toarray().T)
+
+
+def test_forces_whose_limits_are_one_are_dead_loads():
+    fixed = mo.solve(tied(0.9, strength=0.1, prestress=0.1))
+    assert fixed.load_factor == pytest.approx(0.65, abs=CLOSE)
+    assert fixed.expected == pytest.approx(0.65, abs=CLOSE)
+
+
+def test_ties_share_as_they_yield():
+    """Two ties of other strengths, both yield: λ W h/2 = W b/2 + Σ T y."""
+    scene = tied(0.9, 1.5, strength=0.1)
+    scene = scene.model_copy(update={"ties": [*scene.ties, *tied(0.9, 1.0, strength=0.05).ties]})
+    result = mo.solve(scene)
+    assert result.load_factor == pytest.approx(0.5 + 0.15 + 0.05, abs=CLOSE)
+    assert result.ties["yields"].tolist() == [True, True]
+
+
+@pytest.mark.parametrize("kind", ["turned", "mirrored", "rescaled"])
+def test_moving_a_tied_scene_changes_nothing(kind):
+    scene, back = held("wall", 5), {"turned": turned(0.7), "mirrored": mirrored}.get(kind, lambda v: v)
+    length, force = (1000.0, 0.001) if kind == "rescaled" else (1.0, 1.0)
+
+    def at(point):
+        return tuple(length * x for x in back(point))
+
+    def push(vector):
+        return tuple(force * x for x in back(vector))
+
+    def strut(one):
+        limits = {key: force * v for key in ("strength", "prestress") if (v := getattr(one, key, None))}
+        return one.model_copy(update={"at": tuple(at(point) for point in one.at), **limits})
+
+    blocks = [
+        mo.Block(
+            name=b.name,
+            vertices=[at(v) for v in b.vertices],
+            weight=None if b.weight is None else force * b.weight,
+            live=push(b.live),
+            live_at=None if b.live_at is None else at(b.live_at),
+            fixed=b.fixed,
+        )
+        for b in scene.blocks
+    ]
+    joints = scene.joints.model_copy(update={"cohesion": scene.joints.cohesion * force / length})
+    moved = mo.Scene(
+        joints=joints,
+        gravity=back(scene.gravity),
+        blocks=blocks,
+        ties=[strut(tie) for tie in scene.ties],
+        props=[strut(prop) for prop in scene.props],
+    )
+    for method in ("static", "mcp"):
+        one, other = (mo.solve(s, method=method) for s in (scene, moved))
+        assert other.load_factor == pytest.approx(one.load_factor, rel=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("kind", ["wall", "stack", "arch", "tessellation"])
+def test_duality_and_certificates_of_held_scenes(kind, seed):
+    """Static and kinematic, both languages, agree; the Coulomb answer is exact, or named, and not above."""
+    scene = held(kind, seed)
+    try:
+        table = mo.check(scene).table
+    except mo.MasonryError:
+        assert mo.solve(scene, method="static").load_factor is None
+        return
+    assert np.ptp(table["load_factor"]) <= 1e-8 * max(1.0, table["load_factor"].max())
+    result = mo.solve(scene)
+    if result.load_factor is None:
+        assert result.reasons
+    else:
+        assert result.exact
+        assert not is_lower(result.associative, result.load_factor)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("kind", ["boxes", "wedges", "piers"])
+def test_held_scenes_in_space(kind, seed):
+    scene = held(kind, seed, space=True)
+    try:
+        table = mo.check(scene).table
+    except mo.MasonryError:
+        assert mo.solve(scene, method="static").load_factor is None
+        return
+    assert np.ptp(table["load_factor"]) <= 1e-8 * max(1.0, table["load_factor"].max())
+    result = mo.solve(scene)
+    assert result.load_factor is None or not is_lower(result.associative, result.load_factor)
+
+
+def test_results_tell_of_ties():
+    result = mo.solve(tied(0.9, strength=0.1), method="static")
+    row = json.loads(result.to_json())["tie_results"][0]
+    assert (row["name"], row["kind"], row["yields"]) == ("A|ground", "tie", True)
+    assert row["lengthens"] > 0
+    unlimited = json.loads(mo.solve(tied(0.3), method="static").to_json())
+    assert unlimited["tie_results"][0]["highest"] is None
+    assert "tie_results" not in json.loads(mo.solve(block_on_floor(), method="static").to_json())
+
+
+@pytest.mark.parametrize("strength", [None, 200.0])
+def test_a_tie_below_its_strength_does_not_yield_where_contacts_give(strength):
+    """The lower block slides out; the tie that holds the upper one lengthens as its anchors give."""
+    blocks = [
+        mo.Block(name="floor", vertices=[(-5, -1), (6, -1), (6, 0), (-5, 0)], fixed=True),
+        mo.Block(name="A", vertices=[(0, 0), (1, 0), (1, 2), (0, 2)], weight=40, live=(10, 0)),
+        mo.Block(name="B", vertices=[(0, 2), (1, 2), (1, 3), (0, 3)], weight=20, live=(5, 0)),
+    ]
+    rod = mo.Tie(between=("B", "ground"), at=((0.5, 2.5), (-4, 0)), strength=strength)
+    scene = mo.Scene(joints=mo.JointDefaults(friction=0.6), blocks=blocks, ties=[rod])
+    result = mo.solve(mo.extrude(scene, 0.8), method="compliant")
+    assert result.ties["force"].item() == pytest.approx(123.5476, abs=1e-3)
+    assert not result.ties["yields"].any()
+
+
+def test_case_files_hold_ties(tmp_path):
+    scene = tied(0.9, strength=0.1, prestress=0.02)
+    prop = mo.Prop(between=("A", "floor"), at=((1, 1), (3, 0)), strength=0.5, name="shore")
+    scene = scene.model_copy(update={"props": [prop]})
+    for name in ("scene.toml", "scene.json"):
+        mo.save(scene, tmp_path / name)
+        assert mo.load(tmp_path / name) == scene
+
+
+@pytest.mark.parametrize(
+    ("tie", "named"),
+    [
+        ({"between": ("A", "B")}, "B"),
+        ({"between": ("floor", "ground")}, "floor"),
+        ({"at": ((3, 3), (-4, 3))}, "tie no. 1 .* 'A' but in none"),
+        ({"at": ((0.5, -0.5), (-4, 3))}, "'A' but in 'floor'"),
+        ({"at": ((0.5, 1, 0), (-4, 1, 0))}, "x, y"),
+        ({"at": ((0.5, 1), (0.5, 1))}, "at"),
+        ({"at": ((1e-30, 1), (2e-30, 1))}, "tolerance"),
+        ({"strength": 0}, "strength"),
+        ({"strength": 1e12}, "its limit"),
+        ({"prestress": 1e12}, "its limit"),
+        ({"strength": 0.1, "prestress": 0.2}, "prestress"),
+        ({"between": ("A", "A")}, "between"),
+    ],
+)
+def test_wrong_ties_are_refused_by_name(tie, named):
+    keys, scene = {"between": ("A", "ground"), "at": ((0.5, 1), (-4, 1))} | tie, block_on_floor()
+
+    def held_so() -> None:
+        mo.solve(mo.Scene(joints=scene.joints, blocks=scene.blocks, ties=[mo.Tie(**keys)]))
+
+    with pytest.raises(mo.CaseError, match=named):
+        held_so()
+
+
+def test_what_does_not_know_ties_says_so():
+    with pytest.raises(mo.OptionError, match="tie"):
+        mo.solve(tied(0.9, strength=0.1), method="global")
+    scene = tied(0.9, strength=0.1)
+    blocks = [block.model_copy(update={"live": (0.0, 0.0)}) for block in scene.blocks]
+    with pytest.raises(mo.CaseError, match="tie"):
+        mo.Scene(joints=scene.joints, blocks=blocks, ties=scene.ties, tilt="right")
+
+
+def test_the_law_may_change_where_matrices_are_kept():
+    """Another friction on the same matrices keeps the limits of ties."""
+    problem = assemble(tied(0.9, strength=0.1)).problem
+    other = replace(problem, law=replace(problem.law, friction=0.5 * problem.friction))
+    np.testing.assert_array_equal(other.highest, problem.highest)
+    assert problem.same_program(other)
+    stronger = replace(problem, law=replace(problem.law, highest=2 * problem.highest))
+    assert not problem.same_program(stronger)
+
+
+@pytest.mark.parametrize("space", [False, True])
+def test_strengths_of_ties_are_swept(space):
+    scene = tied(0.9, strength=0.1)
+    table = mo.sweep(in_space(scene) if space else scene, {"tie.strength": [0.05, 0.1]}, method="static")
+    assert table["load_factor"].tolist() == pytest.approx([0.575, 0.65], abs=CLOSE)
+
+
+def test_ties_of_one_name_are_swept_one_by_one():
+    """λ of a block that turns: 1/2 and 2 T y/(W h) of each of two ties between the same ends."""
+    scene = tied(0.9, strength=0.1)
+    two = scene.model_copy(update={"ties": 2 * scene.ties})
+    for number in (1, 2):
+        table = mo.sweep(two, {f"tie.{number}.strength": [0.05, 0.1]}, method="static")
+        assert table["load_factor"].tolist() == pytest.approx([0.725, 0.8], abs=CLOSE)
+
+
+def test_the_ground_reaches_farther_than_its_block():
+    """A fixed block named "ground" needs not hold the anchor; one that moves does."""
+    scene = tied(0.9, strength=0.1)
+    named = [b.model_copy(update={"name": "ground"}) if b.fixed else b for b in scene.blocks]
+    found = mo.solve(mo.Scene(joints=scene.joints, blocks=named, ties=scene.ties), method="static")
+    assert found.load_factor == pytest.approx(0.65, abs=CLOSE)
+    assert found.ties["second"].tolist() == ["ground"]
