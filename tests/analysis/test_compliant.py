@@ -122,6 +122,16 @@ def test_a_plateau_says_how_many_times_softer_the_contacts_before_were():
     assert values_of(box, Code.PLATEAU)["softer"] == pytest.approx(3)
 
 
+def test_a_lone_state_gives_way_to_a_plateau_of_softer_contacts(monkeypatch):
+    """The stiffest state of the first plateau from the softest contacts on, compared with softer ones."""
+    usual = solved(two_blocks(), "compliant").load_factor
+    monkeypatch.setattr(compliant, "STIFF", (1e-6,))
+    result = mo.solve(two_blocks(), "compliant")
+    plateau = values_of(result, Code.PLATEAU)
+    assert (plateau["give"], plateau["softer"]) == (1e-2, pytest.approx(10))
+    assert result.load_factor == pytest.approx(usual, rel=3e-3)
+
+
 def test_what_grows_with_stiffness_is_told_only_where_nothing_bounds_it(monkeypatch):
     """Of contacts so soft that nearly all work is elastic; the associative load factor bounds λ."""
     monkeypatch.setattr(compliant, "STIFF", (1e2, 1e1))

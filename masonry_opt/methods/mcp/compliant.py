@@ -113,6 +113,7 @@ def _look_for_plateau(solution: Solution, contacts: _Contacts, options: Complian
     if options.give is None:
         # A state by itself shows no plateau, and may be of another branch than softer contacts lead to.
         if contacts.lone and contacts.elastic <= _ELASTIC:
+            contacts.last = None
             for give in sorted((*SOFT, *contacts.states), reverse=True):
                 if contacts.settle(give):
                     return
