@@ -21,7 +21,7 @@ from typer.core import TyperGroup
 
 from masonry_opt.analysis import solve as solve_scene
 from masonry_opt.answer.result import Result
-from masonry_opt.command_options import Force, LoadCaseName, View, angles, method_options
+from masonry_opt.command_options import Force, Json, LoadCaseName, OwnOptions, View, angles, method_options
 from masonry_opt.errors import (
     InterruptedByUserError,
     MasonryError,
@@ -108,7 +108,7 @@ def solve(
         bool, typer.Option(help="Beside a Coulomb answer, also the load to expect (up to 8000 joints).")
     ] = True,
     load_case: LoadCaseName = None,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    json: Json = False,
     verbose: Annotated[
         bool,
         typer.Option(
@@ -136,10 +136,7 @@ def solve(
     names: Annotated[bool, typer.Option("--names", help="With --plot: write the blocks' names.")] = False,
     view: View = None,
     force: Force = False,
-    option: Annotated[
-        list[str] | None,
-        typer.Option("--option", "-o", help="The method's own, as NAME=VALUE; may be repeated."),
-    ] = None,
+    option: OwnOptions = None,
 ) -> None:
     """Find the load factor at which CASE collapses, of all its load cases unless one is named.
 

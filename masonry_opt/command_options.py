@@ -21,6 +21,20 @@ View = Annotated[
     typer.Option(metavar="AZIMUTH,ELEVATION", help="Of solids: from where they are seen, in degrees."),
 ]
 
+#: Of every command that solves by a method.
+OwnOptions = Annotated[
+    list[str] | None,
+    typer.Option("--option", "-o", help="The method's own, as NAME=VALUE; may be repeated."),
+]
+
+#: Of every command that solves as ``solve`` does, which says more of them.
+Model = Annotated[str | None, typer.Option(help="As of solve.")]
+SolverName = Annotated[str | None, typer.Option(help="As of solve.")]
+Tolerance = Annotated[float | None, typer.Option(help="As of solve.", show_default=False)]
+
+#: Of every command that can answer a program.
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+
 #: Of every command that takes a scene as one of its load cases has it.
 LoadCaseName = Annotated[
     str | None,

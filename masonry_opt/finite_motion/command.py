@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from masonry_opt.analysis import solve
-from masonry_opt.command_options import Force, LoadCaseName, method_options
+from masonry_opt.command_options import Force, Json, LoadCaseName, OwnOptions, method_options
 from masonry_opt.drawing.figure import refuse_picture
 from masonry_opt.errors import OptionError
 from masonry_opt.finite_motion.capacity import STEPS
@@ -45,12 +45,9 @@ def capacity(
         Path | None, typer.Option(metavar="FILE", help="Draw the curve (.png, .svg, .pdf).")
     ] = None,
     force: Force = False,
-    option: Annotated[
-        list[str] | None,
-        typer.Option("--option", "-o", help="The method's own, as NAME=VALUE; may be repeated."),
-    ] = None,
+    option: OwnOptions = None,
     table: Annotated[bool, typer.Option("--table", help="Print the states too.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    json: Json = False,
 ) -> None:
     """Follow the mechanism of CASE after the onset of collapse, down to λ = 0.
 

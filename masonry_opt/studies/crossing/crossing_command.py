@@ -9,7 +9,16 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from masonry_opt.command_options import Force, LoadCaseName, method_options
+from masonry_opt.command_options import (
+    Force,
+    Json,
+    LoadCaseName,
+    Model,
+    OwnOptions,
+    SolverName,
+    Tolerance,
+    method_options,
+)
 from masonry_opt.errors import InterruptedByUserError, OutputError
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.studies.crossing.crossing import crossing as cross
@@ -31,11 +40,11 @@ def crossing(
     ] = None,
     load_case: LoadCaseName = None,
     method: Annotated[str, typer.Option(help=f"One of: {', '.join(METHODS)}.")] = DEFAULT,
-    model: Annotated[str | None, typer.Option(help="As of solve.")] = None,
-    solver: Annotated[str | None, typer.Option(help="As of solve.")] = None,
-    tolerance: Annotated[float | None, typer.Option(help="As of solve.", show_default=False)] = None,
+    model: Model = None,
+    solver: SolverName = None,
+    tolerance: Tolerance = None,
     expected: Annotated[bool, typer.Option(help="At the worst position also the load to expect.")] = True,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    json: Json = False,
     plot: Annotated[
         Path | None,
         typer.Option(
@@ -44,10 +53,7 @@ def crossing(
     ] = None,
     force: Force = False,
     table: Annotated[bool, typer.Option("--table", help="Print λ at every position solved too.")] = False,
-    option: Annotated[
-        list[str] | None,
-        typer.Option("--option", "-o", help="The method's own, as NAME=VALUE; may be repeated."),
-    ] = None,
+    option: OwnOptions = None,
 ) -> None:
     """Move the axles of CASE over its road: the load factor by position, and the worst.
 

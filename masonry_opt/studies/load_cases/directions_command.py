@@ -8,7 +8,15 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from masonry_opt.command_options import Force, LoadCaseName, method_options
+from masonry_opt.command_options import (
+    Force,
+    Json,
+    LoadCaseName,
+    Model,
+    OwnOptions,
+    SolverName,
+    method_options,
+)
 from masonry_opt.drawing.figure import refuse_picture
 from masonry_opt.errors import OptionError, OutputError, printable
 from masonry_opt.methods.registry import DEFAULT, METHODS
@@ -33,18 +41,15 @@ def directions(
     ] = None,
     load_case: LoadCaseName = None,
     method: Annotated[str, typer.Option(help=f"One of: {', '.join(METHODS)}.")] = DEFAULT,
-    model: Annotated[str | None, typer.Option(help="As of solve.")] = None,
-    solver: Annotated[str | None, typer.Option(help="As of solve.")] = None,
+    model: Model = None,
+    solver: SolverName = None,
     expected: Annotated[bool, typer.Option(help="As of solve.")] = True,
-    option: Annotated[
-        list[str] | None,
-        typer.Option("--option", "-o", help="The method's own, as NAME=VALUE; may be repeated."),
-    ] = None,
+    option: OwnOptions = None,
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Draw them as a polar chart (.png, .svg, .pdf).")
     ] = None,
     force: Force = False,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    json: Json = False,
 ) -> None:
     """Find the seismic coefficient at which CASE collapses, for earthquakes from all sides.
 

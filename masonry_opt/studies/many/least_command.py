@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from masonry_opt.command_options import LoadCaseName, method_options
+from masonry_opt.command_options import Json, LoadCaseName, OwnOptions, method_options
 from masonry_opt.errors import InterruptedByUserError, OptionError
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.scene.case_file import as_scene
@@ -42,11 +42,8 @@ def least(
     method: Annotated[str, typer.Option(help=f"With --load: {', '.join(METHODS)}.")] = DEFAULT,
     tolerance: Annotated[float, typer.Option(help="Of the ends of the answer, relative.")] = TOLERANCE,
     samples: Annotated[int, typer.Option(help="Values between that are tried first.")] = SAMPLES,
-    option: Annotated[
-        list[str] | None,
-        typer.Option("--option", "-o", help="The method's own, as NAME=VALUE; may be repeated."),
-    ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    option: OwnOptions = None,
+    json: Json = False,
 ) -> None:
     """Find the least value of a number of CASE at which it stands, or carries a load.
 

@@ -10,7 +10,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from masonry_opt.command_options import LoadCaseName, method_options
+from masonry_opt.command_options import LoadCaseName, Model, OwnOptions, SolverName, Tolerance, method_options
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.scene.case_file import as_scene
@@ -77,16 +77,13 @@ def sweep(
     ] = None,
     load_case: LoadCaseName = None,
     method: Annotated[str, typer.Option(help=f"One of: {', '.join(METHODS)}.")] = DEFAULT,
-    model: Annotated[str | None, typer.Option(help="As of solve.")] = None,
-    solver: Annotated[str | None, typer.Option(help="As of solve.")] = None,
-    tolerance: Annotated[float | None, typer.Option(help="As of solve.", show_default=False)] = None,
+    model: Model = None,
+    solver: SolverName = None,
+    tolerance: Tolerance = None,
     expected: Annotated[
         bool, typer.Option(help="Also the load to expect of each run, a column of the table.")
     ] = True,
-    option: Annotated[
-        list[str] | None,
-        typer.Option("--option", "-o", help="The method's own, as NAME=VALUE; may be repeated."),
-    ] = None,
+    option: OwnOptions = None,
     workers: Annotated[
         int | None, typer.Option(min=1, help="Processes. Default: one a core.", show_default=False)
     ] = None,

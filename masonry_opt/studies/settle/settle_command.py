@@ -8,7 +8,18 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from masonry_opt.command_options import Force, LoadCaseName, View, angles, method_options
+from masonry_opt.command_options import (
+    Force,
+    Json,
+    LoadCaseName,
+    Model,
+    OwnOptions,
+    SolverName,
+    Tolerance,
+    View,
+    angles,
+    method_options,
+)
 from masonry_opt.drawing.view import refuse_view
 from masonry_opt.errors import InterruptedByUserError, OptionError, OutputError
 from masonry_opt.methods.registry import DEFAULT, METHODS
@@ -33,11 +44,11 @@ def settle(
     turns: Annotated[bool, typer.Option("--turns", help="Each support may turn too.")] = False,
     load_case: LoadCaseName = None,
     method: Annotated[str, typer.Option(help=f"One of: {', '.join(METHODS)}.")] = DEFAULT,
-    model: Annotated[str | None, typer.Option(help="As of solve.")] = None,
-    solver: Annotated[str | None, typer.Option(help="As of solve.")] = None,
-    tolerance: Annotated[float | None, typer.Option(help="As of solve.", show_default=False)] = None,
+    model: Model = None,
+    solver: SolverName = None,
+    tolerance: Tolerance = None,
     expected: Annotated[bool, typer.Option(help="Also the reactions to expect.")] = True,
-    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+    json: Json = False,
     plot: Annotated[
         Path | None,
         typer.Option(
@@ -49,10 +60,7 @@ def settle(
     ] = False,
     view: View = None,
     force: Force = False,
-    option: Annotated[
-        list[str] | None,
-        typer.Option("--option", "-o", help="The method's own, as NAME=VALUE; may be repeated."),
-    ] = None,
+    option: OwnOptions = None,
 ) -> None:
     """Find the least and the greatest reaction of a support of CASE, in one direction, with which it stands.
 
