@@ -15,7 +15,7 @@ from masonry_opt.errors import CaseError, counted, rounded_up
 from masonry_opt.scene.geometry import Geometry, raise_for
 from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.touching import NEAR_MISS, Edges, corners_on_edges, shared_edges
+from masonry_opt.scene.touching import Edges, corners_on_edges, reach, shared_edges
 
 #: Most pairs of blocks near each other: this many, and so many more for each block. Side by side a block has
 #: some six neighbours; of blocks that lie on one another each is a neighbour of all.
@@ -40,7 +40,7 @@ class Joints:
     near_misses: pairs of blocks (indices) that share no length, and face each other across a small gap.
     gaps: the largest width of each: the least 'tolerance' at which these share that length.
     corners: pairs of blocks (indices) that meet corner on corner, which has no normal and is no joint,
-        where not both have a joint that ends there.
+        where not both have a joint that ends there, and that face each other across no small gap.
     """
 
     first: np.ndarray
@@ -109,7 +109,7 @@ def find_joints(scene: Scene, geometry: Geometry, *, floating: bool = False) -> 
         fixed_pairs=fixed_pairs,
         near_misses=near_misses,
         gaps=gap[near].tolist(),
-        corners=[(int(i), int(j)) for i, j in pairs[corners]],
+        corners=[(int(i), int(j)) for i, j in pairs[np.setdiff1d(corners, near)]],
     )
 
 
@@ -124,13 +124,13 @@ def with_properties(joints: Joints, scene: Scene) -> Joints:
 def _near_pairs(scene: Scene, geometry: Geometry) -> np.ndarray:
     """Index pairs (i < j) of blocks that touch or nearly do, sorted, shape (pairs, 2)."""
     tree = shapely.STRtree(geometry.polygons)
-    reach = np.maximum(geometry.tolerance, NEAR_MISS * np.sqrt(geometry.area))
+    far = reach(geometry.tolerance, np.sqrt(geometry.area))
     count = len(geometry.polygons)
     found: list[np.ndarray] = []
     pairs = 0
     for first in range(0, count, 100):
         some = slice(first, first + 100)
-        near = tree.query(geometry.polygons[some], predicate="dwithin", distance=reach[some]).T
+        near = tree.query(geometry.polygons[some], predicate="dwithin", distance=far[some]).T
         found.append(near + np.array([first, 0]))
         pairs += len(near)
         if pairs > MOST_PAIRS + MOST_PAIRS_PER_BLOCK * count:
@@ -151,42 +151,47 @@ def refuse_floating(
 ) -> None:
     """Raise CaseError if blocks touch nothing, or groups of blocks reach no support, given the two blocks of
     each joint, and the largest width of each small gap by the two blocks beside it."""
-    refuse_loose(scene, first, second, lambda block: _nearest(scene, geometry, block, gaps))
+    refuse_loose(scene, first, second, gaps, lambda block: _nearest(scene, geometry, block))
 
 
-def refuse_loose(scene: Scene, first: np.ndarray, second: np.ndarray, beside: Callable[[int], str]) -> None:
+def refuse_loose(
+    scene: Scene,
+    first: np.ndarray,
+    second: np.ndarray,
+    gaps: Mapping[tuple[int, int], float],
+    nearest: Callable[[int], str],
+) -> None:
     """Raise CaseError if blocks touch nothing, or groups of blocks reach no support, given the two blocks of
-    each joint, and what to say of the nearest block of one that touches nothing."""
+    each joint, the largest width of each small gap by the two blocks beside it, and what to say of the
+    nearest block of one that touches nothing and has no such gap."""
     fixed = np.array([block.fixed for block in scene.blocks])
     count = len(fixed)
     touched = np.zeros(count, dtype=bool)
     touched[first] = touched[second] = True
     alone = np.flatnonzero(~touched & ~fixed)
     if len(alone):
-        raise_for(alone, scene, f"touches no other block{beside(int(alone[0]))}")
+        one = int(alone[0])
+        gap, other = min(((gap, sum(pair) - one) for pair, gap in gaps.items() if one in pair), default=(0, 0))
+        faced = f"{scene.blocks[other].name!r}, which it faces, is up to"
+        beside = how_far(faced, gap, rounding(gap)) if gap else nearest(one)
+        raise_for(alone, scene, f"touches no other block{beside}")
     links = sp.coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
     _, group = connected_components(links, directed=False)
     loose = np.flatnonzero(~np.isin(group, group[fixed]))
     raise_for(loose, scene, "reaches no fixed block, neither itself nor through others: support it")
 
 
-def _nearest(scene: Scene, geometry: Geometry, block: int, gaps: Mapping[tuple[int, int], float]) -> str:
-    """How far from a block that touches nothing the nearest is, and what to do: one that it faces across a
-    small gap, if there is any."""
-    facing = {sum(pair) - block: gap for pair, gap in gaps.items() if block in pair}
-    if facing:
-        nearest = min(facing, key=lambda other: facing[other])
-        gap, small = facing[nearest], True
-    else:
-        distance = shapely.distance(geometry.polygons[block], geometry.polygons)
-        distance[block] = np.inf
-        nearest = int(distance.argmin())
-        gap = float(distance[nearest])
-        small = gap <= NEAR_MISS * np.sqrt(geometry.area[[block, nearest]].min())
+def _nearest(scene: Scene, geometry: Geometry, block: int) -> str:
+    """How far from a block that touches nothing the nearest is, and what to do."""
+    distance = shapely.distance(geometry.polygons[block], geometry.polygons)
+    distance[block] = np.inf
+    nearest = int(distance.argmin())
+    gap = float(distance[nearest])
     name = repr(scene.blocks[nearest].name)
     if gap <= geometry.tolerance:
         return f": it meets {name} corner on corner alone, where a joint needs an edge of either"
-    return how_far(name, gap, rounding(gap) if small else "")
+    small = gap <= reach(geometry.tolerance, np.sqrt(geometry.area[[block, nearest]].min()))
+    return how_far(f"{name}, the nearest, is", gap, rounding(gap) if small else "")
 
 
 def rounding(gap: float) -> str:
@@ -194,9 +199,9 @@ def rounding(gap: float) -> str:
     return f", or raise 'tolerance' to {rounded_up(gap, 2)} if coordinates were rounded"
 
 
-def how_far(name: str, gap: float, remedy: str) -> str:
-    """What to say of a block that touches nothing: the nearest one, how far it is, what to do about that."""
-    return f": {name}, the nearest, is {gap:.3g} away: close the gap{remedy}, or take the block away"
+def how_far(neighbour: str, gap: float, remedy: str) -> str:
+    """What to say of a block that touches nothing: which one is how far, and what to do about that."""
+    return f": {neighbour} {gap:.3g} away: close the gap{remedy}, or take the block away"
 
 
 def _refuse_overlaps(scene: Scene, geometry: Geometry, pairs: np.ndarray) -> None:
@@ -214,7 +219,7 @@ def _refuse_overlaps(scene: Scene, geometry: Geometry, pairs: np.ndarray) -> Non
         middle = shapely.get_coordinates(shapely.centroid(common[worst]))[0] + geometry.origin
         x, y = (f"{0.0 if abs(value) <= geometry.tolerance else value:.6g}" for value in middle)
         # Rounding leaves slivers; what is deeper is no matter of tolerance.
-        shallow = depth[worst] <= NEAR_MISS * np.sqrt(geometry.area[pairs[worst]].min())
+        shallow = depth[worst] <= reach(geometry.tolerance, np.sqrt(geometry.area[pairs[worst]].min()))
         most = rounded_up(float(depth[deep].max()), 2)
         rounded = f", or raise 'tolerance' to {most} if their coordinates were rounded" if shallow else ""
         others = len(deep) - 1

@@ -17,6 +17,9 @@ from masonry_opt.scene.scene import Scene
 #: overlaps no deeper come of rounded coordinates.
 NEAR_MISS = 1e-2
 
+#: So are edges within so many tolerances: coordinates that need one are now and then off by a little more.
+_NEAR_TOLERANCES = 3
+
 #: Edges touch along a length if they are nowhere farther apart than this share of it (and the tolerance).
 #: From ten tolerances on they may lean by any angle that the tolerance allows, shorter ones by this share.
 LEAN = 0.1
@@ -92,6 +95,11 @@ class _Facing(_Parts):
         return cls(pair, ends[0], ends[1], np.maximum(*apart)).where(at[1] - at[0] > shortest)
 
 
+def reach(tolerance: float, size: np.ndarray) -> np.ndarray:
+    """Gap up to which neighbours of blocks of these sizes were surely meant to touch them."""
+    return np.maximum(_NEAR_TOLERANCES * tolerance, NEAR_MISS * size)
+
+
 def shared_edges(edges: Edges, pairs: np.ndarray) -> tuple[Contacts, np.ndarray]:
     """The lengths of edge that pairs share; and of each pair the width of a small gap across which its blocks
     face each other beside them, shape (pairs,): the tolerance at which they touch there; ``inf`` without one.
@@ -101,11 +109,11 @@ def shared_edges(edges: Edges, pairs: np.ndarray) -> tuple[Contacts, np.ndarray]
     bends by more than the tolerance.
     """
     tolerance, area = edges.shapes.tolerance, edges.shapes.area
-    reach = np.maximum(tolerance, NEAR_MISS * np.sqrt(area[pairs].min(axis=1, initial=np.inf)))
-    facing = _Facing.of(edges, *edges.combinations(pairs, reach), shortest=tolerance)
+    far = reach(tolerance, np.sqrt(area[pairs].min(axis=1, initial=np.inf)))
+    facing = _Facing.of(edges, *edges.combinations(pairs, far), shortest=tolerance)
     shared = _joined(facing.where(facing.largest <= tolerance), tolerance)
     leaning = (facing.largest > tolerance) & (facing.largest <= LEAN * facing.length)
-    near = facing.where(leaning & (facing.largest <= reach[facing.pair]))
+    near = facing.where(leaning & (facing.largest <= far[facing.pair]))
     # Beside all that the pair shares, and no mere chamfer of it: a tenth as long.
     off = _distance(near.pair, (near.start + near.end) / 2, shared) > 2 * near.largest
     of_pair = np.bincount(shared.pair, shared.length, len(pairs))

@@ -23,7 +23,7 @@ def _where(v: dict[str, Any]) -> str:
 
 
 def _small_gaps(v: dict[str, Any]) -> str:
-    wide = [f"{rounded_up(width, 2)} wide" for width in v["widths"]]
+    wide = [f"up to {rounded_up(width, 2)} wide" for width in v["widths"]]
     return (
         f"blocks face each other across a small gap and do not touch along it: {pairs(v, wide)}; if they "
         f"should, raise 'tolerance' to {rounded_up(max(v['widths']), 2)}"

@@ -44,7 +44,8 @@ class Contacts:
         share.
     gaps: the largest width of each: the least 'tolerance' at which these share that polygon.
     without_normal: pairs of blocks (indices) that meet corner on corner, corner on edge or edge along edge,
-        which has no normal and is no joint, where not both have a joint there.
+        which has no normal and is no joint, where not both have a joint there, and that face each other
+        across no small gap.
     """
 
     first: np.ndarray
@@ -108,6 +109,7 @@ def find_contacts(scene: Scene, shapes: Shapes, *, floating: bool = False) -> Co
     joint, point, outline = _points(np.argsort(order), of_rings, lines)
     first, second = pairs[owner[order]].T
     near_misses = [(int(i), int(j)) for i, j in pairs[near]]
+    meeting = np.setdiff1d(without_normal(corners, pairs, asked, (polygons, lines)), near)
     if not floating:
         refuse_floating(scene, shapes, first, second, dict(zip(near_misses, gap[near], strict=True)))
     return Contacts(
@@ -123,9 +125,7 @@ def find_contacts(scene: Scene, shapes: Shapes, *, floating: bool = False) -> Co
         fixed_pairs=fixed_pairs,
         near_misses=near_misses,
         gaps=gap[near].tolist(),
-        without_normal=[
-            (int(i), int(j)) for i, j in pairs[without_normal(corners, pairs, asked, (polygons, lines))]
-        ],
+        without_normal=[(int(i), int(j)) for i, j in pairs[meeting]],
     )
 
 

@@ -27,26 +27,21 @@ def refuse_floating(
 ) -> None:
     """Raise CaseError if blocks touch nothing, or groups of blocks reach no support, given the two blocks of
     each joint, and the largest width of each small gap by the two blocks beside it."""
-    refuse_loose(scene, first, second, lambda block: _beside(scene, shapes, block, gaps))
+    refuse_loose(scene, first, second, gaps, lambda block: _beside(scene, shapes, block))
 
 
-def _beside(scene: Scene, shapes: Shapes, block: int, gaps: Mapping[tuple[int, int], float]) -> str:
-    """How far from a block that touches nothing the nearest is: one faced across a small gap, if any, unless
-    it meets another without a normal."""
+def _beside(scene: Scene, shapes: Shapes, block: int) -> str:
+    """How far from a block that touches nothing the nearest is, and what to do."""
     nearest, gap = _nearest(shapes, block)
+    name = repr(scene.blocks[nearest].name)
     if gap <= shapes.tolerance:
-        name = repr(scene.blocks[nearest].name)
         return f": it meets {name} along edges or at corners alone, where a joint needs a face of either"
-    facing = {sum(pair) - block: gap for pair, gap in gaps.items() if block in pair}
-    if facing:
-        nearest = min(facing, key=lambda other: facing[other])
-        gap = facing[nearest]
     both, remedy = [block, nearest], ""
     if gap <= reach(shapes)[both].min():
         remedy = rounding(gap)
     elif gap <= _MORTAR * np.cbrt(shapes.volume[both].min()):
         remedy = f", or raise 'contact_tolerance' to {rounded_up(gap, 2)} if mortar was left out"
-    return how_far(repr(scene.blocks[nearest].name), gap, remedy)
+    return how_far(f"{name}, the nearest, is", gap, remedy)
 
 
 def _nearest(shapes: Shapes, block: int) -> tuple[int, float]:

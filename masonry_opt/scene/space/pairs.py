@@ -11,7 +11,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.parts import Common, combine, common, overlapping
 from masonry_opt.scene.space.shapes import Shapes
 from masonry_opt.scene.space.surfaces import place
-from masonry_opt.scene.touching import NEAR_MISS
+from masonry_opt.scene.touching import reach as reach_of
 
 #: Pairs that overlap, each a linear program, after which no more are looked for: the scene is refused anyway.
 _ENOUGH = 100
@@ -28,7 +28,7 @@ def boxes(shapes: Shapes) -> tuple[np.ndarray, np.ndarray]:
 
 def reach(shapes: Shapes) -> np.ndarray:
     """Gap up to which each block's neighbours were surely meant to touch it, shape (blocks,)."""
-    return np.maximum(shapes.contact_tolerance, NEAR_MISS * np.cbrt(shapes.volume))
+    return reach_of(shapes.contact_tolerance, np.cbrt(shapes.volume))
 
 
 def near_pairs(scene: Scene, shapes: Shapes) -> np.ndarray:

@@ -193,3 +193,24 @@ def test_faces_that_nearly_touch_are_reported_and_joined_by_a_larger_tolerance(g
     joined = scene(*apart, tolerance=1e-3)
     assert pairs(joined) == {("A", "floor"), ("B", "floor"), ("A", "B")}
     assert joints_of(joined).near_misses == joints_of(joined).gaps == []
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-3, 2e-2])
+@pytest.mark.parametrize("share", [1.1, 2.5])
+def test_a_bed_that_gapes_over_the_tolerance_at_one_end_is_a_small_gap_and_no_meeting_of_corners(
+    tolerance, share
+):
+    """B touches A at its left corner, and stands up by share · tolerance at its right one, a length of 1."""
+    gap = share * tolerance
+    stones = [
+        square("A", 0, 0),
+        mo.Block(name="B", vertices=[(0, 1), (1, 1 + gap), (1, 2), (0, 2)], weight=1),
+    ]
+    wall = mo.Block(name="wall", vertices=[(1, 0), (2, 0), (2, 2), (1, 2)], fixed=True)
+    found = joints_of(scene(*stones, wall, tolerance=tolerance))
+    assert (found.near_misses, found.corners) == ([(0, 1)], [])
+    assert found.gaps == pytest.approx([gap], rel=1e-3)
+    assert ("A", "B") in pairs(scene(*stones, wall, tolerance=gap))
+    # Alone, B is refused for the gap that it stands above.
+    with pytest.raises(mo.CaseError, match=rf"'B' touches no other block: 'A', which it faces, .*{gap:.2g}"):
+        joints_of(scene(*stones, tolerance=tolerance))

@@ -203,6 +203,20 @@ def test_a_near_miss_beside_a_joint_is_told():
     assert contacts_of(scene(box("A", (0, 2), (0, 1), (1, 2)), far, high, FLOOR)).near_misses == []
 
 
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-3, 2e-2])
+def test_a_bed_that_gapes_over_the_tolerance_along_one_edge_is_a_small_gap(tolerance):
+    """B touches A along one edge of a face 1 long, and stands up by 1.5 tolerances at the other."""
+    gap = 1.5 * tolerance
+    lower = box("A", (0, 1), (0, 1), (0, 1))
+    leaning = hull("B", [(x, y, z + gap * x * (z == 1)) for x in (0, 1) for y in (0, 1) for z in (1, 2)])
+    wall = box("wall", (1, 2), (0, 1), (0, 2), fixed=True)
+    found = contacts_of(scene(lower, leaning, wall, FLOOR, tolerance=tolerance))
+    assert (found.near_misses, found.without_normal) == ([(0, 1)], [])
+    assert found.gaps == pytest.approx([gap], rel=1e-3)
+    with pytest.raises(mo.CaseError, match=rf"'B' touches no other block: 'A', which it faces, .*{gap:.2g}"):
+        contacts_of(scene(lower, leaning, FLOOR, tolerance=tolerance))
+
+
 def test_blocks_that_overlap_are_refused_with_place_volume_and_depth():
     blocks = scene(box("A", (0, 1), (0, 1), (0, 1)), box("B", (0.75, 2), (0.5, 3), (0, 1)), FLOOR)
     with pytest.raises(mo.CaseError, match=r"'A' and 'B' overlap.* 0\.125 .*, 0\.25 deep") as error:
