@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import partial
 
 import numpy as np
 import shapely
@@ -11,10 +12,10 @@ from masonry_opt.drawing.colours import GAP, JOINT, MARKED
 from masonry_opt.drawing.marks import Marks, joint_lines, joint_marks
 from masonry_opt.errors import CaseError, counted
 from masonry_opt.problem.assembly import Assembly, SpaceAssembly
-from masonry_opt.scene.contact import refuse_floating
+from masonry_opt.scene.contact import nearest_block, refuse_floating
 from masonry_opt.scene.extents import corners as corners_of
 from masonry_opt.scene.extents import outside
-from masonry_opt.scene.space.floating import refuse_floating as refuse_floating_solids
+from masonry_opt.scene.space.floating import nearest_solid
 from masonry_opt.scene.space.shapes import Shapes
 from masonry_opt.words.sense import warnings_of
 from masonry_opt.words.sentences import sentences
@@ -46,7 +47,7 @@ def counts(assembly: Assembly) -> str:
         "block": movable,
         "support": len(assembly.scene.blocks) - movable,
         "joint": len(assembly.joints.first),
-        "small gap": len(assembly.joints.near_misses),
+        "small gap": len(assembly.joints.gaps),
     }
     told = [(noun, number) for noun, number in numbers.items() if number or noun == "joint"]
     said = [counted(number, noun) for noun, number in told]
@@ -59,7 +60,7 @@ def near_misses(assembly: Assembly) -> np.ndarray:
     """Lengths of edge along which blocks face each other across a small gap, relative to the geometry's
     origin, shape (lengths, 2, 2)."""
     shapes, found = assembly.geometry, [np.empty((0, 2, 2))]
-    for pair, gap in zip(assembly.joints.near_misses, assembly.joints.gaps, strict=True):
+    for pair, gap in assembly.joints.gaps.items():
         one, other = shapes.polygons[list(pair)]
         # A little more than the largest width, which keeps their ends.
         reach = 1.01 * gap
@@ -101,7 +102,7 @@ def unjoined(assembly: SpaceAssembly) -> tuple[np.ndarray, np.ndarray]:
         for one, other in (pair, pair[::-1]):
             own = every[of_corner == one]
             points.append(own[_beside(shapes, other, own) <= 2 * shapes.tolerance])
-    for pair, gap in zip(contacts.near_misses, contacts.gaps, strict=True):
+    for pair, gap in contacts.gaps.items():
         for one, other in (pair, pair[::-1]):
             for side in np.flatnonzero(shapes.faces.block[face] == one):
                 along = (1 - share) * start[side] + share * end[side]
@@ -117,14 +118,13 @@ def _beside(shapes: Shapes, block: int, points: np.ndarray) -> np.ndarray:
 
 def doubts(assembly: Assembly) -> Iterator[str]:
     """Sentences on blocks that touch nothing, which no analysis takes, and on what looks unintended."""
-    joints = assembly.joints
-    gaps = dict(zip(joints.near_misses, joints.gaps, strict=True))
-    blocks = joints.first, joints.second
+    scene, joints = assembly.scene, assembly.joints
+    if isinstance(assembly, SpaceAssembly):
+        nearest = partial(nearest_solid, scene, assembly.geometry)
+    else:
+        nearest = partial(nearest_block, scene, assembly.geometry)
     try:
-        if isinstance(assembly, SpaceAssembly):
-            refuse_floating_solids(assembly.scene, assembly.geometry, *blocks, gaps)
-        else:
-            refuse_floating(assembly.scene, assembly.geometry, *blocks, gaps)
+        refuse_floating(scene, joints.first, joints.second, joints.gaps, nearest)
     except CaseError as error:
         yield str(error)
     yield from sentences(warnings_of(assembly, None))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -37,8 +38,8 @@ class Joints:
         ``inf`` where it does not depend on them, shape (joints, 2).
     strength: compressive, per unit length, ``inf`` where joints carry any pressure, shape (joints,).
     fixed_pairs: how many touching pairs were left out because both blocks are fixed.
-    near_misses: pairs of blocks (indices) that share no length, and face each other across a small gap.
-    gaps: the largest width of each: the least 'tolerance' at which these share that length.
+    gaps: by pairs of blocks (indices) that face each other across a small gap beside what they share, its
+        largest width: the least 'tolerance' at which they share that length.
     corners: pairs of blocks (indices) that meet corner on corner, which has no normal and is no joint,
         where not both have a joint that ends there, and that face each other across no small gap.
     """
@@ -55,8 +56,7 @@ class Joints:
     dilatancy_stress: np.ndarray
     strength: np.ndarray
     fixed_pairs: int
-    near_misses: list[tuple[int, int]]
-    gaps: list[float]
+    gaps: dict[tuple[int, int], float]
     corners: list[tuple[int, int]]
 
     @property
@@ -95,9 +95,9 @@ def find_joints(scene: Scene, geometry: Geometry, *, floating: bool = False) -> 
     points, corners = corners_on_edges(edges, pairs, along, np.flatnonzero(~both_fixed))
     found = along.by_pair(points)
     first, second = pairs[found.pair, 0], pairs[found.pair, 1]
-    near_misses = [(int(i), int(j)) for i, j in pairs[near]]
+    gaps = {(int(i), int(j)): float(width) for width, (i, j) in zip(gap[near], pairs[near], strict=True)}
     if not floating:
-        refuse_floating(scene, geometry, first, second, dict(zip(near_misses, gap[near], strict=True)))
+        refuse_floating(scene, first, second, gaps, partial(nearest_block, scene, geometry))
     return Joints(
         first=first,
         second=second,
@@ -107,8 +107,7 @@ def find_joints(scene: Scene, geometry: Geometry, *, floating: bool = False) -> 
         length=found.length,
         **joint_properties(scene, first, second),
         fixed_pairs=fixed_pairs,
-        near_misses=near_misses,
-        gaps=gap[near].tolist(),
+        gaps=gaps,
         corners=[(int(i), int(j)) for i, j in pairs[np.setdiff1d(corners, near)]],
     )
 
@@ -144,18 +143,6 @@ def _near_pairs(scene: Scene, geometry: Geometry) -> np.ndarray:
 
 def refuse_floating(
     scene: Scene,
-    geometry: Geometry,
-    first: np.ndarray,
-    second: np.ndarray,
-    gaps: Mapping[tuple[int, int], float],
-) -> None:
-    """Raise CaseError if blocks touch nothing, or groups of blocks reach no support, given the two blocks of
-    each joint, and the largest width of each small gap by the two blocks beside it."""
-    refuse_loose(scene, first, second, gaps, lambda block: _nearest(scene, geometry, block))
-
-
-def refuse_loose(
-    scene: Scene,
     first: np.ndarray,
     second: np.ndarray,
     gaps: Mapping[tuple[int, int], float],
@@ -171,9 +158,10 @@ def refuse_loose(
     alone = np.flatnonzero(~touched & ~fixed)
     if len(alone):
         one = int(alone[0])
-        gap, other = min(((gap, sum(pair) - one) for pair, gap in gaps.items() if one in pair), default=(0, 0))
-        faced = f"{scene.blocks[other].name!r}, which it faces, is up to"
-        beside = how_far(faced, gap, rounding(gap)) if gap else nearest(one)
+        faced = [(gap, sum(pair) - one) for pair, gap in gaps.items() if one in pair]
+        gap, other = min(faced, default=(0.0, one))
+        name = f"{scene.blocks[other].name!r}, which it faces, is up to"
+        beside = how_far(name, gap, rounding(gap)) if faced else nearest(one)
         raise_for(alone, scene, f"touches no other block{beside}")
     links = sp.coo_array((np.ones(len(first)), (first, second)), shape=(count, count))
     _, group = connected_components(links, directed=False)
@@ -181,7 +169,7 @@ def refuse_loose(
     raise_for(loose, scene, "reaches no fixed block, neither itself nor through others: support it")
 
 
-def _nearest(scene: Scene, geometry: Geometry, block: int) -> str:
+def nearest_block(scene: Scene, geometry: Geometry, block: int) -> str:
     """How far from a block that touches nothing the nearest is, and what to do."""
     distance = shapely.distance(geometry.polygons[block], geometry.polygons)
     distance[block] = np.inf

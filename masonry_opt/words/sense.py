@@ -111,12 +111,9 @@ def _clamping(assembly: Assembly, solution: Solution | None) -> list[Reason]:
 
 def _small_gaps(assembly: Assembly) -> list[Reason]:
     """Blocks that nearly touch, widest gap first."""
-    joints = assembly.joints
-    if not joints.gaps:
-        return []
-    order = np.argsort(-np.array(joints.gaps), kind="stable")
-    pairs = [assembly.names(np.array(joints.near_misses[gap])) for gap in order]
-    return [reason(Code.SMALL_GAPS, pairs=pairs, widths=[joints.gaps[gap] for gap in order])]
+    gaps = dict(sorted(assembly.joints.gaps.items(), key=lambda gap: -gap[1]))
+    pairs = [assembly.names(np.array(pair)) for pair in gaps]
+    return [reason(Code.SMALL_GAPS, pairs=pairs, widths=list(gaps.values()))] if gaps else []
 
 
 def _corners(assembly: Assembly) -> list[Reason]:

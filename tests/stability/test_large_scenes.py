@@ -27,7 +27,7 @@ def is_as_asked_and_stands(family: str, stones: int, seed: int) -> None:
     assert abs(built / stones - 1) <= 0.1
     fewest, most = JOINTS[family]
     assert fewest < len(assembly.joints.first) / built < most
-    assert not assembly.joints.near_misses
+    assert not assembly.joints.gaps
     assert falling_mechanism(assembly.problem, find_solver("cvxpy", None), Effort()) is None
 
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 import shapely
 
-from masonry_opt.scene.contact import joint_properties
+from masonry_opt.scene.contact import joint_properties, refuse_floating
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.facing import Facing, facing
-from masonry_opt.scene.space.floating import refuse_floating
+from masonry_opt.scene.space.floating import nearest_solid
 from masonry_opt.scene.space.frames import lengths
 from masonry_opt.scene.space.outlines import rolled
 from masonry_opt.scene.space.pairs import near_pairs, reach, refuse_overlaps
@@ -40,9 +41,8 @@ class Contacts:
         each.
     friction, cohesion, dilatancy: properties; cohesion per unit area, shape (joints,).
     fixed_pairs: how many touching pairs were left out because both blocks are fixed.
-    near_misses: pairs of blocks (indices) whose faces face each other across a small gap beside what they
-        share.
-    gaps: the largest width of each: the least 'tolerance' at which these share that polygon.
+    gaps: by pairs of blocks (indices) that face each other across a small gap beside what they share, its
+        largest width: the least 'tolerance' at which they share that polygon.
     without_normal: pairs of blocks (indices) that meet corner on corner, corner on edge or edge along edge,
         which has no normal and is no joint, where not both have a joint there, and that face each other
         across no small gap.
@@ -60,8 +60,7 @@ class Contacts:
     cohesion: np.ndarray
     dilatancy: np.ndarray
     fixed_pairs: int
-    near_misses: list[tuple[int, int]]
-    gaps: list[float]
+    gaps: dict[tuple[int, int], float]
     without_normal: list[tuple[int, int]]
 
 
@@ -108,10 +107,10 @@ def find_contacts(scene: Scene, shapes: Shapes, *, floating: bool = False) -> Co
     tangent, *of_rings = _rings(polygons)
     joint, point, outline = _points(np.argsort(order), of_rings, lines)
     first, second = pairs[owner[order]].T
-    near_misses = [(int(i), int(j)) for i, j in pairs[near]]
+    gaps = {(int(i), int(j)): float(width) for width, (i, j) in zip(gap[near], pairs[near], strict=True)}
     meeting = np.setdiff1d(without_normal(corners, pairs, asked, (polygons, lines)), near)
     if not floating:
-        refuse_floating(scene, shapes, first, second, dict(zip(near_misses, gap[near], strict=True)))
+        refuse_floating(scene, first, second, gaps, partial(nearest_solid, scene, shapes))
     return Contacts(
         first=first,
         second=second,
@@ -123,8 +122,7 @@ def find_contacts(scene: Scene, shapes: Shapes, *, floating: bool = False) -> Co
         outline=outline,
         **_properties(scene, first, second),
         fixed_pairs=fixed_pairs,
-        near_misses=near_misses,
-        gaps=gap[near].tolist(),
+        gaps=gaps,
         without_normal=[(int(i), int(j)) for i, j in pairs[meeting]],
     )
 

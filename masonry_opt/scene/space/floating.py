@@ -1,14 +1,12 @@
-"""What floats in a scene in space, and how far from a block the nearest one is."""
+"""How far from a block that floats in space the nearest one is."""
 
 from __future__ import annotations
-
-from collections.abc import Mapping
 
 import numpy as np
 import shapely
 
 from masonry_opt.errors import rounded_up
-from masonry_opt.scene.contact import how_far, refuse_loose, rounding
+from masonry_opt.scene.contact import how_far, rounding
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.frames import dots, lengths
 from masonry_opt.scene.space.pairs import boxes, reach
@@ -18,19 +16,7 @@ from masonry_opt.scene.space.shapes import Shapes
 _MORTAR = 0.2
 
 
-def refuse_floating(
-    scene: Scene,
-    shapes: Shapes,
-    first: np.ndarray,
-    second: np.ndarray,
-    gaps: Mapping[tuple[int, int], float],
-) -> None:
-    """Raise CaseError if blocks touch nothing, or groups of blocks reach no support, given the two blocks of
-    each joint, and the largest width of each small gap by the two blocks beside it."""
-    refuse_loose(scene, first, second, gaps, lambda block: _beside(scene, shapes, block))
-
-
-def _beside(scene: Scene, shapes: Shapes, block: int) -> str:
+def nearest_solid(scene: Scene, shapes: Shapes, block: int) -> str:
     """How far from a block that touches nothing the nearest is, and what to do."""
     nearest, gap = _nearest(shapes, block)
     name = repr(scene.blocks[nearest].name)

@@ -71,7 +71,7 @@ def test_blocks_fill_the_walls_and_touch_wherever_they_meet(name):
     surface = 2 * (sizes[:, [0, 1, 2]] * sizes[:, [1, 2, 0]]).sum()
     outside = 2 * foot + 4 * outline + faces
     assert assembly.joints.area.sum() == pytest.approx((surface - outside) / 2 + foot - of_foot)
-    assert not assembly.joints.near_misses
+    assert not assembly.joints.gaps
     assert made.size >= len(sizes)
 
 

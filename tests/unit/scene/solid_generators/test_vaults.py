@@ -27,7 +27,7 @@ SHAFT = {"diameter": (1.2, 0.8), "sides": 12, "height": 5.0, "drums": 6, "unit_w
 
 def assembled(generator):
     assembly = assemble(mo.Scene(joints={"friction": 0.6}, blocks=generator.blocks()))
-    assert not assembly.joints.near_misses
+    assert not assembly.joints.gaps
     assert not assembly.joints.without_normal
     return assembly
 

@@ -50,7 +50,7 @@ def test_cells_of_a_voronoi_diagram_share_its_faces(seed, turned):
     for pair, area in shared.items():
         assert area == pytest.approx(faces[pair][0], abs=tolerance)
     assert np.mean([corners[pair] == faces[pair][1] for pair in shared]) > 0.97
-    assert found.near_misses == found.without_normal == []
+    assert (found.gaps, found.without_normal) == ({}, [])
 
 
 @pytest.mark.parametrize("seed", [1, 2])
