@@ -28,7 +28,7 @@ from masonry_opt.words.terminal import print_text
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
 #: Options beside friction, unit weight, live load and tolerance that each kind takes.
-_OF_DXF = ("live_layers", "layers", "fixed_layers", "sagitta", "to_metres", "thickness")
+_OF_DXF = ("live_layers", "layers", "fixed_layers", "outline_tolerance", "sagitta", "to_metres", "thickness")
 _OF_COMPAS = ("fixed", "fixed_below", "along", "space", "contact_tolerance")
 _OF_MESH = ("fixed", "fixed_layers", "fixed_below", "up", "scale", "contact_tolerance")
 
@@ -91,7 +91,12 @@ def convert(
         float | None, typer.Option(help="DXF: blocks in space of this thickness, out of the drawing.")
     ] = None,
     tolerance: Annotated[
-        float | None, typer.Option(help="Length below which gaps are nothing.", show_default=False)
+        float | None,
+        typer.Option(help="Length below which gaps between blocks are nothing.", show_default=False),
+    ] = None,
+    outline_tolerance: Annotated[
+        float | None,
+        typer.Option(help="DXF: gap up to which ends of lines meet (default: the tolerance)."),
     ] = None,
     contact_tolerance: Annotated[
         float | None,
@@ -128,6 +133,7 @@ def convert(
         "along": _numbers("--along", along) if along and "," in along else along,
         "tolerance": tolerance,
         "contact_tolerance": contact_tolerance,
+        "outline_tolerance": outline_tolerance,
         "sagitta": sagitta,
         "to_metres": to_metres or None,
     }

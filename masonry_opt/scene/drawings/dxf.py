@@ -35,6 +35,7 @@ class DxfDrawing(FlatDrawing):
     thickness: Positive | None = None
     layers: list[Name] | None = Field(default=None, min_length=1)
     fixed_layers: list[Name] = list(FIXED)
+    outline_tolerance: Positive | None = None
     sagitta: Positive | None = None
 
 
@@ -48,6 +49,7 @@ def read_dxf(
     layers: Iterable[str] | None = None,
     fixed_layers: Iterable[str] = FIXED,
     tolerance: float | None = None,
+    outline_tolerance: float | None = None,
     sagitta: float | None = None,
     to_metres: bool = False,
     thickness: float | None = None,
@@ -77,8 +79,10 @@ def read_dxf(
     fixed_layers:
         Blocks are supports if the name of their layer contains one of these words, in capitals or not.
     tolerance:
-        Length below which gaps are nothing: between ends of lines, and between blocks (default: 1e-6 of the
-        drawing's diagonal, and of the scene's as in :class:`Scene`).
+        Length below which gaps and overlaps between blocks are nothing (default: as in :class:`Scene`).
+    outline_tolerance:
+        Gap up to which two ends of lines meet in an outline, where no third one is as near; ends that meet
+        within 1e-6 of the drawing's diagonal are joined before (default: the tolerance, else those 1e-6).
     sagitta:
         Largest distance between an arc and the chords that take its place (default: 1e-4 of the drawing's
         diagonal). The chords' ends lie on the arc.
@@ -110,6 +114,7 @@ def read_dxf(
         layers=None if layers is None else list(layers),
         fixed_layers=list(fixed_layers),
         tolerance=tolerance,
+        outline_tolerance=outline_tolerance,
         sagitta=sagitta,
         thickness=thickness,
     )
@@ -119,8 +124,11 @@ def read_dxf(
         shown = dxf_curves.visible(document)
         read = _on_layers(shown, drawing.layers)
         curves, diagonal = dxf_curves.curves(read, scale, drawing.sagitta)
-        short = drawing.tolerance or RELATIVE_TOLERANCE * diagonal
-        found = shapes(closed_outlines(curves, short), short)
+        rounding = RELATIVE_TOLERANCE * diagonal
+        apart = drawing.tolerance or rounding
+        short = drawing.outline_tolerance or apart
+        outlines = closed_outlines(curves, short, min(rounding, short))
+        found = shapes(outlines, short, overlap=max(short, apart))
         if not found:
             raise ValueError(f"has no closed outline in its model space{_known(shown)}")
         pushes = _pushes(found, drawing)

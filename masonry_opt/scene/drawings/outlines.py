@@ -80,9 +80,10 @@ def flattened(points: np.ndarray, bulges: np.ndarray, closed: bool, sagitta: flo
     return np.concatenate(parts)
 
 
-def closed_outlines(curves: Sequence[Curve], tolerance: float) -> list[Curve]:
+def closed_outlines(curves: Sequence[Curve], tolerance: float, rounding: float) -> list[Curve]:
     """The closed curves, and the loops that the open ones of a layer make, in the order of the drawing.
 
+    Two ends meet within rounding, or else within the tolerance where no third end without one is as near.
     Raises ValueError, naming the curve, if one is open and does not belong to a simple loop.
     """
     outlines, open_ones = [], defaultdict(list)
@@ -93,34 +94,41 @@ def closed_outlines(curves: Sequence[Curve], tolerance: float) -> list[Curve]:
         else:
             open_ones[curve.layer].append((number, curve))
     for of_layer in open_ones.values():
-        outlines += _loops(of_layer, tolerance)
+        outlines += _loops(of_layer, (rounding, tolerance))
     return [curve for _, curve in sorted(outlines, key=lambda entry: entry[0])]
 
 
-def _loops(curves: list[tuple[int, Curve]], tolerance: float) -> list[tuple[int, Curve]]:
-    """Loops of open curves, each with the number of its first."""
+def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list[tuple[int, Curve]]:
+    """Loops of open curves, each with the number of its first; ends meet within the first tolerance that
+    leaves them one other end."""
     ends = np.array([curve.points[end] for _, curve in curves for end in (0, -1)])
-    tree = cKDTree(ends)
-    pairs = tree.query_pairs(tolerance, output_type="ndarray")
-    links = sp.coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(len(ends), len(ends)))
-    _, node = connected_components(links, directed=False)
-    meeting = np.bincount(node)[node]
-    for end in np.flatnonzero(meeting != 2).tolist():
-        curve, (x, y) = curves[end // 2][1], ends[end] + 0.0
-        if meeting[end] == 1:
-            gap = np.sort(tree.query(ends[end], k=2)[0])[1] if len(ends) > 1 else math.inf
+    partner: dict[int, int] = {}
+    free = np.arange(len(ends))
+    for tolerance in tolerances:
+        tree = cKDTree(ends[free])
+        pairs = tree.query_pairs(tolerance, output_type="ndarray")
+        links = sp.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(free), len(free)))
+        _, node = connected_components(links, directed=False)
+        meeting = np.bincount(node)[node]
+        by_node = np.argsort(node, kind="stable")
+        for a, b in free[by_node[meeting[by_node] == 2]].reshape(-1, 2).tolist():
+            partner[a], partner[b] = b, a
+        free, meeting = free[meeting != 2], meeting[meeting != 2]
+        if not len(free):
+            break
+    else:  # ends are left
+        curve, (x, y) = curves[free[0] // 2][1], ends[free[0]] + 0.0
+        if meeting[0] == 1:
+            gap = np.sort(tree.query(ends[free[0]], k=2)[0])[1]
             raise ValueError(
                 f"{curve.where} is open: no other end of this layer meets its end at ({x:g}, {y:g})"
-                f" (the nearest is {gap:.3g} away): close it, raise 'tolerance', or name the layers of the"
-                " blocks by 'layers'"
+                f" (the nearest is {gap:.3g} away): close it, raise 'outline_tolerance', or name the layers"
+                " of the blocks by 'layers'"
             )
         raise ValueError(
-            f"{curve.where} meets {meeting[end] - 1} other ends at ({x:g}, {y:g}), which does not say what is"
-            " a block: draw each block as a closed polyline"
+            f"{curve.where} meets {meeting[0] - 1} other ends at ({x:g}, {y:g}), which does not say what is a"
+            " block: draw each block as a closed polyline, or lower 'outline_tolerance' to part them"
         )
-    partner = {}
-    for a, b in np.argsort(node, kind="stable").reshape(-1, 2).tolist():
-        partner[a], partner[b] = b, a
     loops, left = [], set(range(len(curves)))
     while left:
         first = min(left)
@@ -135,9 +143,9 @@ def _loops(curves: list[tuple[int, Curve]], tolerance: float) -> list[tuple[int,
     return loops
 
 
-def shapes(outlines: Sequence[Curve], tolerance: float) -> list[Shape]:
-    """Blocks with their holes: an outline inside one other is a hole of it, one inside a hole a block, and
-    so on in turns. Of two outlines that are the same the first is the outer one.
+def shapes(outlines: Sequence[Curve], tolerance: float, overlap: float) -> list[Shape]:
+    """Blocks with their holes: an outline inside one other, but for an overlap, is a hole of it, one inside a
+    hole a block, and so on in turns. Of two outlines that are the same the first is the outer one.
 
     Raises ValueError, naming the outlines, if one has no area or crosses itself, or two are the same and lie
     in no other one.
@@ -149,7 +157,7 @@ def shapes(outlines: Sequence[Curve], tolerance: float) -> list[Shape]:
     inside = np.where(same, inner > outer, area[inner] < area[outer])
     inner, outer = inner[inside], outer[inside]
     rest = shapely.area(shapely.difference(polygons[inner], polygons[outer]))
-    covered = rest <= tolerance * shapely.length(polygons[inner])
+    covered = rest <= overlap * shapely.length(polygons[inner])
     inner, outer = inner[covered], outer[covered]
     depth = np.bincount(inner, minlength=len(polygons))
     holes: defaultdict[int, list[shapely.LinearRing]] = defaultdict(list)

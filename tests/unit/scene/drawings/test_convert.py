@@ -47,7 +47,7 @@ def test_options_of_dxf(tmp_path, monkeypatch, capsys):
     document.saveas(tmp_path / "stone.dxf")
     options = shlex.split(
         "--friction 0.5 --unit-weight 20 --live-layer top=-0.5,0 --layer top --layer rock --fixed-layer rock "
-        "--to-metres --tolerance 1e-5 --sagitta 0.01"
+        "--to-metres --tolerance 1e-5 --outline-tolerance 2e-5 --sagitta 0.01"
     )
     out = tmp_path / "stone.toml"
     code, _, err = run_command(monkeypatch, capsys, "convert", tmp_path / "stone.dxf", out, *options)

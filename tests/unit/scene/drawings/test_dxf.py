@@ -156,6 +156,34 @@ def test_gaps_within_the_tolerance_are_closed(sheet):
         read(path)
 
 
+@pytest.mark.parametrize(
+    ("loose", "tolerances"),
+    [
+        (0, {"tolerance": 0.0025}),
+        (0, {"tolerance": 0.0025, "outline_tolerance": 1e-4}),
+        (0.0005, {"tolerance": 0.0025, "outline_tolerance": 0.001}),
+    ],
+)
+def test_stones_of_loose_lines_may_stand_nearer_than_the_tolerance(sheet, loose, tolerances):
+    """Two stones of 1 × 1 on one layer, 2 mm apart, each of four lines that end short of its corners."""
+
+    def make(space):
+        for x in (0, 1.002):
+            ring = np.array([(x, 0), (x + 1, 0), (x + 1, 1), (x, 1)], dtype=float)
+            for a, b in itertools.pairwise([*ring, ring[0]]):
+                space.add_line(a, b - loose * (b - a))
+
+    path = sheet(make)
+    scene = read(path, **tolerances)
+    assert scene.tolerance == 0.0025
+    assert [area_of(scene, number) for number in (0, 1)] == pytest.approx([1, 1], abs=2 * loose + 1e-12)
+    assert sorted(joints_of(scene).length) == pytest.approx(3 * [1], abs=2 * loose + 2e-6)
+    # What nothing says is not guessed: both stones' ends lie within the tolerance.
+    if loose:
+        with pytest.raises(mo.CaseError, match=r"LINE \w+ on layer '0' meets 3 other ends"):
+            read(path, tolerance=0.0025)
+
+
 def test_holes_and_what_stands_in_them(sheet):
     """An outline inside another is a hole, one inside that a block, and so on; one drawn twice is filled."""
     rings = [
