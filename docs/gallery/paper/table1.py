@@ -5,7 +5,7 @@ Table 1: the six walls of Ferris & Tin-Loi
 The associative load factor, the paper's loop, the mixed complementarity problem (MCP) and the MPEC of
 Ferris & Tin-Loi (2001), each beside the published value; the load to expect where contacts give a little,
 which the loop and that MCP come near; and the lowest state that a search finds, beside the lowest known.
-Every method is run with its defaults.
+Methods have their defaults, without the load to expect beside an answer, which has a column of its own.
 """
 
 from functools import partial
