@@ -111,8 +111,8 @@ def _look_for_plateau(solution: Solution, contacts: _Contacts, options: Complian
         if not far and contacts.settle(give):
             return
     if options.give is None:
-        # A state by itself shows no plateau, and may be of another branch than softer contacts lead to.
-        if contacts.lone and contacts.elastic <= _ELASTIC:
+        # A state that no other bears out may be of another branch than softer contacts lead to.
+        if contacts.elastic <= _ELASTIC:
             contacts.last = None
             for give in sorted((*SOFT, *contacts.states), reverse=True):
                 if contacts.settle(give):
@@ -168,11 +168,6 @@ class _Contacts:
     def elastic(self) -> float:
         """Elastic share of the work there."""
         return _elastic_share(self.last) if self.last else 0.0
-
-    @property
-    def lone(self) -> bool:
-        """Whether one pass at most has ended."""
-        return sum(state is not None for state in self.states.values()) < 2
 
     def state(self, give: float) -> GivingState | None:
         """The state with this compliance; None if no pass ends in one."""
