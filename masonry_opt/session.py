@@ -215,8 +215,8 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
 
 def _stands(problem: Problem, load_factor: float) -> bool:
     """Whether a Coulomb load factor is of a scene that carries its dead load from rest: contacts that give
-    are asked where it is next to nothing."""
-    if abs(load_factor) > SMALLEST or not problem.dead.any():
+    are asked where it is next to nothing, unless their forces are known."""
+    if abs(load_factor) > SMALLEST or problem.settled is not None or not problem.dead.any():
         return load_factor >= -ZERO
     return load_factor >= -ZERO and Passes(problem).carry_dead_load()
 

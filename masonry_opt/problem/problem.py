@@ -95,7 +95,8 @@ class Problem:
     force_unit: what a dimensionless force is multiplied by.
     compliance: motion of a joint per unit of each of its forces where contacts give elastically, shape (3c,);
         None where they are rigid.
-    settled: forces from which on contacts give, shape (3c,); None: from zero.
+    settled: forces from which on contacts give, shape (3c,); None: from zero. Where contacts are rigid, those
+        that are known to carry the dead load from rest.
     """
 
     matrices: Matrices

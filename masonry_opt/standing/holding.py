@@ -19,6 +19,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_standing import CvxpyStanding
 from masonry_opt.models.cvxpy_terms import ShearParameters
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.limited_forces import Role
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 from masonry_opt.solvers.registry import Solver, taking_cones
@@ -137,8 +138,9 @@ def _hanging(assembly: Assembly, blocks: np.ndarray) -> np.ndarray:
     down = np.where(size[:, None] > 0, down / np.where(size > 0, size, 1.0)[:, None], scene.down)
     first_borne = (joints.normal * down[joints.first]).sum(axis=1) < -_BEARS
     second_borne = (joints.normal * down[joints.second]).sum(axis=1) > _BEARS
-    # From what bears to what is borne, and from one node more to all supports.
-    supports = np.setdiff1d(np.arange(count), movable)
+    # From what bears to what is borne, and from one node more to all supports; some may turn.
+    held = [of.block for force in assembly.limited if force.role is Role.SUPPORT for of in force.actions]
+    supports = np.append(np.setdiff1d(np.arange(count), movable), held).astype(int)
     bears = np.concatenate([joints.second[first_borne], joints.first[second_borne], 0 * supports + count])
     borne = np.concatenate([joints.first[first_borne], joints.second[second_borne], supports])
     chains = sp.csr_array((np.ones(len(bears)), (bears, borne)), shape=(count + 1, count + 1))

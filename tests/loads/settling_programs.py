@@ -80,8 +80,15 @@ def _centre(block: Rectangle) -> np.ndarray:
     return np.array([(left + right) / 2, (bottom + top) / 2])
 
 
-def thrusts(voussoirs: Sequence[np.ndarray], unit_weight: float, friction: float) -> tuple[float, float]:
-    """Least and greatest horizontal thrust of an arch on two supports: a search among lines of thrust.
+def thrusts(
+    voussoirs: Sequence[np.ndarray],
+    unit_weight: float,
+    friction: float,
+    pivot: tuple[float, float] | None = None,
+    motion: np.ndarray | None = None,
+) -> tuple[float, float] | None:
+    """Least and greatest horizontal thrust of an arch on two supports, None if there is none: a search among
+    lines of thrust.
 
     Unknown are the force and the moment at the first springing; statics give the resultant in each joint.
 
@@ -89,29 +96,68 @@ def thrusts(voussoirs: Sequence[np.ndarray], unit_weight: float, friction: float
     ----------
     voussoirs: corners of each from the first springing on, shape (4, 2): inner and outer corner of its first
         joint, then outer and inner corner of its second.
+    pivot: the point about which the second support turns freely; None: it does not turn.
+    motion: centroid, velocity and rotation of the first support, the voussoirs and the second support, shape
+        (voussoirs + 2, 5), with which the thrust is to go by Coulomb's law: what opens carries nothing, and
+        what slides all its friction.
     """
     state = np.eye(3, 4)  # force and moment about the origin, of what is behind a joint: three unknowns, 1
-    rows, limits = [], []
-    for number in range(len(voussoirs) + 1):
-        inner, outer = voussoirs[number][:2] if number < len(voussoirs) else voussoirs[-1][[3, 2]]
+    rows = []
+    for number, (inner, outer) in enumerate(_springings(voussoirs)):
         middle, thickness = (inner + outer) / 2, np.linalg.norm(outer - inner)
         along = (outer - inner) / thickness
         ahead = np.array([along[1], -along[0]])
         n, s = ahead @ state[:2], along @ state[:2]
         m = state[2] - (middle[0] * state[1] - middle[1] * state[0])
-        for row in (m - thickness / 2 * n, -m - thickness / 2 * n, s - friction * n, -s - friction * n):
-            rows.append(row[:3])
-            limits.append(-row[3])
+        rows += [m - thickness / 2 * n, -m - thickness / 2 * n, s - friction * n, -s - friction * n]
         if number < len(voussoirs):
             x, y = voussoirs[number].T
             cross = x * np.roll(y, -1) - y * np.roll(x, -1)
             weight = unit_weight * abs(cross.sum()) / 2
             state[1:, 3] -= weight * np.array([1.0, (x + np.roll(x, -1)) @ cross / (3 * cross.sum())])
-    free = [(None, None)] * 3
-    return _least_and_greatest(np.eye(3)[0], A_ub=np.array(rows), b_ub=np.array(limits), bounds=free)
+    limits = np.array(rows)
+    equal = np.zeros((0, 4)) if motion is None else limits[_moving(voussoirs, motion)]
+    if pivot is not None:
+        equal = np.vstack([equal, state[2] - (pivot[0] * state[1] - pivot[1] * state[0])])
+    return _least_and_greatest(
+        np.eye(3)[0],
+        A_ub=limits[:, :3],
+        b_ub=-limits[:, 3],
+        A_eq=equal[:, :3],
+        b_eq=-equal[:, 3],
+        bounds=[(None, None)] * 3,
+    )
 
 
-def _least_and_greatest(cost: np.ndarray, **program: object) -> tuple[float, float]:
+def _springings(voussoirs: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Inner and outer corner of each joint."""
+    return [*(corners[:2] for corners in voussoirs), voussoirs[-1][[3, 2]]]
+
+
+def _moving(voussoirs: Sequence[np.ndarray], motion: np.ndarray) -> np.ndarray:
+    """Whether each joint opens at its outer and at its inner corner, and slides inwards or outwards, in this
+    order. What overlaps is no motion."""
+    rates = []
+    for behind, ahead, (inner, outer) in zip(motion, motion[1:], _springings(voussoirs), strict=False):
+        along = (outer - inner) / np.linalg.norm(outer - inner)
+        apart = [_velocity(ahead, corner) - _velocity(behind, corner) for corner in (outer, inner)]
+        slip = apart[0] @ along
+        rates += [*(velocity @ [along[1], -along[0]] for velocity in apart), -slip, slip]
+    found = np.array(rates) / np.abs(rates).max()
+    assert found.reshape(-1, 4)[:, :2].min() > -1e-6
+    moving: np.ndarray = found > 1e-6
+    return moving
+
+
+def _velocity(of: np.ndarray, corner: np.ndarray) -> np.ndarray:
+    x, y = corner - of[:2]
+    velocity: np.ndarray = of[2:4] + of[4] * np.array([-y, x])
+    return velocity
+
+
+def _least_and_greatest(cost: np.ndarray, **program: object) -> tuple[float, float] | None:
     found = [linprog(sign * cost, **program, method="highs") for sign in (1, -1)]
+    if [each.status for each in found] == [2, 2]:
+        return None
     assert all(each.status == 0 for each in found)
     return found[0].fun, -found[1].fun

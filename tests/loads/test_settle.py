@@ -153,6 +153,14 @@ def test_a_scene_that_no_reaction_holds(tmp_path, monkeypatch, capsys):
     assert told["fallen"]["reasons"][0]["code"] == "falls"
 
 
+def test_an_arch_that_no_reaction_through_the_centroid_holds():
+    """Nothing hangs: the support that turns bears it."""
+    found = mo.settle("cases/casapulla_lauro/arch.toml", "abutment 2", RIGHT, turns=True)
+    assert found.status is Status.UNSTABLE
+    assert found.at_rest is None
+    assert [reason.code for reason in found.fallen.reasons] == ["falls", "no friction holds"]
+
+
 def table(**keys: object) -> mo.Scene:
     """A slab of weight 12 on four legs of .4 × .4, whose inner edges are 2.6 and 1.6 apart."""
     legs = [

@@ -14,6 +14,7 @@ from masonry_opt.answer.infeasibility import Existence
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
+from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.methods.associative import set_beside
 from masonry_opt.methods.exact.alternation import alternated
 from masonry_opt.methods.exact.refiner import ExactState, Refiner, refiner_of
@@ -145,7 +146,7 @@ class _States:
             self._keep(self._search.start(start.q).state)
         if self._lowest is None:
             found = alternated(self._problem, start.load_factor, start.q, self._effort)
-            if found is not None and not self._passes.tells(found.load_factor, found.d):
+            if found is not None and not self._tells(found):
                 found = None
             self._by_programs = _exact_or_lower(self._by_programs, found)
             if self._problem.layout.round:
@@ -170,8 +171,13 @@ class _States:
             self._keep(candidate.state)
 
     def _keep(self, state: ExactState | None) -> None:
-        if state is None or self._passes.tells(state.load_factor, state.d):
+        if state is None or self._tells(state):
             self._lowest = lower_of(self._lowest, state)
+
+    def _tells(self, state: Answer | ExactState) -> bool:
+        """Whether a state tells of the load: one below zero does not where the forces at rest are known."""
+        below = self._problem.settled is not None and state.load_factor < -ZERO
+        return not below and self._passes.tells(state.load_factor, state.d)
 
 
 def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:

@@ -12,9 +12,9 @@ from masonry_opt.scene.scene import Scene
 
 
 def freed(
-    assembly: Assembly, supports: np.ndarray, direction: np.ndarray, push: float, turns: bool
+    assembly: Assembly, supports: np.ndarray, direction: np.ndarray, push: float | None, turns: bool
 ) -> Assembly:
-    """Assembly in which supports move in one direction at a common rate.
+    """Assembly in which supports move in one direction at a common rate, or turn at most.
 
     The supports are blocks without weight, held by forces without limits: across the direction, against
     rotation, and, of several, on each other along it. The live load is the push, along the direction, shared
@@ -24,11 +24,12 @@ def freed(
     ----------
     supports: indices of fixed blocks, shape (k,).
     direction: unit vector, shape (2,) or (3,).
-    push: sum of the live forces along the direction, in the case's unit of force.
+    push: sum of the live forces along the direction, in the case's unit of force; None: the supports are held
+        along it too.
     turns: whether each support can turn about its centroid.
     """
-    force = push / len(supports) * direction
-    restraints = _restraints(assembly, supports, direction, turns)
+    force = (push or 0.0) / len(supports) * direction
+    restraints = _restraints(assembly, supports, direction, turns, held=push is None)
     return with_supports_freed(assembly, _pushed(assembly.scene, supports, force), force, restraints)
 
 
@@ -53,21 +54,21 @@ def _pushed(scene: Scene, supports: np.ndarray, force: np.ndarray) -> Scene:
 
 
 def _restraints(
-    assembly: Assembly, supports: np.ndarray, direction: np.ndarray, turns: bool
+    assembly: Assembly, supports: np.ndarray, direction: np.ndarray, turns: bool, held: bool
 ) -> list[LimitedForce]:
     dimension = len(direction)
-    across = np.linalg.svd(direction[None])[2][1:]
+    across = np.linalg.svd(direction[None])[2][0 if held else 1 :]
     # Moments at a usual lever, so that all are forces of one size whatever the units.
     couples = assembly.problem.length_unit * np.eye(1 if dimension == 2 else 3)
     found: list[LimitedForce] = []
     before = None
     for support in supports.tolist():
         name, point = assembly.scene.blocks[support].name, assembly.geometry.centroid[support]
-        held = [Action(support, point, unit) for unit in across]
+        fixed = [Action(support, point, unit) for unit in across]
         if not turns:
-            held += [Action(support, point, np.zeros(dimension), couple) for couple in couples]
-        found += [LimitedForce(Role.SUPPORT, name, (each,)) for each in held]
-        if before is not None:
+            fixed += [Action(support, point, np.zeros(dimension), couple) for couple in couples]
+        found += [LimitedForce(Role.SUPPORT, name, (each,)) for each in fixed]
+        if before is not None and not held:
             together = before, Action(support, point, direction)
             found.append(LimitedForce(Role.SUPPORT, name, together))
         before = Action(support, point, -direction)

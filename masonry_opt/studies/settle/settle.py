@@ -59,7 +59,7 @@ def settle(
     scene: a scene, or the path of a case file.
     support: name of a fixed block; of several, these move at a common rate, and the reaction is their sum.
     direction: in which it settles, ``(x, y)``, in space ``(x, y, z)``; only the direction counts.
-    turns: whether each support may turn too; its reaction then passes its centroid.
+    turns: whether each support may turn too, also at rest; its reaction passes its centroid.
     load_case: name of one of the scene's, whose dead loads act.
     method, model, solver, tolerance, expected, phases, **options: as of :func:`~masonry_opt.solve`.
 
@@ -95,22 +95,30 @@ def settle(
         turns=turns,
         method=method,
     )
-    if fallen := session.falls(assembly, effort):
+    held = freed(assembly, supports, along, None, turns) if turns else assembly
+    if fallen := session.falls(held, effort):
         return told(fallen=fallen)
     effort.begins("reaction at rest")
-    at_rest = _at_rest(problem, settling.problem)
-    start = _middle(settling.problem, pushed_back.problem) if at_rest is None else at_rest
+    rest = _at_rest(held.problem, settling.problem, problem.B.shape[1])
+    if rest is None:
+        session = replace(session, expected=False)
+        begins = _ends_by_statics(settling.problem, pushed_back.problem)[::-1]
+    else:
+        begins = [(_reaction(settling.problem, rest), rest)] * 2
     sessions = [session] if method in ASSOCIATIVE else [session, prepare(ASSOCIATIVE[0])]
 
-    def bound(moved: Assembly, sign: float) -> Bound:
-        """The end that a push leads to, from the reaction where both begin."""
+    def bound(moved: Assembly, sign: float, start: float, settled: np.ndarray | None) -> Bound:
+        """The end that a push leads to, from a reaction and the forces there, if known."""
         dead = moved.problem.dead - sign * start * moved.problem.live
-        begun = replace(moved, problem=replace(moved.problem, dead=dead))
+        begun = replace(moved, problem=replace(moved.problem, dead=dead, settled=settled))
         results = [each.push(begun, lambda _: None, Effort(phases)) for each in sessions]
         return Bound(results[0], results[-1], start=unit * start, per_load_factor=-sign * unit)
 
-    rest = None if at_rest is None else unit * at_rest
-    return told(at_rest=rest, least=bound(settling, 1.0), greatest=bound(pushed_back, -1.0))
+    return told(
+        at_rest=None if rest is None else unit * begins[0][0],
+        least=bound(settling, 1.0, *begins[0]),
+        greatest=bound(pushed_back, -1.0, *begins[1]),
+    )
 
 
 def _supports(scene: Scene, support: str | Sequence[str]) -> np.ndarray:
@@ -162,17 +170,26 @@ def _refuse_idle(assembly: Assembly, freed_of: Assembly, supports: np.ndarray) -
             )
 
 
-def _at_rest(problem: Problem, settling: Problem) -> float | None:
-    """The reaction of supports that do not move, of contacts that give, over the live load; None if no pass
-    tells it, or these do not carry the dead load."""
-    if problem.joints > PASSES_UP_TO or problem.dilatancy_depends_on_stress:
+def _at_rest(held: Problem, settling: Problem, own: int) -> np.ndarray | None:
+    """Forces under the dead load of contacts that give while the supports are held, as those of supports that
+    settle, shape (3c + t,); None if no pass tells them, or these do not carry the dead load.
+
+    Parameters
+    ----------
+    own: number of forces that are the scene's own, the first of either problem; the others hold supports.
+    """
+    if held.joints > PASSES_UP_TO or held.dilatancy_depends_on_stress:
         return None
-    passes = Passes(problem)
+    passes = Passes(held)
     q = passes.settled_forces()
-    if q is None or not _carries(problem, q) or (problem.dead.any() and not passes.carry_dead_load()):
+    if q is None or not _carries(held, q) or (held.dead.any() and not passes.carry_dead_load()):
         return None
-    pressed = settling.B[:, : len(q)] @ q
-    reaction = float(pressed @ settling.live / (settling.live @ settling.live))
+    return np.append(q[:own], np.zeros(settling.B.shape[1] - own))
+
+
+def _reaction(settling: Problem, q: np.ndarray) -> float:
+    """What forces press on the supports, over the live load."""
+    reaction = float(settling.B @ q @ settling.live / (settling.live @ settling.live))
     # Rounding of a reaction that is none: solvers measure loads by it.
     return reaction if abs(reaction) > ZERO else 0.0
 
@@ -184,10 +201,12 @@ def _carries(problem: Problem, q: np.ndarray) -> bool:
     return max(beyond, float(np.abs(problem.unbalanced(0.0, q)).max())) < ZERO
 
 
-def _middle(settling: Problem, pushed_back: Problem) -> float:
-    """A reaction between the two ends with associative flow, over the live load."""
-    ends = [associative(Task(problem)).load_factor for problem in (settling, pushed_back)]
-    least, greatest = (None if end is None else sign * end for sign, end in zip((-1, 1), ends, strict=True))
-    if least is None:
-        return 0.0 if greatest is None else greatest - 1.0
-    return least + 1.0 if greatest is None else (least + greatest) / 2
+def _ends_by_statics(settling: Problem, pushed_back: Problem) -> list[tuple[float, np.ndarray | None]]:
+    """Least and greatest reaction with associative flow, over the live load, and the forces there; for one
+    without limit a reaction beyond the other."""
+    least, greatest = (associative(Task(problem)) for problem in (settling, pushed_back))
+    low = None if least.load_factor is None else -least.load_factor
+    high = greatest.load_factor
+    if low is None:
+        low = 0.0 if high is None else high - 1.0
+    return [(low, least.q), (low + 1.0 if high is None else high, greatest.q)]

@@ -46,7 +46,8 @@ class Bound:
 
     @property
     def expected(self) -> float | None:
-        """That to expect of a scene at rest whose supports then move; None of an associative answer."""
+        """That to expect of a scene at rest whose supports then move; None of an associative answer, or where
+        the forces at rest were not found."""
         return self._reaction(self.result.expected)
 
     @property
@@ -102,7 +103,8 @@ class Settlement:
     supports, direction, turns: names of the supports, unit vector in which they settle, and whether each can
         turn.
     method: as asked for.
-    at_rest: reaction while the supports do not move, of contacts that give; None where it was not found.
+    at_rest: reaction while the supports are held (and turn, if they can), of contacts that give; None where
+        it was not found.
     least, greatest: the reactions; None where none holds the scene.
     fallen: of a scene that no reaction holds, the result that says why, and how it falls; else None.
     """
