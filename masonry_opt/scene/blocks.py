@@ -4,6 +4,7 @@ case file alike, so that both refuse the same keys and values."""
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeVar
 
 import numpy as np
@@ -20,7 +21,7 @@ from pydantic import (
 )
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.mistakes import wrong_call
+from masonry_opt.scene.mistakes import called, did_you_mean, wrong_call
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass as _ModelType
@@ -49,6 +50,13 @@ Point = tuple[Number, Number]
 YesNo = Annotated[bool, Strict()]
 #: Chooses between two types, each marked with its ``Tag``, so that errors name only the one that was meant.
 ONE_OR_SEVERAL = Discriminator(lambda value: "<several>" if isinstance(value, (list, tuple)) else "<one>")
+#: Keys of which one takes the place of the other in a record.
+INSTEAD = {
+    "weight": "unit_weight",
+    "unit_weight": "weight",
+    "friction_angle": "friction",
+    "dilatancy_angle": "dilatancy",
+}
 #: What gives the shape of a convex solid.
 SHAPES = "'box', or 'vertices' with 'faces'"
 #: Control characters, line ends, and marks that turn the direction of writing round.
@@ -98,6 +106,75 @@ class Record(BaseModel, metaclass=_RecordType):
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+
+    #: Pydantic would read a record where a list is wanted as a list of its keys.
+    __iter__ = None  # type: ignore[assignment]
+
+    def replace(self, **changes: Any) -> Self:
+        """The record with other values, checked as those of a call; itself it stays as it is.
+
+        A mapping in place of a record gives the keys of it that change, and in place of a list the entries
+        that change, by their names: ``scene.replace(joints={"friction": 0.3}, blocks={"A": {"weight": 3}})``.
+        Everything else is replaced whole. ``weight`` and ``unit_weight``, and angles and what they are
+        tangents of, take each other's place.
+
+        Raises
+        ------
+        CaseError
+            If a key is unknown, or a call with these values would raise it.
+        """
+        values = self._with(changes)
+        try:
+            return self.model_validate(values)
+        except ValidationError as error:
+            raise wrong_call(error, type(self), values) from None
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """A copy; with ``update`` that of :meth:`replace`."""
+        copied = super().model_copy(deep=deep)
+        return copied.replace(**update) if update else copied
+
+    copy = model_copy  # type: ignore[assignment]  # pydantic's older name, which would not check either
+
+    def _with(self, changes: Mapping[str, Any]) -> dict[str, Any]:
+        """The values that were given, with changes: what a call of its class is given, by aliases."""
+        fields = type(self).model_fields
+        names = {field.alias: name for name, field in fields.items()}
+        values = {name: getattr(self, name) for name in self.model_fields_set}
+        for key, change in changes.items():
+            name = names.get(key, key)
+            if change is not None and INSTEAD.get(name) not in changes:
+                values.pop(INSTEAD.get(name), None)
+            values[name] = self._changed(name, change)
+        return {(name in fields and fields[name].alias) or name: value for name, value in values.items()}
+
+    def _changed(self, name: str, change: Any) -> Any:
+        """What takes the place of a value: of a mapping what it leaves of a record, or a list of them."""
+        old = getattr(self, name, None)
+        if not isinstance(change, Mapping):
+            return change
+        if isinstance(old, Record):
+            return old._with(change)
+        entries = old if isinstance(old, list) else []
+        named = [entry.name for entry in entries if getattr(entry, "name", None)]
+        if not named:
+            return change
+        if unknown := [key for key in change if key not in named]:
+            near = did_you_mean(unknown[0], named)
+            raise CaseError(f"{called(type(self), vars(self))}: '{name}' has none named '{unknown[0]}'{near}")
+        changed = []
+        for entry in entries:
+            new = change.get(entry.name, entry)
+            changed.append(entry._with(new) if isinstance(new, Mapping) else new)
+        return changed
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not name.startswith("_"):
+            raise CaseError(
+                f"{called(type(self), vars(self))}: '{name}' cannot be set, a record stays as it was made: "
+                f"replace({name}=...) makes another, and replace of a scene one with that in it"
+            )
+        super().__setattr__(name, value)
 
 
 class Body(Record):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import BaseModel, Discriminator, Field, Tag, model_validator
 
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.scene.blocks import Name, Number, Positive, Record
@@ -198,9 +198,10 @@ def shaken(scene: Scene, quake: Earthquake) -> Scene:
     """The scene in an earthquake in place of all other live loads, dead loads those of its load case. Raises
     CaseError if the scene cannot be in that earthquake."""
     if case := scene.load_case:
-        changed = scene.under(case.model_copy(update={"live": {}, "earthquake": quake}))
+        changed = scene.under(case.replace(live={}, earthquake=quake))
     else:
-        changed = scene.model_copy(update={"earthquake": quake})
+        # Beside other live loads, which no longer act, a scene that is checked takes none.
+        changed = BaseModel.model_copy(scene, update={"earthquake": quake})
     if mistake := _wrong_direction(scene, quake):
         raise CaseError(f"{scene.origin}: 'earthquake': {mistake}")
     return changed

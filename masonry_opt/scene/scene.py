@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
-import difflib
 import functools
 import itertools
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, PrivateAttr, Tag, model_validator
 
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.scene.axles import Axles
-from masonry_opt.scene.blocks import ONE_OR_SEVERAL, Block, Name, Positive, Record, Reference, Text
+from masonry_opt.scene.blocks import (
+    INSTEAD,
+    ONE_OR_SEVERAL,
+    Block,
+    Name,
+    Positive,
+    Record,
+    Reference,
+    Text,
+)
 from masonry_opt.scene.fill import Fill
 from masonry_opt.scene.joints import Joint, JointDefaults
 from masonry_opt.scene.load_cases import Earthquake, Kind, LoadCase, LoadCases, wrong_cases
 from masonry_opt.scene.loads import EdgeLoad, Load
+from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.solids import AnyBlock, Direction, Solid, Vector
 from masonry_opt.scene.ties import Prop, Tie, wrong_strut
 
@@ -290,7 +299,35 @@ class Scene(SceneKeys):
             return "'tilt' needs a direction that is not that of gravity"
         return f"'tilt' needs a scene of weights and friction alone: {why[0]}: take it away" if why else None
 
-    def in_case(self, name: str) -> Scene:
+    def replace(self, **changes: Any) -> Self:
+        """As of every record (:meth:`Block.replace`); a scene that is in a load case stays in it.
+
+        A key of ``joints`` or ``earthquake`` stands for itself where nothing else in the scene has it:
+        ``scene.replace(friction=0.3)``.
+        """
+        own = {key for name, field in type(self).model_fields.items() for key in (name, field.alias)}
+        nested = {key: value for key, value in changes.items() if key in own}
+        for key in [key for key in changes if key not in own]:
+            table = self._table_with(key)
+            given = nested.get(table, {})
+            if not isinstance(given, Mapping) or key in given:
+                raise CaseError(f"Scene: '{key}' is given beside '{table}', which has it too: give it there")
+            nested[table] = {**given, key: changes[key]}
+        return super().replace(**nested).read_from(self.origin, self.case).in_case_of(self)
+
+    def _table_with(self, key: str) -> str:
+        """The record of the scene that has a key, if nothing else in it has. Raises CaseError if not."""
+        having = {name: one for name in type(self).model_fields if _has(one := getattr(self, name), key)}
+        if not having:
+            known = [*type(self).model_fields, *JointDefaults.model_fields]
+            near = did_you_mean(key, known) or f"; known: {', '.join(known)}"
+            raise CaseError(f"Scene: unknown key '{key}'{near}")
+        if len(having) > 1 or not all(isinstance(one, Record) for one in having.values()):
+            ways = " or ".join(f"{name}={_change(one, key)}" for name, one in having.items())
+            raise CaseError(f"Scene: '{key}' is a key of {' and '.join(having)}: say of which, {ways}")
+        return next(iter(having))
+
+    def in_case(self, name: str) -> Self:
         """The scene in one of its load cases, by name. Raises OptionError if it has no such case."""
         by_name = {case.name: case for case in self.load_cases}
         if name in by_name:
@@ -302,11 +339,16 @@ class Scene(SceneKeys):
         )
         raise OptionError(f"{self.origin}: no load case {name!r}{there}")
 
-    def under(self, case: LoadCase | None) -> Scene:
+    def under(self, case: LoadCase | None) -> Self:
         """The scene under a load case, whose groups and directions it knows."""
         scene = self.model_copy()
         scene._load_case = case
         return scene
+
+    def in_case_of(self, other: Scene) -> Self:
+        """The scene in the load case that another one, from which it was made, is in."""
+        case = other.load_case
+        return self.in_case(case.name) if case in other.load_cases else self.under(case)
 
     @property
     def load_case(self) -> LoadCase | None:
@@ -388,7 +430,7 @@ class Scene(SceneKeys):
         """The case file as it was read, its generators not expanded; None of a scene made in Python."""
         return self._case
 
-    def read_from(self, origin: str | Path, case: SceneKeys | None = None) -> Scene:
+    def read_from(self, origin: str | Path, case: SceneKeys | None = None) -> Self:
         """The same scene with the file it was read from, and the content of that."""
         scene = self.model_copy()
         scene._origin, scene._case = str(origin), case
@@ -404,6 +446,21 @@ def _unit(vector: np.ndarray) -> np.ndarray:
     return vector / functools.reduce(np.hypot, vector)
 
 
+def _has(value: object, key: str) -> bool:
+    """Whether a record has a key, or one of several was given it."""
+    if isinstance(value, Record):
+        return key in type(value).model_fields
+    keys = {key, INSTEAD.get(key)}
+    return isinstance(value, list) and any(not keys.isdisjoint(one.model_fields_set) for one in value)
+
+
+def _change(value: Any, key: str) -> str:
+    """How ``replace`` is given a key of a record, or of the first of several."""
+    if isinstance(value, Record):
+        return f"{{'{key}': ...}}"
+    name = getattr(value[0], "name", None)
+    return f"{{'{name}': {{'{key}': ...}}}}" if name else "[...]"
+
+
 def _no_block(name: str, known: Iterable[str]) -> str:
-    close = difflib.get_close_matches(name, list(known), n=1)
-    return f"no block '{name}'" + (f"; did you mean '{close[0]}'?" if close else "")
+    return f"no block '{name}'{did_you_mean(name, known)}"

@@ -130,11 +130,11 @@ def read_dxf(
     scene = scene_of(blocks, drawing, path)
     if drawing.thickness is None:
         return scene
-    solids = extrude(scene.model_copy(update={"thickness": drawing.thickness})).in_space()
+    solids = extrude(scene.replace(thickness=drawing.thickness)).in_space()
     loaded = [
         block
         if block.fixed
-        else block.model_copy(update={"live_per_weight": push if len(push) == 3 else (push[0], 0.0, push[1])})
+        else block.replace(live_per_weight=push if len(push) == 3 else (push[0], 0.0, push[1]))
         for block, push in zip(solids, pushes, strict=True)
     ]
     return scene_of(loaded, drawing, path)
