@@ -111,17 +111,12 @@ class Record(BaseModel, metaclass=_RecordType):
     __iter__ = None  # type: ignore[assignment]
 
     def replace(self, **changes: Any) -> Self:
-        """The record with other values, checked as those of a call; itself it stays as it is.
+        """A record with other values, checked as a call checks them; this one stays as it is.
 
-        A mapping in place of a record gives the keys of it that change, and in place of a list the entries
-        that change, by their names: ``scene.replace(joints={"friction": 0.3}, blocks={"A": {"weight": 3}})``.
-        Everything else is replaced whole. ``weight`` and ``unit_weight``, and angles and what they are
-        tangents of, take each other's place.
+        A mapping changes the keys of a record, or the records of a list, that it names; all else is replaced
+        whole. A value takes the place of one that it excludes, as ``unit_weight`` that of ``weight``.
 
-        Raises
-        ------
-        CaseError
-            If a key is unknown, or a call with these values would raise it.
+        Raises CaseError if a call with these values would.
         """
         values = self._with(changes)
         try:

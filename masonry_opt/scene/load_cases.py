@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import BaseModel, Discriminator, Field, Tag, model_validator
 
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.scene.blocks import Name, Number, Positive, Record
+from masonry_opt.scene.blocks import Name, Number, Positive, Record, YesNo
 from masonry_opt.scene.loads import GROUPS
 from masonry_opt.scene.solids import Vector
 
@@ -40,7 +40,8 @@ Push = Annotated[
 class Earthquake(Record):
     """A live load of the masses: λ times ``coefficient`` is the horizontal push over their weights.
 
-    Every weight pushes where it acts, of a :class:`Load` and :class:`EdgeLoad` its ``mass``.
+    Every weight pushes where it acts, and of dead forces what is along gravity; of a :class:`Load` and
+    :class:`EdgeLoad` its ``mass``, if that is given.
 
     Parameters
     ----------
@@ -52,6 +53,9 @@ class Earthquake(Record):
     coefficient:
         Horizontal seismic coefficient that λ multiplies: by default 1, and λ is the coefficient of collapse;
         a design value makes λ the factor on it, to set beside those of other load cases.
+    dead_as_mass:
+        False: of dead forces, a block's own ``dead`` among them, nothing pushes but what is given as
+        ``mass``.
 
     Raises
     ------
@@ -62,6 +66,7 @@ class Earthquake(Record):
     direction: Push
     vertical: Number = 0.0
     coefficient: Positive = 1.0
+    dead_as_mass: YesNo = True
 
     @property
     def vector(self) -> tuple[float, ...]:

@@ -300,10 +300,17 @@ class Scene(SceneKeys):
         return f"'tilt' needs a scene of weights and friction alone: {why[0]}: take it away" if why else None
 
     def replace(self, **changes: Any) -> Self:
-        """As of every record (:meth:`Block.replace`); a scene that is in a load case stays in it.
+        """A scene with other values, checked as a call checks them, read from the same file and in the same
+        load case; this one stays as it is.
 
-        A key of ``joints`` or ``earthquake`` stands for itself where nothing else in the scene has it:
-        ``scene.replace(friction=0.3)``.
+        A mapping changes the keys of a record, or the records of a list, that it names:
+        ``scene.replace(joints={"friction": 0.3}, blocks={"A": {"weight": 3}})``. A key of ``joints`` or of
+        ``earthquake`` needs no mapping if nothing else in the scene has it: ``scene.replace(friction=0.3)``.
+
+        Raises
+        ------
+        CaseError
+            If a key is unknown or may be one of several, or a call with these values would raise it.
         """
         own = {key for name, field in type(self).model_fields.items() for key in (name, field.alias)}
         nested = {key: value for key, value in changes.items() if key in own}
