@@ -114,7 +114,8 @@ class Record(BaseModel, metaclass=_RecordType):
         """A record with other values, checked as a call checks them; this one stays as it is.
 
         A mapping changes the keys of a record, or the records of a list, that it names; all else is replaced
-        whole. A value takes the place of one that it excludes, as ``unit_weight`` that of ``weight``.
+        whole. A key that one record in it alone has needs no mapping. A value takes the place of one that it
+        excludes, as ``unit_weight`` that of ``weight``.
 
         Raises CaseError if a call with these values would.
         """
@@ -129,19 +130,37 @@ class Record(BaseModel, metaclass=_RecordType):
         copied = super().model_copy(deep=deep)
         return copied.replace(**update) if update else copied
 
-    copy = model_copy  # type: ignore[assignment]  # pydantic's older name, which would not check either
+    #: Pydantic's older name, which would check nothing.
+    copy = model_copy  # type: ignore[assignment, pydantic-field]
 
     def _with(self, changes: Mapping[str, Any]) -> dict[str, Any]:
         """The values that were given, with changes: what a call of its class is given, by aliases."""
         fields = type(self).model_fields
         names = {field.alias: name for name, field in fields.items()}
         values = {name: getattr(self, name) for name in self.model_fields_set}
-        for key, change in changes.items():
-            name = names.get(key, key)
-            if change is not None and INSTEAD.get(name) not in changes:
-                values.pop(INSTEAD.get(name), None)
+        for name, change in self._nested({names.get(key, key): changes[key] for key in changes}).items():
+            other = INSTEAD.get(name, "")
+            if change is not None and other not in changes:
+                values.pop(other, None)
             values[name] = self._changed(name, change)
         return {(name in fields and fields[name].alias) or name: value for name, value in values.items()}
+
+    def _nested(self, changes: dict[str, Any]) -> dict[str, Any]:
+        """Changes, those of keys that one of its records alone has within that record."""
+        fields, me = type(self).model_fields, called(type(self), vars(self))
+        inner = [key for key in changes if key not in fields]
+        within = {name: _keys(getattr(self, name)) for name in fields} if inner else {}
+        for key in inner:
+            holders = [name for name, keys in within.items() if not keys.isdisjoint({key, INSTEAD.get(key)})]
+            given = changes.get(holders[0], {}) if len(holders) == 1 else None
+            held = isinstance(getattr(self, holders[0]), Record) if holders else False
+            if held and isinstance(given, Mapping) and key not in given:
+                changes[holders[0]] = {**given, key: changes.pop(key)}
+            elif holders:
+                raise CaseError(f"{me}: '{key}' is a key of {' and '.join(holders)}: change it there")
+            elif near := did_you_mean(key, [*fields, *itertools.chain(*within.values())]):
+                raise CaseError(f"{me}: unknown key '{key}'{near}")
+        return changes
 
     def _changed(self, name: str, change: Any) -> Any:
         """What takes the place of a value: of a mapping what it leaves of a record, or a list of them."""
@@ -170,6 +189,14 @@ class Record(BaseModel, metaclass=_RecordType):
                 f"replace({name}=...) makes another, and replace of a scene one with that in it"
             )
         super().__setattr__(name, value)
+
+
+def _keys(value: Any) -> set[str]:
+    """Keys of a record, or of records in a list those that were given."""
+    if isinstance(value, Record):
+        return set(type(value).model_fields)
+    records = value if isinstance(value, list) and value and isinstance(value[0], Record) else []
+    return {key for record in records for key in record.model_fields_set}
 
 
 class Body(Record):

@@ -73,9 +73,7 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
         loads=[_load(load, depth) for load in scene.loads],
         ties=[_strut(tie, depth) for tie in scene.ties],
         props=[_strut(prop, depth) for prop in scene.props],
-        load_cases=[
-            case.replace(earthquake=_quake(scene, case.earthquake)) for case in scene.load_cases
-        ],
+        load_cases=[case.replace(earthquake=_quake(scene, case.earthquake)) for case in scene.load_cases],
         earthquake=_quake(scene, scene.earthquake),
     ).read_from(scene.origin)
     case = scene.load_case

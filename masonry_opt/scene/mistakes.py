@@ -142,23 +142,15 @@ def _sentence(
     if kind == "missing":
         return f"missing key '{key}'" if key else "missing table"
     if kind in messages:
-        message = messages[kind].format(**item.get("ctx", {})) + _to_write(item["input"], kind)
+        message = messages[kind].format(**item.get("ctx", {}))
+        if callable(getattr(item["input"], "blocks", None)):  # of a generator
+            message += f": write {'*' * (kind == 'model_type')}{type(item['input']).__name__}(...).blocks()"
     else:
         message = item["msg"].removeprefix("Value error, ")
         message = message[:1].lower() + message[1:_LONGEST]
     if kind != "value_error" or key:
         message += f" (found {_shown(item['input'])})"
     return f"key '{key}': {message}" if key else message
-
-
-def _to_write(given: Any, kind: str) -> str:
-    """What to write in place of a record that is no list, or builds many."""
-    if not isinstance(given, BaseModel):
-        return ""
-    name, blocks = f"{type(given).__name__}(...)", getattr(given, "blocks", None)
-    if blocks is not None:
-        return f": write {'*' * (kind == 'model_type')}{name}.blocks{'()' * callable(blocks)}"
-    return f": write [{name}]" if kind == "list_type" else ""
 
 
 def _entry(table: str, index: int, entries: Any) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -13,16 +12,7 @@ from pydantic import Field, PrivateAttr, Tag, model_validator
 
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.scene.axles import Axles
-from masonry_opt.scene.blocks import (
-    INSTEAD,
-    ONE_OR_SEVERAL,
-    Block,
-    Name,
-    Positive,
-    Record,
-    Reference,
-    Text,
-)
+from masonry_opt.scene.blocks import ONE_OR_SEVERAL, Block, Name, Positive, Record, Reference, Text
 from masonry_opt.scene.fill import Fill
 from masonry_opt.scene.joints import Joint, JointDefaults
 from masonry_opt.scene.load_cases import Earthquake, Kind, LoadCase, LoadCases, wrong_cases
@@ -163,13 +153,7 @@ class Scene(SceneKeys):
             or self._wrong_load(known)
             or self._wrong_axles()
             or self._wrong_fill()
-            or wrong_strut(
-                self.ties,
-                self.props,
-                {block.name: block.fixed for block in self.blocks},
-                self.dimension,
-                lambda name: _no_block(name, known),
-            )
+            or wrong_strut(self)
             or self._wrong_tilt()
             or wrong_cases(self)
         ):
@@ -226,7 +210,7 @@ class Scene(SceneKeys):
         for exception in self.exceptions:
             where, pair = f"joint between {list(exception.between)}", frozenset(exception.between)
             if unknown := [name for name in exception.between if name not in known]:
-                return f"{where}: {_no_block(unknown[0], known)}"
+                return f"{where}: no block '{unknown[0]}'{did_you_mean(unknown[0], known)}"
             if len(pair) == 1:
                 return f"{where}: needs two different blocks"
             if pair in pairs:
@@ -242,7 +226,7 @@ class Scene(SceneKeys):
         weighed: set[str] = set()
         for number, load in enumerate(self.loads, start=1):
             if load.block not in known:
-                return f"load no. {number}: {_no_block(load.block, known)}"
+                return f"load no. {number}: no block '{load.block}'{did_you_mean(load.block, known)}"
             if known[load.block].fixed:
                 return f"load no. {number}: block '{load.block}' is fixed: load one that can move"
             if load.weight is not None:
@@ -312,27 +296,7 @@ class Scene(SceneKeys):
         CaseError
             If a key is unknown or may be one of several, or a call with these values would raise it.
         """
-        own = {key for name, field in type(self).model_fields.items() for key in (name, field.alias)}
-        nested = {key: value for key, value in changes.items() if key in own}
-        for key in [key for key in changes if key not in own]:
-            table = self._table_with(key)
-            given = nested.get(table, {})
-            if not isinstance(given, Mapping) or key in given:
-                raise CaseError(f"Scene: '{key}' is given beside '{table}', which has it too: give it there")
-            nested[table] = {**given, key: changes[key]}
-        return super().replace(**nested).read_from(self.origin, self.case).in_case_of(self)
-
-    def _table_with(self, key: str) -> str:
-        """The record of the scene that has a key, if nothing else in it has. Raises CaseError if not."""
-        having = {name: one for name in type(self).model_fields if _has(one := getattr(self, name), key)}
-        if not having:
-            known = [*type(self).model_fields, *JointDefaults.model_fields]
-            near = did_you_mean(key, known) or f"; known: {', '.join(known)}"
-            raise CaseError(f"Scene: unknown key '{key}'{near}")
-        if len(having) > 1 or not all(isinstance(one, Record) for one in having.values()):
-            ways = " or ".join(f"{name}={_change(one, key)}" for name, one in having.items())
-            raise CaseError(f"Scene: '{key}' is a key of {' and '.join(having)}: say of which, {ways}")
-        return next(iter(having))
+        return super().replace(**changes).read_from(self.origin, self.case).in_case_of(self)
 
     def in_case(self, name: str) -> Self:
         """The scene in one of its load cases, by name. Raises OptionError if it has no such case."""
@@ -450,24 +414,4 @@ class Scene(SceneKeys):
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:
-    return vector / functools.reduce(np.hypot, vector)
-
-
-def _has(value: object, key: str) -> bool:
-    """Whether a record has a key, or one of several was given it."""
-    if isinstance(value, Record):
-        return key in type(value).model_fields
-    keys = {key, INSTEAD.get(key)}
-    return isinstance(value, list) and any(not keys.isdisjoint(one.model_fields_set) for one in value)
-
-
-def _change(value: Any, key: str) -> str:
-    """How ``replace`` is given a key of a record, or of the first of several."""
-    if isinstance(value, Record):
-        return f"{{'{key}': ...}}"
-    name = getattr(value[0], "name", None)
-    return f"{{'{name}': {{'{key}': ...}}}}" if name else "[...]"
-
-
-def _no_block(name: str, known: Iterable[str]) -> str:
-    return f"no block '{name}'{did_you_mean(name, known)}"
+    return vector / np.hypot.reduce(vector)
