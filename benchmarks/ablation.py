@@ -217,8 +217,8 @@ def scenes(asked: argparse.Namespace) -> Iterator[mo.Scene]:
     for number in asked.walls:
         wall = mo.load(ROOT / "cases" / "ferris_tinloi" / f"wall_{number}.toml")
         for share in (0.6, 0.85, 1.2):
-            joints = wall.joints.model_copy(update={"friction": share * wall.joints.friction})
-            yield wall.model_copy(update={"joints": joints, "title": f"{wall.title}, {share} of friction"})
+            title = f"{wall.title}, {share} of friction"
+            yield wall.replace(friction=share * wall.joints.friction, title=title)
     for stones in (60, 200) if asked.rubble else ():
         yield from (rubble(stones, asked.first + number) for number in range(asked.rubble))
     seeds = range(asked.first_in_space, asked.first_in_space + asked.space)
@@ -226,7 +226,7 @@ def scenes(asked: argparse.Namespace) -> Iterator[mo.Scene]:
     for size in CORNERS if asked.space else ():
         for friction in CORNER_FRICTIONS:
             title = f"corner {size}, friction {friction}"
-            yield corner_wall(*size, friction).model_copy(update={"title": title})
+            yield corner_wall(*size, friction).replace(title=title)
     sizes = [(1, 1, 3), (2, 1, 3), (2, 2, 3), (3, 2, 3)] if asked.facades else []
     common: Any = {"weight": 1, "live": (1, 0), "block": (3, 1)}
     common_facade = common | {"jamb": 1, "sill": 2, "spandrel": 2, "lintel_weight": 1}

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -24,6 +24,7 @@ from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.task import Options, Task, of_same_scene
 from masonry_opt.models.pyomo_mpec import PyomoMpec
 from masonry_opt.models.pyomo_relaxed import PyomoRelaxed
+from masonry_opt.problem.load_units import Scaled, in_units_of_live_load
 from masonry_opt.problem.state import State
 from masonry_opt.solvers import ipopt as drivers
 from masonry_opt.solvers.ipopt import Ipopt
@@ -100,17 +101,19 @@ def mpec(task: Task) -> Solution:
 
 
 def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
-    problem, effort = task.problem, task.effort
+    problem, effort, scaled = task.problem, task.effort, in_units_of_live_load(task.problem)
     with effort.measure("build"):
-        model = PyomoRelaxed(PyomoMpec(problem))
+        model = PyomoRelaxed(PyomoMpec(scaled.problem))
         q, d, p = (np.zeros(size) for size in (*problem.B.shape[::-1], problem.faces))
+        if start is not None:
+            start = replace(start, load_factor=start.load_factor / scaled.load_factor)
         model.start_from(start or State(0.0, q, d, p))
     with effort.measure("compile"):
         ipopt = getattr(drivers, task.solver.entry.engine)(model)
     effort.uses(task.solver.name, "relaxation")
     solution = Solution(Status.HOMOTOPY, Kind.RELAXED)
     epsilon = options.epsilon
-    while not _follow(task, model, ipopt, epsilon, options.epsilon_min, solution):
+    while not _follow(task, scaled, model, ipopt, epsilon, options.epsilon_min, solution):
         epsilon *= _SMALLER_START
         if start is None or epsilon < options.epsilon_min or epsilon < _SMALLEST_START:
             return _stopped(solution, start)
@@ -118,7 +121,7 @@ def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
         model.start_from(start)
         ipopt.forget()
     solution.end(Status.CONVERGED, Code.LOCAL_MINIMUM, epsilon=options.epsilon_min)
-    state = model.read()
+    state = scaled.state(model.read())
     solution.found = certified(problem, state.load_factor, state.q, state.d)
     if epsilon < options.epsilon:
         solution.add(Code.RELAXED_FROM, epsilon=epsilon)
@@ -126,9 +129,16 @@ def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
 
 
 def _follow(
-    task: Task, model: PyomoRelaxed, ipopt: Ipopt, epsilon: float, last: float, solution: Solution
+    task: Task,
+    scaled: Scaled,
+    model: PyomoRelaxed,
+    ipopt: Ipopt,
+    epsilon: float,
+    last: float,
+    solution: Solution,
 ) -> bool:
-    """Solve for a falling ε from the model's values; whether all were solved."""
+    """Solve for a falling ε from the model's values, which are of the scaled problem; whether all were
+    solved."""
     while True:
         began = time.perf_counter()
         answer = ipopt.solve(epsilon)
@@ -138,7 +148,7 @@ def _follow(
         task.effort.nlp_solves += 1
         load_factor, largest, gap = math.nan, math.nan, math.nan
         if answer.solved:
-            state, products = model.read(), model.products()
+            state, products = scaled.state(model.read()), model.products()
             solution.found = Found(q=state.q, d=state.d, slope=task.problem.dilatancy)
             load_factor, largest = state.load_factor, float(products.max())
             gap = float(products.sum()) / task.problem.live_norm

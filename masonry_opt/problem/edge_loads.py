@@ -147,8 +147,8 @@ def _acting(scene: Scene, load: EdgeLoad, intensity: np.ndarray) -> dict[Kind, n
         kind: scene.factor(kind, load.kind, load.group) for kind in ("dead", "live")
     }
     acting = {kind: factor * intensity for kind, factor in factors.items() if factor}
-    if (shaking := scene.shaking) is not None:
-        along = float(scene.down @ load.force) if load.force else 0.0
+    if (shaking := scene.shaking) is not None and (quake := scene.shaken_by):
+        along = float(scene.down @ load.force) if load.force and quake.dead_as_mass else 0.0
         mass = max(0.0, factors.get("dead", 0.0) * (along if load.mass is None else load.mass))
         acting["live"] = acting.get("live", 0.0) + scene.thickness * mass * np.tile(
             shaking, (len(intensity), 1)

@@ -100,12 +100,14 @@ def loads(scene: Scene, shapes: Shapes, movable: np.ndarray) -> Loads:
     """The loads of the blocks with these indices."""
     blocks = [scene.blocks[index] for index in movable]
     row_of = {block.name: row for row, block in enumerate(blocks)}
-    weight, down = weights(scene, shapes, movable).tolist(), scene.down
+    weight, down, quake = weights(scene, shapes, movable).tolist(), scene.down, scene.shaken_by
+    # The mass of forces that are no weights, where none is given.
+    unsaid = None if quake is None or quake.dead_as_mass else 0.0
 
-    def of_weights(times: Iterable[_Vector]) -> list[_Given]:
+    def of_weights(times: Iterable[_Vector], mass: float | None = None) -> list[_Given]:
         each = zip(blocks, weight, times, strict=True)
         return [
-            (row, tuple(part * own for part in parts), block.weight_at, None)
+            (row, tuple(part * own for part in parts), block.weight_at, mass)
             for row, (block, own, parts) in enumerate(each)
         ]
 
@@ -115,14 +117,14 @@ def loads(scene: Scene, shapes: Shapes, movable: np.ndarray) -> Loads:
     }
     for kind in ("dead", "live"):
         own = enumerate((getattr(block, kind), getattr(block, f"{kind}_at")) for block in blocks)
-        given[kind, None] = [(row, force, at, None) for row, (force, at) in own]
+        given[kind, None] = [(row, force, at, unsaid) for row, (force, at) in own]
     for load in scene.loads:
-        told = load.mass
+        told = unsaid if load.mass is None else load.mass
         acted = {kind: force for kind in ("dead", "live") if (force := getattr(load, kind)) is not None}
         for kind, force in (acted or {"dead": (0.0,) * len(down)}).items():
             given.setdefault((kind, load.group), []).append((row_of[load.block], force, load.at, told))
             told = None if told is None else 0.0  # of two forces the dead one has it
-    given["live", None] += of_weights([block.live_per_weight for block in blocks])
+    given["live", None] += of_weights([block.live_per_weight for block in blocks], unsaid)
 
     def acting(kind: Kind, among: Iterable[tuple[str, str | None]]) -> list[_Force]:
         return [

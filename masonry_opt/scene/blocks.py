@@ -4,6 +4,7 @@ case file alike, so that both refuse the same keys and values."""
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self, TypeVar
 
 import numpy as np
@@ -20,7 +21,7 @@ from pydantic import (
 )
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.mistakes import wrong_call
+from masonry_opt.scene.mistakes import called, did_you_mean, wrong_call
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass as _ModelType
@@ -49,6 +50,13 @@ Point = tuple[Number, Number]
 YesNo = Annotated[bool, Strict()]
 #: Chooses between two types, each marked with its ``Tag``, so that errors name only the one that was meant.
 ONE_OR_SEVERAL = Discriminator(lambda value: "<several>" if isinstance(value, (list, tuple)) else "<one>")
+#: Keys of which one takes the place of the other in a record.
+INSTEAD = {
+    "weight": "unit_weight",
+    "unit_weight": "weight",
+    "friction_angle": "friction",
+    "dilatancy_angle": "dilatancy",
+}
 #: What gives the shape of a convex solid.
 SHAPES = "'box', or 'vertices' with 'faces'"
 #: Control characters, line ends, and marks that turn the direction of writing round.
@@ -98,6 +106,97 @@ class Record(BaseModel, metaclass=_RecordType):
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+
+    #: Pydantic would read a record where a list is wanted as a list of its keys.
+    __iter__ = None  # type: ignore[assignment]
+
+    def replace(self, **changes: Any) -> Self:
+        """A record with other values, checked as a call checks them; this one stays as it is.
+
+        A mapping changes the keys of a record, or the records of a list, that it names; all else is replaced
+        whole. A key that one record in it alone has needs no mapping. A value takes the place of one that it
+        excludes, as ``unit_weight`` that of ``weight``.
+
+        Raises CaseError if a call with these values would.
+        """
+        values = self._with(changes)
+        try:
+            return self.model_validate(values)
+        except ValidationError as error:
+            raise wrong_call(error, type(self), values) from None
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """A copy; with ``update`` that of :meth:`replace`."""
+        copied = super().model_copy(deep=deep)
+        return copied.replace(**update) if update else copied
+
+    #: Pydantic's older name, which would check nothing.
+    copy = model_copy  # type: ignore[assignment, pydantic-field]
+
+    def _with(self, changes: Mapping[str, Any]) -> dict[str, Any]:
+        """The values that were given, with changes: what a call of its class is given, by aliases."""
+        fields = type(self).model_fields
+        names = {field.alias: name for name, field in fields.items()}
+        values = {name: getattr(self, name) for name in self.model_fields_set}
+        for name, change in self._nested({names.get(key, key): changes[key] for key in changes}).items():
+            other = INSTEAD.get(name, "")
+            if change is not None and other not in changes:
+                values.pop(other, None)
+            values[name] = self._changed(name, change)
+        return {(name in fields and fields[name].alias) or name: value for name, value in values.items()}
+
+    def _nested(self, changes: dict[str, Any]) -> dict[str, Any]:
+        """Changes, those of keys that one of its records alone has within that record."""
+        fields, me = type(self).model_fields, called(type(self), vars(self))
+        inner = [key for key in changes if key not in fields]
+        within = {name: _keys(getattr(self, name)) for name in fields} if inner else {}
+        for key in inner:
+            holders = [name for name, keys in within.items() if not keys.isdisjoint({key, INSTEAD.get(key)})]
+            given = changes.get(holders[0], {}) if len(holders) == 1 else None
+            held = isinstance(getattr(self, holders[0]), Record) if holders else False
+            if held and isinstance(given, Mapping) and key not in given:
+                changes[holders[0]] = {**given, key: changes.pop(key)}
+            elif holders:
+                raise CaseError(f"{me}: '{key}' is a key of {' and '.join(holders)}: change it there")
+            elif near := did_you_mean(key, [*fields, *itertools.chain(*within.values())]):
+                raise CaseError(f"{me}: unknown key '{key}'{near}")
+        return changes
+
+    def _changed(self, name: str, change: Any) -> Any:
+        """What takes the place of a value: of a mapping what it leaves of a record, or a list of them."""
+        old = getattr(self, name, None)
+        if not isinstance(change, Mapping):
+            return change
+        if isinstance(old, Record):
+            return old._with(change)
+        entries = old if isinstance(old, list) else []
+        named = [entry.name for entry in entries if getattr(entry, "name", None)]
+        if not named:
+            return change
+        if unknown := [key for key in change if key not in named]:
+            near = did_you_mean(unknown[0], named)
+            raise CaseError(f"{called(type(self), vars(self))}: '{name}' has none named '{unknown[0]}'{near}")
+        changed = []
+        for entry in entries:
+            new = change.get(entry.name, entry)
+            changed.append(entry._with(new) if isinstance(new, Mapping) else new)
+        return changed
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not name.startswith("_"):
+            raise CaseError(
+                f"{called(type(self), vars(self))}: '{name}' cannot be set, a record stays as it was made: "
+                f"replace({name}=...) makes another, and replace of a scene one with that in it"
+            )
+        super().__setattr__(name, value)
+
+
+def _keys(value: Any) -> set[str]:
+    """Keys of a record, or of records in a list those that were given."""
+    if isinstance(value, Record):
+        return set(type(value).model_fields)
+    records = value if isinstance(value, list) and value and isinstance(value[0], Record) else []
+    return {key for record in records for key in record.model_fields_set}
 
 
 class Body(Record):

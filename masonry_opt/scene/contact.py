@@ -150,9 +150,14 @@ def refuse_floating(
 ) -> None:
     """Raise CaseError if blocks touch nothing, or groups of blocks reach no support, given the two blocks of
     each joint, the largest width of each small gap by the two blocks beside it, and what to say of the
-    nearest block of one that touches nothing and has no such gap."""
+    nearest block of one that touches nothing and has no such gap. Ties and props hold blocks as joints do."""
     fixed = np.array([block.fixed for block in scene.blocks])
     count = len(fixed)
+    joints, ground = len(first), int(fixed.argmax())  # which does not move, as a fixed block
+    index = {block.name: number for number, block in enumerate(scene.blocks)}
+    for strut in [*scene.ties, *scene.props]:
+        ends = [index.get(name, ground) for name in strut.between]
+        first, second = np.append(first, ends[0]), np.append(second, ends[1])
     touched = np.zeros(count, dtype=bool)
     touched[first] = touched[second] = True
     alone = np.flatnonzero(~touched & ~fixed)
@@ -167,6 +172,8 @@ def refuse_floating(
     _, group = connected_components(links, directed=False)
     loose = np.flatnonzero(~np.isin(group, group[fixed]))
     raise_for(loose, scene, "reaches no fixed block, neither itself nor through others: support it")
+    if not joints:
+        raise CaseError(f"{scene.origin}: ties and props hold every block: one must stand on another")
 
 
 def nearest_block(scene: Scene, geometry: Geometry, block: int) -> str:

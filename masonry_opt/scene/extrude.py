@@ -73,10 +73,7 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
         loads=[_load(load, depth) for load in scene.loads],
         ties=[_strut(tie, depth) for tie in scene.ties],
         props=[_strut(prop, depth) for prop in scene.props],
-        load_cases=[
-            case.model_copy(update={"earthquake": _quake(scene, case.earthquake)})
-            for case in scene.load_cases
-        ],
+        load_cases=[case.replace(earthquake=_quake(scene, case.earthquake)) for case in scene.load_cases],
         earthquake=_quake(scene, scene.earthquake),
     ).read_from(scene.origin)
     case = scene.load_case
@@ -86,7 +83,7 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
 def _quake(scene: Scene, quake: Earthquake | None) -> Earthquake | None:
     if quake is None or (sideways := scene.sideways(quake.direction, quake.vector)) is None:
         return None
-    return quake.model_copy(update={"direction": _in_space(sideways.tolist())})
+    return quake.replace(direction=_in_space(sideways.tolist()))
 
 
 def _in_space(vector: Any, at: float = 0.0) -> _Vector:
@@ -111,7 +108,7 @@ def _load(load: Load, depth: float) -> Load:
 def _strut(strut: _S, depth: float) -> _S:
     """A tie or prop, halfway through the depth."""
     first, second = (_in_space(point, depth / 2) for point in strut.at)
-    return strut.model_copy(update={"at": (first, second)})
+    return strut.replace(at=(first, second))
 
 
 def _solid(block: Block, shapes: Geometry, index: int, thickness: float, depth: float) -> Solid:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic import BaseModel, Discriminator, Field, Tag, model_validator
 
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.scene.blocks import Name, Number, Positive, Record
+from masonry_opt.scene.blocks import Name, Number, Positive, Record, YesNo
 from masonry_opt.scene.loads import GROUPS
 from masonry_opt.scene.solids import Vector
 
@@ -40,7 +40,8 @@ Push = Annotated[
 class Earthquake(Record):
     """A live load of the masses: λ times ``coefficient`` is the horizontal push over their weights.
 
-    Every weight pushes where it acts, of a :class:`Load` and :class:`EdgeLoad` its ``mass``.
+    Every weight pushes where it acts, and of dead forces what is along gravity; of a :class:`Load` and
+    :class:`EdgeLoad` its ``mass``, if that is given.
 
     Parameters
     ----------
@@ -52,6 +53,9 @@ class Earthquake(Record):
     coefficient:
         Horizontal seismic coefficient that λ multiplies: by default 1, and λ is the coefficient of collapse;
         a design value makes λ the factor on it, to set beside those of other load cases.
+    dead_as_mass:
+        False: of dead forces, a block's own ``dead`` among them, nothing pushes but what is given as
+        ``mass``.
 
     Raises
     ------
@@ -62,6 +66,7 @@ class Earthquake(Record):
     direction: Push
     vertical: Number = 0.0
     coefficient: Positive = 1.0
+    dead_as_mass: YesNo = True
 
     @property
     def vector(self) -> tuple[float, ...]:
@@ -198,9 +203,10 @@ def shaken(scene: Scene, quake: Earthquake) -> Scene:
     """The scene in an earthquake in place of all other live loads, dead loads those of its load case. Raises
     CaseError if the scene cannot be in that earthquake."""
     if case := scene.load_case:
-        changed = scene.under(case.model_copy(update={"live": {}, "earthquake": quake}))
+        changed = scene.under(case.replace(live={}, earthquake=quake))
     else:
-        changed = scene.model_copy(update={"earthquake": quake})
+        # Beside other live loads, which no longer act, a scene that is checked takes none.
+        changed = BaseModel.model_copy(scene, update={"earthquake": quake})
     if mistake := _wrong_direction(scene, quake):
         raise CaseError(f"{scene.origin}: 'earthquake': {mistake}")
     return changed

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import reprlib
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any, get_args
 
@@ -99,8 +99,18 @@ def wrong_call(error: ValidationError, record: type[BaseModel], values: Mapping[
             loc = [name, *loc[1:]] if loc else []
         return ": ".join([*where, _sentence(item, loc, held or record, _PYTHON_MESSAGES)])
 
-    called = record.model_config.get("title") or record.__name__
-    return _told(error, f"{called} {_name(values)}".rstrip(), line)
+    return _told(error, called(record, values), line)
+
+
+def called(record: type[BaseModel], values: Mapping[str, Any]) -> str:
+    """What errors call a record: its title or class, and its name."""
+    return f"{record.model_config.get('title') or record.__name__} {_name(values)}".rstrip()
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """What an error on an unknown name ends with, if there is one like it."""
+    close = difflib.get_close_matches(name, list(known), n=1)
+    return f"; did you mean '{close[0]}'?" if close else ""
 
 
 def _keys(item: dict[str, Any]) -> list[Any]:
@@ -133,6 +143,8 @@ def _sentence(
         return f"missing key '{key}'" if key else "missing table"
     if kind in messages:
         message = messages[kind].format(**item.get("ctx", {}))
+        if callable(getattr(item["input"], "blocks", None)):  # of a generator
+            message += f": write {'*' * (kind == 'model_type')}{type(item['input']).__name__}(...).blocks()"
     else:
         message = item["msg"].removeprefix("Value error, ")
         message = message[:1].lower() + message[1:_LONGEST]
@@ -183,8 +195,7 @@ def _suggestion(key: str, record: type[BaseModel]) -> str:
     known = list(_fields(record))
     if record.model_config.get("populate_by_name"):
         known += [field.alias for field in record.model_fields.values() if field.alias]
-    close = difflib.get_close_matches(key.rsplit(".", 1)[-1], known, n=1)
-    return f"; did you mean '{close[0]}'?" if close else f"; known: {', '.join(known)}"
+    return did_you_mean(key.rsplit(".", 1)[-1], known) or f"; known: {', '.join(known)}"
 
 
 def _fields(record: type[BaseModel]) -> dict[str, FieldInfo]:

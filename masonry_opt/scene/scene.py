@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import difflib
-import functools
 import itertools
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, PrivateAttr, Tag, model_validator
@@ -19,6 +17,7 @@ from masonry_opt.scene.fill import Fill
 from masonry_opt.scene.joints import Joint, JointDefaults
 from masonry_opt.scene.load_cases import Earthquake, Kind, LoadCase, LoadCases, wrong_cases
 from masonry_opt.scene.loads import EdgeLoad, Load
+from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.solids import AnyBlock, Direction, Solid, Vector
 from masonry_opt.scene.ties import Prop, Tie, wrong_strut
 
@@ -154,13 +153,7 @@ class Scene(SceneKeys):
             or self._wrong_load(known)
             or self._wrong_axles()
             or self._wrong_fill()
-            or wrong_strut(
-                self.ties,
-                self.props,
-                {block.name: block.fixed for block in self.blocks},
-                self.dimension,
-                lambda name: _no_block(name, known),
-            )
+            or wrong_strut(self)
             or self._wrong_tilt()
             or wrong_cases(self)
         ):
@@ -217,7 +210,7 @@ class Scene(SceneKeys):
         for exception in self.exceptions:
             where, pair = f"joint between {list(exception.between)}", frozenset(exception.between)
             if unknown := [name for name in exception.between if name not in known]:
-                return f"{where}: {_no_block(unknown[0], known)}"
+                return f"{where}: no block '{unknown[0]}'{did_you_mean(unknown[0], known)}"
             if len(pair) == 1:
                 return f"{where}: needs two different blocks"
             if pair in pairs:
@@ -233,7 +226,7 @@ class Scene(SceneKeys):
         weighed: set[str] = set()
         for number, load in enumerate(self.loads, start=1):
             if load.block not in known:
-                return f"load no. {number}: {_no_block(load.block, known)}"
+                return f"load no. {number}: no block '{load.block}'{did_you_mean(load.block, known)}"
             if known[load.block].fixed:
                 return f"load no. {number}: block '{load.block}' is fixed: load one that can move"
             if load.weight is not None:
@@ -290,7 +283,22 @@ class Scene(SceneKeys):
             return "'tilt' needs a direction that is not that of gravity"
         return f"'tilt' needs a scene of weights and friction alone: {why[0]}: take it away" if why else None
 
-    def in_case(self, name: str) -> Scene:
+    def replace(self, **changes: Any) -> Self:
+        """A scene with other values, checked as a call checks them, read from the same file and in the same
+        load case; this one stays as it is.
+
+        A mapping changes the keys of a record, or the records of a list, that it names:
+        ``scene.replace(joints={"friction": 0.3}, blocks={"A": {"weight": 3}})``. A key of ``joints`` or of
+        ``earthquake`` needs no mapping if nothing else in the scene has it: ``scene.replace(friction=0.3)``.
+
+        Raises
+        ------
+        CaseError
+            If a key is unknown or may be one of several, or a call with these values would raise it.
+        """
+        return super().replace(**changes).read_from(self.origin, self.case).in_case_of(self)
+
+    def in_case(self, name: str) -> Self:
         """The scene in one of its load cases, by name. Raises OptionError if it has no such case."""
         by_name = {case.name: case for case in self.load_cases}
         if name in by_name:
@@ -302,11 +310,16 @@ class Scene(SceneKeys):
         )
         raise OptionError(f"{self.origin}: no load case {name!r}{there}")
 
-    def under(self, case: LoadCase | None) -> Scene:
+    def under(self, case: LoadCase | None) -> Self:
         """The scene under a load case, whose groups and directions it knows."""
         scene = self.model_copy()
         scene._load_case = case
         return scene
+
+    def in_case_of(self, other: Scene) -> Self:
+        """The scene in the load case that another one, from which it was made, is in."""
+        case = other.load_case
+        return self.in_case(case.name) if case in other.load_cases else self.under(case)
 
     @property
     def load_case(self) -> LoadCase | None:
@@ -388,7 +401,7 @@ class Scene(SceneKeys):
         """The case file as it was read, its generators not expanded; None of a scene made in Python."""
         return self._case
 
-    def read_from(self, origin: str | Path, case: SceneKeys | None = None) -> Scene:
+    def read_from(self, origin: str | Path, case: SceneKeys | None = None) -> Self:
         """The same scene with the file it was read from, and the content of that."""
         scene = self.model_copy()
         scene._origin, scene._case = str(origin), case
@@ -401,9 +414,4 @@ class Scene(SceneKeys):
 
 
 def _unit(vector: np.ndarray) -> np.ndarray:
-    return vector / functools.reduce(np.hypot, vector)
-
-
-def _no_block(name: str, known: Iterable[str]) -> str:
-    close = difflib.get_close_matches(name, list(known), n=1)
-    return f"no block '{name}'" + (f"; did you mean '{close[0]}'?" if close else "")
+    return vector / np.hypot.reduce(vector)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from masonry_opt.effort import Effort
-from masonry_opt.problem.load_units import Scaled, in_units_of_load
+from masonry_opt.problem.load_units import in_units_of_live_load, in_units_of_load
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.lp import LpAnswer, LpSize, Verdict
 from masonry_opt.solvers.registry import Solver
@@ -40,7 +40,8 @@ class Driver:
     ----------
     formulation: "static" or "kinematic".
     limits: the first shear limits; by default the joints' own, with associative flow.
-    of_load: whether the program is declared in units of the load, in which it is solved more accurately.
+    of_load: whether the program is declared in units of the load, in which it is solved more accurately, not
+        in those of the live load alone.
     purpose, repeats: as of :class:`~.cvxpy_engine.CvxpyEngine`.
     curved: whether friction in space is declared by cones and crushing as a parabola (in CVXPY, for a solver
         of conic programs), not by sides and chords.
@@ -60,7 +61,7 @@ class Driver:
     ) -> None:
         engine, models = _declared(solver.language, curved, problem.layout.round)
         self.effort = effort
-        self._scaled = in_units_of_load(problem) if of_load else Scaled(problem, 1.0, 1.0)
+        self._scaled = (in_units_of_load if of_load else in_units_of_live_load)(problem)
         limits = limits or ShearLimits.true(problem)
         with effort.measure("build"):
             self.model = models[formulation](self._scaled.problem, self._scaled.limits(limits))

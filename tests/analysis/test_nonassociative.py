@@ -49,6 +49,22 @@ def test_it_runs_where_something_slides():
     assert raw.lp_solves == len(raw.history) > 1
 
 
+@pytest.mark.parametrize(
+    ("method", "scene"), [("nonassociative", mo.load(WALLS[0])), ("mpec", two_blocks())], ids=["loop", "mpec"]
+)
+@pytest.mark.parametrize("size", [2.0**-40, 2.0**40])
+def test_live_loads_of_any_size(method, scene, size):
+    """A live load 10⁻¹² or 10¹² times as large has a λ as many times as large or small: powers of two round
+    nothing, so that all digits but those that the solver leaves are the same."""
+    loads = ("live", "live_per_weight")
+    pushed = {
+        block.name: {key: tuple(size * part for part in getattr(block, key)) for key in loads}
+        for block in scene.blocks
+    }
+    found = [mo.solve(one, method, expected=False) for one in (scene, scene.replace(blocks=pushed))]
+    assert found[1].load_factor * size == pytest.approx(found[0].load_factor, rel=1e-8)
+
+
 def test_history_accounts_for_the_energy():
     """Fig. 12: raising and sliding add up to λ; associative flow spends all of it in raising."""
     history = solved(WALL_6, "nonassociative").history

@@ -75,6 +75,29 @@ def test_dead_loads_that_are_mass_and_those_that_are_none(load, mass):
     assert found == pytest.approx((1.5 - 3 * aside) / (1.5 + 3 * mass), rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("given", "mass"),
+    [
+        ({"block": (0.2, -2.0)}, 0.0),
+        ({"load": mo.Load(block="A", dead=(0.2, -2.0), at=(0.5, 1.5))}, 0.0),
+        ({"load": mo.Load(block="A", dead=(0.2, -2.0), at=(0.5, 1.5), mass=0.8)}, 0.8),
+        ({"line": mo.EdgeLoad(start=(0, 3), end=(1, 3), force=(0.1, -2.0))}, 0.0),
+    ],
+)
+def test_dead_forces_without_mass(given, mass):
+    """A force (0.2, -2) at the middle of a block of b = 1, h = 3, W = 1, or half as far aside at its top:
+    λ (W + m) h/2 = (W + 2) b/2 - 0.2 h/2; with its mass, which counts by default, λ (W + 2) h/2."""
+    scene = block_on_floor(1.0, 3.0, friction=3.0, live=(0.0, 0.0), dead=given.get("block", (0.0, 0.0)))
+    loads = {key: [given[of]] for key, of in (("loads", "load"), ("edge_loads", "line")) if of in given}
+    scene = scene.replace(**loads, earthquake={"direction": "right", "dead_as_mass": False})
+    assert mo.solve(scene, "static").required() == pytest.approx(1.2 / (1.5 * (1 + mass)), rel=1e-6)
+    (right,) = mo.directions(scene, "static").table.query("direction == 'right'")["load_factor"]
+    assert right == pytest.approx(1.2 / (1.5 * (1 + mass)), rel=1e-6)
+    if "block" in given:
+        counts = mo.solve(scene.replace(dead_as_mass=True), "static").required()
+        assert counts == pytest.approx(1.2 / (1.5 * 3), rel=1e-6)
+
+
 def over_direction(size, friction, vertical, degrees):
     """A box turns about the edge that its push leads over: with N = W (1 + r λ) the force meets the base at
     λ W h/2 / N from its middle, so λ = bᵢ / (h |eᵢ| − r bᵢ) about an edge across eᵢ."""

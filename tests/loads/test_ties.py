@@ -311,6 +311,37 @@ def test_ties_of_one_name_are_swept_one_by_one():
         assert table["load_factor"].tolist() == pytest.approx([0.725, 0.8], abs=CLOSE)
 
 
+def hung(push_at: float, strength: float | None = None) -> mo.Scene:
+    """A unit cube of weight 1 that touches nothing, on two upright ties at its upper corners and a level one
+    at half its height, pushed to the right at a height over its foot; beside it a block on the floor."""
+    cube = [(0, 3), (1, 3), (1, 4), (0, 4)]
+    ends = [((0, 4), (0, 6)), ((1, 4), (1, 6)), ((0, 3.5), (-3, 3.5))]
+    ties = [mo.Tie(between=("cube", "ground"), at=at) for at in ends]
+    block = mo.Block(name="cube", vertices=cube, weight=1, live=(1, 0), live_at=(0.5, 3 + push_at))
+    scene = block_on_floor(live=(0.0, 0.0))
+    return scene.replace(blocks=[*scene.blocks, block], ties=[*ties[:2], ties[2].replace(strength=strength)])
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_blocks_that_ties_alone_hold(method):
+    """The level tie yields at λ W = T; pushed at 3/4 of its height, the block lifts where the moment λ W/4
+    about that tie has shifted all weight to one upright tie, λ/4 = 1/2."""
+    for scene, exact in ((hung(0.5, 0.3), 0.3), (hung(0.75), 2.0)):
+        assert mo.solve(scene, method).load_factor == pytest.approx(exact, abs=CLOSE)
+        if method in ("static", "mcp"):
+            assert mo.solve(in_space(scene), method).load_factor == pytest.approx(exact, abs=CLOSE)
+
+
+def test_what_ties_cannot_hold():
+    scene = hung(0.5)
+    aside = mo.solve(scene.replace(ties=scene.ties[:1]), "static")  # swings until it hangs by its middle
+    assert aside.status == "unstable under dead load"
+    with pytest.raises(mo.CaseError, match="'cube' touches no other block"):
+        mo.solve(scene.replace(ties=[]), "static")
+    with pytest.raises(mo.CaseError, match="ties and props hold every block"):
+        mo.solve(scene.replace(blocks=[one for one in scene.blocks if one.name != "A"]), "static")
+
+
 def test_the_ground_reaches_farther_than_its_block():
     """A fixed block named "ground" needs not hold the anchor; one that moves does."""
     scene = tied(0.9, strength=0.1)

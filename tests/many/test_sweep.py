@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 import pytest
+from pydantic import BaseModel
 from scenes import CASES, block_on_floor, run_command
 
 import masonry_opt as mo
@@ -108,7 +109,7 @@ def test_what_may_end_otherwise_is_made_again(tmp_path):
 
     def made(friction):
         scene = block_on_floor(live=(friction, 0.0))
-        return scene.model_copy(update={"joints": None}) if friction == 0.1 else scene
+        return BaseModel.model_copy(scene, update={"joints": None}) if friction == 0.1 else scene
 
     frame = mo.sweep(made, {"friction": [0.0, 0.1, 0.2]}, method="static", workers=1, out=tmp_path)
     assert frame["status"].tolist() == ["refused", "crashed", "optimal"]

@@ -22,8 +22,8 @@ def line_load(scene: mo.Scene, strength: float | None = None, **fill: object) ->
     test = scene.reference["collapse_load"].value
     line = mo.Axles(name="line", loads=[test], road=[(x - 5e-5, top), (x + 5e-5, top)])
     joints = mo.JointDefaults(friction_angle=33, strength=strength)
-    earth = [scene.fills[0].model_copy(update=fill)]
-    made = scene.model_copy(update={"joints": joints, "fills": earth, "loads": []})
+    earth = [scene.fills[0].replace(**fill)]
+    made = scene.replace(joints=joints, fills=earth, loads=[])
     return mo.crossing(made, line, method="static").required()
 
 

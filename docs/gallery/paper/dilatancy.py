@@ -31,7 +31,7 @@ SWEEPS = {
 
 def with_joints(scene: mo.Scene, **properties) -> mo.Scene:
     """The scene with other properties in all joints that have none of their own."""
-    return scene.model_copy(update={"joints": scene.joints.model_copy(update=properties)})
+    return scene.replace(joints=properties)
 
 
 def by_hand(none: float) -> float:

@@ -46,7 +46,7 @@ def by_hand(face: float, rises: bool) -> float:
 def dilatant(name: str, angle: float) -> mo.Scene:
     """The variant with the same angle of dilatancy, in degrees, in every joint but the rough one."""
     joints = mo.JointDefaults(friction=MU, dilatancy=tan(radians(angle)))
-    return SCENES[name].model_copy(update={"joints": joints})
+    return SCENES[name].replace(joints=joints)
 
 
 def least(name: str, angle: float) -> mo.Result:

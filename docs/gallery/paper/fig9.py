@@ -23,7 +23,7 @@ FRICTIONS = (0.32, 0.33, 0.34, 0.35, 0.36, 0.37, 0.38, 0.39, 0.4, 0.45, 0.5, 0.6
 
 def scene(arch: mo.Arch, friction: float, thickness: float | None = None) -> mo.Scene:
     """The arch, of another thickness if one is given."""
-    made = arch if thickness is None else arch.model_copy(update={"thickness": thickness})
+    made = arch if thickness is None else arch.replace(thickness=thickness)
     return mo.Scene(title="arch", joints=mo.JointDefaults(friction=friction), blocks=made.blocks())
 
 
@@ -40,7 +40,7 @@ def transitions(arch: mo.Arch) -> tuple[float, float, float]:
     """
     hinged = thinnest(arch, math.inf)
     forces = hinged.holds.result.joints
-    thick = arch.model_copy(update={"thickness": arch.radius})
+    thick = arch.replace(thickness=arch.radius)
     slides = mo.least(lambda mu: scene(thick, mu), 1e-3, 1.0, tolerance=1e-6, samples=0)
     return hinged.value, float((forces["s"].abs() / forces["n"]).max()), slides.value
 
@@ -55,15 +55,15 @@ def opened(friction: float, thickness: float) -> mo.Scene:
         mo.PointLoad(voussoir=number, force=(outward * math.cos(angle), outward * math.sin(angle)))
         for number, angle in enumerate(angles, start=1)
     ]
-    return scene(ARCH.model_copy(update={"point_loads": loads}), friction, thickness)
+    return scene(ARCH.replace(point_loads=loads), friction, thickness)
 
 
 # %%
 # Where the mode changes; with weights of straight-edged voussoirs, and of 501 with weights along the
 # centreline, as Cocchetti & Rizzi have them.
 hinging, one_to_two, two_to_three = transitions(ARCH)
-straight = transitions(ARCH.model_copy(update={"weights": "straight"}))
-many = transitions(ARCH.model_copy(update={"weights": "centreline", "voussoirs": 501}))
+straight = transitions(ARCH.replace(weights="straight"))
+many = transitions(ARCH.replace(weights="centreline", voussoirs=501))
 checks = [
     ("least thickness (m), mode I", KNOWN["least_thickness"].value, hinging, 5e-4),
     ("the same, annular sectors", KNOWN["least_thickness_sector"].value, hinging, 5e-6),
@@ -118,7 +118,7 @@ axes.legend()
 figure_mode_i = mo.solve(opened(0.5, 1.0002 * hinging), "nonassociative", always=True).plot()
 figure_mode_ii = mo.solve(opened(0.35, 1.05 * thinnest(ARCH, 0.35).value), "nonassociative").plot()
 crown, rougher = mo.PointLoad(voussoir=14, force=(0, -1)), two_to_three + 0.005
-pushed = ARCH.model_copy(update={"point_loads": [crown], "thickness": 1.1 * thinnest(ARCH, rougher).value})
+pushed = ARCH.replace(point_loads=[crown], thickness=1.1 * thinnest(ARCH, rougher).value)
 sliding = mo.solve(scene(pushed, rougher), "nonassociative", always=True)
 figure_mode_iii = sliding.plot()
 assert sliding.joints["rotation"].abs().max() < 1e-5 * sliding.joints["slip"].abs().max()

@@ -40,7 +40,7 @@ SEARCHED = (0.07, 0.08, 0.1, 0.12)
 
 def rib(friction: float) -> mo.Scene:
     """The rib with another friction in all joints."""
-    return RIB.model_copy(update={"joints": mo.JointDefaults(friction=friction)})
+    return RIB.replace(friction=friction)
 
 
 # %%

@@ -27,8 +27,8 @@ for scene in (flat, mo.extrude(flat, THICKNESS), mo.extrude(flat, HEIGHT)):
 def across(thickness: float) -> mo.Scene:
     """Its weight, sideways, out of the plane."""
     thick = mo.extrude(flat, thickness)
-    turned = [block.model_copy(update={"live_per_weight": (0, 1, 0)}) for block in thick.blocks]
-    return thick.model_copy(update={"title": "wall 1, pushed across", "blocks": turned})
+    turned = [one if one.fixed else one.replace(live_per_weight=(0, 1, 0)) for one in thick.blocks]
+    return thick.replace(title="wall 1, pushed across", blocks=turned)
 
 
 for thickness in (HEIGHT, THICKNESS):

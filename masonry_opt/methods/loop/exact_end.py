@@ -11,7 +11,7 @@ from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.energy import forces_for, motion_for
 from masonry_opt.models.cvxpy_at_yield import CvxpyAtYield
-from masonry_opt.problem.load_units import in_units_of_load
+from masonry_opt.problem.load_units import in_units_of_live_load, in_units_of_load
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.cvxpy_engine import has_optimum
@@ -30,12 +30,14 @@ def accurate_end(
 ) -> Answer | None:
     """The exact state of λ nearest to ``near`` on the mechanism of an accurately solved sub-problem; None if
     there is none."""
+    scaled = in_units_of_live_load(problem)
     for share in _SHARES:
-        model = CvxpyAtYield(problem, state.p > share * state.p.max(), near)
-        if has_optimum(model.program, in_cvxpy(solver), effort, _PURPOSE) and (
-            end := _belonging(problem, *model.statics.forces(), state.d)
-        ):
-            return end
+        at_yield = state.p > share * state.p.max()
+        model = CvxpyAtYield(scaled.problem, at_yield, near / scaled.load_factor)
+        if has_optimum(model.program, in_cvxpy(solver), effort, _PURPOSE):
+            load_factor, q = model.statics.forces()
+            if end := _belonging(problem, scaled.load_factor * load_factor, q, state.d):
+                return end
     return None
 
 

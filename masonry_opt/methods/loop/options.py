@@ -71,7 +71,7 @@ class LoopOptions(Options):
         in a mechanism near its last one. It may end lower or higher (on the walls of Table 1 from 3 % below
         to 16 % above); other methods start from accurate ones. Default: rough from 1000 joints (in space
         contact points) on, with a solver that stops early when it is asked to (Clarabel or PIQP).
-    alpha: slope of the contracting shear limit over μ, at first.
+    alpha: slope of the contracting shear limit over μ, at first: a small value, 0 ≤ alpha ≤ 1.
     alpha_min: from there on the slope stays at this value (the last step may undershoot it once).
     beta: weight of the newest normal forces against those before, 0 < beta ≤ 1.
     tol: relative change of λ at which the loop stops.
@@ -95,8 +95,8 @@ class LoopOptions(Options):
 
     preset: Literal["paper"] | None = None
     sub_problems: Literal["accurate", "rough"] | None = None
-    alpha: Annotated[float, Strict(), Field(ge=0, le=10)] | None = None
-    alpha_min: Annotated[float, Strict(), Field(ge=0, le=10)] = 0.001
+    alpha: Annotated[float, Strict(), Field(ge=0, le=1)] | None = None
+    alpha_min: Annotated[float, Strict(), Field(ge=0, le=1)] = 0.001
     beta: Annotated[float, Strict(), Field(gt=0, le=1)] | None = None
     tol: Annotated[float, Strict(), Field(gt=0, lt=1)] = 1e-5
     c0: Annotated[float, Strict(), Field(ge=0, lt=1)] = 1e-5

@@ -138,11 +138,11 @@ def read_dxf(
     scene = scene_of(blocks, drawing, path)
     if drawing.thickness is None:
         return scene
-    solids = extrude(scene.model_copy(update={"thickness": drawing.thickness})).in_space()
+    solids = extrude(scene.replace(thickness=drawing.thickness)).in_space()
     loaded = [
         block
         if block.fixed
-        else block.model_copy(update={"live_per_weight": push if len(push) == 3 else (push[0], 0.0, push[1])})
+        else block.replace(live_per_weight=push if len(push) == 3 else (push[0], 0.0, push[1]))
         for block, push in zip(solids, pushes, strict=True)
     ]
     return scene_of(loaded, drawing, path)
@@ -154,7 +154,7 @@ def _on_layers(entities: list[Any], layers: Sequence[str] | None) -> list[Any]:
     drawn = [dxf_curves.layer_of(entity).casefold() for entity in entities]
     asked = {layer.casefold(): layer for layer in layers}
     for missing in asked.keys() - set(drawn):
-        raise ValueError(f"'layers': nothing is drawn on a layer '{asked[missing]}'{_known(entities)}")
+        raise ValueError(f"'layers' (--layer): nothing is drawn on '{asked[missing]}'{_known(entities)}")
     return [entity for entity, layer in zip(entities, drawn, strict=True) if layer in asked]
 
 
@@ -209,11 +209,11 @@ def _blocks(
     layers = f"layers of blocks: {listed(sorted({shape.curve.layer for shape in found}))}"
     for layer in drawing.live_layers:
         if layer.casefold() not in loaded:
-            raise ValueError(f"'live_layers': no movable block is on layer '{layer}' ({layers})")
+            raise ValueError(f"'live_layers' (--live-layer): no movable block is on '{layer}' ({layers})")
     if not any(block.fixed for block in blocks):
         raise ValueError(
             f"no block is on a layer of supports, with {' or '.join(map(repr, words))} in its name ({layers})"
-            ": move the supports to one, or name theirs by 'fixed_layers'"
+            ": move the supports to one, or name theirs by 'fixed_layers' (--fixed-layer)"
         )
     return blocks
 

@@ -68,7 +68,7 @@ def scene_in_space(meshes: Sequence[Mesh], drawing: SolidDrawing, path: Path) ->
         blocks = [_told(mesh, drawing, tolerance) for mesh in solid]
     except ValueError as error:
         raise CaseError(f"{path}: {error}") from None
-    return scene_of(blocks, drawing.model_copy(update={"tolerance": tolerance}), path)
+    return scene_of(blocks, drawing.replace(tolerance=tolerance), path)
 
 
 def _told(mesh: Mesh, drawing: SolidDrawing, tolerance: float) -> Solid:

@@ -71,7 +71,7 @@ class Groin(SolidGenerator):
 
     def blocks(self) -> list[Solid]:
         """The stones of each corner in turn, course by course from the springing: ``corner g1`` on the groin,
-        ``corner y1-1``, ... along y, ``corner x1-1``, ... along x; then each ``corner abutment``."""
+        ``corner y1-1``, ... along y, ``corner x1-1``, ... along x; then ``abutment 1`` to ``abutment 4``."""
         built = []
         *courses, foot = self._courses()
         corners = [(1, 1), (-1, 1), (-1, -1), (1, -1)]
@@ -88,7 +88,7 @@ class Groin(SolidGenerator):
             end = max(self.bay / 2, _farthest(foot) + self.thickness)
             for corner, signs in enumerate(corners, start=1):
                 legs = [_leg(foot, None, end, signs, along) for along in "yx"]
-                built.append(self._support(f"{corner} abutment", *legs))
+                built.append(self._support(f"abutment {corner}", *legs))
         return built
 
     def _courses(self) -> list[list[Point]]:

@@ -148,7 +148,7 @@ def _passages(scene: Scene, axles: str | Axles | Sequence[Axles] | None) -> Iter
             "another, or give it 'live = { axles = 1 }'"
         )
     groups = _groups(scene, axles)
-    assembly = assemble(scene.model_copy(update={"axles": []}).read_from(scene.origin, scene.case))
+    assembly = assemble(scene.replace(axles=[]))
     for group in groups:
         road = Road(scene, assembly.geometry, _line(scene, group), f"the road of axles '{group.name}'")
         for direction in group.directions:

@@ -67,7 +67,7 @@ class Passage:
         if case is not None:
             group = f"axles '{self.axles.name}'"
             live = {name: factor for name, factor in case.live.items() if name != "axles"}
-            case = case.model_copy(update={"live": live | {group: scene.factor_of_axles}})
+            case = case.replace(live=live | {group: scene.factor_of_axles})
             changed["load_cases"] = [case if one.name == case.name else one for one in scene.load_cases]
         forces = self._on_blocks(position)
         for block in np.flatnonzero(forces[:, 1]):
@@ -80,7 +80,7 @@ class Passage:
             at = np.array([x, high if met.is_empty else met.bounds[3]]) + shapes.origin
             where = {"block": scene.blocks[block].name, "at": tuple(map(float, at))}
             loads.append(Load(**where, live=(0.0, float(down)), group=group))
-        return scene.model_copy(update=changed).read_from(scene.called).under(case)
+        return scene.replace(**changed).read_from(scene.called).under(case)
 
     def pieces(self, longest: float) -> list[tuple[float, float]]:
         """Ranges of positions, from left to right, in which loads do not jump and some axle is on a movable

@@ -91,7 +91,7 @@ def directions(
         "left" and "right".
     vertical:
         Vertical part over the horizontal one, or several, such as ``(0.3, -0.3)``; see :class:`Earthquake`
-        (default: that of the scene's own earthquake, else 0).
+        (default: that of the scene's own earthquake, else 0). Masses are as of that earthquake.
     load_case:
         Name of the load case whose dead loads act.
     method, progress, phases, options:
@@ -108,13 +108,16 @@ def directions(
     refuse_without_case(of)
     if of.tilt:
         raise OptionError(f"{of.origin}: 'tilt' is the scene's live load: take it away")
-    own = of.shaken_by.vertical if of.shaken_by else 0.0
-    ratios = [own] if vertical is None else list(np.atleast_1d(vertical).tolist())
+    own = of.shaken_by or Earthquake(direction=0.0)
+    ratios = [own.vertical] if vertical is None else list(np.atleast_1d(vertical).tolist())
     if not ratios:
         raise OptionError("'vertical' is one number or several (found none)")
     angles = _angles(every)
     pushes: list[Any] = ["left", "right"] if of.dimension == 2 else list(angles)
-    quakes = [Earthquake(direction=push, vertical=ratio) for ratio, push in itertools.product(ratios, pushes)]
+    quakes = [
+        Earthquake(direction=push, vertical=ratio, dead_as_mass=own.dead_as_mass)
+        for ratio, push in itertools.product(ratios, pushes)
+    ]
     scenes = {str(quake): shaken(of, quake) for quake in quakes}
     return Directions(solve_all(scenes, method, progress, phases, **options))
 

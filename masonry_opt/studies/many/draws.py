@@ -168,10 +168,7 @@ class Draws:
             for pair in column.pairs:
                 properties = given.setdefault(frozenset(pair), {"between": pair})
                 properties[column.of.removeprefix("joints.")] = values[column.name]
-        exceptions = [Joint(**properties) for properties in given.values()]
-        for own in exceptions:
-            own.over(scene.joints)
-        return scene.model_copy(update={"exceptions": exceptions})
+        return scene.replace(exceptions=[Joint(**properties) for properties in given.values()])
 
 
 def scores(count: int, groups: ArrayLike, correlation: float, sequence: str | None, seed: int) -> np.ndarray:

@@ -54,7 +54,7 @@ def least(
     >>> import masonry_opt as mo
     >>> arch = mo.Arch(radius=10, angles=(180, 0), thickness=1, voussoirs=27, unit_weight=1)
     >>> def of(thickness):
-    ...     blocks = arch.model_copy(update={"thickness": thickness}).blocks()
+    ...     blocks = arch.replace(thickness=thickness).blocks()
     ...     return mo.Scene(joints=mo.JointDefaults(friction=0.7), blocks=blocks)
     >>> round(mo.least(of, 0.5, 3).value, 4)
     1.0678

@@ -13,14 +13,12 @@ import difflib
 from collections.abc import Iterator, Mapping
 from typing import Any, get_args
 
-from pydantic import ValidationError
 from pydantic.fields import FieldInfo
 
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.scene.blocks import Record
+from masonry_opt.scene.blocks import INSTEAD, Record
 from masonry_opt.scene.case_file import CaseFile
 from masonry_opt.scene.load_cases import refuse_without_case
-from masonry_opt.scene.mistakes import wrong_call
 from masonry_opt.scene.scene import Scene, SceneKeys
 
 #: A path through records: names of fields, and indices of entries.
@@ -31,14 +29,6 @@ _NAMED = ("block", "joint")
 
 #: Tables of generators.
 _GENERATORS = tuple(name for name in CaseFile.model_fields if name not in SceneKeys.model_fields)
-
-#: Keys that exclude each other: a value of one removes the other.
-_INSTEAD = {
-    "weight": "unit_weight",
-    "unit_weight": "weight",
-    "friction_angle": "friction",
-    "dilatancy_angle": "dilatancy",
-}
 
 #: Points, forces and moments: their two or three numbers are x, y and z.
 _POINTS = (
@@ -91,7 +81,7 @@ class Parameters:
             if name not in self._ways:
                 raise OptionError(f"{self.scene.origin}: no number is called '{name}'{self._near(name)}")
             head, _, key = name.rpartition(".")
-            other = f"{head}.{_INSTEAD.get(key, '')}"
+            other = f"{head}.{INSTEAD.get(key, '')}"
             if other in names:
                 raise OptionError(f"'{name}' and '{other}' say the same of one thing: vary one of them")
 
@@ -114,10 +104,7 @@ class Parameters:
         except CaseError as error:
             told = ", ".join(f"{name} = {value + 0.0:g}" for name, value in values.items())
             raise CaseError(f"{told}: {error}") from None
-        scene, case = scene.read_from(self.scene.origin), self.scene.load_case
-        # Numbers of the case may be among them.
-        known = case is not None and case in self.scene.load_cases
-        return scene.in_case(case.name) if case is not None and known else scene.under(case)
+        return scene.read_from(self.scene.origin).in_case_of(self.scene)
 
     def _built(self, values: Mapping[str, float]) -> Scene:
         if not values:
@@ -212,14 +199,4 @@ def _changed(holder: Any, way: _Way, value: float) -> Any:
         )
     if isinstance(holder, dict):
         return holder | {first: _changed(holder[first], rest, value)}
-    changed = _changed(getattr(holder, first), rest, value)
-    kept = {name: getattr(holder, name) for name in holder.model_fields_set} | {first: changed}
-    if not rest:
-        kept.pop(_INSTEAD.get(first, ""), None)
-    record = type(holder)
-    # In a case file a key has one name: its alias.
-    values = {record.model_fields[name].alias or name: entry for name, entry in kept.items()}
-    try:
-        return record.model_validate(values)
-    except ValidationError as error:
-        raise wrong_call(error, record, values) from None
+    return holder.replace(**{first: _changed(getattr(holder, first), rest, value)})

@@ -90,7 +90,7 @@ def standing(scene: Scene) -> Standing:
     dead = replace(
         assembly,
         problem=replace(problem, live=np.zeros_like(problem.live)),
-        scene=scene.model_copy(update={"tilt": None, "reference": {}}),
+        scene=scene.replace(tilt=None, reference={}),
     )
     result = make_result(dead, solution, effort, method="static", model=solver.language, solver=solver.name)
     told = numeral(margin, ".6g") + " median block weights" if certificate else "none"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from pydantic import BaseModel
 
 from masonry_opt.problem.assembly import Assembly, with_supports_freed
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
@@ -42,15 +43,19 @@ def _pushed(scene: Scene, supports: np.ndarray, force: np.ndarray) -> Scene:
         given = still | ({"live_moment": none} if scene.dimension == 3 else {})
         if number in supports:
             given |= {"fixed": False, "weight": 0.0, "unit_weight": None, "live": tuple(force.tolist())}
-        blocks.append(block.model_copy(update=given))
-    loads = [load.model_copy(update={"live": None, "live_moment": None}) for load in scene.loads]
-    nothing = {"pressure": None, "force": (0.0, 0.0)}
+        blocks.append(block.replace(**given))
+    loads = [
+        load.replace(**{key: none for key in ("live", "live_moment") if getattr(load, key)})
+        for load in scene.loads
+    ]
     edge_loads = [
-        load if load.kind == "dead" else load.model_copy(update=nothing) for load in scene.edge_loads
+        load if load.kind == "dead" else load.replace(pressure=None, force=(0.0, 0.0))
+        for load in scene.edge_loads
     ]
     changes = {"blocks": blocks, "loads": loads, "edge_loads": edge_loads}
     none_else: dict[str, Any] = {"tilt": None, "earthquake": None, "load_cases": [], "axles": []}
-    return scene.under(None).model_copy(update=changes | none_else)
+    # No block may be left fixed, of which a scene that is checked needs one.
+    return BaseModel.model_copy(scene.under(None), update=changes | none_else)
 
 
 def _restraints(

@@ -11,8 +11,8 @@ import masonry_opt as mo
 OUT_OF_RANGE = [
     *(("nonassociative", name, value) for name, value in (
         ("preset", "fast"), ("sub_problems", "fast"), ("beta", 0), ("beta", 1.5), ("beta", 7), ("tol", 0),
-        ("alpha", -1), ("c0", -1e-5), ("max_iterations", 0), ("start", "warm"), ("trial_cohesion", 0),
-        ("always", 1), ("remedies", "some"), ("revise", 0.1),
+        ("alpha", -1), ("alpha", 2), ("alpha_min", 2), ("c0", -1e-5), ("max_iterations", 0),
+        ("start", "warm"), ("trial_cohesion", 0), ("always", 1), ("remedies", "some"), ("revise", 0.1),
     )),
     *(("mcp", "descent", value) for value in ("no", 1)),
     ("compliant", "curve", 1),

@@ -77,8 +77,9 @@ def test_options_of_compas(tmp_path, monkeypatch, capsys):
         ([*NEEDED, "--live-layer", "blocks"], "--live-layer"),
         ([*NEEDED, "--along", "x"], "--along"),
         ([*NEEDED, "--fixed", "1-1"], "--fixed"),
-        ([*NEEDED, "--layer", "gone"], "'gone'"),
-        ([*NEEDED, "--fixed-layer", "rock"], "'rock'"),
+        ([*NEEDED, "--layer", "gone"], "(--layer): nothing is drawn on 'gone'"),
+        ([*NEEDED, "--live-layer", "gone=1,0"], "(--live-layer): no movable block is on 'gone'"),
+        ([*NEEDED, "--fixed-layer", "rock"], "(--fixed-layer)"),
         ([*NEEDED, "--friction", "-1"], "'friction'"),
     ],
 )
