@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -123,6 +124,12 @@ class Solution:
         """Number of different exact states met; None if the method looks for none."""
         met = (said.values["count"] for said in self.reasons if said.code is Code.STATES_MET)
         return next(met, None)
+
+    @property
+    def below_zero(self) -> float:
+        """Load factor below zero of a state that was met beside the answer; infinite without one."""
+        met = (said.values["load_factor"] for said in self.reasons if said.code is Code.BELOW_ZERO)
+        return next(met, inf)
 
     @property
     def carries_any_load(self) -> bool:

@@ -84,6 +84,7 @@ def global_search(task: Task) -> Solution:
     if best > 0:
         _raise(task, solution, best, highest, of, began)
     _conclude(problem, solution, solution.bound, of, options)
+    solution.reasons += [said for said in start.reasons if said.code is Code.BELOW_ZERO]
     return solution
 
 

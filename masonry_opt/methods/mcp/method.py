@@ -106,7 +106,7 @@ def _by_passes(task: Task) -> Solution:
         fall = first.load_factor - answer.load_factor if first and same_law else None
         solution.add(Code.EXACT, fall=fall)
     if states.met.load_factors:
-        solution.reasons.append(states.met.reason)
+        solution.reasons += states.met.reasons
     return solution
 
 
@@ -147,6 +147,8 @@ class _States:
             found = alternated(self._problem, start.load_factor, start.q, self._effort)
             if found is not None and not self._passes.tells(found.load_factor, found.d):
                 found = None
+            if found is not None:
+                self.met.lowest = min(self.met.lowest, found.load_factor)
             self._by_programs = _exact_or_lower(self._by_programs, found)
             if self._problem.layout.round:
                 self.met.count(None if found is None or found.failing(Kind.EXACT) else found)
@@ -170,7 +172,8 @@ class _States:
             self._keep(candidate.state)
 
     def _keep(self, state: ExactState | None) -> None:
-        if state is None or self._passes.tells(state.load_factor, state.d):
+        if state is not None and self._passes.tells(state.load_factor, state.d):
+            self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
             self._lowest = lower_of(self._lowest, state)
 
 

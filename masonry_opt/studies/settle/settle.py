@@ -169,7 +169,7 @@ def _at_rest(problem: Problem, settling: Problem) -> float | None:
         return None
     passes = Passes(problem)
     q = passes.settled_forces()
-    if q is None or not _carries(problem, q) or (problem.dead.any() and not passes.carry_dead_load()):
+    if q is None or not _carries(problem, q) or not passes.carry_dead_load():
         return None
     pressed = settling.B[:, : len(q)] @ q
     reaction = float(pressed @ settling.live / (settling.live @ settling.live))
