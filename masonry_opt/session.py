@@ -26,7 +26,7 @@ from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.load_cases import refuse_without_case
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solvers.registry import Solver, find_solver
+from masonry_opt.solvers.registry import MATRICES, Solver, find_solver
 
 #: Joints up to which the associative load factor is computed where a method leaves none: beyond, it takes
 #: from some seconds to minutes.
@@ -76,7 +76,9 @@ class Session:
         return self._result(assembly, self.pushed(assembly, progress, effort), effort)
 
     def _result(self, assembly: Assembly, solution: Solution, effort: Effort) -> Result:
-        method, solver = self.method.name, self.solver
+        method, solver = self.method.name, solution.solver or self.solver
+        if solver.language == self.solver.language:
+            solver = self.solver
         return make_result(
             assembly, solution, effort, method=method, model=solver.language, solver=solver.name
         )
@@ -154,7 +156,7 @@ class Session:
             why = reason(Code.NOT_EXPECTED, **size_of(problem))
             return Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, [why])
         effort.begins("load to expect")
-        solver = find_solver("pyomo", "newton")
+        solver = find_solver(MATRICES, None)
         effort.uses(solver.name, "load to expect")
         with effort.measure("expected"):
             solution = method.run(Task(problem, solver, effort=Effort(effort.begins), kept=self.kept))

@@ -15,6 +15,7 @@ from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.status import Status
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.lp import LpSize
+from masonry_opt.solvers.registry import Solver
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +59,7 @@ class Solution:
     infeasibility: what is proven where there is no λ; None if no proof was tried.
     size: of the linear program.
     curve: states of contacts that give less and less, if they were asked for.
+    solver: of the method that ended with it, which another may have asked.
     """
 
     status: Status
@@ -76,6 +78,7 @@ class Solution:
     infeasibility: InfeasibilityCertificate | None = None
     size: LpSize | None = None
     curve: list[GivingState] | None = None
+    solver: Solver | None = None
 
     @property
     def answer(self) -> Answer | None:

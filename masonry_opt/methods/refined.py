@@ -19,7 +19,7 @@ from masonry_opt.methods.exact.search import Candidate, Met, Search, lower_of
 from masonry_opt.methods.mcp.method import mcp
 from masonry_opt.methods.mcp.passes import passes_of
 from masonry_opt.methods.task import Options, Task, of_same_scene
-from masonry_opt.solvers.registry import find_solver
+from masonry_opt.solvers.registry import MATRICES, find_solver
 
 
 class RefinedOptions(Options):
@@ -79,7 +79,7 @@ def refined(task: Task) -> Solution:
     search ends when its time is over or the user interrupts it, with the lowest state found so far."""
     problem, options = task.problem, task.options or RefinedOptions()
     if options.start is None:
-        first = mcp(task.with_options(None, find_solver("pyomo", "newton")))
+        first = mcp(task.with_options(None, find_solver(MATRICES, None)))
     else:
         first = of_same_scene(options.start, problem)
     if first.proven_none or (first.q is None and options.search is None):
@@ -161,6 +161,7 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Settling) -
         stationary=None if is_kept else lowest.stationary,
         flow_rule_matters=first.flow_rule_matters,
         size=refiner.size,
+        solver=task.solver,
     )
     # The parabola's load factor is none of this law.
     known = first.load_factor if same_law else None

@@ -74,7 +74,7 @@ def _by_passes(task: Task) -> Solution:
     effort.iterations += len(history)
     for step in history:
         task.progress(step)
-    solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, history=history)
+    solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, history=history, solver=task.solver)
     passes = prepared(task)
     states = _States(task, passes)
     first: Answer | State | None = None
