@@ -19,7 +19,7 @@ from masonry_opt.problem.kept import Kept
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.session import Session
-from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE, Solver, SolverEntry, find_entry, find_solver
+from masonry_opt.solvers.registry import MODELS, SOLVERS, TOLERANCE, Solver, find_entry, find_solver
 
 #: Arguments of :func:`solve` that are no options of a method.
 _ARGUMENTS = (
@@ -63,8 +63,9 @@ def solve(
         of Coulomb friction, by linear programs from passes' states down, and by search if asked), or "global"
         (proven bounds of the least one, on small scenes).
     model:
-        Modelling language: "cvxpy" (the default where a method is declared in it) or "pyomo". Both are
-        there for "static", "kinematic" and "nonassociative".
+        Modelling language: "cvxpy" (the default where a method is declared in it) or "pyomo"; both are
+        there for "static", "kinematic" and "nonassociative". "mcp" and "compliant", which declare nothing,
+        take "matrices".
     solver:
         For these three "clarabel" (CVXPY's default), "highs" (simplex; Pyomo's default), "highs-ipm"
         (Pyomo's default for the loop), or any solver that CVXPY finds. The others bring their own.
@@ -199,10 +200,10 @@ def _solver(method: Method, model: str | None, name: str | None, tolerance: floa
         if not isinstance(given, str | None):
             raise OptionError(f"{what} must be a name (found {given!r})")
     model = model or next(iter(method.solvers))
-    if model in LANGUAGES and model not in method.solvers:
+    if model in MODELS and model not in method.solvers:
         raise OptionError(
-            f"method '{method.name}' is declared in {', '.join(method.solvers)} only; methods declared in "
-            f"{model}: {_names(lambda other: model in other.solvers)}"
+            f"method '{method.name}' takes model: {', '.join(method.solvers)} (found '{model}'); methods "
+            f"that take it: {_names(lambda other: model in other.solvers)}"
         )
     allowed = method.solvers.get(model, ())
     name = name.lower() if name else (allowed[0] if allowed else None)
@@ -216,30 +217,25 @@ def _solver(method: Method, model: str | None, name: str | None, tolerance: floa
             f"method '{method.name}' has tolerances of its own: leave 'tolerance' out, or name a method "
             f"that takes one: {_names(lambda other: not other.own_tolerances)}"
         )
-    solver = find_solver(model, name, TOLERANCE if tolerance is None else tolerance)
-    if not solver.entry.linear and not allowed:
-        takers = _names(lambda other: _takes(other, solver.entry))
-        raise OptionError(f"solver '{solver.name}' solves no linear programs, and is for methods: {takers}")
-    return solver
+    others = [entry for entry in SOLVERS.values() if entry.name == name and not entry.linear]
+    if others and not allowed:
+        takers = _names(lambda other: other.solved_by(others[0]))
+        raise OptionError(f"solver '{name}' solves no linear programs, and is for methods: {takers}")
+    return find_solver(model, name, TOLERANCE if tolerance is None else tolerance)
 
 
 def _takers(name: str | None) -> str:
     """Which methods take a solver, in the first language that has it; which take solvers that CVXPY finds."""
-    for language in LANGUAGES:
+    for language in MODELS:
         try:
             entry = find_entry(language, name)
         except OptionError:
             continue
-        takers = [name for name, method in METHODS.items() if _takes(method, entry)]
+        takers = [name for name, method in METHODS.items() if method.solved_by(entry)]
         return f"; methods that take it, with model '{language}': {', '.join(takers)}"
     return (
         f"; methods of linear programs, which take others: {_names(lambda method: not method.own_tolerances)}"
     )
-
-
-def _takes(method: Method, entry: SolverEntry) -> bool:
-    allowed = method.solvers.get(entry.language)
-    return allowed is not None and (entry.name in allowed or (not allowed and entry.linear))
 
 
 def _names(of: Callable[[Method], bool]) -> str:

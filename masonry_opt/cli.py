@@ -32,9 +32,9 @@ from masonry_opt.errors import (
 )
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.scene.case_file import as_scene
-from masonry_opt.solvers.registry import LANGUAGES, TOLERANCE
+from masonry_opt.solvers.registry import MODELS, TOLERANCE
 from masonry_opt.words.sentences import numeral
-from masonry_opt.words.terminal import changing_line, left_by, print_result, print_text
+from masonry_opt.words.terminal import changing_line, left_by, print_result, print_text, results_alone
 
 #: Commands that are loaded when they are called: by name, where their typer app is.
 _LOADED = {
@@ -60,6 +60,11 @@ class _Commands(TyperGroup):
         if cmd_name in _LOADED:
             return typer.main.get_command(import_module(_LOADED[cmd_name]).app)
         return super().get_command(ctx, cmd_name)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        found: Any = super().resolve_command(ctx, args)
+        found[1].invoke = results_alone()(found[1].invoke)
+        return found
 
 
 app = typer.Typer(
@@ -89,7 +94,7 @@ def solve(
     method: Annotated[str, typer.Option(help=f"One of: {', '.join(METHODS)}.")] = DEFAULT,
     model: Annotated[
         str | None,
-        typer.Option(help=f"Modelling language: {', '.join(LANGUAGES)}. Default: the method's first."),
+        typer.Option(help=f"In what it is declared: {', '.join(MODELS)}. Default: the method's first."),
     ] = None,
     solver: Annotated[
         str | None,
@@ -336,6 +341,11 @@ def main() -> None:
     """Run the command line; every foreseeable mistake ends as one message and an exit code."""
     if sys.stdout is None:  # closed by the caller
         _end("standard output is closed: give it a file or a pipe", OutputError.exit_code)
+    if (own := sys.__stdout__) is not None and own is sys.stdout:
+        # What libraries write to the descriptor goes to standard error: results have another.
+        results = os.fdopen(os.dup(1), "w", encoding=own.encoding)
+        os.dup2(os.open(os.devnull, os.O_WRONLY) if sys.stderr is None else 2, 1)
+        sys.stdout = results
     for stream in (sys.stdout, sys.stderr):
         # What a stream cannot encode (a file's name in foreign bytes) is written as an escape.
         if isinstance(stream, TextIOWrapper):

@@ -26,7 +26,7 @@ from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.load_cases import refuse_without_case
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solvers.registry import Solver, find_solver
+from masonry_opt.solvers.registry import MATRICES, Solver, find_solver
 
 #: Joints up to which the associative load factor is computed where a method leaves none: beyond, it takes
 #: from some seconds to minutes.
@@ -76,7 +76,9 @@ class Session:
         return self._result(assembly, self.pushed(assembly, progress, effort), effort)
 
     def _result(self, assembly: Assembly, solution: Solution, effort: Effort) -> Result:
-        method, solver = self.method.name, self.solver
+        method, solver = self.method.name, solution.solver or self.solver
+        if solver.language == self.solver.language:
+            solver = self.solver
         return make_result(
             assembly, solution, effort, method=method, model=solver.language, solver=solver.name
         )
@@ -154,14 +156,12 @@ class Session:
             why = reason(Code.NOT_EXPECTED, **size_of(problem))
             return Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, [why])
         effort.begins("load to expect")
-        solver = find_solver("pyomo", "newton")
+        solver = find_solver(MATRICES, None)
         effort.uses(solver.name, "load to expect")
         with effort.measure("expected"):
             solution = method.run(Task(problem, solver, effort=Effort(effort.begins), kept=self.kept))
-        if solution.load_factor is not None and not _stands(problem, solution.load_factor):
-            from masonry_opt.standing.no_load_factor import withdraw_wedged
-
-            withdraw_wedged(assembly, solution)
+        if solution.load_factor is not None:
+            _withdraw_unless_it_stands(assembly, solution)
         return solution
 
 
@@ -213,12 +213,27 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
         )
 
 
-def _stands(problem: Problem, load_factor: float) -> bool:
-    """Whether a Coulomb load factor is of a scene that carries its dead load from rest: contacts that give
-    are asked where it is next to nothing, unless their forces are known."""
-    if abs(load_factor) > SMALLEST or problem.settled is not None or not problem.dead.any():
-        return load_factor >= -ZERO
-    return load_factor >= -ZERO and Passes(problem).carry_dead_load()
+def _withdraw_unless_it_stands(assembly: Assembly, solution: Solution) -> None:
+    """Withdraw a load factor below zero, or of a scene that does not carry its dead load from rest."""
+    found, statics = solution.load_factor, solution.kind is Kind.ASSOCIATIVE
+    assert found is not None
+    rests = not statics and _rests(assembly.problem, solution, found)
+    if found < -ZERO or not (statics or rests):
+        from masonry_opt.standing.no_load_factor import withdraw
+
+        withdraw(assembly, solution, rests)
+
+
+def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
+    """Whether a scene carries its dead load from rest: where its forces there are known, and as the load to
+    expect tells; without these contacts that give are asked, where the load factor is next to nothing or below,
+    or such a state was met."""
+    if problem.settled is not None:
+        return True
+    expected = solution.expected
+    if expected is not None and expected.status in (Status.CONVERGED, Status.UNSTABLE):
+        return expected.status.usable
+    return min(load_factor, solution.below_zero) > SMALLEST or Passes(problem).carry_dead_load()
 
 
 def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: bool) -> None:
@@ -231,11 +246,9 @@ def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: b
             set_beside(task, solution)
     if solution.expected is not None:
         solution.expected.associative = solution.associative_value
-    found = solution.load_factor
-    wedged = solution.expected is not None and solution.expected.status is Status.UNSTABLE
-    if found is not None and (
-        found >= -ZERO if is_associative else not wedged and _stands(task.problem, found)
-    ):
+    if solution.load_factor is not None:
+        _withdraw_unless_it_stands(assembly, solution)
+    if solution.load_factor is not None:
         return
     from masonry_opt.standing.no_load_factor import explain
 

@@ -22,6 +22,7 @@ class Code(StrEnum):
     STRENGTH_WOULD_HOLD = "strength would hold"
     DEAD_LOAD_UNDECIDED = "dead load undecided"  # word
     WEDGED = "wedged"  # load_factor, blocks
+    BELOW_ZERO = "below zero"  # load_factor: of a state that the scene is not in from rest
     SOLVER_STOPPED = "solver stopped"  # word
     STOPPED_SHORT = "stopped short"  # word: with an answer all the same
     DILATANCY_LOCKS = "dilatancy locks"

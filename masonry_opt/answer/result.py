@@ -22,6 +22,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
+from masonry_opt.solvers.registry import MATRICES
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -38,7 +39,9 @@ class Result:
     ----------
     case: case file or title of the scene.
     load_case: name of the load case that it is of; None of a scene without.
-    method, model, solver: the method, and the language and solver it was to use.
+    method: the one asked for.
+    model: the language that declared what was solved; "matrices" where none did, as of passes.
+    solver: the one asked for, or the method's own; of another language where that declared what was solved.
     status, reasons, message: how it ended, why in codes with their values, and in words.
     usable: whether there is a load factor.
     kind: of answer, which decides what its certificate must show.
@@ -253,7 +256,7 @@ class Result:
             return self
         if (found := self.solution.expected) is None:
             return None
-        of = replace(self, method="compliant", model="pyomo", solver="newton", solution=found)
+        of = replace(self, method="compliant", model=MATRICES, solver="newton", solution=found)
         return replace(of, iterations=len(found.history), lp_solves=0, nlp_solves=0)
 
     @property

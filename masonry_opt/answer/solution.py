@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.status import Status
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.lp import LpSize
+from masonry_opt.solvers.registry import Solver
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +59,7 @@ class Solution:
     infeasibility: what is proven where there is no λ; None if no proof was tried.
     size: of the linear program.
     curve: states of contacts that give less and less, if they were asked for.
+    solver: of the method that ended with it, which another may have asked.
     """
 
     status: Status
@@ -75,6 +78,7 @@ class Solution:
     infeasibility: InfeasibilityCertificate | None = None
     size: LpSize | None = None
     curve: list[GivingState] | None = None
+    solver: Solver | None = None
 
     @property
     def answer(self) -> Answer | None:
@@ -123,6 +127,12 @@ class Solution:
         """Number of different exact states met; None if the method looks for none."""
         met = (said.values["count"] for said in self.reasons if said.code is Code.STATES_MET)
         return next(met, None)
+
+    @property
+    def below_zero(self) -> float:
+        """Load factor below zero of a state that was met beside the answer; infinite without one."""
+        met = (said.values["load_factor"] for said in self.reasons if said.code is Code.BELOW_ZERO)
+        return next(met, inf)
 
     @property
     def carries_any_load(self) -> bool:

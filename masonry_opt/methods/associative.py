@@ -35,7 +35,7 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
     driver = task.kept.of(key, problem, task.effort, declared)
     # With cones of friction a solver may reach the optimum but for its last digits.
     answer = driver.solve(nearly=curved and problem.layout.round)
-    solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, size=driver.size())
+    solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, size=driver.size(), solver=task.solver)
     if answer.state is None:
         solution.found = Found(curved=curved)
         solution.status, why = no_optimum(problem, answer.solved.status, task.solver, task.effort)

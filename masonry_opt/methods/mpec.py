@@ -111,7 +111,7 @@ def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
     with effort.measure("compile"):
         ipopt = getattr(drivers, task.solver.entry.engine)(model)
     effort.uses(task.solver.name, "relaxation")
-    solution = Solution(Status.HOMOTOPY, Kind.RELAXED)
+    solution = Solution(Status.HOMOTOPY, Kind.RELAXED, solver=task.solver)
     epsilon = options.epsilon
     while not _follow(task, scaled, model, ipopt, epsilon, options.epsilon_min, solution):
         epsilon *= _SMALLER_START

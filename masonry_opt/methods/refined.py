@@ -19,7 +19,7 @@ from masonry_opt.methods.exact.search import Candidate, Met, Search, lower_of
 from masonry_opt.methods.mcp.method import mcp
 from masonry_opt.methods.mcp.passes import passes_of
 from masonry_opt.methods.task import Options, Task, of_same_scene
-from masonry_opt.solvers.registry import find_solver
+from masonry_opt.solvers.registry import MATRICES, find_solver
 
 
 class RefinedOptions(Options):
@@ -79,7 +79,7 @@ def refined(task: Task) -> Solution:
     search ends when its time is over or the user interrupts it, with the lowest state found so far."""
     problem, options = task.problem, task.options or RefinedOptions()
     if options.start is None:
-        first = mcp(task.with_options(None, find_solver("pyomo", "newton")))
+        first = mcp(task.with_options(None, find_solver(MATRICES, None)))
     else:
         first = of_same_scene(options.start, problem)
     if first.proven_none or (first.q is None and options.search is None):
@@ -127,13 +127,14 @@ class _Lowest:
     def see(self, candidate: Candidate) -> None:
         """Keep a candidate's state if it is the lowest."""
         state = candidate.state
-        if state is None or lower_of(self.state, state) is not state:
+        if state is None or not passes_of(self._task).tells(state.load_factor, state.d):
             return
-        if not passes_of(self._task).tells(state.load_factor, state.d):
+        self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
+        if lower_of(self.state, state) is not state:
             return
         self.state = state
         undecided = self._refiner.undecided
-        self.stationary = None if undecided is None else undecided == 0
+        self.stationary = None if undecided is None or state.below < 0 else undecided == 0
         counts = self.met.candidates, self._task.effort.lp_solves, time.perf_counter() - self._began
         self.history.append(Refinement(state.load_factor, candidate.origin, *counts))
         self._task.progress(self.history[-1])
@@ -160,12 +161,14 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Settling) -
         stationary=None if is_kept else lowest.stationary,
         flow_rule_matters=first.flow_rule_matters,
         size=refiner.size,
+        solver=task.solver,
     )
     # The parabola's load factor is none of this law.
     known = first.load_factor if same_law else None
     fall = None if known is None else known - answer.load_factor
     solution.add(Code.EXACT, fall=fall)
-    solution.reasons.append(lowest.met.reason)
+    lowest.met.lowest = min(lowest.met.lowest, first.below_zero)
+    solution.reasons += lowest.met.reasons
     if solution.stationary is not None:
         solution.add(Code.STATIONARY if lowest.stationary else Code.UNDECIDED)
     if task.options is not None and task.options.search is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from masonry_opt.methods.task import Method
-from masonry_opt.solvers.registry import capable
+from masonry_opt.solvers.registry import MATRICES, capable
 
 _ALL = (
     Method("static", "associative:associative"),
@@ -19,14 +19,14 @@ _ALL = (
         "mcp",
         "mcp.method:mcp",
         "mcp.method:McpOptions",
-        {"pyomo": capable("pyomo", lambda solver: solver.complementarity)},
+        {MATRICES: ("newton",)},
         own_tolerances=True,
     ),
     Method(
         "compliant",
         "mcp.compliant:compliant",
         "mcp.compliant:CompliantOptions",
-        {"pyomo": ("newton",)},
+        {MATRICES: ("newton",)},
         own_tolerances=True,
         constant_dilatancy=True,
     ),
@@ -42,7 +42,7 @@ _ALL = (
         "refined",
         "refined:refined",
         "refined:RefinedOptions",
-        {"pyomo": ("highs",)},
+        {"cvxpy": ("highs",)},
         own_tolerances=True,
         constant_dilatancy=True,
     ),

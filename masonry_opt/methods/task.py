@@ -14,7 +14,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.errors import OptionError
 from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.problem import Problem
-from masonry_opt.solvers.registry import Solver, find_solver
+from masonry_opt.solvers.registry import Solver, SolverEntry, find_solver
 
 #: Called with every step of a method, as it is recorded in the history.
 Progress = Callable[[Any], None]
@@ -70,8 +70,8 @@ class Method:
     Attributes
     ----------
     runs, takes: the analysis and the class of its options, as module:name within ``methods``; "" for none.
-    solvers: by language, names of those it can use, its default first; empty for any of linear programs.
-        The first language is the method's default.
+    solvers: by model (one of ``MODELS``) names of those it can use, its default first; empty for any of
+        linear programs. The first model is the method's default.
     own_tolerances: whether it sets the tolerances of its solvers itself.
     constant_dilatancy: whether it takes the joints' dilatancy for a constant, whatever their stress.
     crushing: whether it knows joints of limited strength.
@@ -98,6 +98,11 @@ class Method:
     def options(self) -> type[Options] | None:
         """Class of its own options; None if it has none."""
         return _named(self.takes) if self.takes else None
+
+    def solved_by(self, entry: SolverEntry) -> bool:
+        """Whether it can use a solver."""
+        allowed = self.solvers.get(entry.language)
+        return allowed is not None and (entry.name in allowed or (not allowed and entry.linear))
 
 
 def _named(where: str) -> Any:

@@ -14,18 +14,21 @@ from masonry_opt.errors import OptionError
 #: Feasibility and gap tolerance asked of every solver; looser values cost digits of λ.
 TOLERANCE = 1e-9
 
-#: The modelling languages, the default first.
+#: The modelling languages, the default first; in their place, what is solved where nothing is declared; both.
 LANGUAGES = ("cvxpy", "pyomo")
+MATRICES = "matrices"
+MODELS = (*LANGUAGES, MATRICES)
 
 Options = Callable[[float], dict[str, Any]]
 
 
 @dataclass(frozen=True)
 class SolverEntry:
-    """A solver as one modelling language drives it.
+    """A solver as one modelling language drives it, or one of matrices.
 
     Attributes
     ----------
+    language: one of ``MODELS``.
     engine: its name in that language; of IPOPT the class in ``solvers/ipopt.py`` that drives it.
     options: its options by tolerance; None if it keeps tolerances of its own.
     missing: what to do to have it, if it is not installed.
@@ -34,7 +37,7 @@ class SolverEntry:
         "unknown", and its simplex ends in a vertex all the same.)
     decides: whether its verdicts "infeasible" and "unbounded" can be trusted.
     conic: whether it takes second-order cones.
-    nonlinear, complementarity: whether it solves such programs or problems, and nothing else here.
+    nonlinear: whether it solves such programs, and nothing else here.
     """
 
     name: str
@@ -47,12 +50,11 @@ class SolverEntry:
     decides: bool = True
     conic: bool = False
     nonlinear: bool = False
-    complementarity: bool = False
 
     @property
     def linear(self) -> bool:
         """Whether it solves linear programs."""
-        return not (self.nonlinear or self.complementarity)
+        return not self.nonlinear and self.language != MATRICES
 
 
 @dataclass(frozen=True)
@@ -70,7 +72,7 @@ class Solver:
 
     @property
     def language(self) -> str:
-        """The modelling language that drives it."""
+        """The modelling language that drives it, or "matrices"."""
         return self.entry.language
 
     @property
@@ -161,8 +163,8 @@ _ENTRIES = (
     SolverEntry("highs-hipo", "pyomo", "highs", _highs_hipo, interior=True),
     SolverEntry("casadi", "pyomo", "CasadiIpopt", None, _without_casadi, interior=True, nonlinear=True),
     SolverEntry("ipopt", "pyomo", "ExecutableIpopt", None, _without_ipopt, interior=True, nonlinear=True),
-    # This package's own, which reads the matrices that the declared model is made of.
-    SolverEntry("newton", "pyomo", "newton", None, interior=True, complementarity=True),
+    # This package's own, of the complementarity problem.
+    SolverEntry("newton", MATRICES, "newton", None, interior=True),
 )
 
 #: By language and name. The first of a language is its default.
@@ -189,9 +191,9 @@ def find_entry(language: str, name: str | None) -> SolverEntry:
     OptionError
         If the language is unknown, or the solver unknown there or not installed.
     """
-    if language not in LANGUAGES:
-        raise OptionError(f"model '{language}' is unknown; choose from: {', '.join(LANGUAGES)}")
-    known = capable(language, lambda entry: entry.linear)
+    if language not in MODELS:
+        raise OptionError(f"model '{language}' is unknown; choose from: {', '.join(MODELS)}")
+    known = capable(language, lambda entry: not entry.nonlinear)
     name = (name or known[0]).lower()
     entry = SOLVERS.get((language, name))
     if entry is None and language == "cvxpy" and name.upper() in _installed_for_cvxpy():

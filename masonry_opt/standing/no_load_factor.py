@@ -19,13 +19,8 @@ from masonry_opt.standing.existence import existence
 def explain(
     assembly: Assembly, solution: Solution, solver: Solver, effort: Effort, associative: bool
 ) -> None:
-    """Set status and reasons of a solution without a load factor, or with one below zero.
-
-    A load factor below zero is withdrawn: equilibrium at λ = 0 is by wedging alone. That none exists is
-    proven as far as possible, and the joints that carry the load are named.
-    """
-    if solution.load_factor is not None:
-        withdraw_wedged(assembly, solution)
+    """Set status and reasons of a solution without a load factor: that none exists is proven as far as
+    possible, and the joints that carry the load are named."""
     if solution.infeasibility is None:
         if solution.associative is None or associative:
             solution.infeasibility = existence(assembly.problem, effort, of_mechanism=not associative)
@@ -41,10 +36,14 @@ def explain(
         solution.add(Code.JOINTS, status=str(solution.status), pairs=assembly.pairs(locking))
 
 
-def withdraw_wedged(assembly: Assembly, solution: Solution) -> None:
-    """Withdraw a load factor below zero."""
-    moving = [] if solution.d is None else moving_names(assembly, solution.d)
-    solution.withdraw(Status.UNSTABLE, Code.WEDGED, blocks=moving)
+def withdraw(assembly: Assembly, solution: Solution, rests: bool) -> None:
+    """Withdraw a load factor below zero, or of a scene that does not carry its dead load from rest: wedging
+    alone would carry it. A scene that does stands, and with the forces found alone it would not."""
+    if rests:
+        solution.withdraw(Status.SOLVER_FAILED, Code.BELOW_ZERO)
+    else:
+        moving = [] if solution.d is None else moving_names(assembly, solution.d)
+        solution.withdraw(Status.UNSTABLE, Code.WEDGED, blocks=moving)
 
 
 def _settle(solution: Solution) -> None:

@@ -173,6 +173,10 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "for weights or lengths of very different size"
     ),
     Code.WEDGED: _wedged,
+    Code.BELOW_ZERO: lambda v: (
+        f"a state found has λ = {numeral(v['load_factor'], '.4g')}, below zero: the scene carries its dead "
+        "load from rest, but with the forces of that state it would fall by itself"
+    ),
     Code.STOPPED_SHORT: (
         "the solver stopped short of its tolerance ('{word}'): the certificate says what is left"
     ),

@@ -29,6 +29,7 @@ _BOUNDS = (
     Code.TOUCHES_IMPOSED,
     Code.OUT_OF_TIME,
     Code.OUT_OF_TIME_WITHIN_IMPOSED,
+    Code.BELOW_ZERO,
 )
 
 #: Codes that tell what was tried, and nothing of the scene.
@@ -176,7 +177,8 @@ def _certainty(result: Result) -> str:
     """Whether the answer is an exact state, and whether lower ones may exist."""
     if result.load_factor is None:
         return ""
-    if any(reason.code is Code.PROVEN for reason in result.reasons):
+    below = result.solution.below_zero < 0
+    if any(reason.code is Code.PROVEN for reason in result.reasons) and not below:
         return "exact, and proven: no state is lower"
     if result.kind is Kind.COMPLIANT:
         return (
@@ -222,14 +224,16 @@ def _left(result: Result) -> str:
 
 
 def load_factors(result: Result) -> str:
-    """The load factors that a Coulomb answer comes with, and what each is for."""
-    if result.kind is Kind.ASSOCIATIVE:
+    """The load factors that a Coulomb answer comes with, and what each is for; none of a scene that falls."""
+    if result.kind is Kind.ASSOCIATIVE or result.status is Status.UNSTABLE:
         return ""
     said, found, expected = [], result.load_factor, result.expected
     if found is not None and result.kind is not Kind.COMPLIANT:
         # In space the load to expect is by sides, which may lie below the cone by so much.
         least = found * result.assembly.problem.layout.factor
-        if expected is None or expected >= least or same(expected, found):
+        if result.solution.below_zero < 0:
+            said.append(f"found {_known(found)} (with the worst self-stress or fit it falls by itself)")
+        elif expected is None or expected >= least or same(expected, found):
             said.append(f"least known {_known(found)} (with the worst self-stress or fit)")
         else:
             said.append(f"found {_known(found)} (lower ones are likely)")
@@ -237,7 +241,7 @@ def load_factors(result: Result) -> str:
         told = [reason for reason in result.expected_reasons if reason.code is Code.NO_PLATEAU]
         doubt = f"; {message(told)}" if told else ""
         said.append(f"to expect {_known(expected)} (pushed from rest, contacts alike{doubt})")
-    elif result.expected_reasons:
+    elif not {said.code for said in result.expected_reasons} <= {said.code for said in result.reasons}:
         said.append(f"to expect none ({message(result.expected_reasons)})")
     if result.associative is not None:
         said.append(f"associative {_known(result.associative)} (if joints opened as they slide)")

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import io
 import math
+import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from contextlib import contextmanager, redirect_stdout
+from typing import TYPE_CHECKING, TextIO
 
 from rich import box
 from rich.console import Console
@@ -32,10 +33,27 @@ _RESIDUALS = (
 )
 
 
+#: Where results are printed while standard output is kept for them; else standard output.
+_results: TextIO | None = None
+
+
+@contextmanager
+def results_alone() -> Iterator[None]:
+    """Keep standard output for :func:`print_text` and :func:`print_result`: what else is printed, such as by
+    solvers, goes to standard error."""
+    global _results
+    _results = sys.stdout
+    try:
+        with redirect_stdout(sys.stderr):
+            yield
+    finally:
+        _results = None
+
+
 def print_text(text: str) -> None:
     """Print text at once; OutputError if the disk is full, ReaderGoneError if the output is closed."""
     with _printing():
-        print(text, flush=True)
+        print(text, file=_results, flush=True)
 
 
 def print_result(text: str) -> None:
@@ -43,7 +61,7 @@ def print_result(text: str) -> None:
 
     Raises as :func:`print_text`.
     """
-    console = Console(highlight=False)
+    console = Console(highlight=False, file=_results)
     if not console.is_terminal or console.no_color:
         print_text(text)
         return

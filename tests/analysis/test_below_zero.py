@@ -1,8 +1,14 @@
-"""Live loads along the weight of blocks, which at λ = -1 weigh nothing: any mechanism of theirs is exact."""
+"""States below λ = 0: of live loads along the weight of blocks, which at λ = -1 weigh nothing, so that any
+mechanism of theirs is exact; and of other self-stress than a scene has from rest."""
 
 import pytest
+from atlas.random_scenes import random_scene
+from contact_dynamics import load_carried
+from scenes import values_of
 
 import masonry_opt as mo
+from masonry_opt.answer.reasons import Code
+from masonry_opt.words.summary import facts
 
 
 def arch(*, wall: float | None = None) -> mo.Scene:
@@ -37,3 +43,62 @@ def test_what_stands_and_jams_is_not_called_unstable(method):
     result = mo.solve(arch(), method)
     assert (result.status, result.load_factor) == (mo.Status.JAMMED, None)
     assert result.solution.proven_none
+
+
+def near_the_least_friction(kind: str, seed: int, friction: float) -> mo.Scene:
+    """A random scene that stands with little more than the least friction that statics need."""
+    return random_scene(kind, seed).model_copy(update={"joints": mo.JointDefaults(friction=friction)})
+
+
+#: An arch with an exact state at λ = -0.1123 beside those at and above zero.
+ARCH = near_the_least_friction("arch", 600032, 0.26197)
+
+
+@pytest.mark.parametrize("method", ["mcp", "refined", "global"])
+def test_a_state_below_zero_is_told_beside_the_load_at_which_a_scene_that_rests_collapses(method):
+    """Which is the associative one here. The MPEC ends in the state below zero."""
+    below = values_of(mo.solve(ARCH, "mpec", expected=False), Code.BELOW_ZERO)["load_factor"]
+    result = mo.solve(ARCH, method)
+    assert result.usable
+    assert result.exact
+    assert result.load_factor == pytest.approx(result.associative, rel=1e-6)
+    assert result.expected == pytest.approx(result.associative, rel=1e-4)
+    assert values_of(result, Code.BELOW_ZERO)["load_factor"] == pytest.approx(below, rel=1e-6)
+    assert below < -0.1
+    said = facts(result)
+    assert "below zero" in said["how sure"]
+    assert "least known" not in said["load factors"]
+
+
+@pytest.mark.parametrize(
+    ("scene", "carried"),
+    [(ARCH, 0.97), (near_the_least_friction("arch", 600014, 0.1875), 0.97)],
+    ids=["a state below zero", "a load next to nothing"],
+)
+def test_contact_dynamics_carry_the_load_of_a_scene_that_rests(scene, carried):
+    result = mo.solve(scene)
+    loads = [carried * result.load_factor, (2 - carried) * result.load_factor]
+    assert load_carried(result.assembly.problem, loads) == loads[0]
+
+
+@pytest.mark.slow
+def test_a_state_below_zero_alone_is_no_load_factor_of_a_scene_that_rests():
+    """It stands in contact dynamics, up to half of the associative load factor, its bound, and more."""
+    scene = near_the_least_friction("tessellation", 600015, 0.22651)
+    result = mo.solve(scene)
+    assert (result.status, result.load_factor) == (mo.Status.SOLVER_FAILED, None)
+    assert values_of(result, Code.BELOW_ZERO)["load_factor"] < 0
+    assert values_of(result, Code.AT_MOST)["associative"] == result.associative
+    assert Code.BELOW_ZERO in [said.code for said in result.expected_reasons]
+    half = result.associative / 2
+    assert load_carried(result.assembly.problem, [half]) == half
+
+
+def test_what_does_not_rest_is_unstable_with_one_explanation():
+    """In contact dynamics it falls under its weight, though statics would hold it by self-stress."""
+    result = mo.solve(near_the_least_friction("tessellation", 600002, 0.39672))
+    assert (result.status, result.load_factor, result.expected) == (mo.Status.UNSTABLE, None, None)
+    assert [said.code for said in result.reasons] == [Code.WEDGED]
+    assert "load factors" not in facts(result)
+    with pytest.raises(AssertionError, match="falls under its weight"):
+        load_carried(result.assembly.problem, [])

@@ -238,6 +238,7 @@ def test_dilatancy_that_falls_with_stress_is_for_the_loop():
     assert result.load_factor == loop.load_factor == pytest.approx(0.15, rel=1e-6)
     assert codes(result) == [Code.DILATANCY_FALLS, *codes(loop)]
     assert len(result.history) == len(loop.history)
+    assert (result.model, result.solver) == (loop.model, loop.solver) == ("cvxpy", "clarabel")
 
 
 # The ways to a state --------------------------------------------------------------------------------------
@@ -354,4 +355,4 @@ def test_friction_jams_where_the_load_grows_with_the_stiffness_of_contacts():
 def test_its_solver_may_be_named():
     named, plain = solved(two_blocks(), solver="newton"), solved(two_blocks())
     assert named.load_factor == plain.load_factor
-    assert solved(two_blocks(), model="pyomo").load_factor == plain.load_factor
+    assert solved(two_blocks(), model="matrices").load_factor == plain.load_factor

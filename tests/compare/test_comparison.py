@@ -180,7 +180,7 @@ def test_the_report_tells_what_ends_apart(tmp_path, monkeypatch):
         monkeypatch.setattr(comparison, "run_alone", solve)
         result = run_plan(find_scenes([TWO_BLOCKS]), two, LIMITS, tmp_path / str(low), lambda _: None)
         assert ("25.0%" in summary_text(result)) is told
-        cell = "25.0%: 0.2 (refined · pyomo · highs) to 0.25 (mcp · pyomo · newton)"
+        cell = "25.0%: 0.2 (refined · cvxpy · highs) to 0.25 (mcp · matrices · newton)"
         assert (cell in page(result, [])) is told
 
 

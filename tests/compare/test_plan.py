@@ -28,8 +28,8 @@ def test_everything_admissible_is_planned_at_every_tolerance():
 @pytest.mark.parametrize(
     ("method", "models", "pair"),
     [
-        ("refined", ["cvxpy"], Pair("refined", "pyomo", "highs", None)),
-        ("mcp", ["cvxpy", "pyomo"], Pair("mcp", "pyomo", "newton", None)),
+        ("refined", ["pyomo"], Pair("refined", "cvxpy", "highs", None)),
+        ("mcp", ["cvxpy", "pyomo"], Pair("mcp", "matrices", "newton", None)),
     ],
 )
 def test_a_method_with_tolerances_of_its_own_runs_once_with_its_own_solver(method, models, pair):

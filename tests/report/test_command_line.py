@@ -18,12 +18,12 @@ from masonry_opt.words.terminal import print_result
 
 WALL_1 = WALLS[0]
 LOOP = ["--method", "nonassociative"]
-AS_LOOP = ("nonassociative", "cvxpy", "clarabel")
+AS_LOOP, AS_DEFAULT = ("nonassociative", "cvxpy", "clarabel"), ("mcp", "matrices", "newton")
 
 
 @pytest.mark.parametrize(
     ("method", "said"),
-    [("mcp", ("mcp", "pyomo", "newton")), (None, ("mcp", "pyomo", "newton")), (LOOP[1], AS_LOOP)],
+    [("mcp", AS_DEFAULT), (None, AS_DEFAULT), (LOOP[1], AS_LOOP)],
 )
 def test_json_is_one_object_with_everything_asked_for(monkeypatch, capsys, method, said):
     """Of whoever names no method too."""
@@ -240,6 +240,63 @@ def test_installed_command_in_a_process_of_its_own(tmp_path):
     assert bad.returncode == 2
     assert bad.stdout == ""
     assert bad.stderr == f"error: {tmp_path / 'no.toml'}: no such file\n"
+
+
+#: A command whose solvers print by every way there is: to the descriptor of standard output, in C, which
+#: keeps it back till the end, and in Python; and may be interrupted as they do.
+NOISY = """
+import ctypes, os, sys
+from masonry_opt.cli import main
+from masonry_opt.effort import Effort
+
+add, interrupted = Effort.add, sys.argv.pop(1) == "interrupted"
+
+def prints(effort, part, seconds):
+    os.write(1, b"banner\\n")
+    ctypes.CDLL(None).printf(b"banner\\n")
+    print("banner")
+    if interrupted:
+        raise KeyboardInterrupt
+    add(effort, part, seconds)
+
+Effort.add = prints
+main()
+"""
+
+
+def noisy(how, *arguments):
+    """Exit code and standard output of such a command, on whose standard error all of that is."""
+    command = [sys.executable, "-c", NOISY, how, *map(str, arguments), "--json"]
+    ended = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert ended.stderr.count("banner") >= 3
+    return ended.returncode, ended.stdout
+
+
+@pytest.mark.parametrize(
+    ("case", "asked"),
+    [
+        ("gilbert/two_blocks", ["solve"]),
+        *(
+            pytest.param(*command, marks=pytest.mark.slow)
+            for command in [
+                ("space/corner_wall", ["directions", "--every", "180", "--method", "static"]),
+                ("oppenheim/seven_voussoirs", ["capacity"]),
+                ("casapulla_lauro/arch", ["settle", "--support", "abutment 2", "--direction", "0,-1"]),
+                ("gilbert/two_blocks", ["least", "--vary", "joints.friction=0.05:1", "--load", "0.3"]),
+            ]
+        ),
+    ],
+    ids=lambda value: value[0] if isinstance(value, list) else None,
+)
+def test_nothing_but_the_object_whatever_solvers_print(case, asked):
+    code, out = noisy("", asked[0], CASES / f"{case}.toml", *asked[1:])
+    assert code in (0, 1)
+    assert json.loads(out)
+    assert out.count("\n") == 1
+
+
+def test_nothing_at_all_of_a_command_that_is_interrupted_as_a_solver_prints():
+    assert noisy("interrupted", "solve", WALL_1) == (130, "")
 
 
 def test_kind_of_plot_and_names_can_be_chosen(monkeypatch, capsys, tmp_path):

@@ -75,7 +75,7 @@ def global_search(task: Task) -> Solution:
     highest = a_little_above(best)
     if highest <= 0:
         return start  # there is no load factor λ ≥ 0
-    solution = Solution(Status.SOLVER_FAILED, Kind.EXACT)
+    solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, solver=task.solver)
     solution.flow_rule_matters, solution.associative = start.flow_rule_matters, upper.load_factor
     if exact:
         solution.found = start.found
@@ -84,6 +84,7 @@ def global_search(task: Task) -> Solution:
     if best > 0:
         _raise(task, solution, best, highest, of, began)
     _conclude(problem, solution, solution.bound, of, options)
+    solution.reasons += [said for said in start.reasons if said.code is Code.BELOW_ZERO]
     return solution
 
 

@@ -21,7 +21,7 @@ import numpy as np
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.reasons import Code
-from masonry_opt.answer.thresholds import is_lower
+from masonry_opt.answer.thresholds import ZERO, is_lower
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.energy import WEIGHT
 from masonry_opt.methods.task import Task
@@ -56,6 +56,7 @@ class ExactState:
     support: faces at work in the mechanism, shape (faces,).
     strength: how strongly each face of the support holds λ up (the dual of its z = 0), shape (faces,).
     answer: the state with its certificate, once that bears it out.
+    below: load factor of a state below zero that lies on the way down from here; infinite without one.
     """
 
     load_factor: float
@@ -65,6 +66,7 @@ class ExactState:
     support: np.ndarray
     strength: np.ndarray
     answer: Answer | None = None
+    below: float = inf
 
     @property
     def holding(self) -> np.ndarray:
@@ -185,23 +187,26 @@ class Refiner(Settling):
         )
 
     def settled(self, q: np.ndarray) -> ExactState | None:
-        """The exact state that forces (3c,) lead to: on the mechanism that goes with them, descended, then on
-        the one that goes with the forces found there, until λ falls no more.
+        """The exact state that forces (3c,) lead to: on the mechanism that goes with them, then on others,
+        until λ falls no more, or would fall below zero.
 
         None if they lead to none, or its certificate does not bear it out: a joint without normal force that
         contracts in both senses at once meets every row of the programs, and no flow rule.
         """
         self.left = {}
-        settled: ExactState | None = None
-        found = self.first(q)
-        while found is not None and (settled is None or is_lower(found.load_factor, settled.load_factor)):
-            settled = self.descend(found)
-            found = self.first(settled.q)
-        if settled is None:
+        state, lower = None, self.first(q)
+        while lower is not None and (state is None or not lower.load_factor < -ZERO <= state.load_factor):
+            state, lower = lower, self._lower(lower)
+        if state is None:
             return None
-        answer = certified(self.problem, settled.load_factor, settled.q, settled.d)
+        answer, below = self._certified(state), inf
         self.left = answer.failing(Kind.EXACT)
-        return None if self.left else replace(settled, answer=answer)
+        if lower is not None and not self._certified(lower).failing(Kind.EXACT):
+            below = inf if weightless(self.problem, lower.load_factor, lower.d) else lower.load_factor
+        return None if self.left else replace(state, answer=answer, below=below)
+
+    def _certified(self, state: ExactState) -> Answer:
+        return certified(self.problem, state.load_factor, state.q, state.d)
 
     def first(self, q: np.ndarray) -> ExactState | None:
         """(a) and (b) from forces (3c,); None if they lead to no exact state.
@@ -225,14 +230,14 @@ class Refiner(Settling):
             q = nearest
         return None
 
-    def descend(self, state: ExactState) -> ExactState:
-        """Lower λ by mechanisms among the faces at yield, until none is found that lowers it."""
-        while True:
-            self.undecided = 0
-            lower = self._moving_least(state)
-            if lower is None:
-                return state
-            state = lower
+    def _lower(self, state: ExactState) -> ExactState | None:
+        """A lower state: by a mechanism among the faces at yield, or else on the mechanism that goes with the
+        state's forces; None if neither lowers λ."""
+        self.undecided = 0
+        if lower := self._moving_least(state):
+            return lower
+        again = self.first(state.q)
+        return again if again and is_lower(again.load_factor, state.load_factor) else None
 
     def _moving_least(self, state: ExactState) -> ExactState | None:
         """A lower state on the mechanism that moves least of the faces that hold λ up, each weighed by how

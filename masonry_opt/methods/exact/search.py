@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
+from math import inf
 from typing import Any, TypeVar
 
 import numpy as np
 
 from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.reasons import Code, Reason, reason
-from masonry_opt.answer.thresholds import is_lower, same
+from masonry_opt.answer.thresholds import ZERO, is_lower, same
 from masonry_opt.methods.exact.refiner import ExactState, Settling
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
@@ -45,11 +46,17 @@ class Candidate:
 
 
 class Met:
-    """Exact states met, each load factor once, and the number of candidates, with or without a state."""
+    """Exact states met, each load factor once, and the number of candidates, with or without a state.
+
+    Attributes
+    ----------
+    lowest: least load factor of a state that tells of the load, kept or not.
+    """
 
     def __init__(self) -> None:
         self.load_factors: list[float] = []
         self.candidates = 0
+        self.lowest = inf
 
     def seen(self, origin: str, state: ExactState | None) -> Candidate:
         """A candidate, counted."""
@@ -63,12 +70,13 @@ class Met:
             self.load_factors.append(state.load_factor)
 
     @property
-    def reason(self) -> Reason:
-        """The number of states, and their range of load factors."""
-        found = self.load_factors
-        return reason(
-            Code.STATES_MET, candidates=self.candidates, count=len(found), least=min(found), most=max(found)
-        )
+    def reasons(self) -> list[Reason]:
+        """The number of states at or above zero, if any is, and their range of load factors; and whether one
+        lies below them."""
+        found = [one for one in self.load_factors if one >= -ZERO] or self.load_factors
+        told = {"candidates": self.candidates, "count": len(found), "least": min(found), "most": max(found)}
+        below = [reason(Code.BELOW_ZERO, load_factor=self.lowest)] if self.lowest < min(-ZERO, *found) else []
+        return [reason(Code.STATES_MET, **told), *below]
 
 
 class Search:
@@ -181,10 +189,13 @@ _L = TypeVar("_L", ExactState, Answer)
 
 
 def lower_of(one: _L | None, other: _L | None) -> _L | None:
-    """The lower state, the first if they are even; None if there is neither."""
-    if one is None or (other is not None and is_lower(other.load_factor, one.load_factor)):
-        return other
-    return one
+    """The lower state, the first if they are even; None if there is neither. One below zero, at which a scene
+    needs no load to move, is the lower of two such states alone."""
+    if one is None or other is None:
+        return one or other
+    if (one.load_factor < -ZERO) != (other.load_factor < -ZERO):
+        return other if one.load_factor < other.load_factor else one
+    return other if is_lower(other.load_factor, one.load_factor) else one
 
 
 _FRICTION, _FIXED, _NEIGHBOUR = "friction", "fixed point", "neighbour"

@@ -218,6 +218,7 @@ def _gathered(runs: list[_Ran], options: LoopOptions) -> Solution:
     passing = [ran for ran in runs if ran.solution.answer and not ran.solution.failing()]
     kept = last if decided else next(iter([*passing, runs[0]]))
     solution, remedies = kept.solution, [ran.attempt.remedy for ran in runs[1:]]
+    solution.solver = kept.attempt.solver
     if remedies:
         if kept.failure is Status.LOCKED:
             solution.reasons = [reason(Code.LOCKED_ALL_THE_SAME)]

@@ -81,7 +81,7 @@ def compliant(task: Task) -> Solution:
     there is no load factor.
     """
     options = task.options or CompliantOptions()
-    solution = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT)
+    solution = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, solver=task.solver)
     contacts = _Contacts(task, solution)
     _look_for_plateau(solution, contacts, options)
     if options.curve:

@@ -75,7 +75,7 @@ def _by_passes(task: Task) -> Solution:
     effort.iterations += len(history)
     for step in history:
         task.progress(step)
-    solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, history=history)
+    solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, history=history, solver=task.solver)
     passes = prepared(task)
     states = _States(task, passes)
     first: Answer | State | None = None
@@ -107,7 +107,7 @@ def _by_passes(task: Task) -> Solution:
         fall = first.load_factor - answer.load_factor if first and same_law else None
         solution.add(Code.EXACT, fall=fall)
     if states.met.load_factors:
-        solution.reasons.append(states.met.reason)
+        solution.reasons += states.met.reasons
     return solution
 
 
@@ -148,6 +148,8 @@ class _States:
             found = alternated(self._problem, start.load_factor, start.q, self._effort)
             if found is not None and not self._tells(found):
                 found = None
+            if found is not None:
+                self.met.lowest = min(self.met.lowest, found.load_factor)
             self._by_programs = _exact_or_lower(self._by_programs, found)
             if self._problem.layout.round:
                 self.met.count(None if found is None or found.failing(Kind.EXACT) else found)
@@ -171,7 +173,8 @@ class _States:
             self._keep(candidate.state)
 
     def _keep(self, state: ExactState | None) -> None:
-        if state is None or self._tells(state):
+        if state is not None and self._tells(state):
+            self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
             self._lowest = lower_of(self._lowest, state)
 
     def _tells(self, state: Answer | ExactState) -> bool:

@@ -10,8 +10,9 @@ from rich.console import Console
 from rich.markup import escape
 
 from masonry_opt.errors import InterruptedByUserError, OptionError
+from masonry_opt.solvers.registry import LANGUAGES
 from masonry_opt.studies.cases import CASES_HELP
-from masonry_opt.studies.compare.comparison import METHODS, MODELS, OUT, SOLVERS, TOLERANCES, RunLimits
+from masonry_opt.studies.compare.comparison import METHODS, OUT, SOLVERS, TOLERANCES, RunLimits
 from masonry_opt.studies.compare.comparison import compare as compare_scenes
 from masonry_opt.studies.process import ended_by_kill
 from masonry_opt.studies.writing import NEEDED
@@ -32,7 +33,7 @@ def compare(
             help="Also: highs-hipo, piqp (in the extra 'solvers'), and what CVXPY finds: osqp, scs, ..."
         ),
     ] = ",".join(SOLVERS),
-    models: Annotated[str, typer.Option(help="Modelling languages.")] = ",".join(MODELS),
+    models: Annotated[str, typer.Option(help="Modelling languages.")] = ",".join(LANGUAGES),
     tolerances: Annotated[str, typer.Option(help="Asked of the solvers, such as 1e-4,1e-7.")] = ",".join(
         map(str, TOLERANCES)
     ),

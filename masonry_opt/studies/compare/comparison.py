@@ -13,6 +13,7 @@ from typing import Any
 import pandas as pd
 
 from masonry_opt.errors import MasonryError, OptionError
+from masonry_opt.solvers.registry import LANGUAGES
 from masonry_opt.studies.cases import case_folder
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
@@ -34,7 +35,6 @@ from masonry_opt.studies.runner import CRASHED, DIED, FINISHED, MEMORY_LIMIT, TI
 #: Defaults: the methods that take seconds on a wall of Table 1, the solvers of the package, a loose tolerance
 #: and the package's own.
 METHODS = ("static", "kinematic", "nonassociative", "mcp", "mpec", "refined")
-MODELS = ("cvxpy", "pyomo")
 SOLVERS = ("clarabel", "highs", "highs-ipm")
 TOLERANCES = (1e-6, 1e-9)
 
@@ -99,7 +99,7 @@ def compare(
     scenes: str | Path | Sequence[str | Path] = (),
     *,
     methods: str | Sequence[str] = METHODS,
-    models: str | Sequence[str] = MODELS,
+    models: str | Sequence[str] = LANGUAGES,
     solvers: str | Sequence[str] = SOLVERS,
     tolerances: Sequence[float] = TOLERANCES,
     repeats: int = RunLimits.repeats,

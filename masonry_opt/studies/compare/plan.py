@@ -12,7 +12,7 @@ from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solvers.registry import LANGUAGES, SOLVERS, find_entry, find_solver, names
+from masonry_opt.solvers.registry import LANGUAGES, MODELS, SOLVERS, find_entry, find_solver, names
 
 #: Keys of a scene that do not change an answer.
 _WORDS = {"title", "source", "reference"}
@@ -149,7 +149,7 @@ def plan(
         If a name is unknown, a tolerance is out of range, or nothing is left to run.
     """
     _known("method", methods, METHODS)
-    _known("model", models, LANGUAGES)
+    _known("model", models, MODELS)
     _known("solver", solvers, names())
     for tolerance in tolerances:
         find_solver(LANGUAGES[0], None, tolerance)  # refuses what is out of range

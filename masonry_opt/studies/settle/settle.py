@@ -182,7 +182,7 @@ def _at_rest(held: Problem, settling: Problem, own: int) -> np.ndarray | None:
         return None
     passes = Passes(held)
     q = passes.settled_forces()
-    if q is None or not _carries(held, q) or (held.dead.any() and not passes.carry_dead_load()):
+    if q is None or not _carries(held, q) or not passes.carry_dead_load():
         return None
     return np.append(q[:own], np.zeros(settling.B.shape[1] - own))
 

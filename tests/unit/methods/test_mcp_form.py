@@ -1,4 +1,5 @@
-"""Forces at edges are the declared problem in other unknowns; Newton's equations are solved."""
+"""Forces at edges are the declared problem in other unknowns; Newton's equations are solved; and what methods
+on matrices end with is a state of the declared problem."""
 
 from __future__ import annotations
 
@@ -7,15 +8,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from residuals import residuals
-from scenes import KINDS_OF_JOINTS
+from scenes import KINDS_OF_JOINTS, solved, values_of
+from scenes_in_space import box_on_floor
 
-import masonry_opt as mo
+from masonry_opt.answer.reasons import Code
 from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate, moved
 from masonry_opt.methods.mcp.newton import Elimination, NewtonSystem, Parts
-from masonry_opt.methods.mcp.passes import unit_compliance
+from masonry_opt.methods.mcp.passes import Passes, unit_compliance
+from masonry_opt.methods.registry import METHODS
 from masonry_opt.models.pyomo_mcp import PyomoMcp
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.state import State
+from masonry_opt.solvers.registry import MATRICES
+
+#: Methods in whose results no modelling language stands.
+ON_MATRICES = [name for name, method in METHODS.items() if MATRICES in method.solvers]
 
 PROBLEMS = {name: assemble(scene).problem for name, scene in KINDS_OF_JOINTS.items()}
 
@@ -23,6 +30,8 @@ PROBLEMS = {name: assemble(scene).problem for name, scene in KINDS_OF_JOINTS.ite
 ROUNDING = 1e-12
 #: What a solution may leave of Newton's equations, over the largest entry of their right-hand side.
 SOLVED = 1e-9
+#: What a state may leave of the declared conditions, over the largest force or velocity: as of exact answers.
+STATE = 1e-8
 
 
 @pytest.fixture(params=PROBLEMS)
@@ -94,7 +103,7 @@ def test_residuals_are_the_declared_ones(form, rng):
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_residuals_of_an_answer_are_the_declared_ones_and_vanish(name):
     """Kinematics by the rates that the certificate gives an answer: its flow is 1e-8 at most."""
-    result = mo.solve(KINDS_OF_JOINTS[name], "mcp")
+    result = solved(KINDS_OF_JOINTS[name])
     problem, solution = result.assembly.problem, result.solution
     p = problem.rates(solution.d, problem.dilatancy)
     form = EdgeForm(problem)
@@ -224,3 +233,27 @@ def test_equations_of_another_friction_are_not_newton_s():
     np.testing.assert_array_equal(newton.joints, blended.joints)
     assert newton.load == blended.load
     assert np.abs(newton.sliding - blended.sliding).max() > 0.1
+
+
+@pytest.mark.parametrize("method", ON_MATRICES)
+@pytest.mark.parametrize(
+    "scene", [*KINDS_OF_JOINTS.values(), box_on_floor()], ids=[*KINDS_OF_JOINTS, "a box"]
+)
+def test_what_methods_on_matrices_end_with_is_a_state_of_the_declared_problem(scene, method):
+    """Every equation and pair of the model in Pyomo, where contacts give with their E (q - q₀)."""
+    result = solved(scene, method)
+    assert (result.model, result.solver) == (MATRICES, "newton")
+    problem, found = result.assembly.problem, result.solution.found
+    if plateau := values_of(result, Code.PLATEAU):
+        passes = Passes(problem)
+        problem = passes.giving(plateau["give"], passes.settled_forces()).problem
+    assert (problem.compliance is not None) == (method == "compliant")
+    p = problem.rates(found.d, problem.dilatancy, found.q)
+    left = residuals(PyomoMcp(problem), State(result.load_factor, found.q, found.d, p))
+    forces, speeds = np.abs(found.q).max(), np.abs(found.d).max()
+    np.testing.assert_allclose(left.equilibrium, 0, atol=STATE * forces)
+    np.testing.assert_allclose(left.compatibility, 0, atol=STATE * speeds)
+    assert left.live_work == pytest.approx(0, abs=STATE * problem.live_norm)
+    assert left.z.min() >= -STATE * forces
+    assert left.p.min() >= -STATE * speeds
+    assert left.z @ left.p <= STATE * result.load_factor * problem.live_norm

@@ -141,8 +141,9 @@ def test_a_remedy_s_solver_is_named_beside_the_one_asked_for():
     assert result.solvers["sub-problems"] == ["clarabel", "highs-ipm"]
 
 
-#: By method: which solver does what. Pyomo alone declares these; the loop, with which the MPEC begins, is
+#: By method: in what it is declared, and which solver does what. The loop, with which the MPEC begins, is
 #: declared in CVXPY.
+DECLARED = {"mpec": "pyomo", "refined": "cvxpy", "global": "pyomo"}
 DOES = {
     "mpec": {
         "sub-problems": ["clarabel"],
@@ -166,6 +167,8 @@ def test_methods_say_which_solver_did_what(method):
     result = mo.solve(two_blocks(), method)
     assert result.solvers == {"dead load": ["clarabel"], "load to expect": ["newton"], **DOES[method]}
     assert result.as_dict()["solvers"] == result.solvers
+    assert result.as_dict()["model"] == result.model == DECLARED[method]
+    assert result.at_expected.model == "matrices"
 
 
 def test_a_program_that_is_out_of_time_is_not_begun_again(monkeypatch):
