@@ -36,7 +36,7 @@ class Scaled:
 def in_units_of_live_load(problem: Problem) -> Scaled:
     """The problem with a live load whose largest entry is near one, a power of two smaller: no digit of any
     number changes, and solvers see a λ near that of a live load as large as the weights."""
-    unit = 2.0 ** np.round(np.log2(np.abs(problem.live).max()))
+    unit = 2.0 ** np.round(np.log2(np.abs(problem.live).max() or 1.0))
     return Scaled(replace(problem, live=problem.live / unit), 1.0, 1.0 / float(unit))
 
 

@@ -112,7 +112,7 @@ class Matrices:
         arms = of_forces.max(axis=1).toarray().reshape(moments.shape).max(axis=1)
         block, joint = self.touching
         np.maximum.at(arms, block, self.half_length[joint])
-        # Of a block that ties alone hold, or in the middle, no arm is known: the unit of length.
+        # Where there is none, as of a block that ties alone hold, the unit of length.
         return np.where(arms > 0, arms, 1.0)
 
     @cached_property

@@ -147,10 +147,12 @@ class Record(BaseModel, metaclass=_RecordType):
 
     def _nested(self, changes: dict[str, Any]) -> dict[str, Any]:
         """Changes, those of keys that one of its records alone has within that record."""
-        fields, me = type(self).model_fields, called(type(self), vars(self))
-        inner = [key for key in changes if key not in fields]
-        within = {name: _keys(getattr(self, name)) for name in fields} if inner else {}
-        for key in inner:
+        fields = type(self).model_fields
+        if changes.keys() <= fields.keys():
+            return changes
+        me = called(type(self), vars(self))
+        within = {name: _keys(getattr(self, name)) for name in fields}
+        for key in [key for key in changes if key not in fields]:
             holders = [name for name, keys in within.items() if not keys.isdisjoint({key, INSTEAD.get(key)})]
             given = changes.get(holders[0], {}) if len(holders) == 1 else None
             held = isinstance(getattr(self, holders[0]), Record) if holders else False
