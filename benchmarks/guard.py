@@ -48,7 +48,14 @@ def scenes() -> Iterator[tuple[str, str, int]]:
     for path in sorted((ROOT / "cases").rglob("*.toml")):
         if path.name != "best_known.toml":
             yield str(path.relative_to(ROOT)), "", 0
-    kinds = [*KINDS, "filled", *(f"held {kind}" for kind in KINDS), *KINDS_IN_SPACE, "held boxes", "held piers"]
+    kinds = [
+        *KINDS,
+        "filled",
+        *(f"held {kind}" for kind in KINDS),
+        *KINDS_IN_SPACE,
+        "held boxes",
+        "held piers",
+    ]
     for number in range(COUNT):
         kind, seed = kinds[number % len(kinds)], FIRST + number
         yield f"{kind} {seed}", kind, seed

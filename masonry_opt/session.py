@@ -225,9 +225,9 @@ def _withdraw_unless_it_stands(assembly: Assembly, solution: Solution) -> None:
 
 
 def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
-    """Whether a scene carries its dead load from rest: where its forces there are known, and as the load to
-    expect tells; without these contacts that give are asked, where the load factor is next to nothing or below,
-    or such a state was met."""
+    """Whether a scene carries its dead load from rest: where its forces there are known, or as the load to
+    expect tells; else contacts that give are asked, where the load factor is next to nothing or below, or a
+    state like that was met."""
     if problem.settled is not None:
         return True
     expected = solution.expected
