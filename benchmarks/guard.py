@@ -4,8 +4,9 @@
     python benchmarks/guard.py compare           # what moved since, the largest first
     python benchmarks/guard.py compare --every 7 # of every seventh scene
 
-Scenes: the case files; walls, arches, stacks and tessellations, their like in space, some under fill or held by
-ties and props (seeds 500000+, which nothing is tuned on). Exit code 1: something moved by more than the tolerance.
+Scenes: the case files; walls, arches, stacks and tessellations, their like in space, some under fill or held
+by ties and props (seeds 500000+, which nothing is tuned on). Exit code 1: something moved by more than the
+tolerance.
 """
 
 from __future__ import annotations
