@@ -13,11 +13,11 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.answer.reasons import Code, Reason
-from masonry_opt.answer.result import Result
 from masonry_opt.errors import NoLoadFactorError, OptionError, printable
 from masonry_opt.finite_motion.kinematic_check import KinematicCheck, kinematic_check
 from masonry_opt.finite_motion.path import Path, Step
 from masonry_opt.finite_motion.point_forces import PointForces, placed, point_forces
+from masonry_opt.result import Result
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import message, numeral
 

@@ -14,7 +14,6 @@ import pandas as pd
 
 from masonry_opt.analysis import prepare
 from masonry_opt.answer.acceptance import SMALLEST
-from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import SAME
 from masonry_opt.drawing.figure import Picture
@@ -22,6 +21,7 @@ from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.methods.task import Progress
+from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral
