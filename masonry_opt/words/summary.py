@@ -359,6 +359,11 @@ def _programs(result: Outcome) -> str:
     return f"{result.lp_solves} linear{cones}{nonlinear} ({counted(result.iterations, 'solver iteration')})"
 
 
+def told_factor(result: Outcome) -> str:
+    """The load factor, or why there is none."""
+    return str(result.status) if result.load_factor is None else f"λ = {numeral(result.load_factor, '.5f')}"
+
+
 def left_out(assembly: Assembly) -> tuple[str, ...]:
     """What a scene did not need, each with its reason."""
     problem, joints = assembly.problem, assembly.joints

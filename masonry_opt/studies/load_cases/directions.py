@@ -59,7 +59,9 @@ class Directions(Cases):
         plane as bars."""
         from masonry_opt.studies.load_cases.charts import bars, polar
 
-        return bars(self) if self.to_draw.assembly.scene.dimension == 2 else polar(self)
+        if self.to_draw.assembly.scene.dimension == 2:
+            return bars(self.results, self.governing, self.to_draw)
+        return polar(self.table, self.governing, self.to_draw)
 
 
 def quake_of(result: Result) -> Earthquake:
