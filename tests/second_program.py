@@ -1,10 +1,10 @@
 """Does a scene stand, and up to what load under associative flow? By HiGHS, from equilibrium of its own.
 
 Unknowns are λ, the normal forces at the points of each joint (the two ends of an edge, the corners of a
-polygon), its shears (in the plane one a joint, in space two a point) and the limited forces. Of the package it
-takes where joints are and what they carry, the loads, and the columns of limited forces; nothing that it
-computes of equilibrium or yield. What is round (cones of friction, parabolas of crushing) lies between polygons
-inside and outside of it.
+polygon), its shears (in the plane one a joint, in space two a point) and the limited forces. Of the package
+it takes where joints are and what they carry, the loads, and the columns of limited forces; nothing that it
+computes of equilibrium or yield. What is round (cones of friction, parabolas of crushing) lies between
+polygons inside and outside of it.
 """
 
 from __future__ import annotations
@@ -14,12 +14,72 @@ from math import inf
 
 import numpy as np
 import scipy.sparse as sp
+from atlas.held_scenes import held
+from atlas.random_scenes import KINDS, random_scene
+from atlas.random_scenes_in_space import KINDS as KINDS_IN_SPACE
+from atlas.random_scenes_in_space import random_scene_in_space
 from scipy.optimize import linprog
 
-from masonry_opt.problem.assembly import Assembly
+import masonry_opt as mo
+from masonry_opt.answer.status import Status
+from masonry_opt.problem.assembly import Assembly, assemble
 
 #: Sides of polygons about a cone, and chords or tangents of a parabola.
 SIDES, TANGENTS = 24, 64
+
+
+#: Relative, of load factors of two programs solved to 1e-9.
+SAME = 1e-6
+
+#: What a scene may end as under associative flow where any load may come.
+ANY_LOAD = (Status.UNLIMITED, Status.LOCKED)
+
+
+def random_of_any_kind(seed: int) -> mo.Scene:
+    """A random scene in the plane or in space, bare, under fill, or held by ties and props; in the plane some
+    with joints of limited strength."""
+    plain = [*KINDS, *KINDS_IN_SPACE]
+    kinds = [*((kind, False) for kind in plain), *((kind, True) for kind in (*plain, "filled"))]
+    kind, is_held = kinds[seed % len(kinds)]
+    in_space = kind in KINDS_IN_SPACE
+    if is_held:
+        scene = held(kind, seed, in_space)
+    else:
+        scene = (random_scene_in_space if in_space else random_scene)(kind, seed)
+    rng = np.random.default_rng([11, seed])
+    if not in_space and rng.random() < 0.4:
+        # From some heights of a wall of this weight upwards.
+        strength = float(rng.uniform(3, 100)) * (20.0 if kind == "filled" else 1.0)
+        joints = mo.JointDefaults(**scene.joints.model_dump(exclude_unset=True) | {"strength": strength})
+        scene = mo.Scene(
+            **{name: getattr(scene, name) for name in scene.model_fields_set} | {"joints": joints}
+        )
+    return scene
+
+
+def told_of(scene: mo.Scene) -> str:
+    """How methods "static" and the default agree with bounds: "agrees", "on the edge" (polygons inside and
+    outside differ on whether it stands), or what is wrong or open."""
+    found, result = bounds(assemble(scene)), mo.solve(scene, "static")
+    if found.stands is None:
+        return "on the edge"
+    if result.status is Status.SOLVER_FAILED:
+        return f"open: {result.message}"
+    if (result.status is Status.UNSTABLE) == found.stands:
+        return f"wrong: {result.status}, bounds {found}"
+    coulomb = mo.solve(scene)
+    if not found.stands:
+        return "agrees" if coulomb.status is Status.UNSTABLE else f"wrong: by default {coulomb.status}"
+    most = found.outside or 0.0
+    for of in (coulomb.load_factor, coulomb.expected):
+        if of is not None and of > most * (1 + SAME) + SAME:
+            return f"wrong: Coulomb {of} above {most}"
+    if result.load_factor is None:
+        right = result.status in ANY_LOAD and most == inf
+    else:
+        inside = found.inside or 0.0
+        right = inside * (1 - SAME) - SAME <= result.load_factor <= most * (1 + SAME) + SAME
+    return "agrees" if right else f"wrong: {result.status} {result.load_factor}, bounds {found}"
 
 
 @dataclass(frozen=True)
@@ -81,8 +141,8 @@ def _acting(assembly: Assembly, joint: np.ndarray, at: np.ndarray, force: np.nda
     columns = []
     for block, sign in ((joints.first[joint], 1.0), (joints.second[joint], -1.0)):
         arm = (at - assembly.geometry.centroid[block]) / problem.length_unit
-        moment = np.cross(arm, force)
-        turning = moment if moment.ndim == 2 else moment[:, None]
+        plane = arm.shape[1] == 2
+        turning = (arm[:, :1] * force[:, 1:] - arm[:, 1:] * force[:, :1]) if plane else np.cross(arm, force)
         entries = sign * np.concatenate([force, turning], axis=1)
         size, moved = entries.shape[1], row_of[block] >= 0
         rows = (size * row_of[block][:, None] + np.arange(size))[moved]
