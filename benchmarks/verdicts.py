@@ -20,7 +20,8 @@ sys.path.insert(0, str(ROOT / "tests"))
 
 from atlas.made_scenes import write_atlas, write_large, write_random  # noqa: E402
 
-from masonry_opt.studies.compare.comparison import Comparison, RunLimits, run_plan  # noqa: E402
+from masonry_opt.studies.compare.answer import Comparison, RunLimits  # noqa: E402
+from masonry_opt.studies.compare.comparison import run_plan  # noqa: E402
 from masonry_opt.studies.compare.plan import find_scenes, plan  # noqa: E402
 from masonry_opt.studies.compare.report import summary_text, write_report  # noqa: E402
 

@@ -15,7 +15,7 @@ from pathlib import Path as _Path
 _HOMES = {
     "analysis": ("solve",),
     "answer.certificate": ("Certificate",),
-    "answer.result": ("Result",),
+    "result": ("Result",),
     "answer.status": ("Status",),
     "duality": ("DualityReport", "check"),
     "errors": ("CaseError", "MasonryError", "OptionError"),

@@ -2,7 +2,6 @@
 
 from masonry_opt.analysis import solve as solve
 from masonry_opt.answer.certificate import Certificate as Certificate
-from masonry_opt.answer.result import Result as Result
 from masonry_opt.answer.status import Status as Status
 from masonry_opt.answer.stressed_joints import stressed_joints as stressed_joints
 from masonry_opt.drawing.pictures import draw as draw
@@ -15,6 +14,7 @@ from masonry_opt.exports.export import export as export
 from masonry_opt.finite_motion.capacity import Capacity as Capacity
 from masonry_opt.finite_motion.capacity import capacity as capacity
 from masonry_opt.finite_motion.kinematic_check import KinematicCheck as KinematicCheck
+from masonry_opt.result import Result as Result
 from masonry_opt.scene.arch import Arch as Arch
 from masonry_opt.scene.arch import PointLoad as PointLoad
 from masonry_opt.scene.axles import Axles as Axles

@@ -10,12 +10,12 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from masonry_opt.answer.result import Result
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.methods.task import Method, Progress
 from masonry_opt.problem.kept import Kept
+from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.session import Session

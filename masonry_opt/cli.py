@@ -20,7 +20,6 @@ from rich.console import Console
 from typer.core import TyperGroup
 
 from masonry_opt.analysis import solve as solve_scene
-from masonry_opt.answer.result import Result
 from masonry_opt.command_options import Force, Json, LoadCaseName, OwnOptions, View, angles, method_options
 from masonry_opt.errors import (
     InterruptedByUserError,
@@ -31,6 +30,7 @@ from masonry_opt.errors import (
     printable,
 )
 from masonry_opt.methods.registry import DEFAULT, METHODS
+from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.solvers.registry import MODELS, TOLERANCE
 from masonry_opt.words.sentences import numeral

@@ -12,7 +12,6 @@ from masonry_opt.answer.acceptance import SMALLEST, Kind
 from masonry_opt.answer.answer import Found
 from masonry_opt.answer.motion import moving_names
 from masonry_opt.answer.reasons import Code, reason, size_of
-from masonry_opt.answer.result import Result, make_result
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import ZERO
@@ -24,6 +23,7 @@ from masonry_opt.methods.task import Method, Progress, Task
 from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
 from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.problem import Problem
+from masonry_opt.result import Result, make_result
 from masonry_opt.scene.load_cases import refuse_without_case
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import MATRICES, Solver, find_solver

@@ -7,9 +7,9 @@ import functools
 import numpy as np
 
 import masonry_opt as mo
-from masonry_opt.answer.result import Result
 from masonry_opt.drawing.elements import START, Elements, legend, result_elements, scene_elements
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 
 #: Of case files, once for all tests.

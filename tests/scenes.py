@@ -10,12 +10,12 @@ import numpy as np
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
-from masonry_opt.answer.result import Result
 from masonry_opt.answer.solution import Solution
 from masonry_opt.cli import main
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.result import Result
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
 

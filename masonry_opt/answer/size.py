@@ -16,7 +16,7 @@ class Size:
     ----------
     blocks, joints: movable blocks b and joints, in the plane c.
     rows, columns, nonzeros: of the linear program as the solver received it; None if none was built.
-    left_out: what was not modelled, each with its reason.
+    left_out: what was not modelled, each with its reason, where that is told.
     contacts: contact points of a scene in space, c; None in the plane.
     """
 
@@ -29,9 +29,9 @@ class Size:
     contacts: int | None = None
 
 
-def size_of(assembly: Assembly, solution: Solution, left_out: tuple[str, ...]) -> Size:
+def size_of(assembly: Assembly, solution: Solution) -> Size:
     """The sizes of a scene and of the program of its solution."""
     problem, lp = assembly.problem, solution.size
     rows, columns, nonzeros = (None, None, None) if lp is None else (lp.rows, lp.columns, lp.nonzeros)
     points = problem.joints if problem.layout.round else None
-    return Size(problem.blocks, len(assembly.joints.first), rows, columns, nonzeros, left_out, points)
+    return Size(problem.blocks, len(assembly.joints.first), rows, columns, nonzeros, contacts=points)

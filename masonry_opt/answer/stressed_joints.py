@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from masonry_opt.answer.motion import fastest
-from masonry_opt.answer.result import Result
+from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.thresholds import SLIDES
 from masonry_opt.errors import OptionError
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
-def stressed_joints(result: Result, above: float | None = None) -> pd.DataFrame:
+def stressed_joints(result: Outcome, above: float | None = None) -> pd.DataFrame:
     """Joints that slide with dilation in an associative answer, stressed too highly to dilate.
 
     Real joints dilate little under high normal stress (section 6.5). Where such joints slide, the associative
@@ -66,7 +66,7 @@ def stressed_joints(result: Result, above: float | None = None) -> pd.DataFrame:
     return frame[dilates & (n > _least_force(result, above))]
 
 
-def _least_force(result: Result, above: float | None) -> np.ndarray:
+def _least_force(result: Outcome, above: float | None) -> np.ndarray:
     """Normal forces above which dilatancy is not credible, in the problem's unit, shape (c,)."""
     problem = result.assembly.problem
     if above is None:

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 import shapely
 from scipy.sparse.csgraph import connected_components
 
-from masonry_opt.answer.result import Result
+from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.thresholds import IDLE as CARRIES_NOTHING
 from masonry_opt.drawing.colours import AT_POINT, IDLE, THRUST, UTILISATION
 from masonry_opt.drawing.marks import Marks, joint_marks
@@ -25,7 +25,7 @@ _LONGEST, _ABOVE = 0.12, 0.08
 _LONGEST_IN_SPACE = 0.3
 
 
-def thrust(result: Result) -> tuple[np.ndarray, np.ndarray]:
+def thrust(result: Outcome) -> tuple[np.ndarray, np.ndarray]:
     """Resultants on the joints' first blocks in the case's unit of force, and the points where they act, at
     m / n from the middle, in the case's coordinates, each of shape (c, 2).
 
@@ -67,7 +67,7 @@ def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
     return number[order][in_chain[sides[order]]].reshape(-1, 2)
 
 
-def thrust_marks(result: Result, size: float, shrink: float) -> Iterable[Marks]:
+def thrust_marks(result: Outcome, size: float, shrink: float) -> Iterable[Marks]:
     """The line of thrust through rows of blocks that have two joints, resultants, and their scale.
 
     Along a line only the resultants on supports are drawn: they say how large all are.
@@ -101,7 +101,7 @@ def thrust_marks(result: Result, size: float, shrink: float) -> Iterable[Marks]:
     yield Marks("scale", "", "bar", THRUST, 1.6, ends, text=f"= {scale:g}")
 
 
-def resultant_marks(result: Result, size: float, shrink: float) -> Iterable[Marks]:
+def resultant_marks(result: Outcome, size: float, shrink: float) -> Iterable[Marks]:
     """Resultants of joints in space and, thinner, the forces at their contact points, half to each side of
     where they act."""
     frame, points, origin = result.joints, result.contacts, result.assembly.geometry.origin

@@ -7,8 +7,8 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.reasons import Code
-from masonry_opt.answer.result import Result
 from masonry_opt.drawing.colours import BLACK, HATCH, HINGES, SLIDES
 from masonry_opt.drawing.elements import heading, title_of
 from masonry_opt.drawing.figure import Handle, Picture, entitle, finish, style
@@ -29,7 +29,7 @@ _STARTS = {
 }
 
 
-def curve_picture(result: Result) -> Picture:
+def curve_picture(result: Outcome) -> Picture:
     """Draw λ over displacement. Raises OptionError if the result has no curve."""
     curve = result.curve
     if curve is None or curve.empty:
@@ -52,7 +52,7 @@ def curve_picture(result: Result) -> Picture:
     return made
 
 
-def _levels(axes: Axes, result: Result, highest: float) -> tuple[list[Handle], float]:
+def _levels(axes: Axes, result: Outcome, highest: float) -> tuple[list[Handle], float]:
     """Draw the load factors beside a curve that comes so high; what a legend shows, and the highest."""
     handles: list[Handle] = []
     top = highest
@@ -73,7 +73,7 @@ def _levels(axes: Axes, result: Result, highest: float) -> tuple[list[Handle], f
     return handles, top
 
 
-def _starts(axes: Axes, result: Result, column: str) -> Line2D:
+def _starts(axes: Axes, result: Outcome, column: str) -> Line2D:
     """Mark where the first joints start to move, and write below how many start at each state."""
     word, colour, marker, size, height = _STARTS[column]
     assert result.curve is not None

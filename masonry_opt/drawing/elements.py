@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from masonry_opt.answer.motion import fastest, joint_motion
-from masonry_opt.answer.result import Result
+from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.status import Status
 from masonry_opt.drawing.carried import resultant_marks, thrust_marks, utilisation_marks
 from masonry_opt.drawing.colours import CRUSHES, HINGES, SEPARATES, SLIDES
@@ -165,7 +165,7 @@ def utilisation_label(assembly: Assembly) -> str:
     return f"utilisation of joints (1: about to {limit})"
 
 
-def has_mechanism(result: Result) -> bool:
+def has_mechanism(result: Outcome) -> bool:
     """Whether there is a motion to show."""
     return bool(result.blocks["vx"].notna().all())
 
@@ -189,7 +189,7 @@ def scene_elements(assembly: Assembly) -> Elements:
     return Elements(assembly, counts(assembly), "", still, arrows, layers)
 
 
-def result_elements(result: Result) -> Elements:
+def result_elements(result: Outcome) -> Elements:
     """What there is to draw of a result."""
     assembly, size, shrink = result.assembly, size_of(result.assembly), _shrink(result.assembly)
     motion, movement = _motion(result, size), _movement(result)
@@ -217,7 +217,7 @@ def _columns(assembly: Assembly) -> int:
     return 6 if isinstance(assembly, SpaceAssembly) else 3
 
 
-def _motion(result: Result, size: float) -> np.ndarray:
+def _motion(result: Outcome, size: float) -> np.ndarray:
     assembly = result.assembly
     motion = np.zeros((len(assembly.scene.blocks), _columns(assembly)))
     if has_mechanism(result):
@@ -230,7 +230,7 @@ def _motion(result: Result, size: float) -> np.ndarray:
     return motion
 
 
-def _mechanism(result: Result, motion: np.ndarray, shrink: float) -> Iterable[Marks]:
+def _mechanism(result: Outcome, motion: np.ndarray, shrink: float) -> Iterable[Marks]:
     """Joints by how they move, midway between their blocks; in space the outlines of joints, with each of
     their blocks."""
     joints = result.assembly.joints
@@ -262,7 +262,7 @@ def _mechanism(result: Result, motion: np.ndarray, shrink: float) -> Iterable[Ma
         yield Marks("hinges", "hinging joint", "dot", HINGES, 5.2 * shrink, at, midway[which])
 
 
-def _movement(result: Result) -> str:
+def _movement(result: Outcome) -> str:
     if not has_mechanism(result):
         return ""
     if result.load_factor is not None:
@@ -272,7 +272,7 @@ def _movement(result: Result) -> str:
     return "the last motion tried, magnified: no collapse"
 
 
-def heading(result: Result) -> str:
+def heading(result: Outcome) -> str:
     """The load factor, or why there is none."""
     if result.load_factor is None:
         movement = _movement(result)

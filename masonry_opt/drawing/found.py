@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 import shapely
 
+from masonry_opt.answer.sense import warnings_of
 from masonry_opt.drawing.colours import GAP, JOINT, MARKED
 from masonry_opt.drawing.marks import Marks, joint_lines, joint_marks
 from masonry_opt.errors import CaseError, counted
@@ -17,7 +18,6 @@ from masonry_opt.scene.extents import corners as corners_of
 from masonry_opt.scene.extents import outside
 from masonry_opt.scene.space.floating import nearest_solid
 from masonry_opt.scene.space.shapes import Shapes
-from masonry_opt.words.sense import warnings_of
 from masonry_opt.words.sentences import sentences
 
 #: Points along an edge of a solid at which it is held against another block.

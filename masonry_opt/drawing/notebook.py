@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from base64 import b64encode
 
-from masonry_opt.answer.result import Result
+from masonry_opt.answer.outcome import Outcome
 from masonry_opt.drawing.elements import START, Elements, result_elements
 from masonry_opt.drawing.page import caption
 from masonry_opt.drawing.pictures import result_picture
 from masonry_opt.drawing.svg import Canvas, blocks_svg, legend_svg, marks_svg
 from masonry_opt.words.page import headline, text
-from masonry_opt.words.sentences import numeral
+from masonry_opt.words.sentences import message, numeral, sentences
 from masonry_opt.words.summary import load_factors
 
 #: Blocks above which there is no picture: a notebook keeps all that it shows.
@@ -20,16 +20,16 @@ MOST_BLOCKS = 2000
 _WIDTH = 560
 
 
-def notebook_html(result: Result) -> str:
+def notebook_html(result: Outcome) -> str:
     """Load factor, status, picture and certificate of a result, as HTML that stands by itself."""
     elements = result_elements(result)
-    status = text(f"{result.status}{': ' + result.message if result.message else ''}")
+    status = text(": ".join(filter(None, (result.status, message(result.reasons)))))
     lines = [
         f"<b>{text(elements.title)}</b>",
         f'<span style="font-size:1.4em">{headline(result)}</span>',
         status,
         text(load_factors(result)),
-        *(f"Warning: {text(words)}" for words in result.warning_sentences),
+        *(f"Warning: {text(words)}" for words in sentences(result.warnings)),
     ]
     if result.size.blocks <= MOST_BLOCKS:
         in_space = result.assembly.scene.dimension == 3
@@ -44,7 +44,7 @@ def notebook_html(result: Result) -> str:
     return f'<div style="max-width:{_WIDTH}px;overflow-wrap:break-word">\n{rows}</div>'
 
 
-def _image(result: Result) -> str:
+def _image(result: Outcome) -> str:
     """The picture of solids, with its own title and legend."""
     source = b64encode(result_picture(result).image("png")).decode()
     return f'<img alt="picture of the mechanism" style="width:100%" src="data:image/png;base64,{source}">'

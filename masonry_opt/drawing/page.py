@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.answer.motion import fastest
-from masonry_opt.answer.result import Result
+from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.drawing.colours import UTILISATION
 from masonry_opt.drawing.curve import curve_picture
@@ -54,7 +54,7 @@ _NOTE = {
 }
 
 
-def page(result: Result, kind: str = "mechanism", view: View | None = None) -> str:
+def page(result: Outcome, kind: str = "mechanism", view: View | None = None) -> str:
     """The page as text: load factor, how sure it is, certificate, warnings, and the scene.
 
     A slider moves the mechanism, and pointing at a joint tells its forces and motion. Joints first show their
@@ -97,7 +97,7 @@ def page(result: Result, kind: str = "mechanism", view: View | None = None) -> s
     )
 
 
-def _in_the_plane(result: Result, elements: Elements) -> dict[str, Any]:
+def _in_the_plane(result: Outcome, elements: Elements) -> dict[str, Any]:
     """What the page's figure is: markup, scripts, and data."""
     canvas, joints = Canvas(elements, elements.all_marks), result.assembly.joints
     groups = {"loads": elements.loads}
@@ -119,7 +119,7 @@ def _in_the_plane(result: Result, elements: Elements) -> dict[str, Any]:
     }
 
 
-def _in_space(result: Result, elements: Elements, view: View | None) -> dict[str, Any]:
+def _in_space(result: Outcome, elements: Elements, view: View | None) -> dict[str, Any]:
     """The same in space, where the figure turns; beside it a picture, for browsers that draw no solids, and
     for print."""
     view = view or best_view(elements)
@@ -181,7 +181,7 @@ def _legends(elements: Elements) -> str:
     return written
 
 
-def _curve(result: Result) -> str:
+def _curve(result: Outcome) -> str:
     """λ over displacement, if it was asked for, as a picture that brings nothing into the page but itself."""
     if result.curve is None or result.curve.empty:
         return ""
@@ -189,7 +189,7 @@ def _curve(result: Result) -> str:
     return f'<img class="curve" alt="λ over displacement" src="data:image/svg+xml;base64,{source}">\n'
 
 
-def _foot(result: Result) -> str:
+def _foot(result: Outcome) -> str:
     origin = result.assembly.scene.origin
     known = [
         *([origin] if origin != "scene" else []),
@@ -199,7 +199,7 @@ def _foot(result: Result) -> str:
     return f'<p class="note">{text(" · ".join(known))}</p>\n'
 
 
-def _joints(result: Result) -> dict[str, list[float | None]]:
+def _joints(result: Outcome) -> dict[str, list[float | None]]:
     """Joints by columns."""
     joints, frame = result.assembly.joints, result.joints
     beside: dict[str, float] = {}

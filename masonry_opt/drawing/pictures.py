@@ -13,7 +13,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.path import Path
 from matplotlib.patheffects import withStroke
 
-from masonry_opt.answer.result import Result
+from masonry_opt.answer.outcome import Outcome
 from masonry_opt.drawing.colours import AT_REST, UTILISATION
 from masonry_opt.drawing.curve import curve_picture
 from masonry_opt.drawing.elements import (
@@ -93,7 +93,7 @@ def scene_picture(assembly: Assembly, names: bool = False, view: View | None = N
 
 
 def result_picture(
-    result: Result, kind: str = "mechanism", names: bool = False, view: View | None = None
+    result: Outcome, kind: str = "mechanism", names: bool = False, view: View | None = None
 ) -> Picture:
     """Draw a result; see :meth:`Result.plot`."""
     refuse_kind(kind, names)
@@ -103,7 +103,7 @@ def result_picture(
     return elements_picture(result_elements(result), kind, names, view)
 
 
-def draw_mechanism(result: Result, axes: Axes) -> list[Handle]:
+def draw_mechanism(result: Outcome, axes: Axes) -> list[Handle]:
     """Draw a mechanism in the plane, without loads, on given axes; what a legend shows of it."""
     elements = result_elements(result)
     marks = elements.layers["mechanism"]

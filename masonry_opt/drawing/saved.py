@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from masonry_opt.answer.result import Result
+from masonry_opt.answer.outcome import Outcome
 from masonry_opt.drawing.elements import refuse_kind
 from masonry_opt.drawing.figure import FORMATS, refuse_picture
 from masonry_opt.drawing.page import page
@@ -42,7 +42,7 @@ def refuse_saving(
 
 
 def save(
-    result: Result,
+    result: Outcome,
     path: str | Path,
     kind: str = "mechanism",
     names: bool = False,

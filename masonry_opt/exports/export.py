@@ -10,7 +10,6 @@ import numpy as np
 import pyomo.environ as pyo
 
 from masonry_opt.analysis import solve
-from masonry_opt.answer.result import Result
 from masonry_opt.effort import Effort
 from masonry_opt.errors import NoLoadFactorError, OptionError, OutputError
 from masonry_opt.exports.program_files import WRITERS
@@ -27,6 +26,7 @@ from masonry_opt.models.pyomo_relaxed import PyomoRelaxed
 from masonry_opt.models.pyomo_static import PyomoStatic
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.session import refuse_unsuited

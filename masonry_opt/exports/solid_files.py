@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from masonry_opt.answer.result import Result
 from masonry_opt.drawing.colours import BLOCK, FIXED
 from masonry_opt.drawing.elements import START, result_elements
 from masonry_opt.drawing.marks import moved
 from masonry_opt.errors import OptionError
 from masonry_opt.files import JSON_KEY, MARK, WRITER
 from masonry_opt.problem.assembly import SpaceAssembly, assemble
+from masonry_opt.result import Result
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Polyhedron, Solid
 

@@ -13,16 +13,16 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.answer.reasons import Code, Reason
-from masonry_opt.answer.result import Result
 from masonry_opt.errors import NoLoadFactorError, OptionError, printable
 from masonry_opt.finite_motion.kinematic_check import KinematicCheck, kinematic_check
 from masonry_opt.finite_motion.path import Path, Step
 from masonry_opt.finite_motion.point_forces import PointForces, placed, point_forces
+from masonry_opt.result import Result
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import message, numeral
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from masonry_opt.drawing.figure import Picture
 
 #: States on the way from the onset to λ = 0, were it straight.
 STEPS = 40
@@ -173,6 +173,12 @@ class Capacity:
         poses: np.ndarray = self.steps[row].poses[:-1] * [unit, unit, 1.0]
         return poses
 
+    def _all_poses(self, row: int) -> np.ndarray:
+        assembly = self.result.assembly
+        poses = np.zeros((len(assembly.scene.blocks), 3))
+        poses[assembly.movable] = self.poses(row)
+        return poses
+
     @cached_property
     def table(self) -> pd.DataFrame:
         rows = []
@@ -203,8 +209,7 @@ class Capacity:
         # A corner that stands on an edge turns on it without closing.
         hinged = count == 1
         at = np.where(step.touch[:, :1], joints.start, joints.end)
-        poses = np.zeros((len(assembly.scene.blocks), 3))
-        poses[assembly.movable] = self.poses(row)
+        poses = self._all_poses(row)
         place = placed(at, poses[joints.first]) + assembly.geometry.origin
         place[~hinged] = np.nan
         angle = poses[joints.first, 2] - poses[joints.second, 2]
@@ -313,11 +318,18 @@ class Capacity:
         level = np.abs(live @ down).max() <= _LEVEL * size.max()
         return None if level and abs(share - 1) <= _WHOLE else share
 
-    def plot(self, row: int | None = None) -> Figure:
-        """Draw the curve, or the blocks as they are in a row of the table, as a matplotlib figure."""
+    def plot(self, row: int | None = None) -> Picture:
+        """Draw the curve, or the blocks as they are in a row of the table, as a matplotlib figure. Raises
+        OptionError if there is no such row."""
         from masonry_opt.finite_motion.pictures import curve_picture, displaced_picture
 
-        return curve_picture(self) if row is None else displaced_picture(self, row)
+        assembly, table = self.result.assembly, self.table
+        if row is None:
+            of = "the live load" if self.control is self.live else "the control point"
+            return curve_picture(assembly.scene, table, of, self.message)
+        if not isinstance(row, int) or not -len(table) <= row < len(table):
+            raise OptionError(f"there is no row {row!r}: the table has {len(table)}, the first is 0")
+        return displaced_picture(assembly, table.iloc[row], self._all_poses(row), self.joints(row))
 
     def save(self, path: str | FilePath, row: int | None = None, force: bool = False) -> None:
         """Write such a picture (.png, .svg, .pdf), whole or not at all.
@@ -325,10 +337,9 @@ class Capacity:
         Raises OptionError if the name has another ending, or the file cannot be replaced.
         """
         from masonry_opt.drawing.figure import refuse_picture
-        from masonry_opt.finite_motion.pictures import curve_picture, displaced_picture
 
         refuse_picture(path, force)
-        (curve_picture(self) if row is None else displaced_picture(self, row)).save(path, force)
+        self.plot(row).save(path, force)
 
     def __str__(self) -> str:
         table = self.table

@@ -8,13 +8,13 @@ import numpy as np
 
 from masonry_opt.answer.motion import joint_motion
 from masonry_opt.answer.reasons import Code, Reason, reason
-from masonry_opt.answer.result import Result
 from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.effort import Effort
 from masonry_opt.finite_motion.chain import Chain, Point
 from masonry_opt.finite_motion.contacts import Contacts
 from masonry_opt.finite_motion.point_forces import PointForces
 from masonry_opt.finite_motion.statics import Borne, statics
+from masonry_opt.result import Result
 
 #: Violation of equilibrium and yield that is rounding.
 _BORNE = 1e-8

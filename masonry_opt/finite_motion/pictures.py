@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 import shapely
 from matplotlib.lines import Line2D
 
@@ -15,12 +16,10 @@ from masonry_opt.drawing.elements import Elements, title_of
 from masonry_opt.drawing.figure import Handle, Picture, entitle, finish, style
 from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.pictures import elements_picture
-from masonry_opt.errors import OptionError
 from masonry_opt.finite_motion.point_forces import placed
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral
-
-if TYPE_CHECKING:
-    from masonry_opt.finite_motion.capacity import Capacity
 
 #: Height of the axes over their width.
 _HIGH = 0.6
@@ -32,23 +31,22 @@ _EVENTS = {
 }
 
 
-def curve_picture(capacity: Capacity) -> Picture:
-    """Draw λ over displacement."""
-    table, scene = capacity.table, capacity.result.assembly.scene
-    of = "the live load" if capacity.control is capacity.live else "the control point"
+def curve_picture(scene: Scene, table: pd.DataFrame, of: str, note: str) -> Picture:
+    """Draw λ over displacement: rows of a capacity curve, whose displacement it is, and why it ends."""
+    onset = float(table["load_factor"].iloc[0])
     with style():
         made = Picture()
         axes = made.add_subplot()
         axes.set_box_aspect(_HIGH)
         axes.set_xlabel(f"displacement of {of}, in the length unit of the case")
         axes.set_ylabel("load factor λ")
-        heading = f"after the onset at λ = {numeral(capacity.load_factor, '.5f')}"
+        heading = f"after the onset at λ = {numeral(onset, '.5f')}"
         entitle(axes, title_of(scene), heading)
         axes.plot(table["displacement"], table["load_factor"], color=BLACK, zorder=3)
         if len(table) == 1:  # A line through one state is nothing to see.
             axes.plot(table["displacement"], table["load_factor"], color=BLACK, marker="o", zorder=3)
         axes.axhline(0.0, color=HATCH, linewidth=0.6)
-        axes.set_ylim(bottom=min(0.0, -0.02 * capacity.load_factor))
+        axes.set_ylim(bottom=min(0.0, -0.02 * onset))
         handles: list[Handle] = []
         for code, (label, colour, marker) in _EVENTS.items():
             rows = table[table["event"] == str(code)]
@@ -56,26 +54,22 @@ def curve_picture(capacity: Capacity) -> Picture:
             if len(rows):
                 axes.plot(rows["displacement"], rows["load_factor"], zorder=4, **look)
                 handles.append(Line2D([], [], label=label, **look))
-        finish(made, axes, handles, (capacity.message,))
+        finish(made, axes, handles, (note,))
     return made
 
 
-def displaced_picture(capacity: Capacity, row: int) -> Picture:
-    """Draw the blocks where they are in a row of the table, to scale, with the hinges. Raises OptionError if
-    there is no such row."""
-    assembly, table = capacity.result.assembly, capacity.table
-    if not isinstance(row, int) or not -len(table) <= row < len(table):
-        raise OptionError(f"there is no row {row!r}: the table has {len(table)}, the first is 0")
-    geometry, state = assembly.geometry, table.iloc[row]
-    poses = np.zeros((len(assembly.scene.blocks), 3))
-    poses[assembly.movable] = capacity.poses(row)
+def displaced_picture(
+    assembly: Assembly, state: pd.Series[Any], poses: np.ndarray, joints: pd.DataFrame
+) -> Picture:
+    """Draw the blocks where they are in a row of a capacity curve, to scale, with the hinges: poses of all
+    blocks, shape (blocks, 3), and the table of joints there."""
+    geometry = assembly.geometry
     corners, block = shapely.get_coordinates(geometry.polygons, return_index=True)
     polygons = shapely.set_coordinates(geometry.polygons.copy(), placed(corners, poses[block]))
     displaced = replace(assembly, geometry=replace(geometry, polygons=polygons))
     tail, tip, owner = geometry.edges()
     own = np.isin(owner, assembly.movable)
     marks = [Marks("rest", "at rest", "line", AT_REST, 0.5, np.stack([tail[own], tip[own]], axis=1))]
-    joints = capacity.joints(row)
     if (hinged := joints["state"] == "hinged").any():
         at = joints.loc[hinged, ["x", "y"]].to_numpy() - geometry.origin
         marks.append(Marks("hinges", "hinging joint", "dot", HINGES, 5.2, at[:, None]))

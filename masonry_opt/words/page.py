@@ -5,10 +5,10 @@ from __future__ import annotations
 from html import escape
 
 from masonry_opt.answer.acceptance import LIMITS
-from masonry_opt.answer.result import Result
+from masonry_opt.answer.outcome import Outcome
 from masonry_opt.errors import printable
-from masonry_opt.words.sentences import numeral
-from masonry_opt.words.summary import facts
+from masonry_opt.words.sentences import numeral, sentences
+from masonry_opt.words.summary import facts, left_out
 
 #: What each residual of the certificate is.
 _RESIDUALS = {
@@ -24,7 +24,7 @@ def text(words: str) -> str:
     return escape(printable(words)).replace("\n", "<br>")
 
 
-def headline(result: Result) -> str:
+def headline(result: Outcome) -> str:
     """The load factor, or that there is none."""
     if result.load_factor is None:
         return '<span class="none">no load factor</span>'
@@ -34,16 +34,16 @@ def headline(result: Result) -> str:
     return f"<small>load factor</small> λ = {numeral(result.load_factor, '.5g')}{tilt}"
 
 
-def answer(result: Result) -> str:
+def answer(result: Outcome) -> str:
     """Load factor, status, what else is known, and warnings."""
     known = {"status": str(result.status)} | facts(result)
     rows = "".join(f"<dt>{text(label)}</dt><dd>{text(words)}</dd>\n" for label, words in known.items())
-    warnings = "".join(f"<li>Warning: {text(words)}</li>\n" for words in result.warning_sentences)
+    warnings = "".join(f"<li>Warning: {text(words)}</li>\n" for words in sentences(result.warnings))
     told = f'<ul class="warnings">\n{warnings}</ul>\n' if warnings else ""
     return f'<p class="load-factor">{headline(result)}</p>\n<dl>\n{rows}</dl>\n{told}'
 
 
-def certificate(result: Result) -> str:
+def certificate(result: Outcome) -> str:
     """Residuals as a table; of what has no load factor, what is proven of it."""
     if result.certificate is None:
         proven = result.infeasibility
@@ -61,7 +61,7 @@ def certificate(result: Result) -> str:
     )
 
 
-def described(result: Result) -> str:
+def described(result: Outcome) -> str:
     """What was not modelled."""
-    left_out = "".join(f"<li>{text(words)}</li>" for words in result.size.left_out)
-    return f"<h2>Not modelled</h2>\n<ul>{left_out}</ul>\n" if left_out else ""
+    items = "".join(f"<li>{text(words)}</li>" for words in left_out(result.assembly))
+    return f"<h2>Not modelled</h2>\n<ul>{items}</ul>\n" if items else ""

@@ -9,8 +9,8 @@ import numpy as np
 
 from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.motion import joint_motion, moving_blocks
+from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.reasons import Code
-from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.stressed_joints import stressed_joints
 from masonry_opt.answer.thresholds import ZERO, same
@@ -42,22 +42,22 @@ _TIES = 4
 _LABEL = 16
 
 
-def summary(result: Result) -> str:
+def summary(result: Outcome) -> str:
     """What falls, at what load, how sure that is, and what looks unintended."""
     return _text(result, [])
 
 
-def details(result: Result) -> str:
+def details(result: Outcome) -> str:
     """The summary, and how the answer was found: residuals, programs, solvers, times."""
     return _text(result, _technical(result))
 
 
-def _text(result: Result, technical: list[str]) -> str:
+def _text(result: Outcome, technical: list[str]) -> str:
     size = result.size
     count = f"{counted(size.blocks, 'block')}, {counted(size.joints, 'joint')}"
     if size.contacts is not None:
         count += f", {counted(size.contacts, 'contact point')}"
-    warnings = [f"warning: {sentence}" for sentence in result.warning_sentences]
+    warnings = [f"warning: {sentence}" for sentence in sentences(result.warnings)]
     lines = [f"{result.case}: {count}", _headline(result), *_labelled(facts(result)), *technical, *warnings]
     return printable("\n".join(lines))
 
@@ -68,7 +68,7 @@ def _labelled(lines: dict[str, str]) -> list[str]:
     return [f"{name:<{_LABEL}} {value.replace(chr(10), between)}" for name, value in lines.items() if value]
 
 
-def facts(result: Result) -> dict[str, str]:
+def facts(result: Outcome) -> dict[str, str]:
     """What is known of a result beside its load factor and status, in plain words, by a label each."""
     known = {
         "why": _why(result),
@@ -87,7 +87,7 @@ def facts(result: Result) -> dict[str, str]:
     return {label: words for label, words in known.items() if words}
 
 
-def _why(result: Result) -> str:
+def _why(result: Outcome) -> str:
     """Why there is no load factor, without what was tried."""
     if result.status.usable:
         return ""
@@ -95,7 +95,7 @@ def _why(result: Result) -> str:
     return "\n".join(dict.fromkeys(sentences(told)))
 
 
-def _headline(result: Result) -> str:
+def _headline(result: Outcome) -> str:
     """At what load the scene collapses, or how it ended without one."""
     if result.load_factor is None:
         return f"no load factor: {result.status}"
@@ -108,7 +108,7 @@ def _headline(result: Result) -> str:
     return f"collapses when the live load is multiplied by λ = {factor}"
 
 
-def _mechanism(result: Result) -> str:
+def _mechanism(result: Outcome) -> str:
     """How many blocks move, and what the joints do."""
     if result.solution.d is None:
         return ""
@@ -126,7 +126,7 @@ def _mechanism(result: Result) -> str:
     return f"{moving} of {counted(result.size.blocks, 'block')}{joints}"
 
 
-def _ties(result: Result) -> str:
+def _ties(result: Outcome) -> str:
     """Which ties and props yield, and what the others carry; nothing of a scene that falls."""
     if result.ties["force"].isna().all():
         return ""
@@ -139,7 +139,7 @@ def _ties(result: Result) -> str:
     return "; ".join([*told[:_TIES], *more])
 
 
-def _live_load(result: Result) -> str:
+def _live_load(result: Outcome) -> str:
     """What λ multiplies: multiples of weights, which generators take by the name of forces too, or forces."""
     scene = result.assembly.scene
     if scene.tilt or not result.status.live_load_acts:
@@ -173,7 +173,7 @@ def _vector(parts: Iterable[float]) -> str:
     return f"[{', '.join(f'{part:g}' for part in parts)}]"
 
 
-def _certainty(result: Result) -> str:
+def _certainty(result: Outcome) -> str:
     """Whether the answer is an exact state, and whether lower ones may exist."""
     if result.load_factor is None:
         return ""
@@ -207,14 +207,14 @@ def _certainty(result: Result) -> str:
     return f"{', '.join([state, *met])}; lower ones may exist ({looks})"
 
 
-def _is_associative(result: Result) -> bool:
+def _is_associative(result: Outcome) -> bool:
     """Whether the joints' own flow rule is the associative one: then all exact states have one load factor,
     by the bound theorems."""
     problem = result.assembly.problem
     return np.array_equal(problem.dilatancy, problem.friction) and not problem.dilatancy_depends_on_stress
 
 
-def _left(result: Result) -> str:
+def _left(result: Outcome) -> str:
     """Residuals above what an exact state may leave; or that friction is by sides, not by the cone."""
     above = LIMITS[Kind.EXACT].failing(result.certificate.as_dict() if result.certificate else {})
     named = ", ".join(f"{name} {value:.1e}" for name, value in above.items())
@@ -223,7 +223,7 @@ def _left(result: Result) -> str:
     return f"what its certificate leaves ({named})" if named else "what its certificate leaves"
 
 
-def load_factors(result: Result) -> str:
+def load_factors(result: Outcome) -> str:
     """The load factors that a Coulomb answer comes with, and what each is for; none of a scene that falls."""
     if result.kind is Kind.ASSOCIATIVE or result.status is Status.UNSTABLE:
         return ""
@@ -253,7 +253,7 @@ def _known(load_factor: float) -> str:
     return numeral(0.0 if abs(load_factor) <= ZERO else load_factor, ".5g")
 
 
-def _friction(result: Result) -> str:
+def _friction(result: Outcome) -> str:
     """At what points forces act in space, and by which law friction holds there."""
     if result.size.contacts is None:
         return ""
@@ -266,17 +266,17 @@ def _friction(result: Result) -> str:
     return "; ".join(said)
 
 
-def _by_sides(result: Result) -> bool:
+def _by_sides(result: Outcome) -> bool:
     return "polygon" in result.friction_law
 
 
-def _friction_law(result: Result) -> str:
+def _friction_law(result: Outcome) -> str:
     if _by_sides(result):
         return by_sides(result.assembly.problem.layout)
     return f"by the {result.friction_law}" if result.friction_law else "unlimited"
 
 
-def _crushing(result: Result) -> str:
+def _crushing(result: Outcome) -> str:
     """By which law joints crush, in the load factor and in what stands beside it."""
     if not result.crushing or (result.load_factor is None and result.associative is None):
         return ""
@@ -286,7 +286,7 @@ def _crushing(result: Result) -> str:
     return f"by {BY_CHORDS}{beside}"
 
 
-def _stressed(result: Result) -> str:
+def _stressed(result: Outcome) -> str:
     """What an associative answer owes to joints too highly stressed to dilate, by the scene's own law."""
     has_law = np.isfinite(result.assembly.problem.dilatancy_force[:, 1]).any()
     if not has_law or result.load_factor is None or result.kind is not Kind.ASSOCIATIVE:
@@ -302,7 +302,7 @@ def _stressed(result: Result) -> str:
     )
 
 
-def _reference(result: Result) -> str:
+def _reference(result: Outcome) -> str:
     """The case file's own reference value for the method, and how far the result is from it.
 
     Where none is known of the complementarity problem the loop's serves: both answer for Coulomb's joints.
@@ -323,13 +323,13 @@ def _reference(result: Result) -> str:
     return f"{of}{reference.value} ({reference.source}){off}"
 
 
-def _technical(result: Result) -> list[str]:
+def _technical(result: Outcome) -> list[str]:
     size = result.size
     certificate = result.certificate.as_dict() if result.certificate else {}
     return _labelled(
         {
             "method": f"{result.method} ({result.model}, {result.solver})",
-            "status": f"{result.status}{': ' + result.message if result.message else ''}",
+            "status": ": ".join(filter(None, (result.status, message(result.reasons)))),
             "range": _range(result),
             "certificate": "   ".join(
                 f"{name} {numeral(value, '.1e')}" for name, value in certificate.items()
@@ -341,12 +341,12 @@ def _technical(result: Result) -> list[str]:
             else f"{counted(size.rows, 'row')}, {size.columns} columns, {size.nonzeros} non-zeros",
             "solvers": "   ".join(f"{what}: {', '.join(names)}" for what, names in result.solvers.items()),
             "seconds": "   ".join(f"{part} {value:.3f}" for part, value in result.seconds.items()),
-            "not modelled": "\n".join(size.left_out),
+            "not modelled": "\n".join(left_out(result.assembly)),
         }
     )
 
 
-def _range(result: Result) -> str:
+def _range(result: Outcome) -> str:
     """Between what the least load factor lies, where more is known than the answer itself."""
     lower, upper = result.range
     known = lower is None and result.load_factor is not None
@@ -355,12 +355,17 @@ def _range(result: Result) -> str:
     return f"{'' if lower is None else numeral(lower, '.7f') + ' ≤ '}λ ≤ {numeral(upper, '.7f')}"
 
 
-def _programs(result: Result) -> str:
+def _programs(result: Outcome) -> str:
     if not result.lp_solves and not result.nlp_solves:
         return f"none: {counted(result.iterations, 'Newton step')}" if result.iterations else ""
     nonlinear = f" and {result.nlp_solves} nonlinear" if result.nlp_solves else ""
     cones = " or of cones" if result.assembly.problem.layout.round else ""
     return f"{result.lp_solves} linear{cones}{nonlinear} ({counted(result.iterations, 'solver iteration')})"
+
+
+def told_factor(result: Outcome) -> str:
+    """The load factor, or why there is none."""
+    return str(result.status) if result.load_factor is None else f"λ = {numeral(result.load_factor, '.5f')}"
 
 
 def left_out(assembly: Assembly) -> tuple[str, ...]:

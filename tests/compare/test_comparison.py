@@ -13,8 +13,9 @@ from typer.testing import CliRunner
 import masonry_opt as mo
 from masonry_opt.cli import app
 from masonry_opt.studies.compare import compare_command, comparison
+from masonry_opt.studies.compare.answer import RunLimits
 from masonry_opt.studies.compare.charts import charts
-from masonry_opt.studies.compare.comparison import RunLimits, compare, run_plan
+from masonry_opt.studies.compare.comparison import compare, run_plan
 from masonry_opt.studies.compare.judge import FAILED, VerdictReason
 from masonry_opt.studies.compare.page import page
 from masonry_opt.studies.compare.plan import find_scenes, plan

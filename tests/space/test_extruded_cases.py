@@ -9,8 +9,8 @@ from scenes import CASES, solved
 import masonry_opt as mo
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer, certified
-from masonry_opt.answer.result import Result
 from masonry_opt.problem.assembly import SpaceAssembly, assemble
+from masonry_opt.result import Result
 
 #: Published associative load factors of Table 1, as printed.
 TABLE_1 = {

@@ -77,7 +77,7 @@ LATER = {
 
 
 #: What is said and drawn of a result when it is asked to: imported there, within its methods.
-FETCHED = {"answer/result.py": ("masonry_opt.words", "masonry_opt.drawing")}
+FETCHED = {"result.py": ("masonry_opt.words", "masonry_opt.drawing")}
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,8 @@ from rich.markup import escape
 from masonry_opt.errors import InterruptedByUserError, OptionError
 from masonry_opt.solvers.registry import LANGUAGES
 from masonry_opt.studies.cases import CASES_HELP
-from masonry_opt.studies.compare.comparison import METHODS, OUT, SOLVERS, TOLERANCES, RunLimits
+from masonry_opt.studies.compare.answer import RunLimits
+from masonry_opt.studies.compare.comparison import METHODS, OUT, SOLVERS, TOLERANCES
 from masonry_opt.studies.compare.comparison import compare as compare_scenes
 from masonry_opt.studies.process import ended_by_kill
 from masonry_opt.studies.writing import NEEDED

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -17,7 +17,8 @@ from masonry_opt.solvers.registry import LANGUAGES
 from masonry_opt.studies.cases import case_folder
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.best_known import BestKnown, best_known, improve, lowest_exact, merged
+from masonry_opt.studies.compare.answer import REPEATED_BELOW, Comparison, RunLimits
+from masonry_opt.studies.compare.best_known import best_known, improve, lowest_exact, merged
 from masonry_opt.studies.compare.judge import ANSWER, ASSOCIATIVE, COULOMB, question_of
 from masonry_opt.studies.compare.plan import CaseScene, Pair, Plan, find_scenes, plan
 from masonry_opt.studies.compare.runs import (
@@ -41,9 +42,6 @@ TOLERANCES = (1e-6, 1e-9)
 #: Folder of results and report.
 OUT = Path("results/compare")
 
-#: Runs that take longer (seconds) are not repeated: their scatter is relatively small.
-REPEATED_BELOW = 5.0
-
 #: Seconds that what is computed once for a scene may take at least.
 _SCENE_TIME = 120.0
 
@@ -52,47 +50,6 @@ class NoRunEndedError(MasonryError):
     """Every run of a comparison crashed or died."""
 
     exit_code = 1
-
-
-@dataclass(frozen=True)
-class RunLimits:
-    """Seconds and MB that a run may take, and how often it is repeated."""
-
-    time: float = 60.0
-    memory: float = 4000.0
-    repeats: int = 3
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """Results of a comparison.
-
-    Attributes
-    ----------
-    bounds: certified bounds of the associative load factor, by scene name.
-    best: lowest exact Coulomb state known, by scene name.
-    to_expect: load factor to expect, by scene name, where Coulomb methods are compared; None: there is none.
-    results: one row a run (see :data:`~.runs.COLUMNS`).
-    summary: one row a scene and pair (see :func:`~.frames.summary`), with the load factor to expect.
-    notes: further remarks, a line each.
-    interrupted: whether runs are missing.
-    text: the report that ``print`` shows.
-    """
-
-    scenes: tuple[CaseScene, ...]
-    plan: Plan
-    limits: RunLimits
-    bounds: dict[str, CertifiedBounds]
-    best: dict[str, BestKnown]
-    to_expect: dict[str, float | None]
-    results: pd.DataFrame
-    summary: pd.DataFrame
-    notes: tuple[str, ...] = ()
-    interrupted: bool = False
-    text: str = field(default="", repr=False)
-
-    def __str__(self) -> str:
-        return self.text
 
 
 def compare(

@@ -21,7 +21,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.charts import Drawing, script
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
-from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
+from masonry_opt.studies.compare.answer import REPEATED_BELOW, Comparison
 from masonry_opt.studies.compare.judge import (
     ASSOCIATIVE,
     CERTIFIED,

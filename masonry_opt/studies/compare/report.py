@@ -8,7 +8,7 @@ from pathlib import Path
 from masonry_opt.answer.thresholds import APART
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.studies.compare import frames
-from masonry_opt.studies.compare.comparison import REPEATED_BELOW, Comparison
+from masonry_opt.studies.compare.answer import REPEATED_BELOW, Comparison
 from masonry_opt.studies.compare.judge import ASSOCIATIVE, COULOMB, TARGET
 from masonry_opt.studies.writing import csv_text, write_files
 

@@ -13,9 +13,9 @@ import numpy as np
 import pandas as pd
 
 from masonry_opt.answer.frames import unsigned
-from masonry_opt.answer.result import Result
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.files import write_whole
+from masonry_opt.result import Result
 from masonry_opt.studies.crossing.passage import Passage
 from masonry_opt.studies.crossing.search import Found, Trial
 from masonry_opt.studies.many.runs import COLUMNS, columns

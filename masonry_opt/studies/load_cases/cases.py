@@ -14,7 +14,6 @@ import pandas as pd
 
 from masonry_opt.analysis import prepare
 from masonry_opt.answer.acceptance import SMALLEST
-from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import SAME
 from masonry_opt.drawing.figure import Picture
@@ -22,9 +21,10 @@ from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.methods.task import Progress
+from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
-from masonry_opt.words.sentences import numeral
+from masonry_opt.words.summary import told_factor
 from masonry_opt.words.terminal import frame_text
 
 #: Columns of a table of results, beside what tells them apart.
@@ -121,7 +121,7 @@ class Cases:
         """Draw load factors as bars, the governing one marked."""
         from masonry_opt.studies.load_cases.charts import bars
 
-        return bars(self)
+        return bars(self.results, self.governing, self.to_draw)
 
     def save(self, path: str | Path, force: bool = False) -> None:
         """Write that picture (.png, .svg, .pdf); raises as :meth:`Result.save`."""
@@ -171,8 +171,3 @@ def solve_all(
         return lambda phase: phases(f"{name}: {phase}")
 
     return {name: session.solve(scene, progress, Effort(named(name))) for name, scene in scenes.items()}
-
-
-def told_factor(result: Result) -> str:
-    """The load factor, or why there is none."""
-    return str(result.status) if result.load_factor is None else f"λ = {numeral(result.load_factor, '.5f')}"

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from masonry_opt.answer.result import Result
 from masonry_opt.drawing.figure import Picture
 from masonry_opt.effort import Phases
 from masonry_opt.errors import OptionError
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.methods.task import Progress
+from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.load_cases import Earthquake, refuse_without_case, shaken
 from masonry_opt.scene.scene import Scene
@@ -59,7 +59,9 @@ class Directions(Cases):
         plane as bars."""
         from masonry_opt.studies.load_cases.charts import bars, polar
 
-        return bars(self) if self.to_draw.assembly.scene.dimension == 2 else polar(self)
+        if self.to_draw.assembly.scene.dimension == 2:
+            return bars(self.results, self.governing, self.to_draw)
+        return polar(self.table, self.governing, self.to_draw)
 
 
 def quake_of(result: Result) -> Earthquake:

@@ -16,6 +16,9 @@ from masonry_opt.answer.thresholds import SAME
 #: Names of the confidence limits in tables.
 LIMITS = ["lower", "upper"]
 
+#: Confidence of intervals, unless another is asked for.
+CONFIDENCE = 0.95
+
 
 def quantiles(values: np.ndarray, probabilities: Sequence[float], confidence: float) -> pd.DataFrame:
     """Quantiles of a distribution from a sample, shape (n,), which may hold -inf and inf.

@@ -13,7 +13,7 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.draws import Draws
 from masonry_opt.studies.many.runs import Study
-from masonry_opt.studies.many.sample_answer import Sample
+from masonry_opt.studies.many.sample_answer import KINDS, Sample
 from masonry_opt.studies.many.table import Progress, table
 from masonry_opt.studies.writing import csv_text, write_files
 
@@ -119,7 +119,6 @@ def sample(
         write_files(folder, {f"{name}.csv": csv_text(frame) for name, frame in found.tables().items()})
         with contextlib.suppress(OptionError):  # the tables need no extra
             from masonry_opt.studies.charts import write_charts
-            from masonry_opt.studies.many.sample_charts import KINDS
 
-            write_charts("Sample", [draw(found) for draw in KINDS.values()], folder)
+            write_charts("Sample", [found.drawing(kind) for kind in KINDS], folder)
     return found

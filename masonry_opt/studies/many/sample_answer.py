@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,14 +15,19 @@ import pandas as pd
 from masonry_opt.answer.status import Status
 from masonry_opt.errors import OptionError, counted, printable
 from masonry_opt.studies.load_factor_axis import ends
-from masonry_opt.studies.many.estimates import fragility, quantiles, sensitivity
+from masonry_opt.studies.many.estimates import CONFIDENCE, fragility, quantiles, sensitivity
 from masonry_opt.words.sentences import numeral
 
 if TYPE_CHECKING:
     import altair
 
-#: Probabilities of the quantiles, and confidence of intervals, unless others are asked for.
-PROBABILITIES, CONFIDENCE = (0.05, 0.5, 0.95), 0.95
+    from masonry_opt.studies.charts import Drawing
+
+#: Probabilities of the quantiles, unless others are asked for.
+PROBABILITIES = (0.05, 0.5, 0.95)
+
+#: Kinds of chart.
+KINDS = ("distribution", "fragility", "sensitivity")
 
 #: Most rank correlations that are printed.
 _PRINTED = 5
@@ -129,12 +135,24 @@ class Sample:
 
         Raises OptionError if there is no such kind, or Altair, of the extra "studies", is not installed.
         """
-        # Charts are slow to import: only when they are needed.
-        from masonry_opt.studies.many.sample_charts import KINDS
-
         if kind not in KINDS:
             raise OptionError(f"kind '{kind}' is unknown; choose from: {', '.join(KINDS)}")
-        return KINDS[kind](self).on_paper()
+        return self.drawing(kind).on_paper()
+
+    def drawing(self, kind: str) -> Drawing:
+        """The chart of a kind. Raises OptionError if Altair is not installed."""
+        # Charts are slow to import: only when they are needed.
+        from masonry_opt.studies.many import sample_charts
+
+        case = Path(self.case)
+        # A scene made in Python has a title instead, which may have dots.
+        name = case.stem if case.suffix in (".toml", ".json") else self.case
+        title = f"{name}: {self.counted}"
+        if kind == "distribution":
+            return sample_charts.distribution(title, self.load_factors, self.quantiles())
+        if kind == "fragility":
+            return sample_charts.fragility(title, self.fragility())
+        return sample_charts.sensitivity(title, self.sensitivity())
 
     def __str__(self) -> str:
         drawn = "; ".join(f"{name} = {text}" for name, text in self.distributions.items())

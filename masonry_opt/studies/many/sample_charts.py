@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 
 from masonry_opt.drawing.colours import SERIES
 from masonry_opt.studies.charts import Drawing, alt, axis
 from masonry_opt.studies.load_factor_axis import LABEL, ends, ticks
-from masonry_opt.studies.many.estimates import LIMITS
-from masonry_opt.studies.many.sample_answer import CONFIDENCE, Sample
+from masonry_opt.studies.many.estimates import CONFIDENCE, LIMITS
 
 #: Most numbers drawn that are shown, those that matter most.
 _SHOWN = 15
@@ -22,9 +19,9 @@ _BARS = 12
 _RUNS, _MARKS = SERIES[0], SERIES[1]
 
 
-def distribution(sample: Sample) -> Drawing:
-    """Histogram of the load factors, with quantiles and their intervals."""
-    finite = sample.load_factors[np.isfinite(sample.load_factors)]
+def distribution(title: str, load_factors: np.ndarray, marks: pd.DataFrame) -> Drawing:
+    """Histogram of load factors, with quantiles (``marks``) and their intervals."""
+    finite = load_factors[np.isfinite(load_factors)]
     least, greatest = ends(finite)
     # A load factor that hardly changes has the axis' least length, and bars over it.
     changes = len(finite) and (least, greatest) == (finite.min(), finite.max())
@@ -32,7 +29,6 @@ def distribution(sample: Sample) -> Drawing:
     runs, _ = np.histogram(finite, edges)
     top = max(int(runs.max()), 1)
     bars = alt.Chart(pd.DataFrame({"from": edges[:-1], "to": edges[1:], "runs": runs}))
-    marks = sample.quantiles()
     marks = marks[np.isfinite(marks["value"])].reset_index(drop=True)
     marks["lower"], marks["upper"] = (
         marks[end].where(np.isfinite(marks[end]), marks["value"]) for end in LIMITS
@@ -63,12 +59,11 @@ def distribution(sample: Sample) -> Drawing:
         *texts,
     )
     notes = f"quantiles, with {CONFIDENCE:.0%} confidence"
-    return Drawing("distribution", f"Load factors, {_title(sample)}", chart, notes)
+    return Drawing("distribution", f"Load factors, {title}", chart, notes)
 
 
-def fragility(sample: Sample) -> Drawing:
+def fragility(title: str, curve: pd.DataFrame) -> Drawing:
     """Probability of collapse against load, with its interval."""
-    curve = sample.fragility()
     share = axis("probability of collapse", 0, 1.02)
     along = alt.Chart(curve).encode(
         x=alt.X("load:Q", **axis(LABEL, *curve["load"].agg(["min", "max"]))),
@@ -80,12 +75,12 @@ def fragility(sample: Sample) -> Drawing:
         band.encode(y=alt.Y("lower:Q", **share), y2="upper:Q"), line.encode(y=alt.Y("probability:Q", **share))
     )
     notes = f"line: share of runs; band: {CONFIDENCE:.0%} confidence"
-    return Drawing("fragility", f"Fragility, {_title(sample)}", chart, notes)
+    return Drawing("fragility", f"Fragility, {title}", chart, notes)
 
 
-def sensitivity(sample: Sample) -> Drawing:
+def sensitivity(title: str, correlations: pd.DataFrame) -> Drawing:
     """Rank correlations, strongest on top."""
-    found = sample.sensitivity().dropna()
+    found = correlations.dropna()
     shown = found.head(_SHOWN).copy()
     # Correlations whose interval holds zero are pale.
     certain = (shown["lower"] > 0) | (shown["upper"] < 0)
@@ -104,15 +99,4 @@ def sensitivity(sample: Sample) -> Drawing:
         left_out = ": nothing drawn matters"
     chart = chart.properties(height=28 * max(len(shown), 2))
     notes = f"{CONFIDENCE:.0%} confidence that all intervals hold; grey: may be none"
-    return Drawing("sensitivity", f"What matters, {_title(sample)}{left_out}", chart, notes)
-
-
-#: Charts by kind.
-KINDS = {"distribution": distribution, "fragility": fragility, "sensitivity": sensitivity}
-
-
-def _title(sample: Sample) -> str:
-    case = Path(sample.case)
-    # A scene made in Python has a title instead, which may have dots.
-    name = case.stem if case.suffix in (".toml", ".json") else sample.case
-    return f"{name}: {sample.counted}"
+    return Drawing("sensitivity", f"What matters, {title}{left_out}", chart, notes)

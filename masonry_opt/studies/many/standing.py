@@ -12,7 +12,6 @@ from masonry_opt.answer.answer import Found
 from masonry_opt.answer.certificate import Certificate
 from masonry_opt.answer.motion import moving_names
 from masonry_opt.answer.reasons import Code
-from masonry_opt.answer.result import Result, make_result
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import LOWER
@@ -22,6 +21,7 @@ from masonry_opt.methods.associative import associative
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.problem.problem import Problem
+from masonry_opt.result import Result, make_result
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import Solver, find_solver
 from masonry_opt.standing.diagnosis import DeadLoadUndecided, falling_mechanism

@@ -11,8 +11,8 @@ from typing import Any
 import pandas as pd
 
 from masonry_opt.answer.certificate import Certificate
-from masonry_opt.answer.result import Result
 from masonry_opt.errors import printable
+from masonry_opt.result import Result
 from masonry_opt.studies.many.runs import columns
 from masonry_opt.studies.many.table import framed
 from masonry_opt.words.sentences import numeral

@@ -5,12 +5,12 @@ from __future__ import annotations
 from base64 import b64encode
 from dataclasses import replace
 
-from masonry_opt.answer.result import Result
 from masonry_opt.drawing.elements import result_elements, title_of
 from masonry_opt.drawing.figure import Picture
 from masonry_opt.drawing.pictures import elements_picture
 from masonry_opt.drawing.view import View, refuse_view
 from masonry_opt.errors import OptionError, printable
+from masonry_opt.result import Result
 from masonry_opt.studies.settle.settlement import Settlement
 from masonry_opt.studies.writing import render
 from masonry_opt.words.names import some

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from masonry_opt.answer.motion import moving_names
-from masonry_opt.answer.result import Result
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.errors import printable
 from masonry_opt.files import write_whole
+from masonry_opt.result import Result
 from masonry_opt.studies.writing import refuse_saving
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral

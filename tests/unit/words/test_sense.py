@@ -11,8 +11,8 @@ from scenes import ALL_CASES, block_on_floor, run_command, small_wall, two_block
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.sense import warnings_of
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.words.sense import warnings_of
 
 #: Façades of ten to a hundred thousand joints.
 LARGE = {"facade_3x9", "facade_4x12", "facade_6x18", "facade_8x24", "facade_10x30"}

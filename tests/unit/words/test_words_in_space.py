@@ -10,8 +10,8 @@ from scenes_in_space import box_on_floor
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code, reason, size_of
+from masonry_opt.answer.sense import warnings_of
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.words.sense import warnings_of
 from masonry_opt.words.sentences import sentences
 from masonry_opt.words.summary import facts
 

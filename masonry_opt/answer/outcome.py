@@ -1,13 +1,11 @@
-"""The result of an analysis: a solution with the names and units of its scene."""
+"""The outcome of an analysis: a solution with the names and units of its scene, as numbers and codes."""
 
 from __future__ import annotations
 
-import json
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -15,25 +13,22 @@ from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.certificate import Certificate
 from masonry_opt.answer.infeasibility import InfeasibilityCertificate
 from masonry_opt.answer.reasons import Reason
+from masonry_opt.answer.sense import warnings_of
 from masonry_opt.answer.size import Size, size_of
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
-from masonry_opt.effort import Effort
-from masonry_opt.errors import NoLoadFactorError
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.solvers.registry import MATRICES
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class Result:
-    """The answer to "at what load does this masonry collapse?", with its residuals.
-
-    Tables and words are made when they are asked for.
+class Outcome:
+    """The answer to "at what load does this masonry collapse?", with its residuals; tables are made when they
+    are asked for. :class:`~masonry_opt.Result` puts it into words, pictures and files.
 
     Attributes
     ----------
@@ -42,7 +37,7 @@ class Result:
     method: the one asked for.
     model: the language that declared what was solved; "matrices" where none did, as of passes.
     solver: the one asked for, or the method's own; of another language where that declared what was solved.
-    status, reasons, message: how it ended, why in codes with their values, and in words.
+    status, reasons: how it ended, and why, in codes with their values.
     usable: whether there is a load factor.
     kind: of answer, which decides what its certificate must show.
     load_factor: λ; None unless ``status.usable``.
@@ -69,10 +64,7 @@ class Result:
     solvers: names of the solvers by what they did: "dead load", "load factor", "sub-problems", ...
     size: of scene and linear program.
     assembly, solution: the matrices, and forces and velocities in their units.
-    summary: what ``print`` shows: what falls, at what load, how sure that is.
-    details: the same, and how it was found: residuals, programs, solvers, times.
-    warnings, warning_sentences: what looks unintended in the scene, in codes with their values, and in
-        words. They change nothing else.
+    warnings: what looks unintended in the scene, in codes with their values. They change nothing else.
     """
 
     method: str
@@ -87,17 +79,8 @@ class Result:
     solution: Solution
 
     def __repr__(self) -> str:
-        return f"Result({self.case!r}, {self.method!r}, {str(self.status)!r}, load_factor={self.load_factor})"
-
-    def __str__(self) -> str:
-        return self.summary
-
-    def _repr_html_(self) -> str:
-        """What a notebook shows: load factor, status, picture, certificate."""
-        # Pages come after results, as pictures do.
-        from masonry_opt.drawing.notebook import notebook_html
-
-        return notebook_html(self)
+        told = f"{self.case!r}, {self.method!r}, {str(self.status)!r}, load_factor={self.load_factor}"
+        return f"{type(self).__name__}({told})"
 
     # Frames are made when they are asked for: pandas takes a quarter of a second to import.
 
@@ -205,12 +188,6 @@ class Result:
     def reasons(self) -> tuple[Reason, ...]:
         return tuple(self.solution.reasons)
 
-    @cached_property
-    def message(self) -> str:
-        from masonry_opt.words.sentences import message
-
-        return message(self.reasons)
-
     @property
     def usable(self) -> bool:
         return self.status.usable
@@ -251,7 +228,7 @@ class Result:
         return self.at_expected.reasons if self.at_expected else ()
 
     @cached_property
-    def at_expected(self) -> Result | None:
+    def at_expected(self) -> Self | None:
         if self.kind is Kind.COMPLIANT:
             return self
         if (found := self.solution.expected) is None:
@@ -271,35 +248,13 @@ class Result:
     def bound(self) -> float | None:
         return _unsigned(self.solution.bound)
 
-    @cached_property
+    @property
     def size(self) -> Size:
-        from masonry_opt.words.summary import left_out
-
-        return size_of(self.assembly, self.solution, left_out(self.assembly))
+        return size_of(self.assembly, self.solution)
 
     @cached_property
     def warnings(self) -> tuple[Reason, ...]:
-        from masonry_opt.words.sense import warnings_of
-
         return warnings_of(self.assembly, self.solution)
-
-    @property
-    def warning_sentences(self) -> tuple[str, ...]:
-        from masonry_opt.words.sentences import sentences
-
-        return sentences(self.warnings)
-
-    @property
-    def summary(self) -> str:
-        from masonry_opt.words.summary import summary
-
-        return summary(self)
-
-    @property
-    def details(self) -> str:
-        from masonry_opt.words.summary import details
-
-        return details(self)
 
     @property
     def range(self) -> tuple[float | None, float | None]:
@@ -331,98 +286,6 @@ class Result:
         if self.assembly.scene.tilt is None or self.load_factor is None:
             return None
         return math.degrees(math.atan(self.load_factor))
-
-    def required(self) -> float:
-        """The load factor; NoLoadFactorError, with case, status, message and warnings, if there is none."""
-        if self.load_factor is None:
-            warnings = "".join(f"; warning: {sentence}" for sentence in self.warning_sentences)
-            raise NoLoadFactorError(f"{self.case}: {self.status}: {self.message}{warnings}")
-        return self.load_factor
-
-    def plot(
-        self, kind: str = "mechanism", names: bool = False, view: tuple[float, float] | None = None
-    ) -> Figure:
-        """Draw the result, as a matplotlib figure without pyplot's state; a notebook shows it.
-
-        Parameters
-        ----------
-        kind: "mechanism" (blocks displaced, with their loads; joints by how they move), "thrust" (the
-            resultant of each joint where it acts; through arches and columns the line of thrust) or
-            "utilisation" (of each joint the force over its limit, in colours), or "curve" (λ over
-            displacement, where there is a ``curve``).
-        names: whether to write each block's name into it.
-        view: in space, azimuth (from x towards y) and elevation of the eye, in degrees. By default one that
-            shows the scene's wider side, and its mechanism coming nearer.
-
-        Raises
-        ------
-        OptionError
-            If there is no such kind, of this result, or it shows no names, or the view is none, or of a scene
-            in the plane.
-        """
-        # Drawing comes after results, and takes matplotlib: both are loaded where a picture is asked for.
-        from masonry_opt.drawing.pictures import result_picture
-
-        return result_picture(self, kind, names, view)
-
-    def save(
-        self,
-        path: str | Path,
-        kind: str = "mechanism",
-        names: bool = False,
-        force: bool = False,
-        view: tuple[float, float] | None = None,
-    ) -> None:
-        """Write the result whole or not at all: a picture (.png, .svg, .pdf), or one interactive page (.html)
-        that needs no network.
-
-        Parameters
-        ----------
-        kind: as in ``plot``; of a page, what joints show first (a curve it shows below).
-        names: as in ``plot``; a page tells them of each joint.
-        force: whether to replace a file that was not written here, which is known by a mark in it.
-        view: as in ``plot``; of a page, the one that it shows first.
-
-        Raises
-        ------
-        OptionError
-            If the file's name has another ending, there is no such kind, the file cannot be written or
-            replaced, the view is none, or of a scene in the plane; of a page in space also if trimesh, of the
-            extra "meshes", is not installed.
-        OSError
-            If the file cannot be written.
-        """
-        from masonry_opt.drawing.saved import save
-
-        save(self, path, kind, names, force, view)
-
-    def as_dict(self) -> dict[str, Any]:
-        """Everything as plain numbers, strings, lists and dictionaries (NaN as None)."""
-        from masonry_opt.answer.plain import as_dict
-
-        return as_dict(self)
-
-    def to_json(self) -> str:
-        """``as_dict`` as one JSON object."""
-        return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
-
-
-def make_result(
-    assembly: Assembly, solution: Solution, effort: Effort, *, method: str, model: str, solver: str
-) -> Result:
-    """A solution with the names and units of its scene, and what it took."""
-    return Result(
-        method=method,
-        model=model,
-        solver=solver,
-        iterations=effort.iterations,
-        lp_solves=effort.lp_solves,
-        nlp_solves=effort.nlp_solves,
-        seconds=effort.seconds,
-        solvers=effort.solvers,
-        assembly=assembly,
-        solution=solution,
-    )
 
 
 def _unsigned(number: float | None) -> float | None:

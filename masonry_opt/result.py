@@ -1,0 +1,174 @@
+"""The result of an analysis: its outcome, which asks words, pictures and files to show it."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from masonry_opt.answer.outcome import Outcome
+from masonry_opt.answer.plain import plain
+from masonry_opt.answer.size import Size
+from masonry_opt.answer.solution import Solution
+from masonry_opt.effort import Effort
+from masonry_opt.errors import NoLoadFactorError
+from masonry_opt.problem.assembly import Assembly
+from masonry_opt.words.sentences import message, sentences
+from masonry_opt.words.summary import details, left_out, summary
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: What ``as_dict`` tells first, in order; then block by block and joint by joint.
+_TOLD = (
+    *("case", "load_case", "method", "model", "solver", "status", "message", "reasons", "warnings", "kind"),
+    *("crushing", "friction_law", "load_factor", "tilt_angle", "blocks", "joints", "flow_rule_matters"),
+    *("iterations", "lp_solves", "nlp_solves", "stationary", "expected", "expected_reasons", "associative"),
+    *("exact", "range", "bound", "seconds", "solvers", "certificate", "infeasibility", "size", "history"),
+)
+
+
+class Result(Outcome):
+    """The answer to "at what load does this masonry collapse?", in numbers (see
+    :class:`~.answer.outcome.Outcome`), words and pictures.
+
+    Attributes
+    ----------
+    message: why it ended so, in words.
+    summary: what ``print`` shows: what falls, at what load, how sure that is.
+    details: the same, and how it was found: residuals, programs, solvers, times.
+    warning_sentences: what looks unintended in the scene, in words.
+    """
+
+    def __str__(self) -> str:
+        return self.summary
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: load factor, status, picture, certificate."""
+        from masonry_opt.drawing.notebook import notebook_html
+
+        return notebook_html(self)
+
+    @cached_property
+    def message(self) -> str:
+        return message(self.reasons)
+
+    @property
+    def size(self) -> Size:
+        return replace(super().size, left_out=left_out(self.assembly))
+
+    @property
+    def warning_sentences(self) -> tuple[str, ...]:
+        return sentences(self.warnings)
+
+    @property
+    def summary(self) -> str:
+        return summary(self)
+
+    @property
+    def details(self) -> str:
+        return details(self)
+
+    def required(self) -> float:
+        """The load factor; NoLoadFactorError, with case, status, message and warnings, if there is none."""
+        if self.load_factor is None:
+            warnings = "".join(f"; warning: {sentence}" for sentence in self.warning_sentences)
+            raise NoLoadFactorError(f"{self.case}: {self.status}: {self.message}{warnings}")
+        return self.load_factor
+
+    def plot(
+        self, kind: str = "mechanism", names: bool = False, view: tuple[float, float] | None = None
+    ) -> Figure:
+        """Draw the result, as a matplotlib figure without pyplot's state; a notebook shows it.
+
+        Parameters
+        ----------
+        kind: "mechanism" (blocks displaced, with their loads; joints by how they move), "thrust" (the
+            resultant of each joint where it acts; through arches and columns the line of thrust) or
+            "utilisation" (of each joint the force over its limit, in colours), or "curve" (λ over
+            displacement, where there is a ``curve``).
+        names: whether to write each block's name into it.
+        view: in space, azimuth (from x towards y) and elevation of the eye, in degrees. By default one that
+            shows the scene's wider side, and its mechanism coming nearer.
+
+        Raises
+        ------
+        OptionError
+            If there is no such kind, of this result, or it shows no names, or the view is none, or of a scene
+            in the plane.
+        """
+        # Matplotlib is loaded where a picture is asked for.
+        from masonry_opt.drawing.pictures import result_picture
+
+        return result_picture(self, kind, names, view)
+
+    def save(
+        self,
+        path: str | Path,
+        kind: str = "mechanism",
+        names: bool = False,
+        force: bool = False,
+        view: tuple[float, float] | None = None,
+    ) -> None:
+        """Write the result whole or not at all: a picture (.png, .svg, .pdf), or one interactive page (.html)
+        that needs no network.
+
+        Parameters
+        ----------
+        kind: as in ``plot``; of a page, what joints show first (a curve it shows below).
+        names: as in ``plot``; a page tells them of each joint.
+        force: whether to replace a file that was not written here, which is known by a mark in it.
+        view: as in ``plot``; of a page, the one that it shows first.
+
+        Raises
+        ------
+        OptionError
+            If the file's name has another ending, there is no such kind, the file cannot be written or
+            replaced, the view is none, or of a scene in the plane; of a page in space also if trimesh, of the
+            extra "meshes", is not installed.
+        OSError
+            If the file cannot be written.
+        """
+        from masonry_opt.drawing.saved import save
+
+        save(self, path, kind, names, force, view)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything as plain numbers, strings, lists and dictionaries (NaN as None)."""
+        told = {name: getattr(self, name) for name in _TOLD}
+        warnings = zip(self.warnings, self.warning_sentences, strict=True)
+        told["warnings"] = [{"sentence": words, **warning.as_dict()} for warning, words in warnings]
+        told["blocks"], told["joints"], told["size"] = self.size.blocks, self.size.joints, asdict(self.size)
+        frames = {"history": self.history, "block_results": self.blocks, "joint_results": self.joints}
+        if len(self.ties):
+            frames["tie_results"] = self.ties
+        others = {"contact_results": self.contacts, "curve": self.curve}
+        frames |= {name: frame for name, frame in others.items() if frame is not None}
+        whole: dict[str, Any] = plain(
+            told | {name: frame.to_dict("records") for name, frame in frames.items()}
+        )
+        return whole
+
+    def to_json(self) -> str:
+        """``as_dict`` as one JSON object."""
+        return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
+
+
+def make_result(
+    assembly: Assembly, solution: Solution, effort: Effort, *, method: str, model: str, solver: str
+) -> Result:
+    """A solution with the names and units of its scene, and what it took."""
+    return Result(
+        method=method,
+        model=model,
+        solver=solver,
+        iterations=effort.iterations,
+        lp_solves=effort.lp_solves,
+        nlp_solves=effort.nlp_solves,
+        seconds=effort.seconds,
+        solvers=effort.solvers,
+        assembly=assembly,
+        solution=solution,
+    )

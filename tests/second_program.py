@@ -1,0 +1,228 @@
+"""Does a scene stand, and up to what load under associative flow? By HiGHS, from equilibrium of its own.
+
+Unknowns are λ, the normal forces at the points of each joint (the two ends of an edge, the corners of a
+polygon), its shears (in the plane one a joint, in space two a point) and the limited forces. Of the package
+it takes where joints are and what they carry, the loads, and the columns of limited forces; nothing that it
+computes of equilibrium or yield. What is round (cones of friction, parabolas of crushing) lies between
+polygons inside and outside of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+
+import numpy as np
+import scipy.sparse as sp
+from atlas.held_scenes import held
+from atlas.random_scenes import KINDS, random_scene
+from atlas.random_scenes_in_space import KINDS as KINDS_IN_SPACE
+from atlas.random_scenes_in_space import random_scene_in_space
+from scipy.optimize import linprog
+
+import masonry_opt as mo
+from masonry_opt.answer.status import Status
+from masonry_opt.problem.assembly import Assembly, assemble
+
+#: Sides of polygons about a cone, and chords or tangents of a parabola.
+SIDES, TANGENTS = 24, 64
+
+
+#: Relative, of load factors of two programs solved to 1e-9.
+SAME = 1e-6
+
+#: What a scene may end as under associative flow where any load may come.
+ANY_LOAD = (Status.UNLIMITED, Status.LOCKED)
+
+
+def random_of_any_kind(seed: int) -> mo.Scene:
+    """A random scene in the plane or in space, bare, under fill, or held by ties and props; in the plane some
+    with joints of limited strength."""
+    plain = [*KINDS, *KINDS_IN_SPACE]
+    kinds = [*((kind, False) for kind in plain), *((kind, True) for kind in (*plain, "filled"))]
+    kind, is_held = kinds[seed % len(kinds)]
+    in_space = kind in KINDS_IN_SPACE
+    if is_held:
+        scene = held(kind, seed, in_space)
+    else:
+        scene = (random_scene_in_space if in_space else random_scene)(kind, seed)
+    rng = np.random.default_rng([11, seed])
+    if not in_space and rng.random() < 0.4:
+        # From some heights of a wall of this weight upwards.
+        strength = float(rng.uniform(3, 100)) * (20.0 if kind == "filled" else 1.0)
+        joints = mo.JointDefaults(**scene.joints.model_dump(exclude_unset=True) | {"strength": strength})
+        scene = mo.Scene(
+            **{name: getattr(scene, name) for name in scene.model_fields_set} | {"joints": joints}
+        )
+    return scene
+
+
+def told_of(scene: mo.Scene) -> str:
+    """How methods "static" and the default agree with bounds: "agrees", "on the edge" (polygons inside and
+    outside differ on whether it stands), or what is wrong or open."""
+    found, result = bounds(assemble(scene)), mo.solve(scene, "static")
+    if found.stands is None:
+        return "on the edge"
+    if result.status is Status.SOLVER_FAILED:
+        return f"open: {result.message}"
+    if (result.status is Status.UNSTABLE) == found.stands:
+        return f"wrong: {result.status}, bounds {found}"
+    coulomb = mo.solve(scene)
+    if not found.stands:
+        return "agrees" if coulomb.status is Status.UNSTABLE else f"wrong: by default {coulomb.status}"
+    most = found.outside or 0.0
+    for of in (coulomb.load_factor, coulomb.expected):
+        if of is not None and of > most * (1 + SAME) + SAME:
+            return f"wrong: Coulomb {of} above {most}"
+    if result.load_factor is None:
+        right = result.status in ANY_LOAD and most == inf
+    else:
+        inside = found.inside or 0.0
+        right = inside * (1 - SAME) - SAME <= result.load_factor <= most * (1 + SAME) + SAME
+    return "agrees" if right else f"wrong: {result.status} {result.load_factor}, bounds {found}"
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """Load factors that polygons inside and outside allow: None where these do not stand, ``inf`` where any
+    load may come."""
+
+    inside: float | None
+    outside: float | None
+
+    @property
+    def stands(self) -> bool | None:
+        """Whether the scene stands; None where polygons cannot tell."""
+        return True if self.inside is not None else False if self.outside is None else None
+
+
+def bounds(assembly: Assembly) -> Bounds:
+    """Of the scene of an assembly."""
+    return Bounds(_largest(assembly, inside=True), _largest(assembly, inside=False))
+
+
+def _largest(assembly: Assembly, inside: bool) -> float | None:
+    statics, rows, limits = _program(assembly, inside)
+    problem = assembly.problem
+    unknowns = statics.shape[1]
+    free = [(None, None)] * unknowns
+    A = sp.csc_array(sp.hstack([problem.live[:, None] / problem.live_norm, statics]))
+    yielding = sp.csc_array(sp.hstack([sp.csc_array((rows.shape[0], 1)), -rows]))
+    for least in (0.0, None):
+        found = linprog(
+            -np.eye(1, unknowns + 1)[0],
+            A_ub=yielding,
+            b_ub=limits,
+            A_eq=A,
+            b_eq=-problem.dead,
+            bounds=[(least, 0.0 if least is not None else None), *free],
+            method="highs",
+            options={"primal_feasibility_tolerance": 1e-9, "dual_feasibility_tolerance": 1e-9},
+        )
+        if least is not None and found.status != 0:
+            assert found.status == 2, found.message
+            return None
+    if found.status == 3:
+        return inf
+    assert found.status == 0, found.message
+    return float(-found.fun) / problem.live_norm
+
+
+def _program(assembly: Assembly, inside: bool) -> tuple[sp.csr_array, sp.csr_array, np.ndarray]:
+    """Equilibrium of all forces, shape (rows, forces); and yield, rows @ forces + limits ≥ 0."""
+    return _in_space(assembly, inside) if assembly.scene.dimension == 3 else _in_the_plane(assembly, inside)
+
+
+def _acting(assembly: Assembly, joint: np.ndarray, at: np.ndarray, force: np.ndarray) -> sp.csc_array:
+    """What unit forces at points of joints do to the movable blocks, shape (rows, forces)."""
+    problem, joints = assembly.problem, assembly.joints
+    row_of = np.full(len(assembly.scene.blocks), -1)
+    row_of[assembly.movable] = np.arange(len(assembly.movable))
+    columns = []
+    for block, sign in ((joints.first[joint], 1.0), (joints.second[joint], -1.0)):
+        arm = (at - assembly.geometry.centroid[block]) / problem.length_unit
+        plane = arm.shape[1] == 2
+        turning = (arm[:, :1] * force[:, 1:] - arm[:, 1:] * force[:, :1]) if plane else np.cross(arm, force)
+        entries = sign * np.concatenate([force, turning], axis=1)
+        size, moved = entries.shape[1], row_of[block] >= 0
+        rows = (size * row_of[block][:, None] + np.arange(size))[moved]
+        column = np.broadcast_to(np.arange(len(at))[:, None], entries.shape)[moved]
+        shape = (size * len(assembly.movable), len(at))
+        columns.append(sp.coo_array((entries[moved].ravel(), (rows.ravel(), column.ravel())), shape=shape))
+    return sp.csc_array(columns[0] + columns[1])
+
+
+def _in_the_plane(assembly: Assembly, inside: bool) -> tuple[sp.csr_array, sp.csr_array, np.ndarray]:
+    joints, problem = assembly.joints, assembly.problem
+    count, every = len(joints.first), np.arange(len(joints.first))
+    along = np.column_stack([joints.normal[:, 1], -joints.normal[:, 0]])
+    both = [_acting(assembly, every, end, joints.normal) for end in (joints.start, joints.end)]
+    shear = _acting(assembly, every, (joints.start + joints.end) / 2, along)
+    statics = sp.hstack([*both, shear, problem.matrices.of_limited], format="csr")
+    force, area = problem.force_unit, joints.length * assembly.scene.thickness
+    one, nothing = sp.eye_array(count), sp.csr_array((count, count))
+    rows, limits = (
+        [sp.hstack([one, nothing, nothing]), sp.hstack([nothing, one, nothing])],
+        [np.zeros(2 * count)],
+    )
+    slides = np.flatnonzero(np.isfinite(joints.friction))
+    friction = sp.diags_array(joints.friction[slides])
+    for sign in (1.0, -1.0):
+        rows.append(sp.hstack([friction @ one.tocsr()[slides]] * 2 + [sign * one.tocsr()[slides]]))
+        limits.append((joints.cohesion * area / force)[slides])
+    crushes = np.flatnonzero(np.isfinite(joints.strength) & (joints.length > 0))
+    most = (joints.strength * area / force)[crushes]
+    for slope, constant in _parabola(inside):
+        # |m| ≤ L/2 (slope n + constant most), with m = L/2 (b − a), n = a + b.
+        for sign in (1.0, -1.0):
+            a, b = (sp.diags_array(np.full(len(crushes), slope + turn)) for turn in (sign, -sign))
+            picked = one.tocsr()[crushes]
+            rows.append(sp.hstack([a @ picked, b @ picked, nothing.tocsr()[crushes]]))
+            limits.append(constant * most)
+    return statics, *_limited(assembly, sp.vstack(rows), np.concatenate(limits))
+
+
+def _parabola(inside: bool) -> list[tuple[float, float]]:
+    """Lines slope x + constant about x (1 − x), from 0 to 1, close to each other where x is small."""
+    at = np.concatenate([[0.0], np.geomspace(1e-6, 0.5, TANGENTS // 2)])
+    at = np.concatenate([at, 1 - at[-2::-1]])
+    if not inside:
+        return [(1 - 2 * x, x**2) for x in at.tolist()]
+    return [(1 - low - high, low * high) for low, high in zip(at[:-1].tolist(), at[1:].tolist(), strict=True)]
+
+
+def _in_space(assembly: Assembly, inside: bool) -> tuple[sp.csr_array, sp.csr_array, np.ndarray]:
+    joints, problem = assembly.joints, assembly.problem
+    joint, count = joints.joint, len(joints.joint)
+    normal, tangent = joints.normal[joint], joints.tangent[joint]
+    forces = [
+        _acting(assembly, joint, joints.point, of) for of in (normal, tangent, np.cross(normal, tangent))
+    ]
+    statics = sp.hstack([*forces, problem.matrices.of_limited], format="csr")
+    one, nothing = sp.eye_array(count, format="csr"), sp.csr_array((count, count))
+    rows, limits = [sp.hstack([one, nothing, nothing])], [np.zeros(count)]
+    slides = np.flatnonzero(np.isfinite(joints.friction[joint]))
+    share = (joints.area / np.bincount(joint, minlength=len(joints.area)))[joint] / problem.force_unit
+    held, cohesion = joints.friction[joint][slides], (joints.cohesion[joint] * share)[slides]
+    factor = np.cos(np.pi / SIDES) if inside else 1.0
+    for angle in 2 * np.pi / SIDES * (np.arange(SIDES) + 0.5):
+        pressed = sp.diags_array(factor * held) @ one[slides]
+        rows.append(sp.hstack([pressed, -np.cos(angle) * one[slides], -np.sin(angle) * one[slides]]))
+        limits.append(factor * cohesion)
+    return statics, *_limited(assembly, sp.vstack(rows), np.concatenate(limits))
+
+
+def _limited(assembly: Assembly, rows: sp.csr_array, limits: np.ndarray) -> tuple[sp.csr_array, np.ndarray]:
+    """The same, with the limits of ties, props and earth."""
+    each, force = assembly.limited, assembly.problem.force_unit
+    bounded = [(number, 1.0, -one.lowest) for number, one in enumerate(each) if np.isfinite(one.lowest)]
+    bounded += [(number, -1.0, one.highest) for number, one in enumerate(each) if np.isfinite(one.highest)]
+    own = sp.lil_array((len(bounded), len(each)))
+    for row, (number, sign, _) in enumerate(bounded):
+        own[row, number] = sign
+    whole = (
+        sp.block_array([[rows, None], [None, own]])
+        if bounded
+        else sp.hstack([rows, sp.csr_array((rows.shape[0], len(each)))])
+    )
+    return sp.csr_array(whole), np.append(limits, [limit / force for *_, limit in bounded])

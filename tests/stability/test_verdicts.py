@@ -1,0 +1,20 @@
+"""Random scenes of every kind and load against a second program: whether they stand, and up to what load.
+
+Of 1,000 scenes at once: ``python benchmarks/second_program.py``.
+"""
+
+from __future__ import annotations
+
+import pytest
+from second_program import random_of_any_kind, told_of
+
+#: Seeds that nothing is tuned on.
+FIRST = 910_000
+
+
+@pytest.mark.parametrize(
+    "seed",
+    [*range(FIRST, FIRST + 8), *(pytest.param(FIRST + n, marks=pytest.mark.slow) for n in range(8, 64))],
+)
+def test_no_verdict_is_wrong_or_left_open(seed):
+    assert told_of(random_of_any_kind(seed)) in ("agrees", "on the edge")

@@ -1,0 +1,83 @@
+"""The shape of the package: how much each room holds, and that no two files need each other."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from scipy.sparse.csgraph import connected_components
+
+ROOT = Path(__file__).parents[2]
+
+#: Lines of Python that a room may hold. Whoever raises one writes the reason beside it.
+BUDGETS = {
+    "scene": 9124,
+    "problem": 2407,
+    "solvers": 998,
+    "methods": 4753,
+    "standing": 704,
+    "answer": 2225,
+    "words": 1062,
+    "drawing": 2711,
+    "finite_motion": 1607,
+    "exports": 705,
+    "studies": 8092,
+    "rest": 1835,
+    "models": 1255,
+    "tests": 31500,
+}
+
+
+def room_of(path: Path) -> str:
+    """The room that a file is in; what lies beside the rooms is the rest."""
+    first, *others = path.relative_to(ROOT).parts
+    return first if first != "masonry_opt" else others[0] if len(others) > 1 else "rest"
+
+
+def files() -> list[Path]:
+    return [path for top in ("masonry_opt", "models", "tests") for path in sorted((ROOT / top).rglob("*.py"))]
+
+
+@pytest.mark.parametrize("room", BUDGETS)
+def test_a_room_holds_no_more_lines_than_its_budget(room):
+    lines = sum(path.read_bytes().count(b"\n") for path in files() if room_of(path) == room)
+    assert 0 < lines <= BUDGETS[room]
+
+
+def test_every_file_is_in_a_room():
+    assert {room_of(path) for path in files()} == set(BUDGETS)
+
+
+def test_no_two_files_import_each_other():
+    """Neither at once nor by way of others; whether at the top or where something is first needed."""
+    modules = {module_of(path): path for path in files() if room_of(path) != "tests"}
+    number = {name: index for index, name in enumerate(modules)}
+    arrows = np.array([(number[name], number[to]) for name in modules for to in imported(modules, name)]).T
+    graph = sp.coo_array((np.ones(len(arrows[0])), tuple(arrows)), shape=2 * (len(number),))
+    count, circle = connected_components(graph, connection="strong")
+    together = [[name for name in modules if circle[number[name]] == one] for one in range(count)]
+    assert not [names for names in together if len(names) > 1]
+
+
+def module_of(path: Path) -> str:
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    parts = ("masonry_opt", *parts) if parts[0] == "models" else parts
+    return ".".join(part for part in parts if part != "__init__")
+
+
+def imported(modules: dict[str, Path], name: str) -> set[str]:
+    """The package's own modules that one of them imports."""
+    found = set()
+    for node in ast.walk(ast.parse(modules[name].read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            # Of a folder its module of that name, else the folder's own file.
+            found |= {
+                own if (own := f"{node.module}.{alias.name}") in modules else node.module
+                for alias in node.names
+            }
+        elif isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+    return found & modules.keys()
