@@ -19,6 +19,7 @@ from masonry_opt.errors import OptionError
 from masonry_opt.files import JSON_KEY, MARK, WRITER
 from masonry_opt.problem.assembly import SpaceAssembly, assemble
 from masonry_opt.result import Result
+from masonry_opt.scene.drawings.meshes import outwards
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Polyhedron, Solid
 
@@ -94,12 +95,12 @@ def _named(name: str, fixed: bool) -> str:
 
 
 def _joined(parts: Iterable[Polyhedron]) -> tuple[np.ndarray, list[list[int]]]:
-    """Corners and faces of all parts, a closed surface each."""
+    """Corners and faces of all parts, each a closed surface whose faces look outwards."""
     corners: list[np.ndarray] = []
     faces: list[list[int]] = []
     for part in parts:
         first = sum(map(len, corners))
-        faces += [[first + corner for corner in face] for face in part.faces]
+        faces += [[first + corner for corner in face] for face in outwards(*part)]
         corners.append(np.asarray(part.vertices, dtype=float))
     return np.concatenate(corners), faces
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from collections.abc import Iterator
 from typing import Any
@@ -26,7 +27,7 @@ def meshes(data: Any) -> list[Mesh]:
     """
     found, seen = [], set()
     for key, shape, fixed, matrix in _blocks(data):
-        name = block_name(str(key).strip("'\"")) or "block"
+        name = block_name(_text(key)) or "block"
         if name in seen:
             raise ValueError(f"has two blocks '{name}': rename one")
         seen.add(name)
@@ -39,6 +40,15 @@ def meshes(data: Any) -> list[Mesh]:
     if not found:
         raise ValueError("holds no blocks")
     return found
+
+
+def _text(key: object) -> str:
+    """The text of a key, which COMPAS writes as Python does: in quotes."""
+    text = str(key)
+    try:
+        return str(ast.literal_eval(text)) if text[:1] in ("'", '"') else text
+    except (ValueError, SyntaxError, MemoryError, RecursionError):
+        return text.strip("'\"")
 
 
 class _UnreadableError(ValueError):

@@ -45,7 +45,7 @@ def convex_parts(block: Polyhedron, tolerance: float) -> list[Polyhedron]:
     Space is cut along the planes of sides, each cell along those of the sides in it, until no cell has a side
     inside: it is then full or empty (binary space partition: Fuchs, Kedem and Naylor 1980). Sides that cut
     off empty space alone come first, then those that cut fewest others. Parts thinner than the tolerance are
-    left out.
+    left out. Of several closed surfaces, which may touch, there are those of all.
 
     Raises ValueError if the sides do not close or cross, or there are too many parts, or none.
     """
@@ -59,14 +59,17 @@ def convex_parts(block: Polyhedron, tolerance: float) -> list[Polyhedron]:
     while waiting:
         pieces, cell = waiting.pop()
         number = _best(pieces, base, normal, tolerance)
-        front, back = _divided(pieces, base[number], normal[number], tolerance)
-        if front.rings:
-            waiting.append((front, _clipped(cell, base[number], -normal[number])))
-        cell = _clipped(cell, base[number], normal[number])
-        if back.rings:
-            waiting.append((back, cell))
-        elif part := _part(cell, tolerance):
-            found.append(part)
+        halves = _divided(pieces, base[number], normal[number], tolerance)
+        # Sides in the plane that look the other way: where closed surfaces touch, both halves are full.
+        within = np.setdiff1d(pieces.side, np.concatenate([half.side for half in halves]))
+        ahead = (base[within] - base[number]) @ normal[number] > -_EXACT * tolerance
+        touching = bool((ahead & (normal[within] @ normal[number] < 0)).any())
+        for half, sign, full in zip(halves, (-1.0, 1.0), (touching, True), strict=True):
+            own = _clipped(cell, base[number], sign * normal[number]) if half.rings or full else []
+            if half.rings:
+                waiting.append((half, own))
+            elif part := _part(own, tolerance):
+                found.append(part)
         if len(found) + len(waiting) > _MOST_PARTS:
             raise ValueError(f"is not convex, and needs more than {_MOST_PARTS} convex parts: simplify it")
     if not found:

@@ -138,13 +138,17 @@ def polyhedron(mesh: Mesh, tolerance: float) -> Polyhedron:
 
     Raises ValueError if no face is left.
     """
-    points, faces = mesh.points, _turned(_joined(mesh.points, mesh.faces, tolerance))
+    points, faces = mesh.points, outwards(mesh.points, _joined(mesh.points, mesh.faces, tolerance))
     faces = [flat for face in faces for flat in _flat(points, face, tolerance)]
     if not faces:
         raise ValueError(f"is smaller than the tolerance of {tolerance:.3g}: is it drawn in another unit?")
-    if _volume(points, faces) < 0:
-        faces = [face[::-1] for face in faces]
     return Polyhedron(points, _sides(points, faces, tolerance))
+
+
+def outwards(points: np.ndarray, faces: list[list[int]]) -> list[list[int]]:
+    """The faces of a closed surface turned one way, counter-clockwise seen from outside."""
+    faces = _turned(faces)
+    return [face[::-1] for face in faces] if _volume(points, faces) < 0 else faces
 
 
 def shells(mesh: Mesh) -> list[Mesh]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from scenes_in_space import box_on_floor, corner_wall
 import masonry_opt as mo
 from masonry_opt.answer.motion import fastest
 from masonry_opt.drawing.elements import FULL
+from masonry_opt.scene.space.shapes import shapes
 
 
 @pytest.fixture(scope="module")
@@ -106,6 +108,86 @@ def test_compas_has_forces_in_equilibrium_and_velocities(result, tmp_path):
         weight = float(np.prod(np.ptp(block.box, axis=1)))
         assert total[repr(block.name)] == pytest.approx([0, factor * weight, weight], abs=1e-5)
         assert node["displacement"] == rates.loc[block.name][["vx", "vy", "vz", "wx", "wy", "wz"]].tolist()
+
+
+LOADED = {"unit_weight": 2.0, "live_per_weight": (0.3, 0.2, 0.0)}
+VAULT = {"span": 4.0, "rise": 1.2, "thickness": 0.4, **LOADED}
+WALLS = [
+    {"name": "front", "axis": [(0.5, 0.5), (5.5, 0.5)], "openings": [{"at": 2, "width": 1, "height": 2}]}
+]
+WALLS += [{"name": "side", "axis": [(0.5, 0.5), (0.5, 4)]}]
+
+#: Meshes have no weights, so that the barrel weighs by its straight edges.
+GENERATED = {
+    "barrel": mo.Barrel(**VAULT, voussoirs=5, length=3, stone=1.0, skewbacks=0.5, weights="straight"),
+    "dome": mo.Dome(radius=2.0, thickness=0.3, rings=2, voussoirs=6, at=(0.1, 0.2, 0.3), **LOADED),
+    "groin": mo.Groin(**VAULT, voussoirs=4, bay=6, stone=1.0, name="bay 1"),
+    "plan": mo.Plan(block=(2, 1), thickness=1, courses=3, walls=WALLS, **LOADED),
+    "shaft": mo.Shaft(
+        diameter=(1.2, 0.8), height=5.0, drums=3, sides=7, name="24\" \\ of \"Pont d'Arc'", **LOADED
+    ),
+}
+
+
+def turned(box, faces):
+    """A box as a part some of whose faces look inwards."""
+    part = mo.box("part", *box, fixed=True).polyhedra[0]
+    kept = [face[::-1] if number in faces else face for number, face in enumerate(part.faces)]
+    return mo.Part(vertices=part.vertices.tolist(), faces=kept)
+
+
+#: Parts that share a whole face and of one another a part, some of them inside out.
+PARTS = {
+    "T": [mo.Part(box=((0, 3), (0, 1), (1, 2))), turned(((1, 2), (0, 1), (0, 1)), range(6))],
+    "two halves": [turned(((0, 1), (0, 2), (0, 2)), (1, 4)), mo.Part(box=((1, 3), (0, 2), (0, 2)))],
+    "ring": [
+        mo.Part(box=(x, y, (0, 2)))
+        for x, y in (((0, 3), (0, 1)), ((0, 3), (2, 3)), ((0, 1), (1, 2)), ((2, 3), (1, 2)))
+    ],
+}
+
+
+def of_parts(parts):
+    return [
+        mo.box("ground", (-1, 4), (-1, 4), (-1, 0), fixed=True),
+        mo.Solid(name="stone", parts=parts, **LOADED),
+        mo.box("cap", (0, 2), (0, 1), (2, 3), **LOADED),
+    ]
+
+
+BLOCKS = {name: made.blocks() for name, made in GENERATED.items()}
+BLOCKS |= {name: of_parts(parts) for name, parts in PARTS.items()}
+
+
+@pytest.mark.parametrize("blocks", BLOCKS.values(), ids=BLOCKS)
+def test_what_is_written_is_read_back(blocks, tmp_path):
+    """The same blocks by name, supports, joints and load factor."""
+    scene = mo.Scene(joints={"friction": 0.6}, blocks=blocks)
+    wanted = mo.solve(scene, "static")
+    given = {"friction": 0.6, "unit_weight": 2.0, "live": LOADED["live_per_weight"]}
+    for name, read in (("a.obj", mo.read_mesh), ("a.json", mo.read_compas)):
+        (path,) = mo.export(scene, tmp_path / name)
+        back = read(path, **given)
+        called = [block.name.removeprefix("fixed ") for block in back.blocks]
+        assert called == [block.name for block in blocks]
+        assert [block.fixed for block in back.blocks] == [block.fixed for block in blocks]
+        found = mo.solve(back, "static")
+        for end in ("first", "second"):
+            assert list(getattr(found.assembly.joints, end)) == list(getattr(wanted.assembly.joints, end))
+        assert found.load_factor == pytest.approx(wanted.load_factor, rel=1e-7)
+
+
+@pytest.mark.parametrize("blocks", BLOCKS.values(), ids=BLOCKS)
+def test_surfaces_look_outwards(blocks, tmp_path):
+    scene = mo.Scene(joints={"friction": 0.6}, blocks=blocks)
+    (path,) = mo.export(scene, tmp_path / "a.obj")
+    for faces, volume in zip(objects(path).values(), shapes(scene).volume, strict=True):
+        inside = sum(
+            np.linalg.det([face[0], one, other])
+            for face in faces
+            for one, other in pairwise(face[1:])
+        )
+        assert inside / 6 == pytest.approx(volume)
 
 
 @pytest.mark.parametrize("ending", ["obj", "json"])
