@@ -23,6 +23,7 @@ class Code(StrEnum):
     DEAD_LOAD_UNDECIDED = "dead load undecided"  # word
     WEDGED = "wedged"  # load_factor, blocks
     SOLVER_STOPPED = "solver stopped"  # word
+    BY_DUAL = "by dual"  # formulation: that of the program that answered
     STOPPED_SHORT = "stopped short"  # word: with an answer all the same
     DILATANCY_LOCKS = "dilatancy locks"
     NO_MECHANISM = "no mechanism"

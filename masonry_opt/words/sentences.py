@@ -173,6 +173,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         "for weights or lengths of very different size"
     ),
     Code.WEDGED: _wedged,
+    Code.BY_DUAL: "the solver ended short, and answered the dual, '{formulation}'",
     Code.STOPPED_SHORT: (
         "the solver stopped short of its tolerance ('{word}'): the certificate says what is left"
     ),
