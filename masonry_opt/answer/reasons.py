@@ -24,6 +24,7 @@ class Code(StrEnum):
     WEDGED = "wedged"  # load_factor, blocks
     BELOW_ZERO = "below zero"  # load_factor: of a state that the scene is not in from rest
     SOLVER_STOPPED = "solver stopped"  # word
+    BY_DUAL = "by dual"  # formulation: that of the program that answered
     STOPPED_SHORT = "stopped short"  # word: with an answer all the same
     DILATANCY_LOCKS = "dilatancy locks"
     NO_MECHANISM = "no mechanism"

@@ -177,6 +177,7 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"a state found has λ = {numeral(v['load_factor'], '.4g')}, below zero: the scene carries its dead "
         "load from rest, but with the forces of that state it would fall by itself"
     ),
+    Code.BY_DUAL: "the solver ended short, and answered the dual, '{formulation}'",
     Code.STOPPED_SHORT: (
         "the solver stopped short of its tolerance ('{word}'): the certificate says what is left"
     ),
