@@ -20,7 +20,7 @@ class Code(StrEnum):
     # above: the largest at which it is known to fall; hangs: whether any of the blocks does.
     FRICTION_WOULD_HOLD = "friction would hold"
     STRENGTH_WOULD_HOLD = "strength would hold"
-    DEAD_LOAD_UNDECIDED = "dead load undecided"  # word
+    DEAD_LOAD_UNDECIDED = "dead load undecided"  # word, ratio
     WEDGED = "wedged"  # load_factor, blocks
     SOLVER_STOPPED = "solver stopped"  # word
     STOPPED_SHORT = "stopped short"  # word: with an answer all the same
