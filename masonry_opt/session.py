@@ -125,7 +125,7 @@ class Session:
             try:
                 falling = falling_mechanism(problem, solver, own, self.kept)
             except DeadLoadUndecided as stopped:
-                solution.end(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, word=str(stopped))
+                solution.end(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **stopped.values)
                 return solution
             finally:
                 # The result names the solver; its programs and time count as those of the check.
