@@ -62,6 +62,7 @@ class _Commands(TyperGroup):
         return super().get_command(ctx, cmd_name)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        # What a command prints by other ways is no result.
         found: Any = super().resolve_command(ctx, args)
         found[1].invoke = results_alone()(found[1].invoke)
         return found

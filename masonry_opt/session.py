@@ -76,8 +76,8 @@ class Session:
         return self._result(assembly, self.pushed(assembly, progress, effort), effort)
 
     def _result(self, assembly: Assembly, solution: Solution, effort: Effort) -> Result:
-        method, solver = self.method.name, solution.solver or self.solver
-        if solver.language == self.solver.language:
+        method, solver = self.method.name, solution.solver
+        if solver is None or solver.language == self.solver.language:
             solver = self.solver
         return make_result(
             assembly, solution, effort, method=method, model=solver.language, solver=solver.name
@@ -100,7 +100,7 @@ class Session:
         solution = self.method.run(task)
         solution.expected = expected
         solution.accept()
-        _judge(assembly, task, solution, is_associative=self.method.name in ASSOCIATIVE)
+        _judge(assembly, task, solution)
         if solution.status is Status.SOLVER_FAILED:
             # Nothing bears out what forces and velocities say.
             solution.found = Found(curved=solution.found.curved)
@@ -125,7 +125,7 @@ class Session:
             try:
                 falling = falling_mechanism(problem, solver, own, self.kept)
             except DeadLoadUndecided as stopped:
-                solution.end(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, word=str(stopped))
+                solution.end(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **stopped.values)
                 return solution
             finally:
                 # The result names the solver; its programs and time count as those of the check.
@@ -160,8 +160,7 @@ class Session:
         effort.uses(solver.name, "load to expect")
         with effort.measure("expected"):
             solution = method.run(Task(problem, solver, effort=Effort(effort.begins), kept=self.kept))
-        if solution.load_factor is not None:
-            _withdraw_unless_it_stands(assembly, solution)
+        _withdraw_unless_it_stands(assembly, solution)
         return solution
 
 
@@ -216,9 +215,8 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
 def _withdraw_unless_it_stands(assembly: Assembly, solution: Solution) -> None:
     """Withdraw a load factor below zero, or of a scene that does not carry its dead load from rest."""
     found, statics = solution.load_factor, solution.kind is Kind.ASSOCIATIVE
-    assert found is not None
-    rests = not statics and _rests(assembly.problem, solution, found)
-    if found < -ZERO or not (statics or rests):
+    rests = found is not None and not statics and _rests(assembly.problem, solution, found)
+    if found is not None and (found < -ZERO or not (statics or rests)):
         from masonry_opt.standing.no_load_factor import withdraw
 
         withdraw(assembly, solution, rests)
@@ -236,9 +234,9 @@ def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
     return min(load_factor, solution.below_zero) > SMALLEST or Passes(problem).carry_dead_load()
 
 
-def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: bool) -> None:
+def _judge(assembly: Assembly, task: Task, solution: Solution) -> None:
     """Set the associative load factor beside a Coulomb answer; without a load factor ≥ 0, explain why."""
-    if not is_associative:
+    if solution.kind is not Kind.ASSOCIATIVE:
         # Which no Coulomb answer exceeds. (Where none is proven to exist, statics carry any multiple.)
         from masonry_opt.methods.associative import set_beside
 
@@ -246,13 +244,12 @@ def _judge(assembly: Assembly, task: Task, solution: Solution, is_associative: b
             set_beside(task, solution)
     if solution.expected is not None:
         solution.expected.associative = solution.associative_value
-    if solution.load_factor is not None:
-        _withdraw_unless_it_stands(assembly, solution)
+    _withdraw_unless_it_stands(assembly, solution)
     if solution.load_factor is not None:
         return
     from masonry_opt.standing.no_load_factor import explain
 
-    explain(assembly, solution, task.solver, task.effort, is_associative)
+    explain(assembly, solution, task.solver, task.effort, solution.kind is Kind.ASSOCIATIVE)
     expected = solution.expected
     if expected is not None and expected.load_factor is not None and solution.proven_none:
         # What contacts give before they lock is no collapse.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import NamedTuple
 
 import cvxpy as cp
 import numpy as np
@@ -15,6 +16,22 @@ from masonry_opt.problem.state import State
 #: Factor on the energy that a mechanism leaves, which is next to nothing: solvers end at an absolute gap, and
 #: unscaled leave more than an exact state may on façades of 231 blocks.
 _ENERGY_SCALE = 100.0
+
+
+class Senses(NamedTuple):
+    """Polygons in place of the circles of cones, for linear programs: senses of slip of sliding points.
+
+    Attributes
+    ----------
+    point, along: the points, shape (m,), and unit vectors in their planes, shape (2, m).
+    inside: whether these are opposite to corners of polygons inside the circle of shears, not to the points
+        where sides of polygons round it touch it. Inside, all forces are within the cones; round them, all
+        mechanisms follow the cones.
+    """
+
+    point: np.ndarray
+    along: np.ndarray
+    inside: bool
 
 
 class ConeStatics(Statics):
@@ -46,6 +63,7 @@ class ConeMechanism:
     Parameters
     ----------
     slope: opening per unit slip, as a parameter or numbers.
+    senses: in place of γ ≥ |w|: γ ≥ e·w for each sense e (inside), or w = Σ e p, γ = Σ p with p ≥ 0 (round).
 
     Attributes
     ----------
@@ -54,7 +72,9 @@ class ConeMechanism:
     resisted: energy l·v that these limits dissipate.
     """
 
-    def __init__(self, problem: Problem, slope: cp.Parameter | np.ndarray) -> None:
+    def __init__(
+        self, problem: Problem, slope: cp.Parameter | np.ndarray, senses: Senses | None = None
+    ) -> None:
         self.d = cp.Variable(problem.B.shape[0], name="d")
         self.opening = cp.Variable(problem.joints, nonneg=True, name="u")
         self.slip = cp.Variable((2, slope.size), name="w")
@@ -72,7 +92,15 @@ class ConeMechanism:
             self.resisted = limits @ self.yielding
         self.compatibility = problem.B.T @ self.d - flow == 0
         self.live_work = problem.live @ self.d == problem.live_norm
-        self.at_speed = cp.SOC(self.speed, self.slip, axis=0)
+        if senses is None:
+            self.at_speed = cp.SOC(self.speed, self.slip, axis=0)
+        elif senses.inside:
+            slip = cp.sum(cp.multiply(senses.along, self.slip[:, senses.point]), axis=0)
+            self.at_speed = self.speed[senses.point] - slip >= 0
+        else:
+            p, of_point = cp.Variable(len(senses.point), nonneg=True), selection(senses.point, slope.size).T
+            made = [of_point @ p, *(of_point @ cp.multiply(along, p) for along in senses.along)]
+            self.at_speed = cp.vstack([self.speed, self.slip]) - cp.vstack(made) == 0
         self.rows = [self.compatibility, self.live_work, self.at_speed]
 
 

@@ -11,27 +11,53 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
 
 
-class CvxpyParabolaStatic:
+class _Sized:
+    """Cones of crushing for normal forces of the size N: those of numbers far from one, or from each other,
+    cost a solver its last digits.
+
+    Attributes
+    ----------
+    per_size: 1 / N, shape (l,).
+    most_lost: L N² / (2 f_c L), by which forces of that size lower the largest moment, shape (l,).
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem = problem
+        self.per_size, self.most_lost = (
+            cp.Parameter(len(problem.crushing), name=name) for name in ("1/N", "lost")
+        )
+        self.resize(None)
+
+    def resize(self, q: np.ndarray | None) -> None:
+        """Take N from forces q, shape (3c,); without any, between a force of one and one that crushes."""
+        joints, whole = self._problem.crushing, self._problem.crushing_force
+        n = np.sqrt(whole) if q is None else np.abs(self._problem.normal_forces(q)[joints]).mean() + 0 * whole
+        self.per_size.value, self.most_lost.value = 1 / n, self._problem.half_length[joints] * n**2 / whole
+
+
+class CvxpyParabolaStatic(_Sized):
     """Eq. (9), with the limit of crushing in place of its chords:
 
     max  λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    z = C(slope) q + c ≥ 0,
-    |m| ≤ n (L/2 − n / (2 f_c))    at joints of limited strength
+    |m| ≤ L/2 (n − N t / (f_c L)),    n² ≤ N t    at joints of limited strength
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
-        self._problem, joints = problem, problem.crushing
+        super().__init__(problem)
+        joints = problem.crushing
         straight = self._straight = np.ones(problem.faces, dtype=bool)
         straight[problem.bent] = False  # rocking and crushing of joints of limited strength
         self.limits = ShearParameters(limits)
         statics = self.statics = Statics(problem, self.limits)
         columns = problem.by_kind(np.arange(problem.B.shape[1]))[:, joints]
         n, _, m = (statics.q[of_kind] for of_kind in columns)
-        half = problem.half_length[joints]
-        most = cp.multiply(half, n - cp.multiply(1 / problem.crushing_force, cp.square(n)))
+        t = cp.Variable(len(joints), name="t")
+        most = cp.multiply(problem.half_length[joints], n) - cp.multiply(self.most_lost, t)
         self.within_yield = statics.slacks[straight] >= 0
         self.uncrushed = [m <= most, -m <= most]
+        cone = cp.SOC(t + 1, cp.vstack([t - 1, 2 * cp.multiply(self.per_size, n)]), axis=0)
         objective = cp.Maximize(problem.live_norm * statics.load_factor)
-        self.program = cp.Problem(objective, [statics.equilibrium, self.within_yield, *self.uncrushed])
+        self.program = cp.Problem(objective, [statics.equilibrium, self.within_yield, *self.uncrushed, cone])
 
     def read(self) -> State:
         """The state at the optimum: velocities and rates are the duals of equilibrium and yield, those of
@@ -43,14 +69,16 @@ class CvxpyParabolaStatic:
         return State(*self.statics.forces(), self.statics.equilibrium.dual_value, p)
 
 
-class CvxpyParabolaKinematic(CvxpyKinematic):
-    """Eq. (10), where edges that turn by P and come w nearer than rigid ones dissipate f_c w² / (2 P):
+class CvxpyParabolaKinematic(_Sized, CvxpyKinematic):
+    """Eq. (10), where edges that turn by P and come w nearer than rigid ones dissipate
+    f_c w² / (2 P) ≤ N t / (2 f_c):
 
-    min  −f_D·d + c·p + Σ t    s.t.    Bᵀ d = D(slope) p − w,    f_L·d = Σ|f_L|,    p ≥ 0,
-    f_c L w² ≤ 2 L P t
+    min  −f_D·d + c·p + Σ N t / (2 f_c)    s.t.    Bᵀ d = D(slope) p − w,    f_L·d = Σ|f_L|,    p ≥ 0,
+    (f_c w)² ≤ N P t
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
+        _Sized.__init__(self, problem)
         joints = problem.crushing
         self.limits = ShearParameters(limits)
         self.mechanism = mechanism = Mechanism(problem, self.limits.slope)
@@ -59,18 +87,14 @@ class CvxpyParabolaKinematic(CvxpyKinematic):
         # The flow of D turns about edges a little within the true ones: about the first chord's.
         half, lever = problem.half_length[joints], problem.lever[joints]
         self.closing = cp.Variable(len(joints), name="w")
-        self.energy = cp.Variable(len(joints), name="t")
+        t = cp.Variable(len(joints), name="t")
         into = np.zeros((problem.B.shape[1], len(joints)))
         into[joints, np.arange(len(joints))] = 1.0
         flow = mechanism.compatibility.expr + into @ (self.closing - cp.multiply(half - lever, turning))
         self.compatibility = flow == 0
-        factor = problem.crushing_force / (4 * half)
-        cone = cp.SOC(
-            turning + self.energy,
-            cp.vstack([turning - self.energy, 2 * cp.multiply(np.sqrt(factor), self.closing)]),
-            axis=0,
-        )
-        work = -problem.dead @ mechanism.d + self.limits.cohesion @ mechanism.slip + cp.sum(self.energy)
+        crushed = cp.multiply(cp.multiply(problem.crushing_force / half, self.per_size), self.closing)
+        cone = cp.SOC(turning + t, cp.vstack([turning - t, crushed]), axis=0)
+        work = -problem.dead @ mechanism.d + self.limits.cohesion @ mechanism.slip + self.most_lost @ t
         if problem.matrices.limited:
             of_forces = problem.table.limits
             work += problem.face_constant[of_forces] @ mechanism.p[of_forces]

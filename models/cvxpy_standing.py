@@ -6,7 +6,7 @@ from __future__ import annotations
 import cvxpy as cp
 import numpy as np
 
-from masonry_opt.models.cvxpy_cone import ConeMechanism, ConeStatics
+from masonry_opt.models.cvxpy_cone import ConeMechanism, ConeStatics, Senses
 from masonry_opt.models.cvxpy_terms import Mechanism, ShearParameters, Statics
 from masonry_opt.problem.problem import Problem, ShearLimits
 
@@ -35,18 +35,18 @@ class CvxpyStanding:
 
 
 class _Moving:
-    """A mechanism, its conditions, and the power of a force in it less what it dissipates."""
+    """A mechanism, its conditions, and the power of the dead load in it less what it dissipates."""
 
-    def __init__(self, problem: Problem, force: np.ndarray, limits: ShearLimits) -> None:
+    def __init__(self, problem: Problem, limits: ShearLimits, senses: Senses | None = None) -> None:
         self.mechanism: Mechanism | ConeMechanism
         if by_cones(problem):
-            self.mechanism = cones = ConeMechanism(problem, limits.slope)
+            self.mechanism = cones = ConeMechanism(problem, limits.slope, senses)
             self.rows = [cones.compatibility, cones.at_speed]
-            self.power = force @ cones.d - limits.cohesion @ cones.speed - cones.resisted
+            self.power = problem.dead @ cones.d - limits.cohesion @ cones.speed - cones.resisted
         else:
             self.mechanism = sides = Mechanism(problem, limits.slope)
             self.rows = [sides.compatibility]
-            self.power = force @ sides.d - limits.cohesion @ sides.slip - sides.resisted
+            self.power = problem.dead @ sides.d - limits.cohesion @ sides.slip - sides.resisted
 
 
 class CvxpyFalling:
@@ -60,7 +60,7 @@ class CvxpyFalling:
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits, gyration: np.ndarray, scale: float) -> None:
-        moving = _Moving(problem, problem.dead, limits)
+        moving = _Moving(problem, limits)
         self.mechanism = moving.mechanism
         # In the unit of force the median block's is one. Without weight there is no inertia: a little.
         size = np.maximum(problem.force_sizes(problem.dead), 1e-2)
@@ -71,15 +71,24 @@ class CvxpyFalling:
 
 
 class CvxpyDriven:
-    """The mechanism that a force drives, its velocities bounded: the dual ray of an infeasible eq. (9).
+    """The mechanism that the dead load drives, its velocities bounded, and its dual, the forces within yield
+    that leave least out of balance:
 
-        max  force·d − c·p    s.t.    Bᵀ d = D(slope) p,    p ≥ 0,    −1 ≤ d ≤ 1
+        max  f_D·d − c·p    s.t.    Bᵀ d = D(slope) p,    p ≥ 0,    −1 ≤ d ≤ 1
+        min  Σ|B q + f_D|   s.t.    C(slope) q + c ≥ 0
 
-    Driven by the dead load it tells which blocks fall; driven by the live load, whether anything could move.
+    Parameters
+    ----------
+    senses: of slips in space, as of :class:`~.cvxpy_cone.ConeMechanism`; cones by default.
     """
 
-    def __init__(self, problem: Problem, force: np.ndarray, limits: ShearLimits) -> None:
-        moving = _Moving(problem, force, limits)
+    def __init__(self, problem: Problem, limits: ShearLimits, senses: Senses | None = None) -> None:
+        moving = _Moving(problem, limits, senses)
         self.mechanism = moving.mechanism
         rows = [*moving.rows, self.mechanism.d <= 1, self.mechanism.d >= -1]
         self.program = cp.Problem(cp.Maximize(moving.power), rows)
+
+    def read(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Velocities d, and forces q as duals of compatibility (CVXPY's sign turned), if there are any."""
+        d, q = self.mechanism.d.value, self.mechanism.compatibility.dual_value
+        return None if d is None or q is None else (d, -q)

@@ -93,9 +93,9 @@ CLOSED, OUTSIDE = 1e-5, 1e-4
 #: weights; and the residual of a point that certifies a bound, in units of the load.
 BEYOND_LIMITS, FEASIBLE = 1e-6, 1e-11
 
-#: In median block weights: forces of another scene show that a scene stands if they have this room inside
-#: yield and are this much out of balance, far less than the room: exact forces are then near.
-ROOM, UNBALANCED = 1e-5, 1e-8
+#: Departure of a mechanism from associative flow over its power in median block weights, up to which a scene
+#: falls whatever forces act in it that sum to less than a million such weights; and what is rounding.
+DEPARTS, ROUNDING = 1e-6, 1e-11
 
 #: Energy, in median block weights, by which a margin under dead load may be off.
 MARGIN_ENERGY = 1e-4

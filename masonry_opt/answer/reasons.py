@@ -20,10 +20,11 @@ class Code(StrEnum):
     # above: the largest at which it is known to fall; hangs: whether any of the blocks does.
     FRICTION_WOULD_HOLD = "friction would hold"
     STRENGTH_WOULD_HOLD = "strength would hold"
-    DEAD_LOAD_UNDECIDED = "dead load undecided"  # word
+    DEAD_LOAD_UNDECIDED = "dead load undecided"  # word, ratio
     WEDGED = "wedged"  # load_factor, blocks
     BELOW_ZERO = "below zero"  # load_factor: of a state that the scene is not in from rest
     SOLVER_STOPPED = "solver stopped"  # word
+    BY_DUAL = "by dual"  # formulation: that of the program that answered
     STOPPED_SHORT = "stopped short"  # word: with an answer all the same
     DILATANCY_LOCKS = "dilatancy locks"
     NO_MECHANISM = "no mechanism"

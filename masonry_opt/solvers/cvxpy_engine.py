@@ -9,6 +9,7 @@ from typing import Any
 import cvxpy as cp
 
 from masonry_opt.effort import Effort
+from masonry_opt.solvers.balance import solve_balanced
 from masonry_opt.solvers.lp import LpSize, Solved, Verdict
 from masonry_opt.solvers.registry import Solver
 
@@ -61,9 +62,14 @@ class CvxpyEngine:
         with effort.measure("compile"):
             data, chain, inverse = self._compiled()
         effort.lp_solves += 1
+        balances = self.solver.entry.engine == cp.CLARABEL
+
+        def handed_over(given: dict[str, Any]) -> Any:
+            return chain.solve_via_data(program, given, solver_opts=dict(self.solver.options))
+
         start = time.perf_counter()
         try:
-            raw: Any = chain.solve_via_data(program, data, solver_opts=dict(self.solver.options))
+            raw: Any = solve_balanced(handed_over, data) if balances else handed_over(data)
         except (cp.SolverError, ValueError) as error:  # ValueError: HiGHS's "unknown", without values
             return Solved(Verdict.FAILED, str(error), 0.0)
         elapsed = time.perf_counter() - start

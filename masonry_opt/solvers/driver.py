@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from masonry_opt.effort import Effort
 from masonry_opt.problem.load_units import in_units_of_live_load, in_units_of_load
 from masonry_opt.problem.problem import Problem, ShearLimits
@@ -66,6 +68,7 @@ class Driver:
         with effort.measure("build"):
             self.model = models[formulation](self._scaled.problem, self._scaled.limits(limits))
         self._engine = engine(self.model.program, solver, effort, purpose, repeats=repeats)
+        self._resizes = curved and not problem.layout.round
 
     def under(self, problem: Problem, effort: Effort) -> Driver:
         """The same program with the shear limits of another problem (see :class:`~.problem.kept.Kept`)."""
@@ -79,8 +82,16 @@ class Driver:
         with self.effort.measure("compile"):
             self.model.limits.set(self._scaled.limits(limits))
 
-    def solve(self, nearly: bool = False) -> LpAnswer:
-        """Solve with the present shear limits; ``nearly`` as of :func:`~.cvxpy_engine.has_optimum`."""
+    def solve(self, nearly: bool = False, near: np.ndarray | None = None) -> LpAnswer:
+        """Solve with the present shear limits.
+
+        Parameters
+        ----------
+        nearly: as of :func:`~.cvxpy_engine.has_optimum`.
+        near: forces by whose size parabolas are scaled, shape (3c,), if any are known.
+        """
+        if self._resizes:
+            self.model.resize(None if near is None else near / self._scaled.force)
         solved = self._engine.solve()
         if not (solved.optimal or (nearly and solved.verdict is Verdict.NEARLY)):
             return LpAnswer(solved, None)

@@ -16,19 +16,12 @@ from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
-from masonry_opt.models.cvxpy_standing import CvxpyStanding
-from masonry_opt.models.cvxpy_terms import ShearParameters
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.limited_forces import Role
-from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
-from masonry_opt.solvers.registry import Solver, taking_cones
-from masonry_opt.standing.diagnosis import (
-    DEAD_LOAD,
-    DeadLoadUndecided,
-    as_it_falls,
-    falling_mechanism,
-)
+from masonry_opt.problem.problem import Problem
+from masonry_opt.solvers.registry import Solver
+from masonry_opt.standing.diagnosis import DeadLoadUndecided, as_it_falls, falling_mechanism
 
 #: Joints up to which the least factor on friction is looked for, the factors tried, and how near to each
 #: other, relative, the least at which the scene stands and the greatest at which it falls need be.
@@ -94,10 +87,7 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
     largest = float(problem.friction.max(initial=0.0))
     if not largest or problem.joints > FACTOR_UP_TO:
         return stands, falls
-    most = _LARGEST_FRICTION / largest
-    limits = ShearParameters(ShearLimits.true(problem))
-    program = CvxpyStanding(problem, limits).program
-    engine = CvxpyEngine(program, taking_cones(solver, problem.layout.round), effort, DEAD_LOAD, repeats=True)
+    most, kept = _LARGEST_FRICTION / largest, Kept(keeps=True)
     for _ in range(_MOST_FACTORS):
         if stands is None and falls < most:
             factor = min(max(2.0, falls**2), most)
@@ -105,16 +95,11 @@ def _least_factor(problem: Problem, solver: Solver, effort: Effort) -> tuple[flo
             factor = sqrt(stands * falls)
         else:
             break
-        more = factor * problem.friction
-        limits.set(ShearLimits(more, problem.cohesion))
-        solved = engine.solve()
-        holds = solved.optimal
-        if solved.failed:  # near the least factor, where states have no room: by what moves
-            stronger = replace(problem, law=replace(problem.law, friction=more))
-            try:
-                holds = falling_mechanism(stronger, solver, effort) is None
-            except DeadLoadUndecided:
-                break
+        stronger = replace(problem, law=replace(problem.law, friction=factor * problem.friction))
+        try:
+            holds = falling_mechanism(stronger, solver, effort, kept) is None
+        except DeadLoadUndecided:
+            break
         stands, falls = (factor, falls) if holds else (stands, factor)
     return stands, falls
 

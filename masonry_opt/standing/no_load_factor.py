@@ -37,8 +37,8 @@ def explain(
 
 
 def withdraw(assembly: Assembly, solution: Solution, rests: bool) -> None:
-    """Withdraw a load factor below zero, or of a scene that does not carry its dead load from rest: wedging
-    alone would carry it. A scene that does stands, and with the forces found alone it would not."""
+    """Withdraw a load factor below zero, or of a scene that does not carry its dead load from rest: ``rests``
+    tells whether it does, and would fall with the forces found alone, or is held by wedging alone."""
     if rests:
         solution.withdraw(Status.SOLVER_FAILED, Code.BELOW_ZERO)
     else:

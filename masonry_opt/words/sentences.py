@@ -18,6 +18,9 @@ from masonry_opt.words.warning_sentences import WARNINGS
 #: From here on seven decimals are more digits than a double has.
 _FIXED = 1e10
 
+#: Ratio of dead loads from which on they may be why nothing is borne out: it leaves solvers a digit or two.
+_VERY_DIFFERENT = 1e7
+
 #: How joints crush in all programs but the conic ones.
 BY_CHORDS = f"{len(CHORDS.slope)} chords inside the parabola, at most {100 * MISSED:.2f} % below it"
 
@@ -102,6 +105,16 @@ def _joints(v: dict[str, Any]) -> str:
     return f"{_OF_JOINTS[v['status']]}: {pairs(v)}"
 
 
+def _undecided(v: dict[str, Any]) -> str:
+    check = "try another solver, or a little more friction"
+    if v["ratio"] > _VERY_DIFFERENT:
+        check = f"one block's dead load is {v['ratio']:.0e} times another's, so check units and weights"
+    return (
+        "whether the scene stands under its dead load could not be decided: neither forces nor a mechanism "
+        f"were borne out ('{v['word']}'); {check}"
+    )
+
+
 def _other_contacts(v: dict[str, Any]) -> str:
     times, word = max((v["softer"], "softer"), (1 / v["softer"], "stiffer"))
     return f"ones {times:.2g} times {word} change λ by {v['change']:.2%}"
@@ -168,15 +181,13 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
     Code.NO_FRICTION_HOLDS: lambda v: f"no friction can hold {blocks(v['blocks'])}",
     Code.FRICTION_WOULD_HOLD: _friction_would_hold,
     Code.STRENGTH_WOULD_HOLD: "joints crush: with more 'strength' the scene would stand",
-    Code.DEAD_LOAD_UNDECIDED: (
-        "whether the scene stands under its dead load could not be decided ('{word}'): check "
-        "for weights or lengths of very different size"
-    ),
+    Code.DEAD_LOAD_UNDECIDED: _undecided,
     Code.WEDGED: _wedged,
     Code.BELOW_ZERO: lambda v: (
         f"a state found has λ = {numeral(v['load_factor'], '.4g')}, below zero: the scene carries its dead "
         "load from rest, but with the forces of that state it would fall by itself"
     ),
+    Code.BY_DUAL: "the solver ended short, and answered the dual, '{formulation}'",
     Code.STOPPED_SHORT: (
         "the solver stopped short of its tolerance ('{word}'): the certificate says what is left"
     ),

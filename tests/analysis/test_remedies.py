@@ -34,7 +34,12 @@ RESCUED = {
         Status.SOLVER_FAILED,
         "tolerance=1e-07",
     ),
-    "another solver": (ferris_tinloi(1, friction=1e5), {}, Status.SOLVER_FAILED, "solver=highs-ipm"),
+    "another solver": (
+        ferris_tinloi(1, friction=1e5),
+        {"solver": "highs"},
+        Status.SOLVER_FAILED,
+        "solver=clarabel",
+    ),
 }
 
 

@@ -77,7 +77,7 @@ def test_many_voussoirs_come_to_the_closed_form():
 
 def test_least_thickness_scales_with_the_radius_alone():
     """Neither the unit weight nor the end from which voussoirs are numbered changes it."""
-    of = variant(radius=0.3, unit_weight=25.0, angles=(0.0, 180.0))
+    of = variant(radius=0.3, thickness=0.1, unit_weight=25.0, angles=(0.0, 180.0))
     found = mo.least(lambda t: FIG9.scene(of, math.inf, t), 3e-4, 0.597, tolerance=1e-6, samples=0).value
     assert found / 0.3 == pytest.approx(thinnest(ARCH, math.inf).value / 10, rel=1e-8)
 

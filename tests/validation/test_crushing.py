@@ -141,13 +141,10 @@ def test_with_associative_flow_a_pass_reproduces_the_chords_optimum():
 def on_piers(strength: float, voussoir: int, dilatancy: float = 0.0) -> mo.Scene:
     """The arch on piers of the examples (kN, m), of stones of that strength, 1 kN down on one voussoir."""
     scene = mo.load(CASES / "examples/arch_on_piers.toml")
-    live = {f"v{voussoir}": (0.0, -1.0)}
-    blocks = [
-        block.model_copy(update={"live": live.get(block.name, (0.0, 0.0)), "live_at": block.weight_at})
-        for block in scene.blocks
-    ]
+    (at,) = [block.weight_at for block in scene.blocks if block.name == f"v{voussoir}"]
+    pushed = {f"v{voussoir}": {"live": (0.0, -1.0), "live_at": at}}
     joints = mo.JointDefaults(friction=scene.joints.friction, dilatancy=dilatancy, strength=strength)
-    return scene.model_copy(update={"blocks": blocks, "joints": joints})
+    return scene.replace(blocks=pushed, joints=joints)
 
 
 #: The arch is symmetric: half of its voussoirs.

@@ -146,7 +146,7 @@ class Passes:
         """Whether contacts that give carry the dead load from rest; where friction alone holds blocks that
         nothing presses together they do not."""
         state = self._under_dead_load() if self.problem.dead.any() else None
-        return state is None or _carries(state)
+        return state is None or 1 + state.load_factor > _CARRIES
 
     def _under_dead_load(self, give: float = 1.0) -> State | None:
         """The state of contacts that give, with the dead load as live load besides. A pass may end in one of
@@ -154,7 +154,7 @@ class Passes:
         passes, state = Passes(replace(self.problem, live=self.problem.dead)).giving(give), None
         for brake in BRAKES[:3]:
             state = passes.run(brake=brake, forces_alone=True) or state
-            if state is not None and _carries(state):
+            if state is not None and 1 + state.load_factor > _CARRIES:
                 break
         return state
 
@@ -163,11 +163,6 @@ class Passes:
         same = problem.same_program(self.problem)
         give = _OTHERS_GIVE_IN_SPACE if problem.layout.round else _OTHERS_GIVE
         return (self.under(problem) if same else Passes(problem)).giving(give).run(follow)
-
-
-def _carries(state: State) -> bool:
-    """Whether a state of the dead load as live load carries it."""
-    return 1 + state.load_factor > _CARRIES
 
 
 def unit_compliance(problem: Problem, least_forces: np.ndarray) -> np.ndarray:

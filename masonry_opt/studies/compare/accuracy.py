@@ -38,8 +38,8 @@ _SMALL = 1000
 #: Shares by which a point is moved further inside against rounding: the first that suffices is taken.
 _FURTHER = (0.0, 1e-15, 1e-14, 1e-13, 1e-12, 1e-11)
 
-#: Statuses of scipy's linprog: no feasible point, optimum unlimited.
-_INFEASIBLE, _UNBOUNDED = 2, 3
+#: Status of scipy's linprog: optimum unlimited.
+_UNBOUNDED = 3
 
 #: Least slack of an interior point.
 _MARGIN = 1e-9
@@ -136,13 +136,10 @@ class _Convex:
             return None
         return self._projected(np.asarray(x.value))
 
-    def extreme(self, fixed: bool) -> int:
-        """Status of scipy's linprog, which maximises λ or, with the last unknown ``fixed`` at 0, looks for
-        any point."""
-        columns = self.A.shape[1]
-        bounds = [(None, None)] * (columns - 1) + [(0, 0) if fixed else (None, None)]
-        c = np.zeros(columns) if fixed else -self.cost
-        return int(linprog(c, -self.G, self.g, self.A, self.b, bounds, method="highs").status)
+    def unlimited(self) -> bool:
+        """Whether scipy's linprog finds λ, which it maximises, unbounded."""
+        found = linprog(-self.cost, -self.G, self.g, self.A, self.b, (None, None), method="highs")
+        return bool(found.status == _UNBOUNDED)
 
     def _projected(self, x: np.ndarray) -> np.ndarray:
         """The nearest point with A x = b, by least squares, refined."""
@@ -161,19 +158,15 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
     """Bounds of λ from feasible points of eqs (9) and (10), in space of cones of friction.
 
     Feasible: equations to 1e-11 in units of the load and of the mean velocity, inequalities exactly. Where no
-    point lies inside the inequalities there may be no bound. HiGHS decides on eq. (9) whether a small scene
-    in the plane stands; of others the analysis' own check does. It decides, too, whether λ of a small scene
-    is limited: in space by the sides inside the cones, so that one which is not, by these, is by no law.
+    point lies inside the inequalities there may be no bound. The analysis' own check decides whether a scene
+    stands. HiGHS decides whether λ of a small scene is limited: in space by the sides inside the cones, so
+    that one which is not, by these, is by no law.
     """
     scaled = in_units_of_load(problem)
     problem, curved = scaled.problem, problem.layout.round
     by_sides = _statics(problem)
     small = problem.joints < _SMALL
-    if small and not curved:
-        falls = by_sides.extreme(fixed=True) == _INFEASIBLE
-    else:
-        falls = falling_mechanism(problem, find_solver("cvxpy", None), Effort()) is not None
-    if falls:
+    if falling_mechanism(problem, find_solver("cvxpy", None), Effort()) is not None:
         return CertifiedBounds(-np.inf, -np.inf)
     if curved:
         statics, kinematics = _statics_by_cones(problem), _kinematics_by_cones(problem)
@@ -195,7 +188,7 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
         bounds = CertifiedBounds(float(np.fmax(bounds.lower, lower)), float(np.fmin(bounds.upper, upper)))
         if bounds.width <= CLOSE:
             break
-    if small and not bounds.finite and by_sides.extreme(fixed=False) == _UNBOUNDED:
+    if small and not bounds.finite and by_sides.unlimited():
         return CertifiedBounds(np.inf, np.inf)
     return bounds
 

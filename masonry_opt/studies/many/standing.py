@@ -125,8 +125,8 @@ def _yes_or_no(assembly: Assembly, solver: Solver, effort: Effort) -> Solution:
     solution = Solution(Status.STANDS, Kind.ASSOCIATIVE)
     try:
         falling = falling_mechanism(assembly.problem, solver, effort)
-    except DeadLoadUndecided as word:
-        solution.end(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, word=str(word))
+    except DeadLoadUndecided as stopped:
+        solution.end(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **stopped.values)
         raise NoLoadFactorError(f"{solution.status}: {message(solution.reasons)}") from None
     if falling is not None:
         solution.found = Found(d=falling)

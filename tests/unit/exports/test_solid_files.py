@@ -183,9 +183,7 @@ def test_surfaces_look_outwards(blocks, tmp_path):
     (path,) = mo.export(scene, tmp_path / "a.obj")
     for faces, volume in zip(objects(path).values(), shapes(scene).volume, strict=True):
         inside = sum(
-            np.linalg.det([face[0], one, other])
-            for face in faces
-            for one, other in pairwise(face[1:])
+            np.linalg.det([face[0], one, other]) for face in faces for one, other in pairwise(face[1:])
         )
         assert inside / 6 == pytest.approx(volume)
 

@@ -35,7 +35,7 @@ STATIC = {
 KINEMATIC = {
     "eq. (10)": CvxpyKinematic,
     "falling": lambda problem, limits: CvxpyFalling(problem, limits, np.ones(problem.blocks), 1.0),
-    "driven": lambda problem, limits: CvxpyDriven(problem, problem.dead, limits),
+    "driven": lambda problem, limits: CvxpyDriven(problem, limits),
     "exact, motion": lambda problem, limits: CvxpyMotion(problem, slope=limits.slope),
     "eq. (10) in Pyomo": PyomoKinematic,
     "MPEC": STATIC["MPEC"],

@@ -179,7 +179,7 @@ def test_what_a_force_drives(problem, turned):
     """The dead load drives nothing; turned upwards it lifts every block."""
     limits = ShearLimits.true(problem)
     force = turned * problem.dead
-    model = CvxpyDriven(problem, force, limits)
+    model = CvxpyDriven(replace(problem, dead=force), limits)
     expected = -least_of_motion(problem, problem.face_cohesion, problem.friction, -force, within=(-1, 1))
     assert optimum(model) == pytest.approx(expected, abs=SAME * np.abs(problem.dead).sum())
     assert (expected > 0.1) == (turned < 0)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from math import cos, radians, sin, tan
 
-import numpy as np
 import pytest
 from atlas.small_scenes import rectangle
 from scenes import block_on_floor, overhanging, values_of
@@ -13,6 +12,7 @@ import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.status import Status
 from masonry_opt.standing import holding
+from masonry_opt.standing.diagnosis import falling_mechanism
 
 #: Between the least factor seen to hold and the greatest seen not to.
 NEAR = 1.1e-3
@@ -158,14 +158,13 @@ def test_few_programs(monkeypatch):
     """At most twelve factors, however far the least one is, and none where the scene stands."""
     tried = []
 
-    class Counting(holding.ShearParameters):
-        def set(self, limits):
-            tried.append(float(np.max(limits.slope)))
-            super().set(limits)
+    def counted(problem, *how):
+        tried.append(problem.friction.max(initial=0.0))
+        return falling_mechanism(problem, *how)
 
-    monkeypatch.setattr(holding, "ShearParameters", Counting)
+    monkeypatch.setattr(holding, "falling_mechanism", counted)
     mo.solve(on_slope(30, 0.003), "static")
-    assert len(tried) - 1 == 12  # and the first, with which it falls
+    assert len(tried) - 1 == 12  # and the first, that nothing slides
     assert max(tried) <= 100
     tried.clear()
     assert mo.solve(block_on_floor(), "static").status.usable

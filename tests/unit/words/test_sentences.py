@@ -71,6 +71,7 @@ VALUES = {
     "why": str(Code.NO_STATICS),
     "widths": [1e-3],
     "word": "unknown",
+    "formulation": "kinematic",
 }
 
 
