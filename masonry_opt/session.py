@@ -95,7 +95,7 @@ class Session:
         expected = self._to_expect(assembly, effort)
         effort.begins(f"method '{self.method.name}'")
         task = Task(assembly.problem, self.solver, self.options, effort, progress, self.kept, expected)
-        solution = self.method.run(task)
+        solution = _found(self.method, task)
         solution.expected = expected
         solution.accept()
         _judge(assembly, task, solution, is_associative=self.method.name in ASSOCIATIVE)
@@ -157,7 +157,7 @@ class Session:
         solver = find_solver("pyomo", "newton")
         effort.uses(solver.name, "load to expect")
         with effort.measure("expected"):
-            solution = method.run(Task(problem, solver, effort=Effort(effort.begins), kept=self.kept))
+            solution = _found(method, Task(problem, solver, effort=Effort(effort.begins), kept=self.kept))
         if solution.load_factor is not None and not _stands(problem, solution.load_factor):
             from masonry_opt.standing.no_load_factor import withdraw_wedged
 
@@ -213,10 +213,29 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
         )
 
 
+def _found(method: Method, task: Task) -> Solution:
+    """What a method finds; a Coulomb method that finds no load factor is asked where the live load does no
+    work, and at once where that was the load to expect."""
+    before, expected = None, task.expected
+    if expected is None or not expected.no_work:
+        before = method.run(task)
+        decided = (before.answer and not before.failing()) or before.proven_none
+        if decided or method.name in ASSOCIATIVE or task.problem.joints > _BESIDE_UP_TO:
+            return before
+        from masonry_opt.methods.associative import set_beside
+
+        set_beside(task, before)
+        if before.associative is None:
+            return before
+    from masonry_opt.methods.no_work import without_work
+
+    return without_work(task, method.run, before) or before or method.run(task)
+
+
 def _stands(problem: Problem, load_factor: float) -> bool:
     """Whether a Coulomb load factor is of a scene that carries its dead load from rest: contacts that give
-    are asked where it is next to nothing."""
-    if abs(load_factor) > SMALLEST or not problem.dead.any():
+    are asked where it is next to nothing, unless nothing can be wedged."""
+    if abs(load_factor) > SMALLEST or not problem.dead.any() or problem.statics_fix_forces:
         return load_factor >= -ZERO
     return load_factor >= -ZERO and Passes(problem).carry_dead_load()
 
