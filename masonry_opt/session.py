@@ -97,7 +97,7 @@ class Session:
         expected = self._to_expect(assembly, effort)
         effort.begins(f"method '{self.method.name}'")
         task = Task(assembly.problem, self.solver, self.options, effort, progress, self.kept, expected)
-        solution = self.method.run(task)
+        solution = _found(self.method, task)
         solution.expected = expected
         solution.accept()
         _judge(assembly, task, solution)
@@ -159,7 +159,7 @@ class Session:
         solver = find_solver(MATRICES, None)
         effort.uses(solver.name, "load to expect")
         with effort.measure("expected"):
-            solution = method.run(Task(problem, solver, effort=Effort(effort.begins), kept=self.kept))
+            solution = _found(method, Task(problem, solver, effort=Effort(effort.begins), kept=self.kept))
         _withdraw_unless_it_stands(assembly, solution)
         return solution
 
@@ -222,11 +222,30 @@ def _withdraw_unless_it_stands(assembly: Assembly, solution: Solution) -> None:
         withdraw(assembly, solution, rests)
 
 
+def _found(method: Method, task: Task) -> Solution:
+    """What a method finds; a Coulomb method that finds no load factor is asked where the live load does no
+    work, and at once where that was the load to expect."""
+    before, expected = None, task.expected
+    if expected is None or not expected.no_work:
+        before = method.run(task)
+        decided = (before.answer and not before.failing()) or before.proven_none
+        if decided or before.kind is Kind.ASSOCIATIVE or task.problem.joints > _BESIDE_UP_TO:
+            return before
+        from masonry_opt.methods.associative import set_beside
+
+        set_beside(task, before)
+        if before.associative is None:
+            return before
+    from masonry_opt.methods.no_work import without_work
+
+    return without_work(task, method.run, before) or before or method.run(task)
+
+
 def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
-    """Whether a scene carries its dead load from rest: where its forces there are known, or as the load to
-    expect tells; else contacts that give are asked, where the load factor is next to nothing or below, or a
-    state like that was met."""
-    if problem.settled is not None:
+    """Whether a scene carries its dead load from rest: where its forces there are known, or statics fix them,
+    or as the load to expect tells; else contacts that give are asked, where the load factor is next to nothing
+    or below, or a state like that was met."""
+    if problem.settled is not None or problem.statics_fix_forces:
         return True
     expected = solution.expected
     if expected is not None and expected.status in (Status.CONVERGED, Status.UNSTABLE):

@@ -32,6 +32,8 @@ class Code(StrEnum):
     CARRIES_ANY = "carries any"
     CLAMPED = "clamped"  # pairs: the joints in self-stress
     JOINTS = "joints"  # status, pairs: the joints that keep the live load from causing collapse
+    # fixed: whether statics fix all forces; against: whether the mechanism moves against the live load.
+    NO_WORK = "no work"
     AT_MOST = "at most"  # associative
     NOT_CERTIFIED = "not certified"  # load_factor, residuals
 

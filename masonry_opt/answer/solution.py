@@ -123,6 +123,11 @@ class Solution:
         return any(said.values.get("interrupted", False) for said in self.reasons)
 
     @property
+    def no_work(self) -> bool:
+        """Whether it is an answer in whose mechanism the live load does no work."""
+        return any(said.code is Code.NO_WORK for said in self.reasons)
+
+    @property
     def states_met(self) -> int | None:
         """Number of different exact states met; None if the method looks for none."""
         met = (said.values["count"] for said in self.reasons if said.code is Code.STATES_MET)

@@ -10,6 +10,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.csgraph import structural_rank
 
 from masonry_opt.problem.chords import CHORDS, chord_rates, crushing_energy, parabola
 from masonry_opt.problem.faces import Faces, Layout
@@ -165,6 +166,12 @@ class Problem:
         finite = ("cohesion", "crushing_force", "lowest", "highest")
         none = {name: np.where(np.isfinite(of := getattr(self, name)), 0.0, of) for name in finite}
         return replace(self, law=replace(self.law, **none))
+
+    @cached_property
+    def statics_fix_forces(self) -> bool:
+        """Whether equilibrium alone gives all joint forces, as of a stack: no more forces than equations, for
+        every part of the scene."""
+        return bool(structural_rank(self.B) == self.B.shape[1])
 
     @property
     def faces(self) -> int:

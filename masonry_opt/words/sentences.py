@@ -214,9 +214,15 @@ _SENTENCES: dict[Code, str | Callable[[dict[str, Any]], str]] = {
         f"causes: {pairs(v)}"
     ),
     Code.JOINTS: _joints,
+    Code.NO_WORK: lambda v: (
+        "the dead load drives the mechanism, once the live load, which "
+        + ("resists it" if v["against"] else "does no work in it")
+        + ", has taken enough pressure off the joints"
+        + ("; statics fix all forces, so there is no other load factor" if v["fixed"] else "")
+    ),
     Code.AT_MOST: lambda v: (
-        f"if the scene collapses, then at no more than the associative load factor, "
-        f"{numeral(v['associative'], '.6g')}"
+        f"the scene collapses at no more than the associative load factor, "
+        f"{numeral(v['associative'], '.6g')}: beyond it no forces are in equilibrium"
     ),
     Code.NOT_CERTIFIED: _not_certified,
     Code.SUB_PROBLEMS: lambda v: f"in {counted(v['count'], 'sub-problem')}",

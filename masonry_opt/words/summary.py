@@ -88,9 +88,9 @@ def facts(result: Outcome) -> dict[str, str]:
 
 
 def _why(result: Outcome) -> str:
-    """Why there is no load factor, without what was tried."""
+    """Why there is no load factor, without what was tried; or why there is one without work."""
     if result.status.usable:
-        return ""
+        return message([said for said in result.reasons if said.code is Code.NO_WORK])
     told = [reason for reason in result.reasons if reason.code not in _TRIED] or result.reasons
     return "\n".join(dict.fromkeys(sentences(told)))
 
@@ -180,6 +180,8 @@ def _certainty(result: Outcome) -> str:
     below = result.solution.below_zero < 0
     if any(reason.code is Code.PROVEN for reason in result.reasons) and not below:
         return "exact, and proven: no state is lower"
+    if any(reason.values.get("fixed") for reason in result.reasons):
+        return "exact: there is no other state"
     if result.kind is Kind.COMPLIANT:
         return (
             "to expect of a scene that stands under its weight and is then pushed; with other self-stress or "

@@ -27,8 +27,9 @@ LEFT, _STEP, _LONGEST = 1e-9, 0.1, 0.2
 #: Newton steps of a correction at most, and of the first centre; by how much each may change a logarithm.
 _CORRECTIONS, _TO_BEGIN, _FARTHEST = 8, 200, 2.0
 
-#: Centres at most: walls of 60 to 100 stones took 200 to 400.
-_MOST = 1000
+#: Centres at most: walls of 60 to 100 stones took 200 to 400. Beyond these rates, where the live load's mean
+#: velocity is one, the path runs off along a mechanism in which that load does no work.
+_MOST, _FASTEST = 1000, 1e8
 
 
 class Centre(NamedTuple):
@@ -80,7 +81,7 @@ class CentralPath:
             q, d, load_factor, w, tau = np.split(x, self._ends)
             state = State(float(load_factor[0]), q, d, np.exp(w) / self._problem.face_arm)
             yield (centre := Centre(float(np.exp(tau[0])) / energy, state))
-            if centre.is_end:
+            if centre.is_end or w.max() > np.log(_FASTEST):
                 return
             along = self._tangent(x, self._weights * along)
             while (ended := self._corrected(x + step * along, self._weights * along, _CORRECTIONS)) is None:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.effort import Effort
 from masonry_opt.methods.mcp.central_path import LEFT, CentralPath
 from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate
@@ -77,7 +78,8 @@ class Passes:
         return other
 
     def settled_forces(self) -> np.ndarray | None:
-        """Joint forces under the dead load alone of contacts that give, shape (3c,); None if no pass ends.
+        """Joint forces under the dead load alone of contacts that give, shape (3c,); None if no pass ends, or
+        it ends where no load is left.
 
         A scene without cohesion, strength and limits of forces that carries λ times its dead load besides has
         1 + λ times these forces. One with them is asked again, of contacts that give 1 + λ times as much,
@@ -93,7 +95,7 @@ class Passes:
                 break
             give *= 1 + state.load_factor
             state = self._under_dead_load(give)
-        return None if state is None else state.q / (1 + state.load_factor)
+        return None if state is None or 1 + state.load_factor < ZERO else state.q / (1 + state.load_factor)
 
     def run(
         self,
