@@ -242,8 +242,8 @@ def _found(method: Method, task: Task) -> Solution:
 
 
 def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
-    """Whether a scene carries its dead load from rest: where its forces there are known, or statics fix them,
-    or as the load to expect tells; else contacts that give are asked, where the load factor is next to nothing
+    """Whether a scene carries its dead load from rest: where forces there are known, or statics fix them, or
+    as the load to expect tells; else contacts that give are asked, where the load factor is next to nothing
     or below, or a state like that was met."""
     if problem.settled is not None or problem.statics_fix_forces:
         return True

@@ -121,8 +121,8 @@ class Outcome:
         """A row a movable block: ``block``, ``x``, ``y`` (centroid), ``vx``, ``vy``, ``omega``; velocities
         scaled so that the live load (with the code "no work" the dead load) does the work Σ|f_L|, in the
         plane the sum over its components, in space over the sizes of forces and of moments about centroids
-        (forces times half the root of the median joint's area). In space ``block``, ``x``, ``y``, ``z``, ``vx``, ``vy``, ``vz``, and rotation about the
-        axes, right-handed, ``wx``, ``wy``, ``wz``."""
+        (forces times half the root of the median joint's area). In space ``block``, ``x``, ``y``, ``z``,
+        ``vx``, ``vy``, ``vz``, and rotation about the axes, right-handed, ``wx``, ``wy``, ``wz``."""
         from masonry_opt.answer.frames import block_frame
 
         return block_frame(self.assembly, self.solution)

@@ -51,6 +51,8 @@ VALUES = {
     "lowest": 0.4,
     "most": 0.6,
     "normal_forces": [12.5],
+    "fixed": True,
+    "against": False,
     "names": ["lorry"],
     "number": 3,
     "off": 0.1,
