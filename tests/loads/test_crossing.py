@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scenes import run_command
 
 import masonry_opt as mo
+from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.solution import Solution
+from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.road import Road
 from masonry_opt.scene.axles import SETS
+from masonry_opt.studies.crossing.crossing import _passages
 from masonry_opt.studies.crossing.moving_load import MovingLoad
+from masonry_opt.studies.crossing.search import Solving, least_associative
 
 ROAD = [(-5, 1), (5, 1)]
 WEIGHT = 12.0
@@ -70,6 +76,43 @@ def test_one_axle_turns_a_slab_over_the_edge_of_its_support(method):
         assert found.bound == pytest.approx(found.load_factor, rel=2e-3)
         assert found.bound <= found.load_factor * (1 + 1e-9)
         assert table["any_load"][~outside].all()
+
+
+@pytest.mark.parametrize("method", ["static", "mcp"])
+def test_interrupted_it_keeps_the_positions_solved_by_then(method):
+    told = []
+
+    def third(position, load_factor):
+        told.append(position)
+        if len(told) == 3:
+            raise KeyboardInterrupt
+
+    found = mo.crossing(OVERHANG, axles(3.0), method=method, progress=third)
+    assert found.interrupted
+    assert sorted(found.table["position"]) == sorted(told)
+    assert found.bound is None
+    assert found.as_dict()["interrupted"]
+
+
+def test_positions_without_an_answer_are_told_and_end():
+    """Where the solver fails right of the support, ranges there are not halved, and nothing is proven."""
+    passage = next(_passages(OVERHANG, axles(3.0)))
+    problem = replace(passage.assembly.problem, live=passage.live(-1.0))
+    exact, solved = MovingLoad(problem, Effort()), 0
+
+    def fails_on_the_right(live):
+        nonlocal solved
+        solved += 1
+        turning = float(live.reshape(-1, 3)[:, 2].sum())
+        return exact(live) if turning >= 0 else Solution(Status.SOLVER_FAILED, Kind.ASSOCIATIVE)
+
+    found = least_associative(Solving(passage, fails_on_the_right), 0.25, 1e-3)
+    undecided = found.positions[np.isnan(found.load_factors)]
+    assert len(undecided) > 1
+    assert (undecided > 0).all()
+    assert found.bound is None
+    assert solved < 200
+    assert np.nanmin(found.load_factors) == pytest.approx(WEIGHT / 3, rel=1e-6)
 
 
 def test_axles_beyond_the_road_do_not_count():

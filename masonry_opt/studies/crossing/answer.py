@@ -25,6 +25,9 @@ from masonry_opt.words.sentences import numeral
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+#: Positions without an answer that are named in words; the table has all.
+_NAMED = 5
+
 
 @dataclass(frozen=True)
 class Crossed:
@@ -60,10 +63,12 @@ class Crossing:
     worst: result at the worst position, as of :func:`~masonry_opt.analysis.solve` of a scene with the axles
         there as loads of its blocks; of a scene that does not stand, that. It has the mechanism.
     passages: each group of axles in each direction in which it travelled.
+    interrupted: whether the user ended it: λ may be less at other positions than those solved by then.
     """
 
     worst: Result
     passages: tuple[Crossed, ...] = field(repr=False)
+    interrupted: bool = False
 
     @property
     def load_factor(self) -> float | None:
@@ -108,13 +113,23 @@ class Crossing:
     @property
     def bound(self) -> float | None:
         """What the load factor at no position is below, proven, with associative flow; else None."""
-        bounds = [one.found.bound for one in self.passages]
+        bounds = [None if self.interrupted else one.found.bound for one in self.passages]
         return min((one for one in bounds if one is not None), default=None) if None not in bounds else None
 
     @property
     def undecided(self) -> int:
         """Number of positions at which the method found no load factor and proved none."""
-        return int(sum(np.isnan(one.found.load_factors).sum() for one in self.passages))
+        return len(self.undecided_at)
+
+    @property
+    def undecided_at(self) -> list[dict[str, Any]]:
+        """These: ``axles``, ``direction`` and ``position`` of each, as in the table."""
+        return [
+            _place(one.passage, trial.position)
+            for one in self.passages
+            for trial in one.found.trials
+            if math.isnan(trial.load_factor)
+        ]
 
     @cached_property
     def table(self) -> pd.DataFrame:
@@ -203,14 +218,28 @@ class Crossing:
         if self.bound is not None:
             told["bound"] = f"λ is nowhere on the road less than {numeral(self.bound, '.6f')}"
         if self.undecided:
-            told["undecided"] = f"{counted(self.undecided, 'position')}, at which λ may be less"
+            told["undecided"] = f"{counted(self.undecided, 'position')}, at which λ may be less: " + _named(
+                self.undecided_at
+            )
+        if self.interrupted:
+            told["interrupted"] = "λ may be less at positions that were not solved"
         return told
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain numbers, strings, lists and dictionaries (not finite: None)."""
         worst = self.worst.as_dict()
         keys = ("case", "load_case", "method", "model", "solver", "status", "load_factor")
-        own = ("axles", "direction", "position", "at", "resolution", "bound", "undecided")
+        own = (
+            "axles",
+            "direction",
+            "position",
+            "at",
+            "resolution",
+            "bound",
+            "undecided",
+            "undecided_at",
+            "interrupted",
+        )
         table = self.table.astype(object).where(self.table.notna(), None)
         return (
             {key: worst[key] for key in keys}
@@ -221,6 +250,12 @@ class Crossing:
     def to_json(self) -> str:
         """``as_dict`` as one JSON object."""
         return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
+
+
+def _named(places: list[dict[str, Any]]) -> str:
+    """The first few positions, in words."""
+    first = [f"{one['position']:.6g} ('{one['axles']}', {one['direction']})" for one in places[:_NAMED]]
+    return ", ".join(first) + (f" and {len(places) - _NAMED} more" if len(places) > _NAMED else "")
 
 
 def _place(passage: Passage, position: float) -> dict[str, Any]:

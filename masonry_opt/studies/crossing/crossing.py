@@ -27,7 +27,7 @@ from masonry_opt.session import Session
 from masonry_opt.studies.crossing.answer import Crossed, Crossing
 from masonry_opt.studies.crossing.moving_load import MovingLoad
 from masonry_opt.studies.crossing.passage import Passage
-from masonry_opt.studies.crossing.search import Solve, least_associative, least_coulomb
+from masonry_opt.studies.crossing.search import Solve, Solving, least_associative, least_coulomb
 
 #: Distance of the least load factor from what is proven, relative, where anything is.
 WITHIN = 1e-3
@@ -63,7 +63,8 @@ def crossing(
     two is known not to be less than at some that are solved (see
     :func:`~.crossing.search.least_associative`). Other methods are asked where the associative load factor,
     which none of their answers exceeds, says that λ may be least, which proves nothing (see
-    :func:`~.crossing.search.least_coulomb`).
+    :func:`~.crossing.search.least_coulomb`). Interrupted (Ctrl-C), it returns the worst of the
+    positions solved by then.
 
     Parameters
     ----------
@@ -86,6 +87,8 @@ def crossing(
         over none that can move; if the load case leaves axles out.
     OptionError
         If a method, an option or the name of a group is wrong, or the scene's blocks are solids.
+    KeyboardInterrupt
+        If it was interrupted before any position was solved.
     """
     session = prepare(method, model=model, solver=solver, tolerance=tolerance, expected=expected, **options)
     many = replace(session, expected=False)
@@ -101,22 +104,27 @@ def crossing(
     if undecided or result.status is Status.UNSTABLE:
         return Crossing(worst=result, passages=())
     associative = MovingLoad(replace(first.assembly.problem, live=first.live(start)), effort)
-    crossed = []
+    crossed, interrupted, proves = [], False, method in _ASSOCIATIVE
     for passage in passages:
         solve = _solve(many, passage, effort)
-        proves = method in _ASSOCIATIVE
         plain = proves and model is None and solver is None and not len(passage.assembly.problem.crushing)
-        found = least_associative(
-            passage,
-            solve if proves and not plain else associative,
-            _longest(passage),
-            WITHIN,
-            progress if proves else lambda position, load_factor: None,
-        )
-        own = found if proves else least_coulomb(passage, found, solve, WITHIN, progress)
-        crossed.append(Crossed(passage, own, found))
+        solving = Solving(passage, associative if plain else solve, progress)
+        envelope = solving if proves else Solving(passage, associative)
+        try:
+            beside = least_associative(envelope, _longest(passage), WITHIN)
+            found = beside if proves else least_coulomb(solving, beside, WITHIN)
+        except KeyboardInterrupt:
+            interrupted, found = True, solving.found()
+            beside = found if proves else envelope.found()
+        if found.trials:
+            crossed.append(Crossed(passage, found, beside))
+        if interrupted:
+            break
+    if not crossed:
+        raise KeyboardInterrupt
     worst = min(crossed, key=lambda one: one.least)
-    return Crossing(worst=session.solve(worst.passage.scene(worst.position)), passages=tuple(crossed))
+    result = session.solve(worst.passage.scene(worst.position))
+    return Crossing(worst=result, passages=tuple(crossed), interrupted=interrupted)
 
 
 def _longest(passage: Passage) -> float:

@@ -19,7 +19,7 @@ from masonry_opt.command_options import (
     Tolerance,
     method_options,
 )
-from masonry_opt.errors import InterruptedByUserError, OutputError
+from masonry_opt.errors import InterruptedByUserError, OutputError, counted
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.studies.crossing.crossing import crossing as cross
 from masonry_opt.studies.writing import refuse_saving
@@ -57,7 +57,8 @@ def crossing(
 ) -> None:
     """Move the axles of CASE over its road: the load factor by position, and the worst.
 
-    Exit code 0: there is a load factor; 1: there is none, the status says why; 2: wrong case file or option.
+    Exit code 0: there is a load factor; 1: there is none, the status says why; 2: wrong case file or option;
+    130: interrupted, with what was found by then.
     """
     if plot is not None:
         refuse_saving(plot, force)
@@ -90,5 +91,7 @@ def crossing(
             found.save(plot, force)
         except OSError as error:
             raise OutputError(f"{plot}: cannot be written: {error.strerror}") from None
+    if found.interrupted:
+        raise InterruptedByUserError(f"interrupted: {counted(len(found.table), 'position')} solved")
     if found.load_factor is None:
         raise typer.Exit(1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 
@@ -81,18 +82,20 @@ class Found:
 _UNLOADED = Solution(Status.UNLIMITED, Kind.ASSOCIATIVE, [reason(Code.NO_MECHANISM)])
 
 
-class _Solved:
-    """Trials so far, each position solved once."""
+class Solving:
+    """Trials of a passage so far, each position solved once; whoever is interrupted finds them here."""
 
-    def __init__(self, passage: Passage, solve: Solve, progress: Progress) -> None:
-        self._passage, self._solve, self._progress = passage, solve, progress
+    def __init__(
+        self, passage: Passage, solve: Solve, progress: Progress = lambda position, load_factor: None
+    ) -> None:
+        self.passage, self.solve, self._progress = passage, solve, progress
         self.trials: dict[float, Trial] = {}
 
     def at(self, position: float) -> float:
         """λ at a position."""
         if position not in self.trials:
-            live = self._passage.live(position)
-            trial = Trial(position, self._solve(live) if live.any() else _UNLOADED)
+            live = self.passage.live(position)
+            trial = Trial(position, self.solve(live) if live.any() else _UNLOADED)
             self.trials[position] = trial
             self._progress(position, trial.load_factor)
         return self.trials[position].load_factor
@@ -101,9 +104,7 @@ class _Solved:
         return Found([self.trials[position] for position in sorted(self.trials)], bound)
 
 
-def least_associative(
-    passage: Passage, solve: Solve, longest: float, within: float, progress: Progress
-) -> Found:
+def least_associative(solved: Solving, longest: float, within: float) -> Found:
     """The least associative load factor of a passage, and a bound below it, no farther than ``within``
     (relative) where one can be had.
 
@@ -112,44 +113,40 @@ def least_associative(
     therefore nowhere less than at the lesser end. Where they follow a parabola, they are means of the loads
     at both ends and of a third, where the tangents of the ends meet; λ of that is solved for too. What loads
     that spread leave of a parabola is a load itself: of sums of loads 1/λ is at most the sum, and it is taken
-    as twice what it is at a quarter of the range. Ranges whose least may be too low are halved.
+    as twice what it is at a quarter of the range. Ranges whose least may be too low are halved; not those of
+    which a load has no answer, next to which there may be none either: then nothing is proven.
 
     Parameters
     ----------
     longest: range between two positions solved.
     """
-    solved = _Solved(passage, solve, progress)
-    ranges = [(_needed(passage, solved, solve, *ends), *ends) for ends in passage.pieces(longest)]
+    ranges = [(_needed(solved, *ends), *ends) for ends in solved.passage.pieces(longest)]
     finest = _FINEST * (ranges[-1][2] - ranges[0][1]) if ranges else 0.0
     done = []
     while ranges:
         greatest = max(_inverse(trial.load_factor) for trial in solved.trials.values())
         open_ = [one for one in ranges if one[0] > greatest * (1 + within) and one[2] - one[1] > finest]
-        done += [one for one in ranges if one not in open_]
-        ranges = []
-        for _, start, end in open_:
-            middle = (start + end) / 2
-            ranges += [
-                (_needed(passage, solved, solve, *ends), *ends) for ends in ((start, middle), (middle, end))
-            ]
-    most = max((needed for needed, _, _ in done), default=math.inf)
+        done += [one[0] for one in ranges if one not in open_]
+        halves = [(start, (start + end) / 2, end) for _, start, end in open_]
+        ranges = [(_needed(solved, *ends), *ends) for three in halves for ends in pairwise(three)]
+    most = float(np.max(done, initial=0.0))  # NaN where any is
     return solved.found(1 / most if 0 < most < math.inf else None)
 
 
-def _needed(passage: Passage, solved: _Solved, solve: Solve, start: float, end: float) -> float:
-    """What 1/λ does not exceed between two positions; infinite where nothing is known."""
+def _needed(solved: Solving, start: float, end: float) -> float:
+    """What 1/λ does not exceed between two positions; NaN where a load that says so has no answer."""
     first, quarter, middle, last = (
-        passage.live(start + share * (end - start)) for share in (0.0, 0.25, 0.5, 1.0)
+        solved.passage.live(start + share * (end - start)) for share in (0.0, 0.25, 0.5, 1.0)
     )
     corner, mean = 2 * middle - (first + last) / 2, (first + last) / 2
     off = quarter - (9 * first + 6 * corner + last) / 16
     scale = _ROUNDING * np.abs(middle).max()
     found = [solved.at(start), solved.at(end)]
     if np.abs(corner - mean).max() > scale:
-        found.append(Trial(math.nan, solve(corner)).load_factor)
-    beside = Trial(math.nan, solve(off)).load_factor if np.abs(off).max() > scale else math.inf
+        found.append(Trial(math.nan, solved.solve(corner)).load_factor)
+    beside = Trial(math.nan, solved.solve(off)).load_factor if np.abs(off).max() > scale else math.inf
     if any(math.isnan(one) for one in (*found, beside)):
-        return math.inf
+        return math.nan
     return max(_inverse(one) for one in found) + 2 * _inverse(beside)
 
 
@@ -158,16 +155,13 @@ def _inverse(load_factor: float) -> float:
     return 1 / max(load_factor, 1e-300) if math.isfinite(load_factor) else 0.0
 
 
-def least_coulomb(
-    passage: Passage, associative: Found, solve: Solve, within: float, progress: Progress
-) -> Found:
+def least_coulomb(solved: Solving, associative: Found, within: float) -> Found:
     """The least load factor of a method that nothing bounds from below, where it may be.
 
     It is asked at a few positions, and then wherever it could be the least if its share of the associative
     load factor, known at all of them, were between two positions little less than at both; last beside the
     least. That is no proof.
     """
-    solved = _Solved(passage, solve, progress)
     at, most = associative.positions, associative.load_factors
     first = {*np.linspace(0, len(at) - 1, min(_FIRST, len(at))).round().astype(int).tolist()}
     if np.isfinite(most).any():
@@ -187,12 +181,12 @@ def least_coulomb(
     return solved.found()
 
 
-def _known(solved: _Solved, position: float) -> float:
+def _known(solved: Solving, position: float) -> float:
     trial = solved.trials.get(float(position))
     return math.nan if trial is None else trial.load_factor
 
 
-def _estimates(at: np.ndarray, most: np.ndarray, known: list[int], solved: _Solved) -> np.ndarray:
+def _estimates(at: np.ndarray, most: np.ndarray, known: list[int], solved: Solving) -> np.ndarray:
     """λ at each position if it has the lesser share of the associative one that its known neighbours have,
     less half of what theirs differ."""
     if not known:
@@ -208,7 +202,7 @@ def _estimates(at: np.ndarray, most: np.ndarray, known: list[int], solved: _Solv
     return np.where(np.isfinite(most), np.minimum(lesser, 1.0) * np.where(np.isfinite(most), most, 0.0), own)
 
 
-def _halve(solved: _Solved, at: np.ndarray, within: float) -> None:
+def _halve(solved: Solving, at: np.ndarray, within: float) -> None:
     """Ask between the least and the positions beside it, while that finds less."""
     for _ in range(_ROUNDS):
         decided = {
