@@ -31,7 +31,7 @@ BUDGETS = {
 }
 
 
-#: Circles of imports that are left: answers of studies that draw themselves, and load cases that check scenes.
+#: Circles of imports that are left: answers of studies that draw themselves, load cases that check scenes.
 CIRCLES = {
     frozenset(f"masonry_opt.{name}" for name in names)
     for names in (
@@ -63,7 +63,7 @@ def test_every_file_is_in_a_room():
 
 
 def test_no_two_files_import_each_other():
-    """Neither at once nor by way of others, at the top or where something is first needed; but for those left."""
+    """Neither at once nor by way of others, at the top or where first needed; but for the circles left."""
     modules = {module_of(path): path for path in files() if room_of(path) != "tests"}
     number = {name: index for index, name in enumerate(modules)}
     arrows = np.array([(number[name], number[to]) for name in modules for to in imported(modules, name)]).T
