@@ -65,6 +65,10 @@ class Solver:
     options: dict[str, Any]
     tolerance: float = TOLERANCE
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Found anew by name in another process: entries have functions."""
+        return find_solver, self.key
+
     @property
     def name(self) -> str:
         """What a user calls it."""
