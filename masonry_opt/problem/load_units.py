@@ -34,9 +34,11 @@ class Scaled:
 
 
 def in_units_of_live_load(problem: Problem) -> Scaled:
-    """The problem with a live load whose largest entry is near one, a power of two smaller: no digit of any
-    number changes, and solvers see a λ near that of a live load as large as the weights."""
-    unit = 2.0 ** np.round(np.log2(np.abs(problem.live).max() or 1.0))
+    """The problem with a live load whose largest entry is near that of the dead load, smaller by a power of
+    two: no digit of any number changes, and solvers see a λ near that of a live load as large as the weights.
+    """
+    live, dead = (float(np.abs(load).max()) or 1.0 for load in (problem.live, problem.dead))
+    unit = 2.0 ** np.round(np.log2(live / dead))
     return Scaled(replace(problem, live=problem.live / unit), 1.0, 1.0 / float(unit))
 
 

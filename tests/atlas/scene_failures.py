@@ -185,9 +185,7 @@ ENTRIES: tuple[Entry, ...] = (
                 source="μ",
                 why=reason(Code.BEGAN_AGAIN, remedies="solver=highs-ipm"),
             ),
-            Expectation(
-                Status.CONVERGED, "refined", load_factor=0.4, source="μ", why=reason(Code.NOT_REFINED)
-            ),
+            Expectation(Status.CONVERGED, "refined", load_factor=0.4, source="μ", why=reason(Code.EXACT)),
             default(0.4, "μ", only=True),
             Expectation(Status.SOLVER_FAILED, "mpec", why=reason(Code.NOT_CERTIFIED)),
             Expectation(

@@ -18,6 +18,7 @@ import masonry_opt as mo
 SIDES, MOST = 96, 20
 #: The least that HiGHS takes.
 TIGHT = {"primal_feasibility_tolerance": 1e-10, "dual_feasibility_tolerance": 1e-10}
+SMALL_ENTRY = 1e-8
 #: Distance at which points are one, over lengths near one.
 NEAR = 1e-9
 
@@ -73,6 +74,8 @@ def _least(
     """The least, and forces (points, 3) that leave it; corners or sides of the polygons at these angles."""
     points, rows, sides = len(wall.area), len(wall.dead), len(point)
     along, of_point = np.stack([np.cos(angle), np.sin(angle)]), np.arange(points)
+    # HiGHS leaves programs with entries so small unsolved; without them directions are no longer than before.
+    along[np.abs(along) < SMALL_ENTRY] = 0.0
     at_side = sp.csr_array((np.ones(sides), (np.arange(sides), point)), shape=(sides, points))
     normal, *shears = (
         sp.csr_array((np.ones(points), (of_point, 3 * of_point + kind)), shape=(points, 3 * points))
