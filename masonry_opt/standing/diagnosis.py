@@ -96,21 +96,22 @@ def falling_mechanism(
     # Live loads do not matter here: programs of those that share the dead load are one.
     unloaded = replace(problem, live=problem.dead)
     standing = kept.of((DEAD_LOAD, chosen.key), unloaded, effort, declared)
-    if standing.forces is not None and _carry(problem, standing.forces):
+    if standing.forces is not None and carries(problem, standing.forces):
         return None
     standing.engine.solve()
     forces = standing.model.statics.q.value
-    if forces is not None and _carry(problem, forces):
+    if forces is not None and carries(problem, forces):
         standing.forces = forces
         return None
     return _driven(problem, solver, effort, DEAD_LOAD)
 
 
-def _carry(problem: Problem, q: np.ndarray) -> bool:
-    """Whether forces (3c,) carry the dead load: they leave no more out of balance, in all, and beyond yield
-    than a mechanism may have of power. (By duality the greatest power is the least that forces leave.)"""
+def carries(problem: Problem, q: np.ndarray, most: float = DRIVES) -> bool:
+    """Whether forces (3c,) carry the dead load: they leave no more out of balance, in all, and beyond yield;
+    by default than a mechanism may have of power. (By duality the greatest is the least that forces leave.)
+    """
     beyond = -float((problem.slacks(q, curved=problem.layout.round) / problem.face_arm).min(initial=0.0))
-    return max(float(np.abs(problem.unbalanced(0.0, q)).sum()), beyond) <= DRIVES
+    return max(float(np.abs(problem.unbalanced(0.0, q)).sum()), beyond) <= most
 
 
 def _drives(problem: Problem, d: np.ndarray) -> bool:
@@ -228,7 +229,7 @@ def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> n
         found = model.read()
         if found is not None and _drives(problem, found[0]):
             return found[0]
-        if found is not None and _carry(problem, found[1]):
+        if found is not None and carries(problem, found[1]):
             return None
         if program and senses is None:
             break

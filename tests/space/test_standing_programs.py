@@ -108,8 +108,8 @@ def test_forces_and_mechanisms_are_judged_by_what_they_leave(scene):
     problem = assemble(scene).problem
     n = np.zeros(problem.B.shape[1])
     n[: problem.joints] = np.abs(problem.dead).max() / problem.joints
-    assert diagnosis._carry(problem, n)
-    assert not diagnosis._carry(problem, n * (1 - 1e-6))
+    assert diagnosis.carries(problem, n)
+    assert not diagnosis.carries(problem, n * (1 - 1e-6))
     raised = np.zeros_like(problem.dead)
     raised[problem.dead != 0] = 1.0
     assert not diagnosis._drives(problem, raised)
@@ -120,7 +120,7 @@ def test_forces_and_mechanisms_are_judged_by_what_they_leave(scene):
 @pytest.mark.parametrize(("heavy", "word"), [(1.0, "friction"), (1e9, "units")])
 def test_undecided_blames_weights_only_where_they_differ(heavy, word, monkeypatch):
     monkeypatch.setattr(diagnosis, "_MOST_PROGRAMS", 1)
-    monkeypatch.setattr(diagnosis, "_carry", lambda *_: False)
+    monkeypatch.setattr(diagnosis, "carries", lambda *_: False)
     scene = box_on_floor()
     other = mo.box("heavy", (2, 3), (0, 1), (0, 1), weight=heavy)
     result = mo.solve(scene.model_copy(update={"blocks": [*scene.blocks, other]}), "static")

@@ -25,6 +25,7 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.load_cases import refuse_without_case
 from masonry_opt.scene.scene import Scene
 from masonry_opt.session import ASSOCIATIVE
+from masonry_opt.standing.diagnosis import carries
 from masonry_opt.studies.settle.freed import freed
 from masonry_opt.studies.settle.settlement import Bound, Settlement
 
@@ -182,7 +183,7 @@ def _at_rest(held: Problem, settling: Problem, own: int) -> np.ndarray | None:
         return None
     passes = Passes(held)
     q = passes.settled_forces()
-    if q is None or not _carries(held, q) or not passes.carry_dead_load():
+    if q is None or not carries(held, q, ZERO) or not passes.carry_dead_load():
         return None
     return np.append(q[:own], np.zeros(settling.B.shape[1] - own))
 
@@ -192,13 +193,6 @@ def _reaction(settling: Problem, q: np.ndarray) -> float:
     reaction = float(settling.B @ q @ settling.live / (settling.live @ settling.live))
     # Rounding of a reaction that is none: solvers measure loads by it.
     return reaction if abs(reaction) > ZERO else 0.0
-
-
-def _carries(problem: Problem, q: np.ndarray) -> bool:
-    """Whether forces carry the dead load: a pass may have ended short of it."""
-    curved = problem.layout.round
-    beyond = -float((problem.slacks(q, curved=curved) / problem.face_arm).min(initial=0.0))
-    return max(beyond, float(np.abs(problem.unbalanced(0.0, q)).max())) < ZERO
 
 
 def _ends_by_statics(settling: Problem, pushed_back: Problem) -> list[tuple[float, np.ndarray | None]]:
