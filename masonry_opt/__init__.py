@@ -46,16 +46,14 @@ _HOMES = {
     "scene.ties": ("Prop", "Tie"),
     "scene.walls": ("Column", "Facade", "Wall"),
     "studies.compare.comparison": ("compare",),
-    "studies.crossing.answer": ("Crossing",),
-    "studies.crossing.crossing": ("crossing",),
+    "studies.crossing.crossing": ("Crossing", "crossing"),
     "studies.load_cases.cases": ("solve_cases",),
     "studies.load_cases.directions": ("directions",),
     "studies.many.least": ("least", "most"),
     "studies.many.sample": ("sample",),
     "studies.many.sample_answer": ("Sample",),
     "studies.many.sweep": ("sweep",),
-    "studies.settle.settle": ("settle",),
-    "studies.settle.settlement": ("Settlement",),
+    "studies.settle.settle": ("Settlement", "settle"),
 }
 
 __all__ = sorted(name for names in _HOMES.values() for name in names)

@@ -51,7 +51,7 @@ from masonry_opt.scene.walls import Column as Column
 from masonry_opt.scene.walls import Facade as Facade
 from masonry_opt.scene.walls import Wall as Wall
 from masonry_opt.studies.compare.comparison import compare as compare
-from masonry_opt.studies.crossing.answer import Crossing as Crossing
+from masonry_opt.studies.crossing.crossing import Crossing as Crossing
 from masonry_opt.studies.crossing.crossing import crossing as crossing
 from masonry_opt.studies.load_cases.cases import solve_cases as solve_cases
 from masonry_opt.studies.load_cases.directions import directions as directions
@@ -60,5 +60,5 @@ from masonry_opt.studies.many.least import most as most
 from masonry_opt.studies.many.sample import sample as sample
 from masonry_opt.studies.many.sample_answer import Sample as Sample
 from masonry_opt.studies.many.sweep import sweep as sweep
+from masonry_opt.studies.settle.settle import Settlement as Settlement
 from masonry_opt.studies.settle.settle import settle as settle
-from masonry_opt.studies.settle.settlement import Settlement as Settlement

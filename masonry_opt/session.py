@@ -24,7 +24,6 @@ from masonry_opt.problem.assembly import Assembly, assemble, on_matrices_of
 from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.problem import Problem
 from masonry_opt.result import Result, make_result
-from masonry_opt.scene.load_cases import refuse_without_case
 from masonry_opt.scene.scene import Scene
 from masonry_opt.solvers.registry import MATRICES, Solver, find_solver
 
@@ -168,7 +167,7 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
     """Raise CaseError if nothing carries a live load, OptionError if no load case is named of a scene that
     has any, or the method does not know such joints, or solids."""
     problem, scene = assembly.problem, assembly.scene
-    refuse_without_case(scene)
+    scene.refuse_without_case()
     if not problem.live_norm:
         case = scene.load_case
         named = f"load case '{case.name}': " if case is not None else ""

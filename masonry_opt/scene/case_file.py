@@ -15,8 +15,9 @@ from masonry_opt.scene.arch import Arch
 from masonry_opt.scene.blocks import MOST_BLOCKS, Name, NonNegative, Number, Positive, Record, Text
 from masonry_opt.scene.drawings.supports import FIXED
 from masonry_opt.scene.generator import AnyGenerator, Generator
+from masonry_opt.scene.keys import SceneKeys
 from masonry_opt.scene.mistakes import wrong_file
-from masonry_opt.scene.scene import Scene, SceneKeys
+from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solid_generators.barrel import Barrel
 from masonry_opt.scene.solid_generators.dome import Dome
 from masonry_opt.scene.solid_generators.generator import SolidGenerator

@@ -12,6 +12,7 @@ import shapely
 from masonry_opt.errors import OptionError
 from masonry_opt.scene.blocks import Block, Point
 from masonry_opt.scene.case_file import as_scene
+from masonry_opt.scene.consistency import of_plane_alone
 from masonry_opt.scene.convex_pieces import convex_pieces
 from masonry_opt.scene.geometry import Geometry, geometry
 from masonry_opt.scene.joints import Joint, JointDefaults
@@ -57,7 +58,7 @@ def extrude(scene: Scene | str | Path, thickness: float | None = None) -> Scene:
     if isinstance(depth, bool) or not isinstance(depth, int | float) or not 0 < depth < math.inf:
         raise OptionError(f"'thickness' of solids is a positive number (found {depth!r})")
     blocks, shapes = scene.in_plane(), geometry(scene)
-    if mistake := scene.of_plane_alone():
+    if mistake := of_plane_alone(scene):
         raise OptionError(f"{scene.origin}: {mistake}")
     cohesion = scene.thickness / depth
     sideways = scene.tilt_direction

@@ -3,20 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
-from pydantic import BaseModel, Discriminator, Field, Tag, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
 
-from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.scene.blocks import Name, Number, Positive, Record, YesNo
-from masonry_opt.scene.loads import GROUPS
 from masonry_opt.scene.solids import Vector
-
-if TYPE_CHECKING:
-    from masonry_opt.scene.scene import Scene
-
-#: Keys of a block that are live loads.
-_LIVE = ("live", "live_per_weight", "live_moment")
 
 Kind = Literal["dead", "live"]
 
@@ -154,75 +146,3 @@ class LoadCase(Record):
 
 
 LoadCases = Annotated[list[LoadCase], Field(alias="load_case")]
-
-
-def wrong_cases(scene: Scene) -> str | None:
-    """What is wrong with the load cases of a scene, or with its earthquake."""
-    groups = [load.group for load in scene.loads] + [load.group for load in scene.edge_loads]
-    named = {group for group in groups if group is not None}
-    known, seen = [*GROUPS, *sorted(named)], set[str]()
-    quakes = [("'earthquake'", scene.earthquake)]
-    for number, case in enumerate(scene.load_cases, start=1):
-        where = f"load_case no. {number} ('{case.name}')"
-        if case.name in seen:
-            return f"{where}: the name is given twice: rename one"
-        seen.add(case.name)
-        for key in ("dead", "live"):
-            if unknown := [group for group in getattr(case, key) if group not in known]:
-                there = ", ".join(known)
-                return f"{where}: '{key}' names group '{unknown[0]}', which no load has; there are: {there}"
-        if "axles" in case.live and scene.dimension == 3:
-            return f"{where}: 'live' names 'axles', which move over scenes in the plane: take them away"
-        quakes.append((f"{where}: 'earthquake'", case.earthquake))
-    for where, quake in quakes:
-        if quake is not None and (mistake := _wrong_direction(scene, quake)):
-            return f"{where}: {mistake}"
-    if scene.tilt and (scene.load_cases or scene.earthquake):
-        return "'tilt' is a live load of its own: take it, or the load cases and the earthquake, away"
-    if scene.earthquake and scene.load_cases:
-        return "'earthquake' is of a scene without load cases: give it within a [[load_case]]"
-    if scene.earthquake and (live := _first_live_load(scene)):
-        return (
-            f"'earthquake' is the live load, and {live} is live too: take that away, or give the earthquake "
-            "in a [[load_case]], where other loads are live only if it says so"
-        )
-    return None
-
-
-def refuse_without_case(scene: Scene) -> None:
-    """Raise OptionError if a scene has load cases and is in none of them: which loads act is not known."""
-    if scene.load_cases and scene.load_case is None:
-        raise OptionError(
-            f"{scene.origin}: has load cases: name one of them, 'load_case' (--load-case): "
-            f"{', '.join(case.name for case in scene.load_cases)} (in Python scene.in_case(name) is the "
-            "scene in one, and mo.solve_cases solves all, as the command solve does)"
-        )
-
-
-def shaken(scene: Scene, quake: Earthquake) -> Scene:
-    """The scene in an earthquake in place of all other live loads, dead loads those of its load case. Raises
-    CaseError if the scene cannot be in that earthquake."""
-    if case := scene.load_case:
-        changed = scene.under(case.replace(live={}, earthquake=quake))
-    else:
-        # Beside other live loads, which no longer act, a scene that is checked takes none.
-        changed = BaseModel.model_copy(scene, update={"earthquake": quake})
-    if mistake := _wrong_direction(scene, quake):
-        raise CaseError(f"{scene.origin}: 'earthquake': {mistake}")
-    return changed
-
-
-def _wrong_direction(scene: Scene, quake: Earthquake) -> str | None:
-    if isinstance(quake.direction, str) == (scene.dimension == 3):
-        needed = "an angle in plan or [x, y, z]" if scene.dimension == 3 else '"left" or "right"'
-        return f"'direction' needs {needed}"
-    if scene.sideways(quake.direction, quake.vector) is None:
-        return "'direction' needs one that is not that of gravity"
-    return None
-
-
-def _first_live_load(scene: Scene) -> str | None:
-    own = [f"block '{one.name}'" for one in scene.blocks if any(any(getattr(one, key, ())) for key in _LIVE)]
-    own += [f"load no. {number}" for number, one in enumerate(scene.loads, start=1) if one.gives("live")]
-    lines = enumerate(scene.edge_loads, start=1)
-    return next(iter(own + [f"edge_load no. {number}" for number, one in lines if one.kind == "live"]), None)

@@ -1,67 +1,19 @@
-"""The scene: blocks, joint properties and gravity, before any mathematics."""
+"""The scene: blocks, joint properties and gravity, before any mathematics; in one of its load cases."""
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Any, Self
 
 import numpy as np
-from pydantic import Field, PrivateAttr, Tag, model_validator
+from pydantic import BaseModel, PrivateAttr, model_validator
 
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.scene.axles import Axles
-from masonry_opt.scene.blocks import ONE_OR_SEVERAL, Block, Name, Positive, Record, Reference, Text
-from masonry_opt.scene.fill import Fill
-from masonry_opt.scene.joints import Joint, JointDefaults
-from masonry_opt.scene.load_cases import Earthquake, Kind, LoadCase, LoadCases, wrong_cases
-from masonry_opt.scene.loads import EdgeLoad, Load
-from masonry_opt.scene.mistakes import did_you_mean
-from masonry_opt.scene.solids import AnyBlock, Direction, Solid, Vector
-from masonry_opt.scene.ties import Prop, Tie, wrong_strut
-
-Tilt = Annotated[
-    Annotated[Literal["left", "right"], Tag("<one>")] | Annotated[Vector, Tag("<several>")], ONE_OR_SEVERAL
-]
-
-#: Sine of the angle to gravity below which the direction of a tilt is gravity's own.
-_ALONG_GRAVITY = 1e-9
-
-
-class SceneKeys(Record):
-    """The keys that a scene and a case file share."""
-
-    title: Text = ""
-    source: Text = ""
-    gravity: Direction = (0.0, -1.0)
-    tolerance: Positive | None = None
-    contact_tolerance: Positive | None = None
-    thickness: Positive = 1.0
-    tilt: Tilt | None = None
-    joints: JointDefaults
-    blocks: Annotated[list[AnyBlock], Field(alias="block")] = []
-    exceptions: Annotated[list[Joint], Field(alias="joint")] = []
-    edge_loads: Annotated[list[EdgeLoad], Field(alias="edge_load")] = []
-    loads: Annotated[list[Load], Field(alias="load")] = []
-    axles: list[Axles] = []
-    fills: Annotated[list[Fill], Field(alias="fill")] = []
-    ties: Annotated[list[Tie], Field(alias="tie")] = []
-    props: Annotated[list[Prop], Field(alias="prop")] = []
-    load_cases: LoadCases = []
-    earthquake: Earthquake | None = None
-    reference: dict[Name, Reference] = {}
-
-    @model_validator(mode="after")
-    def _down_by_default(self) -> Self:
-        if self.dimension == 3 and "gravity" not in self.model_fields_set:
-            self.__dict__["gravity"] = (0.0, 0.0, -1.0)  # records are frozen once they are made
-        return self
-
-    @property
-    def dimension(self) -> Literal[2, 3]:
-        """Numbers of a point: 3 if the blocks are solids."""
-        return 3 if self.blocks and isinstance(self.blocks[0], Solid) else 2
+from masonry_opt.scene.blocks import Block
+from masonry_opt.scene.consistency import inconsistency, wrong_direction
+from masonry_opt.scene.keys import SceneKeys
+from masonry_opt.scene.load_cases import Earthquake, Kind, LoadCase
+from masonry_opt.scene.solids import Solid
 
 
 class Scene(SceneKeys):
@@ -129,159 +81,10 @@ class Scene(SceneKeys):
     _load_case: LoadCase | None = PrivateAttr(default=None)
 
     @model_validator(mode="after")
-    def _consistent(self) -> Scene:
-        if not any(self.gravity):
-            raise ValueError("'gravity' needs a direction, such as [0, -1], of solids [0, 0, -1]")
-        if not self.blocks:
-            raise ValueError("the scene has no block: add [[block]] tables or a generator such as [wall]")
-        numbers: dict[str, int] = {}
-        for number, block in enumerate(self.blocks, start=1):
-            if (first := numbers.setdefault(block.name, number)) != number:
-                raise ValueError(
-                    f"blocks no. {first} and no. {number} are both named '{block.name}': rename one "
-                    "(a generator names its blocks itself: '1-1', ..., 'base'; give it a 'name' of its own)"
-                )
-        fixed = [block.fixed for block in self.blocks]
-        if not any(fixed):
-            raise ValueError("no block is fixed: mark the support with 'fixed = true'")
-        if all(fixed):
-            raise ValueError("every block is fixed: nothing can move")
-        known = {block.name: block for block in self.blocks}
-        if mistake := (
-            self._wrong_dimension()
-            or self._wrong_exception(known)
-            or self._wrong_load(known)
-            or self._wrong_axles()
-            or self._wrong_fill()
-            or wrong_strut(self)
-            or self._wrong_tilt()
-            or wrong_cases(self)
-        ):
+    def _consistent(self) -> Self:
+        if mistake := inconsistency(self):
             raise ValueError(mistake)
         return self
-
-    def _wrong_dimension(self) -> str | None:
-        """What is of the plane in a scene in space, or the other way round."""
-        first, space = self.blocks[0], self.dimension == 3
-        for block in self.blocks:
-            if isinstance(block, Solid) != space:
-                solid, flat = (first, block) if space else (block, first)
-                return (
-                    f"block '{solid.name}' is a solid and block '{flat.name}' lies in the plane: give all of "
-                    "a scene the one or the other ('extrude' makes solids of a scene in the plane)"
-                )
-        needed = "needs three numbers, [x, y, z]" if space else "needs two numbers, [x, y]"
-        if len(self.gravity) != self.dimension:
-            return f"'gravity' {needed}, as block '{first.name}' does"
-        for number, load in enumerate(self.loads, start=1):
-            where = f"load no. {number} on block '{load.block}'"
-            for key in ("live", "dead", "at"):
-                if (value := getattr(load, key)) and len(value) != self.dimension:
-                    return f"{where}: '{key}' {needed}"
-            for key in ("live_moment", "dead_moment"):
-                if getattr(load, key) and not space:
-                    return f"{where}: '{key}' is for solids: take it away"
-        if self.tilt and isinstance(self.tilt, str) == space:
-            return "'tilt' needs a direction, [x, y, z]" if space else '\'tilt\' needs "left" or "right"'
-        if space and "thickness" in self.model_fields_set:
-            return f"'thickness' is for scenes in the plane: block '{first.name}' is a solid"
-        if not space and self.contact_tolerance is not None:
-            return "'contact_tolerance' is for scenes in space: give 'tolerance'"
-        return self.of_plane_alone() if space else None
-
-    def of_plane_alone(self) -> str | None:
-        """What the scene has, beside its thickness, that none in space can have, in one sentence."""
-        if self.edge_loads:
-            return "an 'edge_load' is for scenes in the plane: give the resultants as 'load'"
-        if self.axles:
-            return "'axles' move over scenes in the plane: take them away"
-        if self.fills:
-            return "a 'fill' is for scenes in the plane: give what it weighs and presses as 'load'"
-        properties: list[tuple[str, JointDefaults | Joint]] = [("'joints'", self.joints)]
-        properties += [(f"joint between {list(one.between)}", one) for one in self.exceptions]
-        for where, joint in properties:
-            for key in ("strength", "dilatancy_stress"):
-                if getattr(joint, key) is not None:
-                    return f"{where}: '{key}' is for joints in the plane: take it away"
-        return None
-
-    def _wrong_exception(self, known: Mapping[str, Block | Solid]) -> str | None:
-        pairs: set[frozenset[str]] = set()
-        for exception in self.exceptions:
-            where, pair = f"joint between {list(exception.between)}", frozenset(exception.between)
-            if unknown := [name for name in exception.between if name not in known]:
-                return f"{where}: no block '{unknown[0]}'{did_you_mean(unknown[0], known)}"
-            if len(pair) == 1:
-                return f"{where}: needs two different blocks"
-            if pair in pairs:
-                return f"{where} is given twice"
-            pairs.add(pair)
-            try:
-                exception.over(self.joints)
-            except CaseError as error:
-                return f"{where}: {str(error).removeprefix('JointDefaults: ')}"
-        return None
-
-    def _wrong_load(self, known: Mapping[str, Block | Solid]) -> str | None:
-        weighed: set[str] = set()
-        for number, load in enumerate(self.loads, start=1):
-            if load.block not in known:
-                return f"load no. {number}: no block '{load.block}'{did_you_mean(load.block, known)}"
-            if known[load.block].fixed:
-                return f"load no. {number}: block '{load.block}' is fixed: load one that can move"
-            if load.weight is not None:
-                if load.block in weighed:
-                    return f"load no. {number}: gives block '{load.block}' a second 'weight'"
-                weighed.add(load.block)
-        return None
-
-    def _wrong_axles(self) -> str | None:
-        names = [group.name for group in self.axles]
-        twice = [name for name in names if names.count(name) > 1]
-        return f"two groups of axles are named '{twice[0]}': rename one" if twice else None
-
-    def _wrong_fill(self) -> str | None:
-        if self.fills and (self.gravity[0] != 0 or self.gravity[1] > 0):
-            return "a 'fill' needs gravity straight down, [0, -1]"
-        ends = sorted(
-            (fill.road[0][0], fill.road[-1][0], number) for number, fill in enumerate(self.fills, start=1)
-        )
-        for (_, end, one), (start, _, other) in itertools.pairwise(ends):
-            if start < end:
-                return f"fill no. {one} and no. {other} lie above each other: end one where the other begins"
-        return None
-
-    def _wrong_tilt(self) -> str | None:
-        if not self.tilt:
-            return None
-        # Tilted by θ, weights are cos θ (W + tan θ W'), W' the weights turned a quarter: λ = tan θ if all
-        # else grows with cos θ too. Other forces do not, nor does what joints resist without being pressed.
-        why = [
-            f"block '{block.name}' has a force '{force}', which does not tilt"
-            for block in self.blocks
-            for force in block.LOADS
-            if any(getattr(block, force))
-        ]
-        why += [
-            f"a 'load' on block '{load.block}' is a force, which does not tilt"
-            for load in self.loads
-            if load.is_force
-        ]
-        why += ["an 'edge_load' does not tilt"] * len(self.edge_loads)
-        why += ["'axles' do not tilt"] * len(self.axles)
-        why += ["a 'fill' does not tilt"] * len(self.fills)
-        why += ["a tie or prop does not grow with the weights"] * len([*self.ties, *self.props])
-        properties: list[JointDefaults | Joint] = [self.joints, *self.exceptions]
-        for joint in properties:
-            resisting = {
-                "cohesion": joint.cohesion,
-                "strength": joint.strength,
-                "dilatancy_stress": joint.dilatancy_stress and joint.dilatancy,
-            }
-            why += [f"'{key}' does not grow with the weights" for key, value in resisting.items() if value]
-        if self.tilt_direction is None:
-            return "'tilt' needs a direction that is not that of gravity"
-        return f"'tilt' needs a scene of weights and friction alone: {why[0]}: take it away" if why else None
 
     def replace(self, **changes: Any) -> Self:
         """A scene with other values, checked as a call checks them, read from the same file and in the same
@@ -321,6 +124,15 @@ class Scene(SceneKeys):
         case = other.load_case
         return self.in_case(case.name) if case in other.load_cases else self.under(case)
 
+    def refuse_without_case(self) -> None:
+        """Raise OptionError if it has load cases and is in none of them: which loads act is not known."""
+        if self.load_cases and self.load_case is None:
+            raise OptionError(
+                f"{self.origin}: has load cases: name one of them, 'load_case' (--load-case): "
+                f"{', '.join(case.name for case in self.load_cases)} (in Python scene.in_case(name) is the "
+                "scene in one, and mo.solve_cases solves all, as the command solve does)"
+            )
+
     @property
     def load_case(self) -> LoadCase | None:
         """The load case that it is in; None: loads act as they are given."""
@@ -330,6 +142,18 @@ class Scene(SceneKeys):
     def shaken_by(self) -> Earthquake | None:
         """The earthquake that it is in, which is then its one live load."""
         return self.earthquake if self._load_case is None else self._load_case.earthquake
+
+    def shaken(self, quake: Earthquake) -> Self:
+        """The scene in an earthquake in place of all other live loads, dead loads those of its load case.
+        Raises CaseError if the scene cannot be in that earthquake."""
+        if case := self.load_case:
+            changed = self.under(case.replace(live={}, earthquake=quake))
+        else:
+            # Beside other live loads, which no longer act, a scene that is checked takes none.
+            changed = BaseModel.model_copy(self, update={"earthquake": quake})
+        if mistake := wrong_direction(self, quake):
+            raise CaseError(f"{self.origin}: 'earthquake': {mistake}")
+        return changed
 
     def factor(self, kind: Kind, given: str, group: str | None = None) -> float:
         """What loads of a group, given as "weight", "dead" or "live", are multiplied by as dead or live."""
@@ -351,28 +175,6 @@ class Scene(SceneKeys):
         if quake is None or (sideways := self.sideways(quake.direction, quake.vector)) is None:
             return None
         return np.asarray(quake.coefficient * (sideways + quake.vertical * self.down))
-
-    @property
-    def down(self) -> np.ndarray:
-        """Unit vector of gravity, shape (2,) or (3,)."""
-        return _unit(np.array(self.gravity))
-
-    @property
-    def tilt_direction(self) -> np.ndarray | None:
-        """Unit vector square to gravity, shape (2,) or (3,), in which a tilted scene is pushed; None if it is
-        not tilted, or only along gravity."""
-        return None if self.tilt is None else self.sideways(self.tilt, self.tilt)
-
-    def sideways(self, side: object, vector: Iterable[object]) -> np.ndarray | None:
-        """Unit vector square to gravity to a side, "left" or "right", or in space towards a vector; None if
-        that is along gravity."""
-        if isinstance(side, str):
-            x, y = self.down
-            return np.array((-y, x) if side == "right" else (y, -x))
-        given = np.array(vector, dtype=float)
-        towards = _unit(given) if given.any() else self.down
-        sideways = towards - (towards @ self.down) * self.down
-        return _unit(sideways) if np.abs(sideways).max() > _ALONG_GRAVITY else None
 
     def in_plane(self) -> list[Block]:
         """The blocks of a scene in the plane. Raises OptionError of one in space."""
@@ -411,7 +213,3 @@ class Scene(SceneKeys):
         """Scenes are equal if their keys are, wherever they were read from."""
         same = isinstance(other, Scene) and self.load_case == other.load_case
         return same and self.model_dump() == other.model_dump()  # type: ignore[attr-defined]
-
-
-def _unit(vector: np.ndarray) -> np.ndarray:
-    return vector / np.hypot.reduce(vector)

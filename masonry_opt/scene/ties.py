@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 from pydantic import model_validator
 
 from masonry_opt.scene.blocks import Name, NonNegative, Positive, Record
-from masonry_opt.scene.mistakes import did_you_mean
 from masonry_opt.scene.solids import Direction
-
-if TYPE_CHECKING:
-    from masonry_opt.scene.scene import Scene
 
 #: What ``between`` calls what does not move, unless a block that moves has this name.
 GROUND = "ground"
@@ -85,20 +81,3 @@ class Prop(_Strut):
     CaseError
         If the ends are one point.
     """
-
-
-def wrong_strut(scene: Scene) -> str | None:
-    """What is wrong with the ends of a tie or prop of a scene, in one sentence; None if nothing is."""
-    fixed = {block.name: block.fixed for block in scene.blocks}
-    for kind, struts in (("tie", scene.ties), ("prop", scene.props)):
-        for number, strut in enumerate(struts, start=1):
-            where = f"{kind} no. {number} between {list(strut.between)}"
-            if unknown := [name for name in strut.between if name not in fixed and name != GROUND]:
-                near = did_you_mean(unknown[0], fixed)
-                return f"{where}: no block '{unknown[0]}'{near} (\"{GROUND}\" is what does not move)"
-            if all(fixed.get(name, True) for name in strut.between):
-                return f"{where}: neither of the two can move: it does nothing"
-            if len(strut.at[0]) != scene.dimension:
-                needed = "three numbers, [x, y, z]" if scene.dimension == 3 else "two numbers, [x, y]"
-                return f"{where}: 'at' needs points of {needed}"
-    return None

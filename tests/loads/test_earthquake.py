@@ -21,11 +21,10 @@ from scipy.spatial.transform import Rotation
 from space.mappings_in_space import mapped
 
 import masonry_opt as mo
-from masonry_opt.scene.load_cases import shaken
 
 
 def quake(scene: mo.Scene, method: str = "mcp", **keys: object) -> float:
-    return mo.solve(shaken(scene, mo.Earthquake(**keys)), method, expected=False).required()
+    return mo.solve(scene.shaken(mo.Earthquake(**keys)), method, expected=False).required()
 
 
 @pytest.mark.parametrize("side", ["left", "right"])

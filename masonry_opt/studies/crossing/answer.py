@@ -6,24 +6,18 @@ import json
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from masonry_opt.answer.frames import unsigned
-from masonry_opt.errors import OptionError, counted, printable
-from masonry_opt.files import write_whole
+from masonry_opt.errors import counted, printable
 from masonry_opt.result import Result
 from masonry_opt.studies.crossing.passage import Passage
 from masonry_opt.studies.crossing.search import Found, Trial
 from masonry_opt.studies.many.runs import COLUMNS, columns
-from masonry_opt.studies.writing import refuse_saving
 from masonry_opt.words.sentences import numeral
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 #: Positions without an answer that are named in words; the table has all.
 _NAMED = 5
@@ -55,16 +49,8 @@ class Crossed:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Crossing:
-    """Load factors of a scene by the position of axles.
-
-    Attributes
-    ----------
-    worst: result at the worst position, as of :func:`~masonry_opt.analysis.solve` of a scene with the axles
-        there as loads of its blocks; of a scene that does not stand, that. It has the mechanism.
-    passages: each group of axles in each direction in which it travelled.
-    interrupted: whether the user ended it: λ may be less at other positions than those solved by then.
-    """
+class Crossings:
+    """Load factors of a scene by the position of axles, in numbers; see :class:`~.crossing.Crossing`."""
 
     worst: Result
     passages: tuple[Crossed, ...] = field(repr=False)
@@ -155,37 +141,6 @@ class Crossing:
             for x, value in zip(one.associative.positions, one.associative.load_factors, strict=True)
         ]
         return pd.DataFrame(rows, columns=["axles", "direction", "position", "associative"])
-
-    def plot(self) -> Figure:
-        """Draw the load factor over the position of the first axle, and below it, in the same scale, the
-        mechanism at the worst, as a matplotlib figure; a notebook shows it.
-
-        Raises OptionError of a scene that does not stand.
-        """
-        from masonry_opt.studies.crossing.picture import picture
-
-        self._refuse_nothing()
-        return picture(self)
-
-    def save(self, path: str | Path, force: bool = False) -> None:
-        """Write the picture (.png, .svg, .pdf), or a page with it, the worst position's result and the table
-        (.html), whole or not at all.
-
-        Raises OptionError if the file's name has another ending, it cannot be written or replaced (``force``
-        replaces what was not written here), or the scene does not stand.
-        """
-        from masonry_opt.studies.crossing.picture import page, picture
-
-        refuse_saving(path, force)
-        self._refuse_nothing()
-        if Path(path).suffix.lower() == ".html":
-            write_whole(path, page(self))
-        else:
-            picture(self).save(path, force)
-
-    def _refuse_nothing(self) -> None:
-        if not self.passages:
-            raise OptionError(f"{self.worst.case}: {self.worst.status}: no axle was moved, none can be drawn")
 
     def __str__(self) -> str:
         return printable("\n".join(f"{name:<16} {value}" for name, value in self.facts().items()))

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.files import write_whole
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import Problem
@@ -21,13 +22,16 @@ from masonry_opt.problem.road import Road
 from masonry_opt.scene.axles import Axles
 from masonry_opt.scene.blocks import Point
 from masonry_opt.scene.case_file import as_scene
-from masonry_opt.scene.load_cases import refuse_without_case
 from masonry_opt.scene.scene import Scene
 from masonry_opt.session import Session
-from masonry_opt.studies.crossing.answer import Crossed, Crossing
+from masonry_opt.studies.crossing.answer import Crossed, Crossings
 from masonry_opt.studies.crossing.moving_load import MovingLoad
 from masonry_opt.studies.crossing.passage import Passage
 from masonry_opt.studies.crossing.search import Solve, Solving, least_associative, least_coulomb
+from masonry_opt.studies.writing import refuse_saving
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: Distance of the least load factor from what is proven, relative, where anything is.
 WITHIN = 1e-3
@@ -37,6 +41,50 @@ _LONGEST = 0.01
 
 #: Methods of associative flow.
 _ASSOCIATIVE = ("static", "kinematic")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Crossing(Crossings):
+    """Load factors of a scene by the position of axles.
+
+    Attributes
+    ----------
+    worst: result at the worst position, as of :func:`~masonry_opt.analysis.solve` of a scene with the axles
+        there as loads of its blocks; of a scene that does not stand, that. It has the mechanism.
+    passages: each group of axles in each direction in which it travelled.
+    interrupted: whether the user ended it: λ may be less at other positions than those solved by then.
+    """
+
+    def plot(self) -> Figure:
+        """Draw the load factor over the position of the first axle, and below it, in the same scale, the
+        mechanism at the worst, as a matplotlib figure; a notebook shows it.
+
+        Raises OptionError of a scene that does not stand.
+        """
+        from masonry_opt.studies.crossing.picture import picture
+
+        self._refuse_nothing()
+        return picture(self)
+
+    def save(self, path: str | Path, force: bool = False) -> None:
+        """Write the picture (.png, .svg, .pdf), or a page with it, the worst position's result and the table
+        (.html), whole or not at all.
+
+        Raises OptionError if the file's name has another ending, it cannot be written or replaced (``force``
+        replaces what was not written here), or the scene does not stand.
+        """
+        from masonry_opt.studies.crossing.picture import page, picture
+
+        refuse_saving(path, force)
+        self._refuse_nothing()
+        if Path(path).suffix.lower() == ".html":
+            write_whole(path, page(self))
+        else:
+            picture(self).save(path, force)
+
+    def _refuse_nothing(self) -> None:
+        if not self.passages:
+            raise OptionError(f"{self.worst.case}: {self.worst.status}: no axle was moved, none can be drawn")
 
 
 def crossing(
@@ -146,7 +194,7 @@ def _passages(scene: Scene, axles: str | Axles | Sequence[Axles] | None) -> Iter
     """The groups asked for, in the directions in which they travel."""
     if scene.tilt:
         raise CaseError(f"{scene.origin}: axles do not tilt: take 'tilt' away")
-    refuse_without_case(scene)
+    scene.refuse_without_case()
     if scene.earthquake:
         raise CaseError(f"{scene.origin}: axles do not cross in an earthquake: take 'earthquake' away")
     if not scene.factor_of_axles:

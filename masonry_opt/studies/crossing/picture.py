@@ -14,7 +14,7 @@ from masonry_opt.drawing.figure import Picture, style
 from masonry_opt.drawing.notebook import notebook_html
 from masonry_opt.drawing.pictures import draw_mechanism
 from masonry_opt.errors import printable
-from masonry_opt.studies.crossing.answer import Crossing
+from masonry_opt.studies.crossing.answer import Crossings
 from masonry_opt.studies.crossing.passage import Passage
 from masonry_opt.studies.writing import render
 from masonry_opt.words.sentences import numeral
@@ -30,7 +30,7 @@ _SHOWN = 4.0
 _ARROW = 0.05
 
 
-def picture(crossing: Crossing) -> Picture:
+def picture(crossing: Crossings) -> Picture:
     """Load factors by position, and below them, in the same scale, the mechanism at the worst."""
     least = crossing.least
     assert least is not None
@@ -63,7 +63,7 @@ def picture(crossing: Crossing) -> Picture:
     return made
 
 
-def _heading(crossing: Crossing) -> str:
+def _heading(crossing: Crossings) -> str:
     if crossing.load_factor is None or crossing.position is None:
         return str(crossing.worst.status)
     return printable(
@@ -72,7 +72,7 @@ def _heading(crossing: Crossing) -> str:
     )
 
 
-def _load_factors(axes: Axes, crossing: Crossing) -> None:
+def _load_factors(axes: Axes, crossing: Crossings) -> None:
     """A line for each passage over the position of its first axle, and of Coulomb methods associative λ."""
     values: list[float] = []
     for one, colour in zip(crossing.passages, SERIES * len(crossing.passages), strict=False):
@@ -118,7 +118,7 @@ def _axles(axes: Axes, passage: Passage, position: float, arrow: float) -> float
     return float(line[:, 1].max())
 
 
-def page(crossing: Crossing) -> str:
+def page(crossing: Crossings) -> str:
     """The picture, what was found, the worst position's result and the table, as HTML that stands by itself.
 
     Raises OptionError if Jinja2, of the extra "studies", is not installed.

@@ -16,7 +16,7 @@ from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.methods.task import Progress
 from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
-from masonry_opt.scene.load_cases import Earthquake, refuse_without_case, shaken
+from masonry_opt.scene.load_cases import Earthquake
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.load_cases.cases import COLUMNS, Cases, solve_all
 
@@ -107,7 +107,7 @@ def directions(
         If the scene is wrong.
     """
     of = as_scene(scene, load_case)
-    refuse_without_case(of)
+    of.refuse_without_case()
     if of.tilt:
         raise OptionError(f"{of.origin}: 'tilt' is the scene's live load: take it away")
     own = of.shaken_by or Earthquake(direction=0.0)
@@ -120,7 +120,7 @@ def directions(
         Earthquake(direction=push, vertical=ratio, dead_as_mass=own.dead_as_mass)
         for ratio, push in itertools.product(ratios, pushes)
     ]
-    scenes = {str(quake): shaken(of, quake) for quake in quakes}
+    scenes = {str(quake): of.shaken(quake) for quake in quakes}
     return Directions(solve_all(scenes, method, progress, phases, **options))
 
 

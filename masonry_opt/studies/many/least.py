@@ -16,7 +16,6 @@ from masonry_opt.answer.thresholds import JUMP, LOWER
 from masonry_opt.errors import CaseError, NoLoadFactorError, OptionError
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
-from masonry_opt.scene.load_cases import refuse_without_case
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.standing import standing
 from masonry_opt.studies.many.threshold import FALLS, UNLIMITED, Threshold, Trial
@@ -168,7 +167,7 @@ class _Search:
         if value not in self.trials:
             try:
                 scene = as_scene(self.make(value))
-                refuse_without_case(scene)
+                scene.refuse_without_case()
                 trial = self._standing(value, scene) if self.load is None else self._carrying(value, scene)
             except (CaseError, NoLoadFactorError) as error:
                 raise type(error)(f"at {value:.9g}: {error}") from None

@@ -18,8 +18,8 @@ from pydantic.fields import FieldInfo
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.scene.blocks import INSTEAD, Record
 from masonry_opt.scene.case_file import CaseFile
-from masonry_opt.scene.load_cases import refuse_without_case
-from masonry_opt.scene.scene import Scene, SceneKeys
+from masonry_opt.scene.keys import SceneKeys
+from masonry_opt.scene.scene import Scene
 
 #: A path through records: names of fields, and indices of entries.
 _Way = tuple[str | int, ...]
@@ -76,7 +76,7 @@ class Parameters:
     def check_names(self, names: Mapping[str, object]) -> None:
         """Raise OptionError for an unknown name, with names like it, for two that exclude each other, and for
         a scene with load cases in none of them."""
-        refuse_without_case(self.scene)
+        self.scene.refuse_without_case()
         for name in names:
             if name not in self._ways:
                 raise OptionError(f"{self.scene.origin}: no number is called '{name}'{self._near(name)}")

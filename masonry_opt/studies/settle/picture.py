@@ -11,7 +11,7 @@ from masonry_opt.drawing.pictures import elements_picture
 from masonry_opt.drawing.view import View, refuse_view
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.result import Result
-from masonry_opt.studies.settle.settlement import Settlement
+from masonry_opt.studies.settle.settlement import Reactions
 from masonry_opt.studies.writing import render
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
@@ -21,7 +21,7 @@ _WAY = "way in which the support moves"
 
 
 def picture(
-    settlement: Settlement,
+    settlement: Reactions,
     end: str,
     kind: str | None = None,
     names: bool = False,
@@ -51,7 +51,7 @@ def _drawn(result: Result, heading: str, names: bool, view: View | None) -> Pict
     return elements_picture(replace(elements, heading=heading, loads=loads), "mechanism", names, view)
 
 
-def page(settlement: Settlement, view: View | None = None) -> str:
+def page(settlement: Reactions, view: View | None = None) -> str:
     """Both ends with their pictures, and the table, as HTML that stands by itself.
 
     Raises OptionError if Jinja2, of the extra "studies", is not installed.

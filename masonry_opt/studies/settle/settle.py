@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from masonry_opt.analysis import prepare
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError
+from masonry_opt.files import write_whole
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.mcp.passes import PASSES_UP_TO, Passes
 from masonry_opt.methods.registry import DEFAULT
@@ -22,12 +23,76 @@ from masonry_opt.methods.task import Task
 from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.case_file import as_scene
-from masonry_opt.scene.load_cases import refuse_without_case
 from masonry_opt.scene.scene import Scene
 from masonry_opt.session import ASSOCIATIVE
 from masonry_opt.standing.diagnosis import carries
 from masonry_opt.studies.settle.freed import freed
-from masonry_opt.studies.settle.settlement import Bound, Settlement
+from masonry_opt.studies.settle.settlement import Bound, Reactions
+from masonry_opt.studies.writing import refuse_saving
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, kw_only=True)
+class Settlement(Reactions):
+    """The reactions with which a scene stands on supports that can move in one direction.
+
+    Attributes
+    ----------
+    case: case file or title of the scene.
+    supports, direction, turns: names of the supports, unit vector in which they settle, and whether each can
+        turn.
+    method: as asked for.
+    at_rest: reaction while the supports are held (and turn, if they can), of contacts that give; None where
+        it was not found.
+    least, greatest: the reactions; None where none holds the scene.
+    fallen: of a scene that no reaction holds, the result that says why, and how it falls; else None.
+    """
+
+    def plot(
+        self,
+        end: str = "least",
+        kind: str | None = None,
+        names: bool = False,
+        view: tuple[float, float] | None = None,
+    ) -> Figure:
+        """Draw what moves at the "least" or the "greatest" reaction, with an arrow on each support in the
+        direction in which it moves, as a matplotlib figure; how the scene falls, where no reaction holds it.
+
+        Parameters
+        ----------
+        kind: one of ``Bound.results``; by default the first.
+        names: whether to write each block's name into it.
+        view: of solids, as of :meth:`Result.plot`.
+
+        Raises OptionError if there is no such end or kind, or the view is none.
+        """
+        from masonry_opt.studies.settle.picture import picture
+
+        return picture(self, end, kind, names, view)
+
+    def save(
+        self,
+        path: str | Path,
+        end: str = "least",
+        kind: str | None = None,
+        force: bool = False,
+        view: tuple[float, float] | None = None,
+    ) -> None:
+        """Write one picture (.png, .svg, .pdf; ``end``, ``kind`` and ``view`` as in ``plot``), or a page with
+        both ends (.html), whole or not at all.
+
+        Raises OptionError if the file's name has another ending, it cannot be written or replaced (``force``
+        replaces what was not written here), or as ``plot``.
+        """
+        from masonry_opt.studies.settle.picture import page, picture
+
+        refuse_saving(path, force)
+        if Path(path).suffix.lower() == ".html":
+            write_whole(path, page(self, view))
+        else:
+            picture(self, end, kind, view=view).save(path, force)
 
 
 def settle(
@@ -79,7 +144,7 @@ def settle(
     """
     session = prepare(method, model=model, solver=solver, tolerance=tolerance, expected=expected, **options)
     scene, effort = as_scene(scene, load_case), Effort(phases)
-    refuse_without_case(scene)
+    scene.refuse_without_case()
     supports = _supports(scene, support)
     along = _unit(scene, direction)
     effort.begins("finding joints")

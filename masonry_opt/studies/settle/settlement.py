@@ -4,22 +4,18 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from masonry_opt.answer.motion import moving_names
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.errors import printable
-from masonry_opt.files import write_whole
 from masonry_opt.result import Result
-from masonry_opt.studies.writing import refuse_saving
 from masonry_opt.words.names import some
 from masonry_opt.words.sentences import numeral
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)
@@ -94,20 +90,8 @@ def _moving(result: Result) -> list[str]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Settlement:
-    """The reactions with which a scene stands on supports that can move in one direction.
-
-    Attributes
-    ----------
-    case: case file or title of the scene.
-    supports, direction, turns: names of the supports, unit vector in which they settle, and whether each can
-        turn.
-    method: as asked for.
-    at_rest: reaction while the supports are held (and turn, if they can), of contacts that give; None where
-        it was not found.
-    least, greatest: the reactions; None where none holds the scene.
-    fallen: of a scene that no reaction holds, the result that says why, and how it falls; else None.
-    """
+class Reactions:
+    """Reactions of supports that can move in one direction, in numbers; see :class:`~.settle.Settlement`."""
 
     case: str
     supports: tuple[str, ...]
@@ -185,50 +169,6 @@ class Settlement:
     def to_json(self) -> str:
         """``as_dict`` as one JSON object."""
         return json.dumps(self.as_dict(), allow_nan=False, ensure_ascii=False)
-
-    def plot(
-        self,
-        end: str = "least",
-        kind: str | None = None,
-        names: bool = False,
-        view: tuple[float, float] | None = None,
-    ) -> Figure:
-        """Draw what moves at the "least" or the "greatest" reaction, with an arrow on each support in the
-        direction in which it moves, as a matplotlib figure; how the scene falls, where no reaction holds it.
-
-        Parameters
-        ----------
-        kind: one of ``Bound.results``; by default the first.
-        names: whether to write each block's name into it.
-        view: of solids, as of :meth:`Result.plot`.
-
-        Raises OptionError if there is no such end or kind, or the view is none.
-        """
-        from masonry_opt.studies.settle.picture import picture
-
-        return picture(self, end, kind, names, view)
-
-    def save(
-        self,
-        path: str | Path,
-        end: str = "least",
-        kind: str | None = None,
-        force: bool = False,
-        view: tuple[float, float] | None = None,
-    ) -> None:
-        """Write one picture (.png, .svg, .pdf; ``end``, ``kind`` and ``view`` as in ``plot``), or a page with
-        both ends (.html), whole or not at all.
-
-        Raises OptionError if the file's name has another ending, it cannot be written or replaced (``force``
-        replaces what was not written here), or as ``plot``.
-        """
-        from masonry_opt.studies.settle.picture import page, picture
-
-        refuse_saving(path, force)
-        if Path(path).suffix.lower() == ".html":
-            write_whole(path, page(self, view))
-        else:
-            picture(self, end, kind, view=view).save(path, force)
 
 
 def _words(end: Bound) -> str:
