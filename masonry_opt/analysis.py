@@ -1,38 +1,20 @@
-"""``solve``: a scene, a method and a solver to a result; what may be asked for is checked here."""
+"""``solve``: a scene, a method and a solver to a result."""
 
 from __future__ import annotations
 
-import difflib
-import reprlib
-from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
-
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError
-from masonry_opt.methods.registry import DEFAULT, METHODS
-from masonry_opt.methods.task import Method, Progress
+from masonry_opt.methods.how_to_solve import HowToSolve
+from masonry_opt.methods.registry import DEFAULT
+from masonry_opt.methods.task import Progress
 from masonry_opt.problem.kept import Kept
 from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.session import Session
-from masonry_opt.solvers.registry import MODELS, SOLVERS, TOLERANCE, Solver, find_entry, find_solver
-
-#: Arguments of :func:`solve` that are no options of a method.
-_ARGUMENTS = (
-    "scene",
-    "method",
-    "model",
-    "solver",
-    "tolerance",
-    "expected",
-    "load_case",
-    "progress",
-    "phases",
-)
 
 
 def solve(
@@ -134,109 +116,4 @@ def prepare(
     OptionError
         If one of these is unknown or not available, whatever the scene.
     """
-    if not isinstance(expected, bool):
-        raise OptionError(f"expected must be True or False (found {expected!r})")
-    chosen, own_options = _choose(method, options)
-    named = _solver(chosen, model, solver, tolerance)
-    # Where the method brings its own solver, a quick one decides whether the scene stands.
-    dead_load = find_solver("cvxpy", None) if solver is None and chosen.own_tolerances else named
-    return Session(chosen, named, own_options, dead_load, expected, Kept(keeps))
-
-
-def refuse_options(
-    method: str, model: str | None, solver: str | None, tolerance: float | None, options: Mapping[str, Any]
-) -> None:
-    """Raise OptionError for what :func:`solve` would refuse whatever the scene, and for functions, which no
-    worker can be sent: to be asked before many."""
-    for name, value in options.items():
-        if callable(value):
-            raise OptionError(f"option '{name}': a function is for a single scene, not for many")
-    prepare(method, model=model, solver=solver, tolerance=tolerance, **options)
-
-
-def _choose(name: str, options: Mapping[str, Any]) -> tuple[Method, Any]:
-    """A method and its options, checked. Raises OptionError naming what is wrong."""
-    if not isinstance(name, str) or name not in METHODS:
-        raise OptionError(f"method '{name}' is unknown; choose from: {', '.join(METHODS)}")
-    method = METHODS[name]
-    known = list(method.options.model_fields) if method.options else []
-    for option in options:
-        if option not in known:
-            raise OptionError(f"method '{name}' has no option '{option}'{_instead(option, known)}")
-    given = {
-        option: value.solution if isinstance(value, Result) else value for option, value in options.items()
-    }
-    try:
-        return method, method.options(**given) if method.options else None
-    except ValidationError as error:
-        # Of an option that may be one of several things, what is said of the first will do.
-        wrong = {
-            ".".join(map(str, item["loc"][:1])): f"{item['msg']} (found {reprlib.repr(item['input'])})"
-            for item in reversed(error.errors())
-        }
-        said = [f"option '{option}': {words}" if option else words for option, words in wrong.items()]
-        raise OptionError(f"method '{name}': {'; '.join(said)}") from None
-
-
-def _instead(option: str, known: list[str]) -> str:
-    """What to write in place of an option that a method does not have."""
-    if homes := _homes(option):
-        return f"; methods that have it: {', '.join(homes)}"
-    if close := difflib.get_close_matches(option, [*known, *_ARGUMENTS], n=1):
-        return f"; did you mean '{close[0]}'?"
-    others = [other for has in METHODS.values() if has.options for other in has.options.model_fields]
-    if close := difflib.get_close_matches(option, others, n=1):
-        return f"; did you mean '{close[0]}'? Methods that have it: {', '.join(_homes(close[0]))}"
-    return f"; it has: {', '.join(known) or 'none'}"
-
-
-def _homes(option: str) -> list[str]:
-    """Methods that have an option."""
-    return [name for name, has in METHODS.items() if has.options and option in has.options.model_fields]
-
-
-def _solver(method: Method, model: str | None, name: str | None, tolerance: float | None) -> Solver:
-    for what, given in (("model", model), ("solver", name)):
-        if not isinstance(given, str | None):
-            raise OptionError(f"{what} must be a name (found {given!r})")
-    model = model or next(iter(method.solvers))
-    if model in MODELS and model not in method.solvers:
-        raise OptionError(
-            f"method '{method.name}' takes model: {', '.join(method.solvers)} (found '{model}'); methods "
-            f"that take it: {_names(lambda other: model in other.solvers)}"
-        )
-    allowed = method.solvers.get(model, ())
-    name = name.lower() if name else (allowed[0] if allowed else None)
-    if allowed and name not in allowed:
-        raise OptionError(
-            f"method '{method.name}' with model '{model}' takes solver: {', '.join(allowed)} (found '{name}')"
-            f"{_takers(name)}"
-        )
-    if tolerance is not None and method.own_tolerances:
-        raise OptionError(
-            f"method '{method.name}' has tolerances of its own: leave 'tolerance' out, or name a method "
-            f"that takes one: {_names(lambda other: not other.own_tolerances)}"
-        )
-    others = [entry for entry in SOLVERS.values() if entry.name == name and not entry.linear]
-    if others and not allowed:
-        takers = _names(lambda other: other.solved_by(others[0]))
-        raise OptionError(f"solver '{name}' solves no linear programs, and is for methods: {takers}")
-    return find_solver(model, name, TOLERANCE if tolerance is None else tolerance)
-
-
-def _takers(name: str | None) -> str:
-    """Which methods take a solver, in the first language that has it; which take solvers that CVXPY finds."""
-    for language in MODELS:
-        try:
-            entry = find_entry(language, name)
-        except OptionError:
-            continue
-        takers = [name for name, method in METHODS.items() if method.solved_by(entry)]
-        return f"; methods that take it, with model '{language}': {', '.join(takers)}"
-    return (
-        f"; methods of linear programs, which take others: {_names(lambda method: not method.own_tolerances)}"
-    )
-
-
-def _names(of: Callable[[Method], bool]) -> str:
-    return ", ".join(name for name, method in METHODS.items() if of(method))
+    return Session(HowToSolve(method, model, solver, tolerance, expected, options), Kept(keeps))

@@ -157,7 +157,7 @@ def solve(
         )
     if mechanism not in (None, *_DRAWN):
         raise OptionError(f"--mechanism '{mechanism}' is unknown; choose from: {', '.join(_DRAWN)}")
-    if mechanism == _DRAWN[1] and (not expected or method in ("static", "kinematic")):
+    if mechanism == _DRAWN[1] and (not expected or (method in METHODS and METHODS[method].associative)):
         raise OptionError(f"--mechanism {mechanism}: goes with a Coulomb method, and not with --no-expected")
     kind, seen_from = plot_kind or "mechanism", angles(view)
     scene = as_scene(case, load_case)

@@ -5,8 +5,7 @@ Modules that declare or solve programs are imported where they are used: modelli
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 from masonry_opt.answer.acceptance import SMALLEST, Kind
 from masonry_opt.answer.answer import Found
@@ -17,6 +16,7 @@ from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
+from masonry_opt.methods.how_to_solve import HowToSolve
 from masonry_opt.methods.mcp.passes import PASSES_UP_TO, Passes
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.methods.task import Method, Progress, Task
@@ -25,37 +25,40 @@ from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.problem import Problem
 from masonry_opt.result import Result, make_result
 from masonry_opt.scene.scene import Scene
-from masonry_opt.solvers.registry import MATRICES, Solver, find_solver
+from masonry_opt.solvers.registry import MATRICES, find_solver
 
 #: Joints up to which the associative load factor is computed where a method leaves none: beyond, it takes
 #: from some seconds to minutes.
 _BESIDE_UP_TO = 8000
 
-#: Methods whose answer is associative itself; the method whose answer is the load to expect.
-ASSOCIATIVE, _EXPECTED = ("static", "kinematic"), "compliant"
+#: The method whose answer is the load to expect.
+_EXPECTED = "compliant"
 
 
 @dataclass
 class Session:
-    """A method with its solver and options, to which scenes are given one after the other.
+    """A way to solve, to which scenes are given one after the other.
 
     Attributes
     ----------
-    method, solver, options: as chosen; see :func:`~masonry_opt.analysis.prepare`.
-    dead_load: the solver that decides whether a scene stands.
-    expected: whether Coulomb methods tell the load to expect too.
+    how: with which method, solver and options.
     kept: geometry and compiled programs, if it keeps them for scenes that differ in joint properties alone;
         of those that differ in loads geometry, joints and matrices.
         No answer depends on earlier scenes; but their forces may show that a scene stands.
     """
 
-    method: Method
-    solver: Solver
-    options: Any
-    dead_load: Solver
-    expected: bool = True
+    how: HowToSolve
     kept: Kept = field(default_factory=Kept)
     _last: Assembly | None = None
+
+    @property
+    def method(self) -> Method:
+        """The method."""
+        return self.how.chosen
+
+    def without_expected(self) -> Session:
+        """The same, which does not look for the load to expect."""
+        return replace(self, how=replace(self.how, expected=False))
 
     def solve(
         self, scene: Scene, progress: Progress = lambda _: None, effort: Effort | None = None
@@ -76,8 +79,8 @@ class Session:
 
     def _result(self, assembly: Assembly, solution: Solution, effort: Effort) -> Result:
         method, solver = self.method.name, solution.solver
-        if solver is None or solver.language == self.solver.language:
-            solver = self.solver
+        if solver is None or solver.language == self.how.engine.language:
+            solver = self.how.engine
         return make_result(
             assembly, solution, effort, method=method, model=solver.language, solver=solver.name
         )
@@ -93,16 +96,14 @@ class Session:
 
     def pushed(self, assembly: Assembly, progress: Progress, effort: Effort) -> Solution:
         """The solution of a scene that stands."""
-        expected = self._to_expect(assembly, effort)
+        problem, expected = assembly.problem, self._to_expect(assembly, effort)
         effort.begins(f"method '{self.method.name}'")
-        task = Task(assembly.problem, self.solver, self.options, effort, progress, self.kept, expected)
-        solution = _found(self.method, task)
-        solution.expected = expected
-        solution.accept()
-        _judge(assembly, task, solution)
+        task = Task(problem, self.how.engine, self.how.own_options, effort, progress, self.kept, expected)
+        solution = replace(_found(self.method, task), expected=expected).accepted()
+        solution = _judged(assembly, task, solution)
         if solution.status is Status.SOLVER_FAILED:
             # Nothing bears out what forces and velocities say.
-            solution.found = Found(curved=solution.found.curved)
+            return replace(solution, found=Found(curved=solution.found.curved))
         return solution
 
     def _assembled(self, scene: Scene) -> Assembly:
@@ -117,15 +118,14 @@ class Session:
         """The solution of a scene that does not stand under its dead load; None if it stands."""
         from masonry_opt.standing.diagnosis import DeadLoadUndecided, falling_mechanism
 
-        problem, own, solver = assembly.problem, Effort(), self.dead_load
+        problem, own, solver = assembly.problem, Effort(), self.how.of_dead_load
         effort.begins("does it stand under its dead load?")
         solution = Solution(Status.UNSTABLE, Kind.ASSOCIATIVE)
         with effort.measure("dead_load"):
             try:
                 falling = falling_mechanism(problem, solver, own, self.kept)
             except DeadLoadUndecided as stopped:
-                solution.end(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **stopped.values)
-                return solution
+                return solution.ended(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **stopped.values)
             finally:
                 # The result names the solver; its programs and time count as those of the check.
                 effort.credit(own)
@@ -137,30 +137,28 @@ class Session:
         effort.begins("what falls, and what would hold it")
         with effort.measure("dead_load"):
             falling = as_it_falls(assembly, falling, own)
-        solution.found = Found(d=falling, curved=problem.layout.round)
-        solution.add(Code.FALLS, blocks=moving_names(assembly, falling))
-        with effort.measure("dead_load"):
-            solution.reasons += what_would_hold(assembly, falling, solver, own)
-        return solution
+            falls = reason(Code.FALLS, blocks=moving_names(assembly, falling))
+            holds = what_would_hold(assembly, falling, solver, own)
+        found = Found(d=falling, curved=problem.layout.round)
+        return replace(solution, found=found, reasons=(falls, *holds))
 
     def _to_expect(self, assembly: Assembly, effort: Effort) -> Solution | None:
         """What method "compliant" finds, or why it is not asked; None where nobody wants to know. Its steps
         and time stand apart from those of the method."""
-        if not self.expected or self.method.name in (*ASSOCIATIVE, _EXPECTED):
+        if not self.how.expected or self.method.associative or self.method.name == _EXPECTED:
             return None
         method, problem = METHODS[_EXPECTED], assembly.problem
         if method.constant_dilatancy and problem.dilatancy_depends_on_stress:
-            return Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, [reason(Code.DILATANCY_FALLS)])
+            return Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, (reason(Code.DILATANCY_FALLS),))
         if problem.joints > PASSES_UP_TO:
             why = reason(Code.NOT_EXPECTED, **size_of(problem))
-            return Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, [why])
+            return Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, (why,))
         effort.begins("load to expect")
         solver = find_solver(MATRICES, None)
         effort.uses(solver.name, "load to expect")
         with effort.measure("expected"):
             solution = _found(method, Task(problem, solver, effort=Effort(effort.begins), kept=self.kept))
-        _withdraw_unless_it_stands(assembly, solution)
-        return solution
+        return _unless_it_falls(assembly, solution)
 
 
 def refuse_unsuited(method: Method, assembly: Assembly) -> None:
@@ -211,14 +209,16 @@ def refuse_unsuited(method: Method, assembly: Assembly) -> None:
         )
 
 
-def _withdraw_unless_it_stands(assembly: Assembly, solution: Solution) -> None:
-    """Withdraw a load factor below zero, or of a scene that does not carry its dead load from rest."""
+def _unless_it_falls(assembly: Assembly, solution: Solution) -> Solution:
+    """A solution without its load factor, where that is below zero, or the scene does not carry its dead load
+    from rest."""
     found, statics = solution.load_factor, solution.kind is Kind.ASSOCIATIVE
     rests = found is not None and not statics and _rests(assembly.problem, solution, found)
-    if found is not None and (found < -ZERO or not (statics or rests)):
-        from masonry_opt.standing.no_load_factor import withdraw
+    if found is None or (found >= -ZERO and (statics or rests)):
+        return solution
+    from masonry_opt.standing.no_load_factor import withdrawn
 
-        withdraw(assembly, solution, rests)
+    return withdrawn(assembly, solution, rests)
 
 
 def _found(method: Method, task: Task) -> Solution:
@@ -230,9 +230,9 @@ def _found(method: Method, task: Task) -> Solution:
         decided = (before.answer and not before.failing()) or before.proven_none
         if decided or before.kind is Kind.ASSOCIATIVE or task.problem.joints > _BESIDE_UP_TO:
             return before
-        from masonry_opt.methods.associative import set_beside
+        from masonry_opt.methods.associative import with_associative
 
-        set_beside(task, before)
+        before = with_associative(task, before)
         if before.associative is None:
             return before
     from masonry_opt.methods.no_work import without_work
@@ -252,24 +252,26 @@ def _rests(problem: Problem, solution: Solution, load_factor: float) -> bool:
     return min(load_factor, solution.below_zero) > SMALLEST or Passes(problem).carry_dead_load()
 
 
-def _judge(assembly: Assembly, task: Task, solution: Solution) -> None:
-    """Set the associative load factor beside a Coulomb answer; without a load factor ≥ 0, explain why."""
+def _judged(assembly: Assembly, task: Task, solution: Solution) -> Solution:
+    """A Coulomb answer with the associative load factor beside it; without a load factor ≥ 0, why."""
     if solution.kind is not Kind.ASSOCIATIVE:
         # Which no Coulomb answer exceeds. (Where none is proven to exist, statics carry any multiple.)
-        from masonry_opt.methods.associative import set_beside
+        from masonry_opt.methods.associative import with_associative
 
         if not solution.proven_none and task.problem.joints <= _BESIDE_UP_TO:
-            set_beside(task, solution)
-    if solution.expected is not None:
-        solution.expected.associative = solution.associative_value
-    _withdraw_unless_it_stands(assembly, solution)
-    if solution.load_factor is not None:
-        return
-    from masonry_opt.standing.no_load_factor import explain
-
-    explain(assembly, solution, task.solver, task.effort, solution.kind is Kind.ASSOCIATIVE)
+            solution = with_associative(task, solution)
     expected = solution.expected
-    if expected is not None and expected.load_factor is not None and solution.proven_none:
-        # What contacts give before they lock is no collapse.
-        expected.found, expected.status = Found(), solution.status
-        expected.reasons = list(solution.reasons)
+    if expected is not None:
+        expected = replace(expected, associative=solution.associative_value)
+    solution = _unless_it_falls(assembly, replace(solution, expected=expected))
+    if solution.load_factor is not None:
+        return solution
+    from masonry_opt.standing.no_load_factor import explained
+
+    by_statics = solution.kind is Kind.ASSOCIATIVE
+    solution = explained(assembly, solution, task.solver, task.effort, by_statics)
+    if expected is None or expected.load_factor is None or not solution.proven_none:
+        return solution
+    # What contacts give before they lock is no collapse.
+    expected = replace(expected, found=Found(), status=solution.status, reasons=solution.reasons)
+    return replace(solution, expected=expected)

@@ -27,7 +27,7 @@ def unsigned(frame: pd.DataFrame) -> pd.DataFrame:
 
 def history_frame(solution: Solution) -> pd.DataFrame:
     """A row a step of the method."""
-    return unsigned(pd.DataFrame(solution.history).drop(columns="solved", errors="ignore"))
+    return unsigned(pd.DataFrame(list(solution.history)).drop(columns="solved", errors="ignore"))
 
 
 def block_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:

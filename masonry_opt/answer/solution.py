@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import inf
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -34,11 +34,9 @@ class GivingState:
     answer: Answer
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class Solution:
     """How an analysis ended, in the problem's dimensionless units.
-
-    What was found is immutable; status, reasons and history are written as a method goes on.
 
     Attributes
     ----------
@@ -51,7 +49,7 @@ class Solution:
     history: one record a step of the method.
     stationary: of a refined state: True if no mechanism tried among the faces at yield lowers λ.
     associative: associative load factor; None where it is unlimited, or was not computed.
-    associative_sought: whether a program was solved for it alone.
+    associative_ended: how a program ended that was solved for it alone; None where there was none.
     expected: of a Coulomb method, what method "compliant" found, or why it was not asked; None where it is
         switched off, and of scenes that fall.
     bound: lower bound of λ, of the bracket; what it assumes, if anything, stands in the reasons.
@@ -64,20 +62,20 @@ class Solution:
 
     status: Status
     kind: Kind
-    reasons: list[Reason] = field(default_factory=list)
+    reasons: tuple[Reason, ...] = ()
     found: Found = field(default_factory=Found)
     flow_rule_matters: bool = True
     exact_end: bool = False
-    history: list[Any] = field(default_factory=list)
+    history: tuple[Any, ...] = ()
     stationary: bool | None = None
     associative: float | None = None
-    associative_sought: bool = False
+    associative_ended: Status | None = None
     expected: Solution | None = None
     bound: float | None = None
     bound_derived: bool = False
     infeasibility: InfeasibilityCertificate | None = None
     size: LpSize | None = None
-    curve: list[GivingState] | None = None
+    curve: tuple[GivingState, ...] | None = None
     solver: Solver | None = None
 
     @property
@@ -157,27 +155,31 @@ class Solution:
         own = answer.under(problem, problem.dilatancy, answer.curved or problem.layout.round)
         return not own.failing(Kind.EXACT)
 
-    def end(self, status: Status, code: Code, **values: Any) -> None:
-        """Set the status, and the one reason for it."""
-        self.status, self.reasons = status, [reason(code, **values)]
+    def ended(self, status: Status, code: Code, **values: Any) -> Self:
+        """The same with this status, and one reason for it."""
+        return replace(self, status=status, reasons=(reason(code, **values),))
 
-    def add(self, code: Code, **values: Any) -> None:
-        """Add a reason."""
-        self.reasons.append(reason(code, **values))
+    def telling(self, *more: Reason) -> Self:
+        """The same with more reasons."""
+        return replace(self, reasons=(*self.reasons, *more))
 
-    def withdraw(self, status: Status, code: Code, **values: Any) -> None:
-        """Set the status and the one reason for which the answer is none, and keep what was found."""
-        self.end(status, code, load_factor=self.load_factor, **values)
+    def telling_first(self, why: Reason) -> Self:
+        """The same with a reason before all others."""
+        return replace(self, reasons=(why, *self.reasons))
+
+    def withdrawn(self, status: Status, code: Code, **values: Any) -> Self:
+        """The same, with the status and the one reason for which what was found is no answer."""
         found = self.found
-        self.found = Found(q=found.q, d=found.d, slope=found.slope, curved=found.curved)
+        kept = Found(q=found.q, d=found.d, slope=found.slope, curved=found.curved)
+        return replace(self.ended(status, code, load_factor=self.load_factor, **values), found=kept)
 
     def failing(self) -> dict[str, float | None]:
         """Residuals that exceed the limits of its kind; none without an answer."""
         return self.answer.failing(self.kind) if self.answer else {}
 
-    def accept(self) -> bool:
-        """Whether its certificate bears the answer out; if not, it is withdrawn."""
+    def accepted(self) -> Self:
+        """Itself where its certificate bears the answer out, else without it."""
         failing = self.failing()
-        if failing:
-            self.withdraw(Status.SOLVER_FAILED, Code.NOT_CERTIFIED, residuals=failing)
-        return not failing
+        if not failing:
+            return self
+        return self.withdrawn(Status.SOLVER_FAILED, Code.NOT_CERTIFIED, residuals=failing)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.motion import fastest
 from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.thresholds import SLIDES
@@ -44,8 +45,8 @@ def stressed_joints(result: Outcome, above: float | None = None) -> pd.DataFrame
         If the result is of another method or of a scene in space, or has no mechanism, ``above`` is
         not a number from zero on, or neither it nor the scene says what stress is too high.
     """
-    method = getattr(result, "method", type(result).__name__)
-    if method not in ("static", "kinematic"):
+    if getattr(result, "kind", None) is not Kind.ASSOCIATIVE:
+        method = getattr(result, "method", type(result).__name__)
         raise OptionError(
             f"stressed_joints: takes an associative result (method 'static' or 'kinematic'), not one of "
             f"'{method}'"

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer, Found, certified
-from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.task import Task
@@ -27,22 +29,28 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
     problem, crushes = task.problem, bool(len(task.problem.crushing)) and not by_chords
     curved = task.solver.entry.conic and (crushes or problem.layout.round)
     answer, found, size = _solved(task, formulation, curved)
-    solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, size=size, solver=task.solver)
+    reasons = []
     if _is_short(answer, found):
         dual = "kinematic" if formulation == "static" else "static"
         of_dual, beside, _ = _solved(task, dual, curved)
         if not _is_short(of_dual, beside):
             answer, found = of_dual, beside
-            solution.add(Code.BY_DUAL, formulation=dual)
+            reasons.append(reason(Code.BY_DUAL, formulation=dual))
     if found is None:
-        solution.found = Found(curved=curved)
-        solution.status, why = no_optimum(problem, answer.solved.status, task.solver, task.effort)
-        solution.reasons = [why]
+        status, why = no_optimum(problem, answer.solved.status, task.solver, task.effort)
+        reasons = [why]
     else:
-        solution.found = found
+        status = Status.OPTIMAL
         if answer.solved.failed:
-            solution.add(Code.STOPPED_SHORT, word=answer.solved.status)
-    return solution
+            reasons.append(reason(Code.STOPPED_SHORT, word=answer.solved.status))
+    return Solution(
+        status,
+        Kind.ASSOCIATIVE,
+        tuple(reasons),
+        found or Found(curved=curved),
+        size=size,
+        solver=task.solver,
+    )
 
 
 def _solved(task: Task, formulation: str, curved: bool) -> tuple[LpAnswer, Answer | None, LpSize]:
@@ -82,17 +90,14 @@ def kinematic(task: Task) -> Solution:
     return associative(task, "kinematic")
 
 
-def set_beside(task: Task, of: Solution) -> bool:
-    """Set the associative load factor beside a Coulomb answer, by the usual solver, unless it was looked for
-    before; it stays None if there is none that its certificate bears out. Returns whether the program, if it
-    was solved now, has no limit."""
-    if of.associative_sought or of.associative is not None:
-        return False
-    of.associative_sought = True
+def with_associative(task: Task, of: Solution) -> Solution:
+    """A Coulomb answer with the associative load factor beside it, by the usual solver, unless it was looked
+    for before; that stays None where no answer is borne out."""
+    if of.associative_ended is not None or of.associative is not None:
+        return of
     own = Task(task.problem, kept=task.kept)
     task.effort.begins("associative load factor")
     task.effort.uses(own.solver.name, "associative")
     with task.effort.measure("associative"):
-        solution = associative(own, by_chords=True)
-    of.associative = solution.load_factor if solution.accept() else None
-    return solution.status in (Status.UNLIMITED, Status.LOCKED)
+        solution = associative(own, by_chords=True).accepted()
+    return replace(of, associative=solution.load_factor, associative_ended=solution.status)

@@ -16,7 +16,7 @@ from pydantic import Field, InstanceOf, Strict, model_validator
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Found, certified
-from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.loop.nonassociative import nonassociative
@@ -24,10 +24,9 @@ from masonry_opt.methods.loop.options import LoopOptions
 from masonry_opt.methods.task import Options, Task, of_same_scene
 from masonry_opt.models.pyomo_mpec import PyomoMpec
 from masonry_opt.models.pyomo_relaxed import PyomoRelaxed
-from masonry_opt.problem.load_units import Scaled, in_units_of_live_load
+from masonry_opt.problem.load_units import in_units_of_live_load
 from masonry_opt.problem.state import State
 from masonry_opt.solvers import ipopt as drivers
-from masonry_opt.solvers.ipopt import Ipopt
 from masonry_opt.solvers.registry import find_solver
 
 #: The relaxation falls by this factor between solves.
@@ -92,87 +91,103 @@ def mpec(task: Task) -> Solution:
         accurate = LoopOptions(sub_problems="accurate")
         before = nonassociative(task.with_options(accurate, find_solver("cvxpy", None)))
     if before.q is None or before.d is None:
-        before.reasons.insert(0, reason(Code.START_FAILED))
-        return before
+        return before.telling_first(reason(Code.START_FAILED))
     p = problem.rates(before.d, problem.dilatancy)
     solution = _relaxed(task, options, State(before.load_factor or 0.0, before.q, before.d, p))
-    solution.flow_rule_matters = before.flow_rule_matters
-    return solution
+    return replace(solution, flow_rule_matters=before.flow_rule_matters)
 
 
 def _relaxed(task: Task, options: MpecOptions, start: State | None) -> Solution:
-    problem, effort, scaled = task.problem, task.effort, in_units_of_live_load(task.problem)
-    with effort.measure("build"):
-        model = PyomoRelaxed(PyomoMpec(scaled.problem))
-        q, d, p = (np.zeros(size) for size in (*problem.B.shape[::-1], problem.faces))
-        if start is not None:
-            start = replace(start, load_factor=start.load_factor / scaled.load_factor)
-        model.start_from(start or State(0.0, q, d, p))
-    with effort.measure("compile"):
-        ipopt = getattr(drivers, task.solver.entry.engine)(model)
-    effort.uses(task.solver.name, "relaxation")
-    solution = Solution(Status.HOMOTOPY, Kind.RELAXED, solver=task.solver)
-    epsilon = options.epsilon
-    while not _follow(task, scaled, model, ipopt, epsilon, options.epsilon_min, solution):
+    path, epsilon = _Path(task, start), options.epsilon
+    while not path.follow(epsilon, options.epsilon_min):
         epsilon *= _SMALLER_START
         if start is None or epsilon < options.epsilon_min or epsilon < _SMALLEST_START:
-            return _stopped(solution, start)
+            return _stopped(task, path, start)
         # A smaller ε is easier to follow, but leaves less room to find a lower λ.
-        model.start_from(start)
-        ipopt.forget()
-    solution.end(Status.CONVERGED, Code.LOCAL_MINIMUM, epsilon=options.epsilon_min)
-    state = scaled.state(model.read())
-    solution.found = certified(problem, state.load_factor, state.q, state.d)
+        path.begin_again()
+    state = path.last
+    assert state is not None
+    reasons = [reason(Code.LOCAL_MINIMUM, epsilon=options.epsilon_min)]
     if epsilon < options.epsilon:
-        solution.add(Code.RELAXED_FROM, epsilon=epsilon)
-    return solution
+        reasons.append(reason(Code.RELAXED_FROM, epsilon=epsilon))
+    found = certified(task.problem, state.load_factor, state.q, state.d)
+    return path.ended(Status.CONVERGED, reasons, found)
 
 
-def _follow(
-    task: Task,
-    scaled: Scaled,
-    model: PyomoRelaxed,
-    ipopt: Ipopt,
-    epsilon: float,
-    last: float,
-    solution: Solution,
-) -> bool:
-    """Solve for a falling ε from the model's values, which are of the scaled problem; whether all were
-    solved."""
-    while True:
-        began = time.perf_counter()
-        answer = ipopt.solve(epsilon)
-        seconds = time.perf_counter() - began
-        task.effort.add("solve", seconds)
-        task.effort.iterations += answer.iterations
-        task.effort.nlp_solves += 1
-        load_factor, largest, gap = math.nan, math.nan, math.nan
-        if answer.solved:
-            state, products = scaled.state(model.read()), model.products()
-            solution.found = Found(q=state.q, d=state.d, slope=task.problem.dilatancy)
-            load_factor, largest = state.load_factor, float(products.max())
-            gap = float(products.sum()) / task.problem.live_norm
-        solution.history.append(
-            RelaxationStep(epsilon, load_factor, answer.status, answer.iterations, largest, gap, seconds)
-        )
-        task.progress(solution.history[-1])
-        if not answer.solved or epsilon <= last:
-            return answer.solved
-        epsilon *= _FALL
-        if epsilon < 2 * last:
-            epsilon = last
+class _Path:
+    """The relaxation for one ε after the other.
+
+    Attributes
+    ----------
+    history: a record of each.
+    last: state of the last that was solved; None before one is.
+    """
+
+    def __init__(self, task: Task, start: State | None) -> None:
+        problem, effort = task.problem, task.effort
+        self._task, self._scaled = task, in_units_of_live_load(problem)
+        self.history: list[RelaxationStep] = []
+        self.last: State | None = None
+        with effort.measure("build"):
+            self._model = PyomoRelaxed(PyomoMpec(self._scaled.problem))
+            q, d, p = (np.zeros(size) for size in (*problem.B.shape[::-1], problem.faces))
+            if start is not None:
+                start = replace(start, load_factor=start.load_factor / self._scaled.load_factor)
+            self._start = start or State(0.0, q, d, p)
+            self._model.start_from(self._start)
+        with effort.measure("compile"):
+            self._ipopt = getattr(drivers, task.solver.entry.engine)(self._model)
+        effort.uses(task.solver.name, "relaxation")
+
+    def ended(self, status: Status, reasons: list[Reason], found: Found) -> Solution:
+        """The solution that it leads to."""
+        history, solver = tuple(self.history), self._task.solver
+        return Solution(status, Kind.RELAXED, tuple(reasons), found, history=history, solver=solver)
+
+    def begin_again(self) -> None:
+        """Return to where it began."""
+        self._model.start_from(self._start)
+        self._ipopt.forget()
+
+    def follow(self, epsilon: float, last: float) -> bool:
+        """Solve for a falling ε, down to the last, from where the model is; whether all were solved."""
+        task = self._task
+        while True:
+            began = time.perf_counter()
+            answer = self._ipopt.solve(epsilon)
+            seconds = time.perf_counter() - began
+            task.effort.add("solve", seconds)
+            task.effort.iterations += answer.iterations
+            task.effort.nlp_solves += 1
+            load_factor, largest, gap = math.nan, math.nan, math.nan
+            if answer.solved:
+                self.last, products = self._scaled.state(self._model.read()), self._model.products()
+                load_factor, largest = self.last.load_factor, float(products.max())
+                gap = float(products.sum()) / task.problem.live_norm
+            step = RelaxationStep(
+                epsilon, load_factor, answer.status, answer.iterations, largest, gap, seconds
+            )
+            self.history.append(step)
+            task.progress(step)
+            if not answer.solved or epsilon <= last:
+                return bool(answer.solved)
+            epsilon *= _FALL
+            if epsilon < 2 * last:
+                epsilon = last
 
 
-def _stopped(solution: Solution, start: State | None) -> Solution:
-    failed = solution.history[-1]
-    solution.end(Status.HOMOTOPY, Code.RELAXATION_STOPPED, word=failed.word, epsilon=failed.epsilon)
-    solved = [step for step in solution.history if not math.isnan(step.load_factor)]
-    if solved:
-        last = solved[-1]
-        solution.add(Code.KEPT_RELAXATION, epsilon=last.epsilon, load_factor=last.load_factor, gap=last.gap)
+def _stopped(task: Task, path: _Path, start: State | None) -> Solution:
+    failed, found = path.history[-1], Found()
+    reasons = [reason(Code.RELAXATION_STOPPED, word=failed.word, epsilon=failed.epsilon)]
+    solved = [step for step in path.history if not math.isnan(step.load_factor)]
+    if path.last is not None:
+        step = solved[-1]
+        told = {"epsilon": step.epsilon, "load_factor": step.load_factor, "gap": step.gap}
+        found = Found(q=path.last.q, d=path.last.d, slope=task.problem.dilatancy)
+        reasons.append(reason(Code.KEPT_RELAXATION, **told))
     elif start is not None:
-        solution.found = Found(q=start.q, d=start.d)
-        solution.add(Code.KEPT_START)
+        found = Found(q=start.q, d=start.d)
+        reasons.append(reason(Code.KEPT_START))
     else:
-        solution.add(Code.NOTHING_SOLVED)
-    return solution
+        reasons.append(reason(Code.NOTHING_SOLVED))
+    return path.ended(Status.HOMOTOPY, reasons, found)

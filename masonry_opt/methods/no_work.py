@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from masonry_opt.answer.acceptance import LIMITS
+from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
@@ -70,9 +71,9 @@ def without_work(
         at = load_factor
         growing, rest = problem.live + share / at * problem.dead, (1 - share) * problem.dead
         moved = replace(problem, live=growing, dead=rest)
-        solution = run(replace(task, problem=moved, kept=Kept(), expected=None))
+        solution = run(replace(task, problem=moved, kept=Kept(), expected=None)).accepted()
         answer = solution.answer
-        if answer is None or not solution.accept():
+        if answer is None:
             return None
         size, work = _size(answer.load_factor, at, share), _live_work(problem, answer.load_factor, answer.d)
         # On one mechanism loads at yield lie on a line, through zero where friction alone limits forces.
@@ -83,14 +84,14 @@ def without_work(
         if alike or abs(size - 1) <= LIMITS[solution.kind].equilibrium:
             # Residuals are shares of loads and velocities, whatever their size.
             d = answer.d * problem.live_norm / float(problem.dead @ answer.d)
-            solution.found = replace(answer, load_factor=load_factor, q=answer.q / size, d=d)
-            solution.associative, solution.associative_sought = upper, True
-            _as_of_scene(solution, alike, partial(_of_scene, at=at, share=share))
+            found = replace(answer, load_factor=load_factor, q=answer.q / size, d=d)
+            solution = _as_of_scene(solution, found, alike, partial(_of_scene, at=at, share=share))
+            solution = replace(solution, associative=upper, associative_ended=Status.OPTIMAL)
             told = {"fixed": problem.statics_fix_forces, "against": work < -APART}
-            solution.reasons.insert(0, reason(Code.NO_WORK, **told))
+            solution = solution.telling_first(reason(Code.NO_WORK, **told))
             if before is not None and before.curve is not None:
-                solution.curve = before.curve
-                solution.reasons += [said for said in before.reasons if said.code is Code.CURVE]
+                of_curve = (said for said in before.reasons if said.code is Code.CURVE)
+                solution = replace(solution, curve=before.curve).telling(*of_curve)
             return solution
     return None
 
@@ -100,8 +101,8 @@ def _associative_and_share(task: Task) -> tuple[float, float] | None:
     flow rule that goes with the associative forces and in which the live load does no work."""
     problem, in_space = task.problem, task.problem.layout.round
     upper = associative(Task(problem, kept=task.kept), by_chords=True)
-    answer = upper.answer
-    if answer is None or not upper.accept() or answer.load_factor <= ZERO or not problem.dead.any():
+    answer = upper.accepted().answer
+    if answer is None or answer.load_factor <= ZERO or not problem.dead.any():
         return None
     driven, solver = in_units_of_load(replace(problem, live=problem.dead)), find_solver("cvxpy", None)
     q, purpose = answer.q / driven.force, "mechanism without work"
@@ -132,18 +133,29 @@ def _live_work(problem: Problem, load_factor: float, d: np.ndarray) -> float:
     return load_factor * float(problem.live @ d) / abs(float(problem.dead @ d))
 
 
-def _as_of_scene(solution: Solution, alike: bool, of_scene: Callable[[float], float]) -> None:
-    """Tell load factors in reasons and steps as those of the scene; where states under loads of another size
-    are none of it, only that of the answer. What is proven does not hold for all mechanisms."""
+def _as_of_scene(
+    solution: Solution, found: Answer, alike: bool, of_scene: Callable[[float], float]
+) -> Solution:
+    """A solution with the scene's answer, and with load factors in reasons and steps as those of the scene;
+    where states under loads of another size are none of it, only that of the answer. What is proven does not
+    hold for all mechanisms."""
 
     def told(values: dict[str, Any]) -> dict[str, float]:
         return {name: of_scene(values[name]) for name in _LOAD_FACTORS & values.keys()}
 
-    reasons, solution.reasons = solution.reasons, []
-    for said in reasons:
+    reasons = []
+    for said in solution.reasons:
         values = told(said.values)
         leave = {"bound", "peak"}.isdisjoint(said.values)
         if leave and all(alike and value >= 0 for value in values.values()):
-            solution.add(said.code, **said.values | values | dict.fromkeys({"fall"} & said.values.keys()))
-    solution.history = [replace(step, **told(vars(step))) for step in solution.history]
-    solution.status, solution.bound, solution.bound_derived = Status.CONVERGED, None, False
+            values = said.values | values | dict.fromkeys({"fall"} & said.values.keys())
+            reasons.append(reason(said.code, **values))
+    return replace(
+        solution,
+        status=Status.CONVERGED,
+        reasons=tuple(reasons),
+        found=found,
+        history=tuple(replace(step, **told(vars(step))) for step in solution.history),
+        bound=None,
+        bound_derived=False,
+    )

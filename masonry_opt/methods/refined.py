@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from pydantic import Field, InstanceOf, Strict, field_validator, model_validator
 
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.exact.cone_refiner import ConeRefiner
@@ -145,32 +145,33 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Settling) -
     best = lowest.state
     if best is None or best.answer is None:
         residuals = {"residuals": refiner.left} if refiner.left else {}
-        first.add(Code.NOT_REFINED, why=str(Code.RESIDUAL if residuals else refiner.why), **residuals)
-        return first
+        why = str(Code.RESIDUAL if residuals else refiner.why)
+        return first.telling(reason(Code.NOT_REFINED, why=why, **residuals))
     same_law = first.found.curved == best.answer.curved
     # Programs begun anew from the first state may end above it.
     kept = first.answer if same_law and first.kind is Kind.EXACT else None
     answer = lower_of(best.answer, kept) or best.answer
     if is_kept := answer is kept:
         lowest.met.count(kept)
-    solution = Solution(
-        Status.CONVERGED,
-        Kind.EXACT,
-        found=answer,
-        history=lowest.history,
-        stationary=None if is_kept else lowest.stationary,
-        flow_rule_matters=first.flow_rule_matters,
-        size=refiner.size,
-        solver=task.solver,
-    )
     # The parabola's load factor is none of this law.
     known = first.load_factor if same_law else None
     fall = None if known is None else known - answer.load_factor
-    solution.add(Code.EXACT, fall=fall)
     lowest.met.lowest = min(lowest.met.lowest, first.below_zero)
-    solution.reasons += lowest.met.reasons
-    if solution.stationary is not None:
-        solution.add(Code.STATIONARY if lowest.stationary else Code.UNDECIDED)
+    reasons = [reason(Code.EXACT, fall=fall), *lowest.met.reasons]
+    stationary = None if is_kept else lowest.stationary
+    if stationary is not None:
+        reasons.append(reason(Code.STATIONARY if stationary else Code.UNDECIDED))
     if task.options is not None and task.options.search is not None:
-        solution.add(Code.SEARCHED, candidates=lowest.met.candidates, interrupted=lowest.interrupted)
-    return solution
+        told = {"candidates": lowest.met.candidates, "interrupted": lowest.interrupted}
+        reasons.append(reason(Code.SEARCHED, **told))
+    return Solution(
+        Status.CONVERGED,
+        Kind.EXACT,
+        tuple(reasons),
+        answer,
+        flow_rule_matters=first.flow_rule_matters,
+        history=tuple(lowest.history),
+        stationary=stationary,
+        size=refiner.size,
+        solver=task.solver,
+    )

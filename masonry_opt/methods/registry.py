@@ -6,8 +6,8 @@ from masonry_opt.methods.task import Method
 from masonry_opt.solvers.registry import MATRICES, capable
 
 _ALL = (
-    Method("static", "associative:associative"),
-    Method("kinematic", "associative:kinematic"),
+    Method("static", "associative:associative", associative=True),
+    Method("kinematic", "associative:kinematic", associative=True),
     Method(
         "nonassociative",
         "loop.nonassociative:nonassociative",

@@ -60,7 +60,7 @@ def of_same_scene(solution: Solution, problem: Problem) -> Solution:
         raise OptionError("option 'start': the result has no forces to start from")
     if (solution.q.size, solution.d.size) != (problem.B.shape[1], problem.B.shape[0]):
         raise OptionError("option 'start': the result is of another scene")
-    return replace(solution, history=[], reasons=list(solution.reasons))
+    return replace(solution, history=())
 
 
 @dataclass(frozen=True)
@@ -72,6 +72,7 @@ class Method:
     runs, takes: the analysis and the class of its options, as module:name within ``methods``; "" for none.
     solvers: by model (one of ``MODELS``) names of those it can use, its default first; empty for any of
         linear programs. The first model is the method's default.
+    associative: whether its answer is that of associative flow.
     own_tolerances: whether it sets the tolerances of its solvers itself.
     constant_dilatancy: whether it takes the joints' dilatancy for a constant, whatever their stress.
     crushing: whether it knows joints of limited strength.
@@ -83,6 +84,7 @@ class Method:
     runs: str
     takes: str = ""
     solvers: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: {"cvxpy": (), "pyomo": ()})
+    associative: bool = False
     own_tolerances: bool = False
     constant_dilatancy: bool = False
     crushing: bool = True

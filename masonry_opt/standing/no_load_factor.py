@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from masonry_opt.answer.infeasibility import Existence, InfeasibilityCertificate
@@ -16,50 +18,52 @@ from masonry_opt.standing.diagnosis import locking_joints
 from masonry_opt.standing.existence import existence
 
 
-def explain(
+def explained(
     assembly: Assembly, solution: Solution, solver: Solver, effort: Effort, associative: bool
-) -> None:
-    """Set status and reasons of a solution without a load factor: that none exists is proven as far as
+) -> Solution:
+    """A solution without a load factor, with status and reasons: that none exists is proven as far as
     possible, and the joints that carry the load are named."""
-    if solution.infeasibility is None:
+    found = solution.infeasibility
+    if found is None:
         if solution.associative is None or associative:
-            solution.infeasibility = existence(assembly.problem, effort, of_mechanism=not associative)
+            found = existence(assembly.problem, effort, of_mechanism=not associative)
         else:  # statics are bounded
-            solution.infeasibility = InfeasibilityCertificate(Existence.UNDECIDED)
+            found = InfeasibilityCertificate(Existence.UNDECIDED)
+        solution = replace(solution, infeasibility=found)
     if not associative:
         if solution.status is not Status.UNSTABLE:
-            _settle(solution)
-        if solution.infeasibility and solution.infeasibility.clamped:
-            solution.add(Code.CLAMPED, pairs=assembly.pairs(np.array(solution.infeasibility.clamped)))
+            solution = _as_proven(solution)
+        if found and found.clamped:
+            solution = solution.telling(reason(Code.CLAMPED, pairs=assembly.pairs(np.array(found.clamped))))
     locking = locking_joints(assembly.problem, solution.status, solution.q, solver, Effort())
-    if len(locking):
-        solution.add(Code.JOINTS, status=str(solution.status), pairs=assembly.pairs(locking))
+    if not len(locking):
+        return solution
+    return solution.telling(reason(Code.JOINTS, status=str(solution.status), pairs=assembly.pairs(locking)))
 
 
-def withdraw(assembly: Assembly, solution: Solution, rests: bool) -> None:
-    """Withdraw a load factor below zero, or of a scene that does not carry its dead load from rest: ``rests``
-    tells whether it does, and would fall with the forces found alone, or is held by wedging alone."""
+def withdrawn(assembly: Assembly, solution: Solution, rests: bool) -> Solution:
+    """A solution without its load factor, which is below zero, or of a scene that does not carry its dead
+    load from rest: ``rests`` tells whether it does, and would fall with the forces found alone, or is held by
+    wedging alone."""
     if rests:
-        solution.withdraw(Status.SOLVER_FAILED, Code.BELOW_ZERO)
-    else:
-        moving = [] if solution.d is None else moving_names(assembly, solution.d)
-        solution.withdraw(Status.UNSTABLE, Code.WEDGED, blocks=moving)
+        return solution.withdrawn(Status.SOLVER_FAILED, Code.BELOW_ZERO)
+    moving = [] if solution.d is None else moving_names(assembly, solution.d)
+    return solution.withdrawn(Status.UNSTABLE, Code.WEDGED, blocks=moving)
 
 
-def _settle(solution: Solution) -> None:
-    """Set status and reasons to what is proven; the associative load factor bounds what is not."""
+def _as_proven(solution: Solution) -> Solution:
+    """A solution with what is proven as status and reasons; the associative load factor bounds the rest."""
     found = solution.infeasibility
     if found is None:
         pass
     elif found.existence is Existence.NO_MECHANISM and solution.status is not Status.UNLIMITED:
-        solution.status = Status.UNLIMITED
-        solution.reasons.insert(0, reason(Code.NO_MECHANISM))
+        solution = replace(solution, status=Status.UNLIMITED).telling_first(reason(Code.NO_MECHANISM))
     elif found.existence is Existence.NO_STATE:
-        if found.equilibrium is not None:
-            solution.status = Status.JAMMED
         counts = {"static_cuts": found.static_cuts, "kinematic_cuts": found.kinematic_cuts}
-        solution.reasons.insert(0, reason(Code.NO_COLLAPSE, **counts))
+        status = solution.status if found.equilibrium is None else Status.JAMMED
+        solution = replace(solution, status=status).telling_first(reason(Code.NO_COLLAPSE, **counts))
     elif found.existence is Existence.UNBOUNDED:
-        solution.add(Code.CARRIES_ANY)
-    if not solution.proven_none and solution.associative is not None:
-        solution.add(Code.AT_MOST, associative=solution.associative)
+        solution = solution.telling(reason(Code.CARRIES_ANY))
+    if solution.proven_none or solution.associative is None:
+        return solution
+    return solution.telling(reason(Code.AT_MOST, associative=solution.associative))

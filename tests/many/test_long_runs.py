@@ -31,10 +31,11 @@ main()
 MEMORY = """
 import gc, os, sys
 from scenes import block_on_floor
+from masonry_opt.methods.how_to_solve import HowToSolve
 from masonry_opt.studies.many.runs import Run, Solves, Study
 
 runs, keeps, kept = int(sys.argv[1]), int(sys.argv[2]), []
-solve = Solves(Study(block_on_floor(), sys.argv[3]))
+solve = Solves(Study(block_on_floor(), HowToSolve(sys.argv[3])))
 
 def run(first, last):
     for number in range(first, last):

@@ -8,6 +8,7 @@ from pydantic import BaseModel
 from scenes import CASES, block_on_floor, run_command
 
 import masonry_opt as mo
+from masonry_opt.methods.how_to_solve import HowToSolve
 from masonry_opt.studies import journal
 from masonry_opt.studies.many.runs import Study
 from masonry_opt.studies.many.sweep import grid, said
@@ -57,7 +58,7 @@ def test_the_load_to_expect_is_a_column(swept):
 def test_order_and_workers_change_nothing(swept):
     same(sweep(workers=2), swept)
     points = grid(VARY)[::-1]
-    frame = table(Study(block_on_floor(), "static"), points, workers=2)
+    frame = table(Study(block_on_floor(), HowToSolve("static")), points, workers=2)
     same(frame[::-1].reset_index(drop=True), swept)
 
 

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field, Strict
 
 from masonry_opt.answer.acceptance import CLOSED, SMALLEST, Kind
+from masonry_opt.answer.answer import Found
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
@@ -59,7 +61,7 @@ def global_search(task: Task) -> Solution:
     began = time.perf_counter()
     upper = associative(task.with_options(None, find_solver("cvxpy", None)))
     if upper.load_factor is None:
-        upper.kind = Kind.EXACT  # of what is asked here its status alone decides nothing
+        upper = replace(upper, kind=Kind.EXACT)  # of what is asked here its status alone decides nothing
     if upper.load_factor is None and upper.status is not Status.LOCKED:
         return upper
     search = _SEARCHING * options.time_limit if problem.joints > _MANY_JOINTS else None
@@ -75,17 +77,20 @@ def global_search(task: Task) -> Solution:
     highest = a_little_above(best)
     if highest <= 0:
         return start  # there is no load factor λ ≥ 0
-    solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, solver=task.solver)
-    solution.flow_rule_matters, solution.associative = start.flow_rule_matters, upper.load_factor
-    if exact:
-        solution.found = start.found
+    solution = Solution(
+        Status.SOLVER_FAILED,
+        Kind.EXACT,
+        found=start.found if exact else Found(),
+        flow_rule_matters=start.flow_rule_matters,
+        associative=upper.load_factor,
+        bound=min(best, 0.0),
+        solver=task.solver,
+    )
     of = bounds_of(problem, highest, options.rate_bound or assumed_rates(problem, solution.d), effort)
-    solution.bound = min(best, 0.0)
     if best > 0:
-        _raise(task, solution, best, highest, of, began)
-    _conclude(problem, solution, solution.bound, of, options)
-    solution.reasons += [said for said in start.reasons if said.code is Code.BELOW_ZERO]
-    return solution
+        solution = _raised(task, solution, best, highest, of, began)
+    solution = _concluded(problem, solution, of, options)
+    return solution.telling(*(said for said in start.reasons if said.code is Code.BELOW_ZERO))
 
 
 def assumed_rates(problem: Problem, d: np.ndarray | None) -> float:
@@ -103,15 +108,21 @@ def a_little_above(best: float) -> float:
     return best + _ABOVE * max(abs(best), 1e-3)
 
 
-def _raise(
+def _raised(
     task: Task, solution: Solution, best: float, highest: float, of: StateBounds, began: float
-) -> None:
-    """Raise the bound by programs of more and more products, until the bracket is closed or time is up.
+) -> Solution:
+    """A solution with its bound raised by programs of more and more products, until the bracket is closed or
+    time is up.
 
     Below what one program proves there is no state: the next looks above only, where forces have less room,
     and the same products prove more. They are kept while that pays."""
     ends, bound = began + task.options.time_limit, 0.0
     distances, before = Distances(task.problem), 0
+    history, size = list[BoundStep](), None
+
+    def raised() -> Solution:
+        return replace(solution, bound=bound, history=tuple(history), size=size)
+
     for radii in RADII:
         near, moves = distances.within(radii)
         products = 12 * int(near.sum()) + 9 * int(moves.sum())
@@ -120,44 +131,40 @@ def _raise(
         gains = True
         while gains:
             if before and ends - time.perf_counter() < LEAST_TIME:
-                return
+                return raised()
             if bound > of.lowest:
                 of = tightened(of, task.problem, bound, highest, task.effort)
             before, left, last = products, ends - time.perf_counter(), bound
-            proven, solution.size = relaxed(task.problem, highest, of, near, moves, left, task.effort)
+            proven, size = relaxed(task.problem, highest, of, near, moves, left, task.effort)
             step = BoundStep(proven, of.lowest, best, *radii, products, time.perf_counter() - began)
-            solution.history.append(step)
+            history.append(step)
             task.progress(step)
-            solution.bound = bound = max(last, min(proven, best))
+            bound = max(last, min(proven, best))
             if _closed(bound, best):
-                return
+                return raised()
             gains = bound - last > _WORTH_REPEATING * (best - last)
+    return raised()
 
 
 def _closed(bound: float, load_factor: float) -> bool:
     return load_factor - bound <= CLOSED * max(abs(load_factor), SMALLEST)
 
 
-def _conclude(
-    problem: Problem, solution: Solution, bound: float, of: StateBounds, options: GlobalOptions
-) -> None:
-    """Status and reason from what was found."""
+def _concluded(problem: Problem, solution: Solution, of: StateBounds, options: GlobalOptions) -> Solution:
+    """A solution with its status, and the reason, from what was found."""
     answer = solution.answer
     if answer is None:
-        solution.end(Status.SOLVER_FAILED, Code.NO_EXACT_STATE, time_limit=options.time_limit)
-        return
-    bound = solution.bound = min(bound, answer.load_factor)
-    solution.bound_derived = of.derived
+        return solution.ended(Status.SOLVER_FAILED, Code.NO_EXACT_STATE, time_limit=options.time_limit)
+    bound = min(solution.bound or 0.0, answer.load_factor)
+    solution = replace(solution, bound=bound, bound_derived=of.derived)
     said: dict[str, Any] = {"bound": bound, "load_factor": answer.load_factor}
     said |= {"rates": None if of.rates_derived else of.rates, "forces": not of.forces_derived}
     if not of.allow(answer.q, _rates(problem, answer.d)):
-        solution.end(Status.CONVERGED, Code.TOUCHES_IMPOSED, **said)
         # What holds among some states only, and not this one, is no bound.
-        solution.bound = 0.0
-    elif not _closed(bound, answer.load_factor):
+        return replace(solution, bound=0.0).ended(Status.CONVERGED, Code.TOUCHES_IMPOSED, **said)
+    if not _closed(bound, answer.load_factor):
         code = Code.OUT_OF_TIME if of.derived else Code.OUT_OF_TIME_WITHIN_IMPOSED
-        solution.end(Status.CONVERGED, code, **said, time_limit=options.time_limit)
-    elif of.derived:
-        solution.end(Status.OPTIMAL, Code.PROVEN, **said)
-    else:
-        solution.end(Status.CONVERGED, Code.WITHIN_IMPOSED, **said)
+        return solution.ended(Status.CONVERGED, code, **said, time_limit=options.time_limit)
+    if of.derived:
+        return solution.ended(Status.OPTIMAL, Code.PROVEN, **said)
+    return solution.ended(Status.CONVERGED, Code.WITHIN_IMPOSED, **said)

@@ -9,7 +9,7 @@ from typing import Any
 
 from masonry_opt.answer.acceptance import BORNE_OUT
 from masonry_opt.answer.answer import certified
-from masonry_opt.answer.reasons import Code, reason
+from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.loop.exact_end import belong_together
@@ -141,19 +141,15 @@ def nonassociative(task: Task) -> Solution:
         solution = run(problem, driver, attempt.parameters, attempt.solver, follow, revise)
         if not solution.history:
             word = solution.reasons[0].values["word"]
-            solution.status, why = no_optimum(problem, word, attempt.solver, task.effort)
-            solution.reasons = [why]
+            status, why = no_optimum(problem, word, attempt.solver, task.effort)
+            solution = replace(solution, status=status, reasons=(why,))
         runs.append(_Ran(attempt, solution, _failure(attempt, solution)))
         following = _next(runs, left, options)
         if following is None:
             break
         attempt = following
-    for ran in runs:
-        if ran.solution.status in (Status.CYCLING, Status.ITERATION_LIMIT):
-            ran.solution.add(Code.LEAST_BORNE_OUT, load_factor=least)
-    solution = _gathered(runs, options)
-    solution.size = driver.size()
-    return solution
+    solution = _gathered(runs, options, reason(Code.LEAST_BORNE_OUT, load_factor=least))
+    return replace(solution, size=driver.size())
 
 
 def _borne_out(problem: Problem, state: State) -> bool:
@@ -210,23 +206,25 @@ def _next(runs: list[_Ran], left: dict[Failure, list[Remedy]], options: LoopOpti
     return None
 
 
-def _gathered(runs: list[_Ran], options: LoopOptions) -> Solution:
+def _gathered(runs: list[_Ran], options: LoopOptions, least: Reason) -> Solution:
     """The solution of the last run if it decides the matter (or less slope alone was wanted), else of the
-    first whose load factor passes, else of the first; with the history of all."""
+    first whose load factor passes, else of the first; with the history of all, and the least load factor met
+    where it did not come to an end."""
     last = runs[-1]
     decided = last.failure is None or (options.remedies == "slope" and last.failure is not Status.NO_STATE)
     passing = [ran for ran in runs if ran.solution.answer and not ran.solution.failing()]
     kept = last if decided else next(iter([*passing, runs[0]]))
     solution, remedies = kept.solution, [ran.attempt.remedy for ran in runs[1:]]
-    solution.solver = kept.attempt.solver
+    if solution.status in (Status.CYCLING, Status.ITERATION_LIMIT):
+        solution = solution.telling(least)
     if remedies:
         if kept.failure is Status.LOCKED:
-            solution.reasons = [reason(Code.LOCKED_ALL_THE_SAME)]
+            solution = replace(solution, reasons=(reason(Code.LOCKED_ALL_THE_SAME),))
         again = reason(Code.BEGAN_AGAIN, first=str(runs[0].failure), remedies=remedies, in_vain=not decided)
-        solution.reasons.insert(0 if decided else len(solution.reasons), again)
-    solution.history = [
+        solution = solution.telling_first(again) if decided else solution.telling(again)
+    history = tuple(
         replace(entry, attempt=number, remedy=ran.attempt.remedy)
         for number, ran in enumerate(runs, start=1)
         for entry in ran.solution.history
-    ]
-    return solution
+    )
+    return replace(solution, solver=kept.attempt.solver, history=history)

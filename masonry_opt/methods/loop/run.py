@@ -11,7 +11,7 @@ import numpy as np
 
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Found, certified
-from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import SAME
@@ -120,13 +120,20 @@ class _Run:
     def __init__(self, problem: Problem, driver: Driver, parameters: LoopParameters, solver: Solver) -> None:
         self.problem, self.driver, self.parameters, self.solver = problem, driver, parameters, solver
         kind = Kind.LOOP if parameters.finish else Kind.BARE_LOOP
-        self.solution = Solution(Status.ITERATION_LIMIT, kind)
+        self.ending = Solution(Status.ITERATION_LIMIT, kind)
+        self.history: list[Iteration] = []
         self.load_factors: list[float] = []
         self.states: deque[State] = deque(maxlen=LONGEST_PERIOD + 1)
         self.next_try = 0
 
     def follow(self, progress: Callable[[Iteration], None], revise: Revise) -> Solution:
-        parameters, solution = self.parameters, self.solution
+        ended = self._followed(progress, revise)
+        known = self.load_factors and self.parameters.start == "associative"
+        associative = self.load_factors[0] if known else None
+        return replace(ended, history=tuple(self.history), associative=associative)
+
+    def _followed(self, progress: Callable[[Iteration], None], revise: Revise) -> Solution:
+        parameters = self.parameters
         loop = sub_problems(self.problem, self.driver, parameters, revise)
         for last in islice(loop, parameters.max_iterations):
             if last.state is None:
@@ -134,69 +141,59 @@ class _Run:
             entry = recorded(self.problem, last, self.states[-1] if self.states else None)
             self.states.append(last.state)
             self.load_factors.append(last.state.load_factor)
-            if last.number == 1 and parameters.start == "associative":
-                solution.associative = last.state.load_factor
             q, d, curved = last.state.q, last.state.d, last.state.curved
-            solution.found = Found(q=q, d=d, slope=self.problem.dilatancy, curved=curved)
-            solution.history.append(replace(entry, solved=None))
+            found = Found(q=q, d=d, slope=self.problem.dilatancy, curved=curved)
+            self.ending = replace(self.ending, found=found)
+            self.history.append(replace(entry, solved=None))
             progress(entry)
-            if self._nothing_to_do(last) if last.number == 1 else self._ended(last, entry):
-                return solution
+            if ended := self._nothing_to_do(last) if last.number == 1 else self._ended(last, entry):
+                return ended
         late = self.load_factors[-LONGEST_PERIOD:]
-        solution.add(Code.STILL_CHANGES, count=len(self.load_factors), lowest=min(late), highest=max(late))
-        return solution
+        told = {"count": len(self.load_factors), "lowest": min(late), "highest": max(late)}
+        return self.ending.telling(reason(Code.STILL_CHANGES, **told))
 
     def _without_optimum(self, last: SubProblem) -> Solution:
-        solution, number = self.solution, last.number
-        solution.found = Found()
+        number, word, none = last.number, last.solved.status, replace(self.ending, found=Found())
         if number == 1 or last.solved.failed:
-            solution.end(
-                Status.SOLVER_FAILED, Code.SUB_PROBLEM_FAILED, number=number, word=last.solved.status
-            )
-        else:
-            solution.end(Status.NO_STATE, Code.SUB_PROBLEM_EMPTY, number=number)
-        return solution
+            return none.ended(Status.SOLVER_FAILED, Code.SUB_PROBLEM_FAILED, number=number, word=word)
+        return none.ended(Status.NO_STATE, Code.SUB_PROBLEM_EMPTY, number=number)
 
-    def _nothing_to_do(self, last: SubProblem) -> bool:
-        """Whether the first answer is the last: the associative one obeys the joints' own flow rule."""
-        parameters, state, solution = self.parameters, last.optimum, self.solution
+    def _nothing_to_do(self, last: SubProblem) -> Solution | None:
+        """The first answer where it is the last: the associative one obeys the joints' own flow rule."""
+        parameters, state = self.parameters, last.optimum
         if parameters.start != "associative" or parameters.always or not obeys_own_flow(self.problem, state):
-            return False
-        solution.flow_rule_matters = False
-        solution.end(Status.CONVERGED, Code.FLOW_RULE_IDLE)
-        solution.found = certified(self.problem, state.load_factor, state.q, state.d, curved=state.curved)
-        return True
+            return None
+        found = certified(self.problem, state.load_factor, state.q, state.d, curved=state.curved)
+        ended = self.ending.ended(Status.CONVERGED, Code.FLOW_RULE_IDLE)
+        return replace(ended, found=found, flow_rule_matters=False)
 
-    def _ended(self, last: SubProblem, entry: Iteration) -> bool:
-        """Step 3, and the other ways in which a run ends; writes them to the solution."""
-        parameters, solution = self.parameters, self.solution
+    def _ended(self, last: SubProblem, entry: Iteration) -> Solution | None:
+        """Step 3, and the other ways in which a run ends; None while it goes on."""
+        parameters = self.parameters
         if last.alpha <= parameters.alpha_min:
             early = parameters.early and entry.mismatch <= _NEARLY_TRUE * abs(entry.load_factor)
             # Only runs that may end early pause between their tries: the others end where λ stands still.
             if (early or last.stands_still) and (last.number >= self.next_try or not parameters.early):
-                if self._exact_end(last):
-                    return True
+                if exact := self._exact_end(last):
+                    return exact
                 self.next_try = last.number + _PAUSE
             if last.stands_still and not parameters.early:
-                self._converge(last)
-                return True
+                return self._converged(last)
         if diverges(self.load_factors):
             values = {"load_factor": self.load_factors[-1], "count": len(self.load_factors)}
-            solution.end(Status.JAMMED, Code.GROWS, **values)
-            return True
+            return self.ending.ended(Status.JAMMED, Code.GROWS, **values)
         normal = [self.problem.normal_forces(state.q) for state in self.states]
         if length := period(self.load_factors, normal):
             cycle, exact = self.load_factors[-length:], self._exact_end(last)
-            if not exact:
-                solution.status = Status.CYCLING
-            solution.add(Code.REPEATS, period=length, lowest=min(cycle), highest=max(cycle), exact=exact)
-            return True
-        return False
+            told = {"lowest": min(cycle), "highest": max(cycle), "exact": exact is not None}
+            ended = exact or replace(self.ending, status=Status.CYCLING)
+            return ended.telling(reason(Code.REPEATS, period=length, **told))
+        return None
 
-    def _exact_end(self, last: SubProblem) -> bool:
-        """Whether exact forces on the mechanism, or on one near it, end the run."""
+    def _exact_end(self, last: SubProblem) -> Solution | None:
+        """The end with exact forces on the mechanism, or on one near it."""
         if not self.parameters.finish:
-            return False
+            return None
         problem, state, effort = self.problem, last.optimum, self.driver.effort
         effort.begins("exact forces")
         if self.parameters.tolerance is not None or problem.layout.round:
@@ -204,26 +201,24 @@ class _Run:
         else:
             end = accurate_end(problem, state, corrected(problem, last), self.solver, effort)
         if end is None:
-            return False
-        solution = self.solution
-        solution.end(Status.CONVERGED, Code.SUB_PROBLEMS, count=len(solution.history))
-        solution.add(Code.EXACT_END)
-        solution.found, solution.exact_end = end, True
-        return True
+            return None
+        ended = self.ending.ended(Status.CONVERGED, Code.SUB_PROBLEMS, count=len(self.history))
+        return replace(ended, found=end, exact_end=True).telling(reason(Code.EXACT_END))
 
-    def _converge(self, last: SubProblem) -> None:
-        """End where λ stood still, with step 6's correction."""
-        solution, state = self.solution, last.optimum
-        solution.end(Status.CONVERGED, Code.SUB_PROBLEMS, count=len(solution.history))
+    def _converged(self, last: SubProblem) -> Solution:
+        """The end where λ stood still, with step 6's correction."""
+        state = last.optimum
+        ended = self.ending.ended(Status.CONVERGED, Code.SUB_PROBLEMS, count=len(self.history))
         load_factor = corrected(self.problem, last)
         if self.parameters.finish:
-            solution.add(Code.NO_EXACT_END)
+            ended = ended.telling(reason(Code.NO_EXACT_END))
         # No state with less dilatancy exceeds the associative load factor, where that is known.
         known = self.parameters.start == "associative" and self.parameters.tolerance is None
         if known and load_factor > self.load_factors[0]:
-            solution.add(Code.ABOVE_ASSOCIATIVE, by=load_factor - self.load_factors[0])
+            ended = ended.telling(reason(Code.ABOVE_ASSOCIATIVE, by=load_factor - self.load_factors[0]))
             load_factor = self.load_factors[0]
-        solution.found = certified(self.problem, load_factor, state.q, state.d, curved=state.curved)
+        found = certified(self.problem, load_factor, state.q, state.d, curved=state.curved)
+        return replace(ended, found=found)
 
 
 def obeys_own_flow(problem: Problem, state: State) -> bool:

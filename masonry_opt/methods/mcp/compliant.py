@@ -8,6 +8,7 @@ q₀ are the forces under the dead load alone, whose slip is past when the live 
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import inf, log10
 from typing import Annotated, Any
 
@@ -15,7 +16,7 @@ from pydantic import Field, Strict, model_validator
 
 from masonry_opt.answer.acceptance import SMALLEST, Kind, over_load_factor
 from masonry_opt.answer.answer import Found, certified
-from masonry_opt.answer.reasons import Code, Reason
+from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import GivingState, Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import PLATEAU, ZERO
@@ -81,12 +82,10 @@ def compliant(task: Task) -> Solution:
     there is no load factor.
     """
     options = task.options or CompliantOptions()
-    solution = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, solver=task.solver)
-    contacts = _Contacts(task, solution)
-    _look_for_plateau(solution, contacts, options)
-    if options.curve:
-        _follow_curve(solution, contacts)
-    return solution
+    contacts = _Contacts(task)
+    _look_for_plateau(contacts, options)
+    ending = _with_curve(contacts) if options.curve else contacts.ending
+    return replace(ending, history=tuple(contacts.history))
 
 
 def pushed(task: Task, history: list[Any]) -> State | None:
@@ -104,7 +103,8 @@ def jams(task: Task) -> Reason | None:
     return next((said for said in solution.reasons if said.code is Code.GROWS_WITH_STIFFNESS), None)
 
 
-def _look_for_plateau(solution: Solution, contacts: _Contacts, options: CompliantOptions) -> None:
+def _look_for_plateau(contacts: _Contacts, options: CompliantOptions) -> None:
+    """Lead contacts to an end: the plateau, the state nearest to it, or why there is none."""
     stiff = _STIFF_IN_SPACE if contacts.in_space else STIFF
     for give in stiff if options.give is None else (options.give,):
         far = not contacts.in_space and contacts.elastic * give / contacts.give > _STILL_ELASTIC
@@ -121,36 +121,41 @@ def _look_for_plateau(solution: Solution, contacts: _Contacts, options: Complian
             grows = contacts.grows_from(contacts.state(_SOFTER * contacts.give))
             contacts.withdraw(Code.GROWS_WITH_STIFFNESS if grows else Code.STILL_ELASTIC)
             return
-    if solution.answer is None:
+    if contacts.last is None:
         told = {"word": contacts.word, "attempts": contacts.attempts}
-        solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, **told)
+        contacts.ending = contacts.ending.ended(Status.SOLVER_FAILED, Code.PASS_STOPPED, **told)
 
 
-def _follow_curve(solution: Solution, contacts: _Contacts) -> None:
-    """States from the softest contacts to the stiffest of the passes before."""
+def _with_curve(contacts: _Contacts) -> Solution:
+    """The end of contacts with states from the softest to the stiffest of the passes before."""
     decades = round(log10(_SOFTEST / min(contacts.states)))
     gives = [_SOFTEST / 10 ** (number / _A_DECADE) for number in range(decades * _A_DECADE + 1)]
-    solution.curve = [state for give in gives if (state := contacts.state(give))]
-    if solution.curve:
-        load_factors = [state.answer.load_factor for state in solution.curve]
-        left_out = len(gives) - len(load_factors)
-        told = {"peak": max(load_factors), "last": load_factors[-1], "left_out": left_out}
-        solution.add(Code.CURVE, states=len(load_factors), **told)
+    curve = tuple(state for give in gives if (state := contacts.state(give)))
+    ending = replace(contacts.ending, curve=curve)
+    if not curve:
+        return ending
+    load_factors = [state.answer.load_factor for state in curve]
+    told = {"peak": max(load_factors), "last": load_factors[-1], "left_out": len(gives) - len(curve)}
+    return ending.telling(reason(Code.CURVE, states=len(curve), **told))
 
 
 class _Contacts:
-    """Passes over a problem with contacts that give, which a solution records.
+    """Passes over a problem with contacts that give.
 
     Attributes
     ----------
+    ending: the solution that they lead to, but for its history.
+    history: a record of each step.
     in_space: whether they are contact points in space.
     states: that the passes so far ended in, by compliance; None of those that ended in none.
     word, attempts: how the last pass ended, and the number of passes.
-    last: the state that the solution has; None before the first.
+    last: the state that decides on the end; None before the first.
     """
 
-    def __init__(self, task: Task, solution: Solution) -> None:
-        self._task, self._passes, self._solution = task, prepared(task), solution
+    def __init__(self, task: Task) -> None:
+        self._task, self._passes = task, prepared(task)
+        self.ending = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, solver=task.solver)
+        self.history: list[Any] = []
         self.in_space = task.problem.layout.round
         self._settled = task.problem.settled
         if self._settled is None:
@@ -186,7 +191,7 @@ class _Contacts:
             tries.insert(0, (_BRAKES[0], self._inside))
         for brake, begun in tries:
             self.attempts += 1
-            state = follow(self._task, passes, self._solution.history, self.attempts, brake, begun)
+            state = follow(self._task, passes, self.history, self.attempts, brake, begun)
             self.word = str(passes.outcome)
             if state is not None:
                 answer = certified(passes.problem, state.load_factor, state.q, state.d)
@@ -200,15 +205,15 @@ class _Contacts:
         state, before = self.state(give), self.last
         if state is None:
             return False
-        self.last, solution = state, self._solution
+        self.last = state
         change = softer = None
         if before is not None:
             found, softer = state.answer.load_factor, before.give / give
             change = over_load_factor(abs(found - before.answer.load_factor), found)
         decided = change is not None and change <= PLATEAU
-        told = {"give": give, "change": change, "softer": softer, "steps": len(solution.history)}
-        solution.found = state.answer
-        solution.end(Status.CONVERGED, Code.PLATEAU if decided else Code.NO_PLATEAU, **told)
+        told = {"give": give, "change": change, "softer": softer, "steps": len(self.history)}
+        code = Code.PLATEAU if decided else Code.NO_PLATEAU
+        self.ending = replace(self.ending, found=state.answer).ended(Status.CONVERGED, code, **told)
         if self.grows_from(before):
             self.withdraw(Code.GROWS_WITH_STIFFNESS)
             return True
@@ -216,7 +221,7 @@ class _Contacts:
 
     def grows_from(self, softer: GivingState | None) -> bool:
         """Whether the last load factor has grown with the stiffness of contacts, and nothing bounds it."""
-        from masonry_opt.methods.associative import set_beside
+        from masonry_opt.methods.associative import with_associative
 
         if self.last is None or softer is None:
             return False
@@ -224,13 +229,13 @@ class _Contacts:
         if min(low, high) <= ZERO or log10(high / low) <= _GROWS * log10(softer.give / self.give):
             return False
         # However stiff contacts are, no load factor exceeds the associative one.
-        return set_beside(self._task, self._solution)
+        self.ending = with_associative(self._task, self.ending)
+        return self.ending.associative_ended in (Status.UNLIMITED, Status.LOCKED)
 
     def withdraw(self, code: Code) -> None:
         """End without the last state, whose work is elastic."""
-        told = {"load_factor": self._solution.load_factor, "give": self.give, "elastic": self.elastic}
-        self._solution.found = Found()
-        self._solution.end(Status.SOLVER_FAILED, code, **told)
+        told = {"load_factor": self.ending.load_factor, "give": self.give, "elastic": self.elastic}
+        self.ending = replace(self.ending, found=Found()).ended(Status.SOLVER_FAILED, code, **told)
 
 
 def _elastic_share(state: GivingState) -> float:

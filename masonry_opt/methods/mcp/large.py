@@ -27,8 +27,7 @@ class _FarError(Exception):
 def by_loop(task: Task, code: Code) -> Solution:
     """The loop's solution; the code, with the number of joints, tells why it was asked."""
     solution = nonassociative(task.with_options(LoopOptions(), find_solver("cvxpy", None)))
-    solution.reasons.insert(0, reason(code, **size_of(task.problem)))
-    return solution
+    return solution.telling_first(reason(code, **size_of(task.problem)))
 
 
 def by_loop_unless_far(task: Task) -> Solution | Reason:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Annotated, Any
 
 import numpy as np
@@ -11,11 +12,11 @@ from pydantic import Strict
 from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.infeasibility import Existence
-from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import ZERO
-from masonry_opt.methods.associative import set_beside
+from masonry_opt.methods.associative import with_associative
 from masonry_opt.methods.exact.alternation import alternated
 from masonry_opt.methods.exact.refiner import ExactState, Refiner, refiner_of
 from masonry_opt.methods.exact.search import SMALL, Met, Search, lower_of
@@ -62,10 +63,7 @@ def mcp(task: Task) -> Solution:
     if isinstance(begun, Solution):
         return begun
     solution = _by_passes(task)
-    if solution.answer is None:
-        return by_loop(task, Code.TOO_LARGE)
-    solution.reasons.insert(0, begun)
-    return solution
+    return by_loop(task, Code.TOO_LARGE) if solution.answer is None else solution.telling_first(begun)
 
 
 def _by_passes(task: Task) -> Solution:
@@ -75,40 +73,37 @@ def _by_passes(task: Task) -> Solution:
     effort.iterations += len(history)
     for step in history:
         task.progress(step)
-    solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, history=history, solver=task.solver)
     passes = prepared(task)
-    states = _States(task, passes)
+    states, starts = _States(task, passes), _Starts(task, passes, history)
     first: Answer | State | None = None
-    for start in _starts(task, passes, solution):
+    for start in starts:
         first = first or start
         effort.begins("exact states nearby")
         states.near(start)
         if states.answer is not None:
             break
+    solution = replace(starts.known, solver=task.solver)
     if solution.proven_none:
-        solution.end(Status.SOLVER_FAILED, Code.PASS_LOST)
-        return solution
+        ended = solution.ended(Status.SOLVER_FAILED, Code.PASS_LOST)
+        return replace(ended, history=tuple(history))
     if options.descent and states.descend:
         effort.begins("softer contacts")
         if soft := follow(task, passes.giving(_SOFT), history, _passes_in(history) + 1):
             states.near(soft)
         states.further(first.q if first else None)
-    answer = states.answer
+    answer, solution = states.answer, replace(solution, history=tuple(history))
     if answer is None:
-        _end_without(task, solution, str(passes.outcome))
-        return solution
-    solution.found = answer
-    solution.end(Status.CONVERGED, Code.ONE_PASS, steps=len(history), attempt=_passes_in(history))
+        return _without(task, solution, str(passes.outcome))
+    told = {"steps": len(history), "attempt": _passes_in(history)}
+    solution = replace(solution, found=answer).ended(Status.CONVERGED, Code.ONE_PASS, **told)
     if not solution.is_exact(task.problem):
-        solution.kind = Kind.ONE_PASS
+        solution = replace(solution, kind=Kind.ONE_PASS)
     else:
         # Passes are by the sides of cones in space: the difference of two laws is no fall.
         same_law = first is not None and first.curved == answer.curved
         fall = first.load_factor - answer.load_factor if first and same_law else None
-        solution.add(Code.EXACT, fall=fall)
-    if states.met.load_factors:
-        solution.reasons += states.met.reasons
-    return solution
+        solution = solution.telling(reason(Code.EXACT, fall=fall))
+    return solution.telling(*states.met.reasons) if states.met.load_factors else solution
 
 
 class _States:
@@ -189,52 +184,68 @@ def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:
     return exact[0] if len(exact) == 1 else lower_of(one, other)
 
 
-def _starts(task: Task, passes: Passes, solution: Solution) -> Iterator[Answer | State]:
+class _Starts:
     """Forces under contacts that give, then those of passes with rigid ones. After the first of these, unless
     statics bound the load factor, a proof is sought that there is none; without it others follow under other
     brakes, where a pass takes longer than further starts, and the end of the path of centres, which a pass
-    that stalls leaves."""
-    effort, history, joints = task.effort, solution.history, task.problem.joints
-    effort.begins("contacts that give")
-    given = task.expected.answer if task.expected and history else pushed(task, history)
-    if given is not None:
-        yield given
-    attempt = _passes_in(history)
-    for number, brake in enumerate(BRAKES, start=1):
-        effort.begins("rigid contacts")
-        if last := follow(task, passes, history, attempt + number, brake):
-            yield last
-        if number == 1:
-            if joints > PASSES_UP_TO:
-                return
-            set_beside(task, solution)
-            if solution.associative is None:
-                # Declared in Pyomo, which takes .3 s to import.
-                from masonry_opt.standing.existence import existence
+    that stalls leaves.
 
-                solution.infeasibility = existence(task.problem, effort)
-            if solution.proven_none:
-                return
-            if joints <= SMALL:
-                break
-    if solution.associative is None or task.problem.layout.round or joints > _SIMPLEX_UP_TO:
-        return
-    effort.begins("path of centres")
-    if end := follow_path(task, passes, history, _passes_in(history) + 1):
-        yield end
+    Attributes
+    ----------
+    known: a solution without answer, with what is known beside it: the associative load factor, and what is
+        proven.
+    """
+
+    def __init__(self, task: Task, passes: Passes, history: list[Any]) -> None:
+        self._task, self._passes, self._history = task, passes, history
+        self.known = Solution(Status.SOLVER_FAILED, Kind.EXACT)
+
+    def __iter__(self) -> Iterator[Answer | State]:
+        task, history = self._task, self._history
+        effort, joints = task.effort, task.problem.joints
+        effort.begins("contacts that give")
+        given = task.expected.answer if task.expected and history else pushed(task, history)
+        if given is not None:
+            yield given
+        attempt = _passes_in(history)
+        for number, brake in enumerate(BRAKES, start=1):
+            effort.begins("rigid contacts")
+            if last := follow(task, self._passes, history, attempt + number, brake):
+                yield last
+            if number == 1:
+                if joints > PASSES_UP_TO:
+                    return
+                self._look_beside()
+                if self.known.proven_none:
+                    return
+                if joints <= SMALL:
+                    break
+        if self.known.associative is None or task.problem.layout.round or joints > _SIMPLEX_UP_TO:
+            return
+        effort.begins("path of centres")
+        if end := follow_path(task, self._passes, history, _passes_in(history) + 1):
+            yield end
+
+    def _look_beside(self) -> None:
+        self.known = with_associative(self._task, self.known)
+        if self.known.associative is None:
+            # Declared in Pyomo, which takes .3 s to import.
+            from masonry_opt.standing.existence import existence
+
+            found = existence(self._task.problem, self._task.effort)
+            self.known = replace(self.known, infeasibility=found)
 
 
-def _end_without(task: Task, solution: Solution, word: str) -> None:
-    """End without a load factor: none was found, or friction jams the blocks, which is not proven; but from
-    rest no multiple of the load brings them down."""
+def _without(task: Task, solution: Solution, word: str) -> Solution:
+    """The end without a load factor: none was found, or friction jams the blocks, which is not proven; but
+    from rest no multiple of the load brings them down."""
     found = solution.infeasibility
     endless = found is not None and found.existence is Existence.UNBOUNDED
     if endless and (grows := jams(task)):
-        solution.status, solution.reasons = Status.JAMMED, [grows]
-    else:
-        attempts = _passes_in(solution.history)
-        solution.end(Status.SOLVER_FAILED, Code.PASS_STOPPED, word=word, attempts=attempts)
+        return replace(solution, status=Status.JAMMED, reasons=(grows,))
+    attempts = _passes_in(solution.history)
+    return solution.ended(Status.SOLVER_FAILED, Code.PASS_STOPPED, word=word, attempts=attempts)
 
 
-def _passes_in(history: list[Any]) -> int:
+def _passes_in(history: Sequence[Any]) -> int:
     return history[-1].attempt if history else 0

@@ -11,6 +11,7 @@ from masonry_opt.answer.acceptance import LIMITS, OUTSIDE, SMALLEST, Kind
 from masonry_opt.answer.infeasibility import Existence
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import SAME
+from masonry_opt.methods.registry import METHODS
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.best_known import BestKnown
 from masonry_opt.studies.compare.runs import by_sides, residuals_over_limit
@@ -112,7 +113,7 @@ def known_claims(
 
 def question_of(method: str) -> str:
     """The λ that a method computes."""
-    return ASSOCIATIVE if method in ("static", "kinematic") else COULOMB
+    return ASSOCIATIVE if METHODS[method].associative else COULOMB
 
 
 def judge(

@@ -39,9 +39,6 @@ WITHIN = 1e-3
 #: Longest range between two positions, as a share of the road.
 _LONGEST = 0.01
 
-#: Methods of associative flow.
-_ASSOCIATIVE = ("static", "kinematic")
-
 
 @dataclass(frozen=True, kw_only=True)
 class Crossing(Crossings):
@@ -139,7 +136,7 @@ def crossing(
         If it was interrupted before any position was solved.
     """
     session = prepare(method, model=model, solver=solver, tolerance=tolerance, expected=expected, **options)
-    many = replace(session, expected=False)
+    many = session.without_expected()
     scene = as_scene(scene, load_case)
     scene.in_plane()  # which refuses solids
     passages = list(_passages(scene, axles))
@@ -152,7 +149,7 @@ def crossing(
     if undecided or result.status is Status.UNSTABLE:
         return Crossing(worst=result, passages=())
     associative = MovingLoad(replace(first.assembly.problem, live=first.live(start)), effort)
-    crossed, interrupted, proves = [], False, method in _ASSOCIATIVE
+    crossed, interrupted, proves = [], False, session.method.associative
     for passage in passages:
         solve = _solve(many, passage, effort)
         plain = proves and model is None and solver is None and not len(passage.assembly.problem.crushing)

@@ -43,19 +43,15 @@ class MovingLoad:
         statics, program = self._statics, self._program
         program.set_column(statics.load_factor, statics.equilibrium, live / problem.live_norm)
         self.solved += 1
-        solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, size=program.size)
         verdict = program.solve()
+        solution = Solution(Status.OPTIMAL, Kind.ASSOCIATIVE, size=program.size)
         if verdict is Verdict.OPTIMAL:
             q = self._force * program.values(statics.q)
             d = program.duals(statics.equilibrium)
             load_factor = self._force * float(program.values(statics.load_factor)[0]) / problem.live_norm
-            solution.found = certified(
-                problem, load_factor, q, d * problem.live_norm / (live @ d), problem.friction
-            )
-            solution.accept()
-        elif verdict in (Verdict.UNBOUNDED, Verdict.INFEASIBLE_OR_UNBOUNDED):
+            found = certified(problem, load_factor, q, d * problem.live_norm / (live @ d), problem.friction)
+            return replace(solution, found=found).accepted()
+        if verdict in (Verdict.UNBOUNDED, Verdict.INFEASIBLE_OR_UNBOUNDED):
             # The scene stands: the program has a state, at λ = 0.
-            solution.end(Status.UNLIMITED, Code.NO_MECHANISM)
-        else:
-            solution.end(Status.SOLVER_FAILED, Code.SOLVER_STOPPED, word=verdict.value)
-        return solution
+            return solution.ended(Status.UNLIMITED, Code.NO_MECHANISM)
+        return solution.ended(Status.SOLVER_FAILED, Code.SOLVER_STOPPED, word=verdict.value)

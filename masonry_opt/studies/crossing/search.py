@@ -79,7 +79,7 @@ class Found:
 
 
 #: Of a position where no axle loads a block that can move.
-_UNLOADED = Solution(Status.UNLIMITED, Kind.ASSOCIATIVE, [reason(Code.NO_MECHANISM)])
+_UNLOADED = Solution(Status.UNLIMITED, Kind.ASSOCIATIVE, (reason(Code.NO_MECHANISM),))
 
 
 class Solving:

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
 
-from masonry_opt.analysis import prepare
 from masonry_opt.answer.acceptance import SMALLEST
 from masonry_opt.answer.motion import joint_motion
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import SAME
 from masonry_opt.effort import Effort
-from masonry_opt.methods.registry import DEFAULT
+from masonry_opt.methods.how_to_solve import HowToSolve
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.problem.kept import Kept
 from masonry_opt.scene.scene import Scene
+from masonry_opt.session import Session
 from masonry_opt.studies.journal import digest
 from masonry_opt.studies.machine import versions
 from masonry_opt.studies.many.parameters import Parameters
@@ -47,23 +48,19 @@ _NAMES = {"slides": SLIDING, "hinges": HINGING, "crushes": CRUSHING}
 
 @dataclass(frozen=True)
 class Study:
-    """What all runs share: the scene whose numbers change (None where every run brings its own), and the
-    arguments of :func:`~masonry_opt.analysis.solve`."""
+    """What all runs share: the scene whose numbers change (None where every run brings its own), and how they
+    are solved."""
 
     scene: Scene | None
-    method: str = DEFAULT
-    model: str | None = None
-    solver: str | None = None
-    tolerance: float | None = None
-    expected: bool = True
-    options: Mapping[str, Any] = field(default_factory=dict)
+    how: HowToSolve
 
     def identity(self) -> dict[str, str]:
         """Hashes of all that decides the rows, by name."""
-        options = {name: repr(value) for name, value in sorted(self.options.items())}
+        how = self.how
+        options = {name: repr(value) for name, value in sorted(how.options.items())}
         return {
             "scene": "" if self.scene is None else _of_scene(self.scene),
-            "method": digest((self.method, self.model, self.solver, self.tolerance, self.expected)),
+            "method": digest((how.method, how.model, how.solver, how.tolerance, how.expected)),
             "options": digest(options),
             "versions": digest(versions()),
         }
@@ -88,15 +85,7 @@ class Solves:
 
     def __init__(self, study: Study) -> None:
         self._parameters = None if study.scene is None else Parameters(study.scene)
-        self._session = prepare(
-            study.method,
-            model=study.model,
-            solver=study.solver,
-            tolerance=study.tolerance,
-            expected=study.expected,
-            keeps=True,
-            **study.options,
-        )
+        self._session = Session(study.how, Kept(keeps=True))
 
     def __call__(self, run: Run) -> dict[str, Any]:
         """The columns of a run's solution."""

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from masonry_opt.errors import OptionError
+from masonry_opt.methods.how_to_solve import HowToSolve
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
@@ -103,8 +104,9 @@ def sample(
     draws = Draws(scene, distributions, by, correlation)
     values = draws.table(n, seed, sequence)
     folder = None if out is None else Path(out)
+    how = HowToSolve(method, model, solver, tolerance, expected, options)
     runs = table(
-        Study(None if draws.varied else scene, method, model, solver, tolerance, expected, options),
+        Study(None if draws.varied else scene, how),
         values.to_dict("records"),  # type: ignore[arg-type]  # names of columns are texts
         make=draws.scene if draws.varied else None,
         folder=folder,

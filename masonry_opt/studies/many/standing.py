@@ -11,7 +11,7 @@ from masonry_opt.answer.acceptance import MARGIN_ENERGY, SMALLEST, Kind
 from masonry_opt.answer.answer import Found
 from masonry_opt.answer.certificate import Certificate
 from masonry_opt.answer.motion import moving_names
-from masonry_opt.answer.reasons import Code
+from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import LOWER
@@ -84,8 +84,8 @@ def standing(scene: Scene) -> Standing:
             carries = Found(q=answer.q + margin * _of_normal(problem))
             solution = replace(found, status=Status.STANDS, found=carries)
         else:
-            solution = replace(found, found=Found(d=answer.d, slope=answer.slope))
-            solution.end(Status.UNSTABLE, Code.FALLS, blocks=moving_names(assembly, answer.d))
+            falls = found.ended(Status.UNSTABLE, Code.FALLS, blocks=moving_names(assembly, answer.d))
+            solution = replace(falls, found=Found(d=answer.d, slope=answer.slope))
     # Without a load factor the result has no live load, tilt or reference.
     dead = replace(
         assembly,
@@ -122,13 +122,13 @@ def _margin(pressed: Problem, solver: Solver, effort: Effort) -> Solution | None
 
 
 def _yes_or_no(assembly: Assembly, solver: Solver, effort: Effort) -> Solution:
-    solution = Solution(Status.STANDS, Kind.ASSOCIATIVE)
+    stands = Solution(Status.STANDS, Kind.ASSOCIATIVE)
     try:
         falling = falling_mechanism(assembly.problem, solver, effort)
     except DeadLoadUndecided as stopped:
-        solution.end(Status.SOLVER_FAILED, Code.DEAD_LOAD_UNDECIDED, **stopped.values)
-        raise NoLoadFactorError(f"{solution.status}: {message(solution.reasons)}") from None
-    if falling is not None:
-        solution.found = Found(d=falling)
-        solution.end(Status.UNSTABLE, Code.FALLS, blocks=moving_names(assembly, falling))
-    return solution
+        why = message([reason(Code.DEAD_LOAD_UNDECIDED, **stopped.values)])
+        raise NoLoadFactorError(f"{Status.SOLVER_FAILED}: {why}") from None
+    if falling is None:
+        return stands
+    blocks = moving_names(assembly, falling)
+    return replace(stands.ended(Status.UNSTABLE, Code.FALLS, blocks=blocks), found=Found(d=falling))

@@ -14,6 +14,7 @@ from typing import Any
 import pandas as pd
 
 from masonry_opt.errors import OptionError, counted
+from masonry_opt.methods.how_to_solve import HowToSolve
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
@@ -97,7 +98,7 @@ def sweep(
         Parameters(of).check_names(vary)
     folder = None if out is None else Path(out)
     frame = table(
-        Study(of, method, model, solver, tolerance, expected, options),
+        Study(of, HowToSolve(method, model, solver, tolerance, expected, options)),
         points,
         make=make,
         folder=folder,

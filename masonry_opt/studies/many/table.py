@@ -11,7 +11,6 @@ from typing import Any
 
 import pandas as pd
 
-from masonry_opt.analysis import refuse_options
 from masonry_opt.answer.frames import unsigned
 from masonry_opt.errors import CaseError, OptionError, counted
 from masonry_opt.scene.scene import Scene
@@ -53,7 +52,7 @@ def table(
     folder: of ``runs.csv`` and of the journal of finished runs, which are not made again.
     parquet, force, workers, dask, progress: as of :func:`~.sweep.sweep`; errors too.
     """
-    refuse_options(study.method, study.model, study.solver, study.tolerance, study.options)
+    study.how.refuse_functions()
     if parquet and find_spec("pyarrow") is None:
         raise OptionError("--parquet needs: pip install '.[parquet]'")
     journal = None

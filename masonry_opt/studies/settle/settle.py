@@ -24,7 +24,6 @@ from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
-from masonry_opt.session import ASSOCIATIVE
 from masonry_opt.standing.diagnosis import carries
 from masonry_opt.studies.settle.freed import freed
 from masonry_opt.studies.settle.settlement import Bound, Reactions
@@ -167,11 +166,11 @@ def settle(
     effort.begins("reaction at rest")
     rest = _at_rest(held.problem, settling.problem, problem.B.shape[1])
     if rest is None:
-        session = replace(session, expected=False)
+        session = session.without_expected()
         begins = _ends_by_statics(settling.problem, pushed_back.problem)[::-1]
     else:
         begins = [(_reaction(settling.problem, rest), rest)] * 2
-    sessions = [session] if method in ASSOCIATIVE else [session, prepare(ASSOCIATIVE[0])]
+    sessions = [session] if session.method.associative else [session, prepare("static")]
 
     def bound(moved: Assembly, sign: float, start: float, settled: np.ndarray | None) -> Bound:
         """The end that a push leads to, from a reaction and the forces there, if known."""
