@@ -8,27 +8,20 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import Field, Strict
 
-from masonry_opt.answer.acceptance import CLOSED, SMALLEST, Kind
+from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.associative import associative
-from masonry_opt.methods.bracket.bounds import StateBounds, bounds_of, tightened
-from masonry_opt.methods.bracket.relaxation import LEAST_TIME, RADII, BoundStep, Distances, relaxed
+from masonry_opt.methods.bracket.bounds import StateBounds
+from masonry_opt.methods.bracket.rising import Rising, a_little_above, closed
+from masonry_opt.methods.exact.refiner import refiner_of
+from masonry_opt.methods.exact.search import lower_of
+from masonry_opt.methods.mcp.passes import passes_of
 from masonry_opt.methods.refined import RefinedOptions, refined
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.registry import find_solver
-
-#: The programs take this share more than the best λ known, so that they have an interior.
-_ABOVE = 1e-4
-
-#: A program that closes more than this share of the gap is followed by another of the same products, with the
-#: limits of forces that it leaves; else by one of more products, which takes three to ten times as long.
-_WORTH_REPEATING = 0.5
-
-#: No program keeps more products than this (memory).
-_MOST_PRODUCTS = 400_000
 
 #: What rates are assumed to sum to, at least, and over those of the state known (on walls 30 to 140).
 _LEAST_RATES, _OVER_KNOWN = 100.0, 10.0
@@ -55,7 +48,7 @@ class GlobalOptions(Options):
 
 def global_search(task: Task) -> Solution:
     """The least Coulomb load factor λ ≥ 0 known, and what is proven of the least."""
-    problem, options, effort = task.problem, task.options, task.effort
+    problem, options = task.problem, task.options
     began = time.perf_counter()
     upper = associative(task.with_options(None, find_solver("cvxpy", None)))
     if upper.load_factor is None:
@@ -72,18 +65,17 @@ def global_search(task: Task) -> Solution:
     if above == [None, None]:
         return upper
     best = min(load_factor for load_factor in above if load_factor is not None)
-    highest = a_little_above(best)
-    if highest <= 0:
+    if a_little_above(best) <= 0:
         return start  # there is no load factor λ ≥ 0
     solution = Solution(Status.SOLVER_FAILED, Kind.EXACT, solver=task.solver)
     solution.flow_rule_matters, solution.associative = start.flow_rule_matters, upper.load_factor
     if exact:
         solution.found = start.found
-    of = bounds_of(problem, highest, options.rate_bound or assumed_rates(problem, solution.d), effort)
+    rising = Rising(problem, best, options.rate_bound or assumed_rates(problem, solution.d), task.effort)
     solution.bound = min(best, 0.0)
     if best > 0:
-        _raise(task, solution, best, highest, of, began)
-    _conclude(problem, solution, solution.bound, of, options)
+        _raise(task, solution, rising, began)
+    _conclude(problem, solution, solution.bound, rising.of, options)
     solution.reasons += [said for said in start.reasons if said.code is Code.BELOW_ZERO]
     return solution
 
@@ -98,44 +90,20 @@ def _rates(problem: Problem, d: np.ndarray) -> float:
     return float(problem.rates(d, problem.dilatancy) @ problem.face_length)
 
 
-def a_little_above(best: float) -> float:
-    """Λ of the programs, from the best λ known."""
-    return best + _ABOVE * max(abs(best), 1e-3)
-
-
-def _raise(
-    task: Task, solution: Solution, best: float, highest: float, of: StateBounds, began: float
-) -> None:
-    """Raise the bound by programs of more and more products, until the bracket is closed or time is up.
-
-    Below what one program proves there is no state: the next looks above only, where forces have less room,
-    and the same products prove more. They are kept while that pays."""
-    ends, bound = began + task.options.time_limit, 0.0
-    distances, before = Distances(task.problem), 0
-    for radii in RADII:
-        near, moves = distances.within(radii)
-        products = 12 * int(near.sum()) + 9 * int(moves.sum())
-        if products == before or products > _MOST_PRODUCTS:
-            continue
-        gains = True
-        while gains:
-            if before and ends - time.perf_counter() < LEAST_TIME:
-                return
-            if bound > of.lowest:
-                of = tightened(of, task.problem, bound, highest, task.effort)
-            before, left, last = products, ends - time.perf_counter(), bound
-            proven, solution.size = relaxed(task.problem, highest, of, near, moves, left, task.effort)
-            step = BoundStep(proven, of.lowest, best, *radii, products, time.perf_counter() - began)
-            solution.history.append(step)
-            task.progress(step)
-            solution.bound = bound = max(last, min(proven, best))
-            if _closed(bound, best):
-                return
-            gains = bound - last > _WORTH_REPEATING * (best - last)
-
-
-def _closed(bound: float, load_factor: float) -> bool:
-    return load_factor - bound <= CLOSED * max(abs(load_factor), SMALLEST)
+def _raise(task: Task, solution: Solution, rising: Rising, began: float) -> None:
+    """Raise the bound, and lower the state to those that the programs are near on scenes of few joints."""
+    problem, refiner = task.problem, refiner_of(task)
+    for step, found in rising.programs(began, began + task.options.time_limit):
+        solution.size = found.size
+        solution.history.append(step)
+        task.progress(step)
+        for q in found.forces if problem.joints <= _MANY_JOINTS else []:
+            state = refiner.settled(q)
+            if state is None or not passes_of(task).tells(state.load_factor, state.d):
+                continue
+            if lower_of(solution.answer, state.answer) is state.answer:
+                solution.found, rising.best = state.answer, min(rising.best, state.load_factor)
+    solution.bound = rising.bound
 
 
 def _conclude(
@@ -154,7 +122,7 @@ def _conclude(
         solution.end(Status.CONVERGED, Code.TOUCHES_IMPOSED, **said)
         # What holds among some states only, and not this one, is no bound.
         solution.bound = 0.0
-    elif not _closed(bound, answer.load_factor):
+    elif not closed(bound, answer.load_factor):
         code = Code.OUT_OF_TIME if of.derived else Code.OUT_OF_TIME_WITHIN_IMPOSED
         solution.end(Status.CONVERGED, code, **said, time_limit=options.time_limit)
     elif of.derived:

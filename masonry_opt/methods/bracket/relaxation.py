@@ -29,9 +29,12 @@ _TOLERANCE, _FEW_ROWS = 1e-7, 20_000
 #: last hundredth of a proof, where a program of more products proves half as much again.
 _COARSE = 0.05
 
-#: Largest velocity for the solver where there is no bound, in units of the live load's mean velocity: with
-#: free columns it stalls or breaks off. The proof from the multipliers does not use it.
+#: Largest velocity for HiPO where there is no bound, in units of the live load's mean velocity: with free
+#: columns it stalls or breaks off. The proof from the multipliers does not use it.
 _FASTEST = 20.0
+
+#: Rates and velocities below this are taken for none.
+_MOVES = 1e-3
 
 #: Seconds that a program is given at least.
 LEAST_TIME = 1.0
@@ -64,6 +67,22 @@ class BoundStep:
     seconds: float
 
 
+@dataclass(frozen=True)
+class Relaxed:
+    """What a program of products tells.
+
+    Attributes
+    ----------
+    bound: lower bound of λ that its multipliers prove, however far the solver came.
+    forces: joint forces (3c,) that it has next to Coulomb states.
+    size: of the program.
+    """
+
+    bound: float
+    forces: list[np.ndarray]
+    size: LpSize
+
+
 class Distances:
     """Between joints, shape (c, c), and from joints to blocks, shape (c, b), in blocks that touch."""
 
@@ -87,18 +106,29 @@ def relaxed(
     moves: np.ndarray,
     seconds: float,
     effort: Effort,
-) -> tuple[float, LpSize]:
-    """A lower bound of all λ from ``of.lowest`` to ``highest`` within the limits, and its program's size.
-
-    ``near`` and ``moves`` are the joints and joints, joints and blocks, whose products are kept. The bound is
-    what the solver's multipliers prove, however far it came in its ``seconds``.
-    """
+) -> Relaxed:
+    """The program of all states with λ from ``of.lowest`` to ``highest`` within the limits, solved for so many
+    seconds. ``near`` and ``moves`` are the joints and joints, joints and blocks, whose products are kept."""
     with effort.measure("build"):
         model = PyomoProducts(problem, (of.lowest, highest), of.normal, near, moves)
     with effort.measure("compile"):
         lp = LinearProgram.of(model.program)
-    multipliers = _multipliers(lp, _reach(model, lp, highest, of), (of.lowest, highest), seconds, effort)
-    return _proven(model, lp, multipliers, highest, of), lp.size
+    point, multipliers = _solved(lp, _reach(model, lp, highest, of), (of.lowest, highest), seconds, effort)
+    return Relaxed(_proven(model, lp, multipliers, highest, of), _forces(model, lp, point), lp.size)
+
+
+def _forces(model: PyomoProducts, lp: LinearProgram, point: np.ndarray) -> list[np.ndarray]:
+    """Joint forces at a point (columns,) of the program: those beside no motion, then in the products with each
+    rate and velocity, over it. At the optimum they may be of different states, the first between them."""
+    factors, (i, k) = model.factors, np.array(list(model.product)).T
+    one, unit = factors.load_factor + 1, factors.velocities.stop
+    products = np.full((one + 1, unit + 1), np.nan)
+    products[tuple(np.array(list(factors.at_rest), dtype=int).reshape(-1, 2).T)] = 0.0
+    products[i, k] = point[_column(lp)]
+    motion, alone = products[one, :unit], products[factors.forces, unit]
+    moving = np.flatnonzero(np.abs(motion) > _MOVES)
+    given = products[np.ix_(factors.forces, moving)] / motion[moving]
+    return [factors.joint_forces(y) for y in (alone, *np.where(np.isnan(given.T), alone, given.T))]
 
 
 def _reach(model: PyomoProducts, lp: LinearProgram, highest: float, of: StateBounds) -> np.ndarray:
@@ -119,30 +149,39 @@ def _columns(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Column of each product, largest value of its factor of statics, number of its factor of kinematics,
     shape (products,) each."""
-    # Every variable is a product, in their order.
-    column = np.concatenate(list(lp.columns.values()))
     i, k = np.array(list(model.product)).T
-    return column, np.append(of.forces, [highest, 1.0])[i], k
+    return _column(lp), np.append(of.forces, [highest, 1.0])[i], k
 
 
-def _multipliers(
+def _column(lp: LinearProgram) -> np.ndarray:
+    """Column of each product: every variable is one, in their order."""
+    return np.concatenate(list(lp.columns.values()))
+
+
+def _solved(
     lp: LinearProgram, reach: np.ndarray, within: tuple[float, float], seconds: float, effort: Effort
-) -> np.ndarray:
-    """Multipliers of the rows, shape (rows,), zeros where the solvers have none in that time."""
+) -> tuple[np.ndarray, np.ndarray]:
+    """The point (columns,) that the solvers reach in that time and the multipliers of the rows, shape (rows,),
+    zeros where they have none."""
     lowest, highest = within
     coarse = max(_COARSE * (1 - lowest / highest), _TOLERANCE)
     free = np.isinf(lp.low)
     low, high = np.where(free, -reach, lp.low), np.where(free, reach, lp.high)
-    boxed = replace(lp, cost=lp.cost / highest, low=low, high=high)
+    scaled = replace(lp, cost=lp.cost / highest)
+    tried = {"highs-ipm": scaled, "highs-hipo": replace(scaled, low=low, high=high)}
+    if len(lp.row_lower) > _FEW_ROWS:
+        del tried["highs-ipm"]
     ends = time.perf_counter() + seconds
-    for name in ("highs-ipm", "highs-hipo") if len(lp.row_lower) <= _FEW_ROWS else ("highs-hipo",):
-        found = _run(boxed, name, coarse, max(ends - time.perf_counter(), LEAST_TIME), effort)
+    for name, program in tried.items():
+        point, found = _run(program, name, coarse, max(ends - time.perf_counter(), LEAST_TIME), effort)
         if found.any():
-            return highest * found
-    return np.zeros(len(lp.row_lower))
+            break
+    return point, highest * found
 
 
-def _run(lp: LinearProgram, name: str, coarse: float, seconds: float, effort: Effort) -> np.ndarray:
+def _run(
+    lp: LinearProgram, name: str, coarse: float, seconds: float, effort: Effort
+) -> tuple[np.ndarray, np.ndarray]:
     # Presolved they would have no multipliers of the program itself where time ends them; and with the
     # augmented system, which HiPO may choose, it stalls.
     options: dict[str, Any] = {"presolve": "off", "hipo_system": "normaleq"}
@@ -154,8 +193,10 @@ def _run(lp: LinearProgram, name: str, coarse: float, seconds: float, effort: Ef
         session.stop_if_iterations_restart()
     session.run(seconds)
     effort.lp_solves += 1
-    found = session.multipliers()
-    return found if found.size and np.isfinite(found).all() else np.zeros(len(lp.row_lower))
+    found = session.point(), session.multipliers()
+    if all(len(each) and np.isfinite(each).all() for each in found):
+        return found
+    return np.zeros(len(lp.cost)), np.zeros(len(lp.row_lower))
 
 
 def _proven(
