@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 from typing import Annotated, Any
 
-import numpy as np
 from pydantic import Field, Strict
 
 from masonry_opt.answer.acceptance import Kind
@@ -14,7 +13,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.bracket.bounds import StateBounds
-from masonry_opt.methods.bracket.rising import Rising, a_little_above, closed
+from masonry_opt.methods.bracket.rising import Rising, a_little_above, assumed_rates, closed, sum_of_rates
 from masonry_opt.methods.exact.refiner import refiner_of
 from masonry_opt.methods.exact.search import lower_of
 from masonry_opt.methods.mcp.passes import passes_of
@@ -22,9 +21,6 @@ from masonry_opt.methods.refined import RefinedOptions, refined
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.registry import find_solver
-
-#: What rates are assumed to sum to, at least, and over those of the state known (on walls 30 to 140).
-_LEAST_RATES, _OVER_KNOWN = 100.0, 10.0
 
 #: On scenes of more joints a bracket seldom closes, and this share of the time looks for a lower state first:
 #: it lowers the upper end, and with it what forces can be.
@@ -80,24 +76,13 @@ def global_search(task: Task) -> Solution:
     return solution
 
 
-def assumed_rates(problem: Problem, d: np.ndarray | None) -> float:
-    """What slips and edge openings are assumed to sum to, from the velocities (3b,) of the lowest state."""
-    return max(_LEAST_RATES, _OVER_KNOWN * (0.0 if d is None else _rates(problem, d)))
-
-
-def _rates(problem: Problem, d: np.ndarray) -> float:
-    """The sum of slips and edge openings under block velocities (3b,)."""
-    return float(problem.rates(d, problem.dilatancy) @ problem.face_length)
-
-
 def _raise(task: Task, solution: Solution, rising: Rising, began: float) -> None:
     """Raise the bound, and lower the state to those that the programs are near on scenes of few joints."""
     problem, refiner = task.problem, refiner_of(task)
-    for step, found in rising.programs(began, began + task.options.time_limit):
-        solution.size = found.size
+    for step, solution.size, forces in rising.programs(began + task.options.time_limit, began):
         solution.history.append(step)
         task.progress(step)
-        for q in found.forces if problem.joints <= _MANY_JOINTS else []:
+        for q in forces if problem.joints <= _MANY_JOINTS else []:
             state = refiner.settled(q)
             if state is None or not passes_of(task).tells(state.load_factor, state.d):
                 continue
@@ -118,7 +103,7 @@ def _conclude(
     solution.bound_derived = of.derived
     said: dict[str, Any] = {"bound": bound, "load_factor": answer.load_factor}
     said |= {"rates": None if of.rates_derived else of.rates, "forces": not of.forces_derived}
-    if not of.allow(answer.q, _rates(problem, answer.d)):
+    if not of.allow(answer.q, sum_of_rates(problem, answer.d)):
         solution.end(Status.CONVERGED, Code.TOUCHES_IMPOSED, **said)
         # What holds among some states only, and not this one, is no bound.
         solution.bound = 0.0

@@ -107,8 +107,8 @@ def relaxed(
     seconds: float,
     effort: Effort,
 ) -> Relaxed:
-    """The program of all states with λ from ``of.lowest`` to ``highest`` within the limits, solved for so many
-    seconds. ``near`` and ``moves`` are the joints and joints, joints and blocks, whose products are kept."""
+    """What the program of all states with λ from ``of.lowest`` to ``highest`` within the limits tells in so
+    many seconds; ``near`` and ``moves``: joints and joints, joints and blocks, whose products are kept."""
     with effort.measure("build"):
         model = PyomoProducts(problem, (of.lowest, highest), of.normal, near, moves)
     with effort.measure("compile"):
@@ -118,8 +118,8 @@ def relaxed(
 
 
 def _forces(model: PyomoProducts, lp: LinearProgram, point: np.ndarray) -> list[np.ndarray]:
-    """Joint forces at a point (columns,) of the program: those beside no motion, then in the products with each
-    rate and velocity, over it. At the optimum they may be of different states, the first between them."""
+    """Joint forces at a point (columns,) of the program: those alone, then those in the products with each rate
+    and velocity, over it. They may be of different states, and the first between them."""
     factors, (i, k) = model.factors, np.array(list(model.product)).T
     one, unit = factors.load_factor + 1, factors.velocities.stop
     products = np.full((one + 1, unit + 1), np.nan)
@@ -161,7 +161,7 @@ def _column(lp: LinearProgram) -> np.ndarray:
 def _solved(
     lp: LinearProgram, reach: np.ndarray, within: tuple[float, float], seconds: float, effort: Effort
 ) -> tuple[np.ndarray, np.ndarray]:
-    """The point (columns,) that the solvers reach in that time and the multipliers of the rows, shape (rows,),
+    """The point (columns,) that the solvers reach in that time, and multipliers of the rows, shape (rows,);
     zeros where they have none."""
     lowest, highest = within
     coarse = max(_COARSE * (1 - lowest / highest), _TOLERANCE)

@@ -6,11 +6,14 @@ import time
 from collections.abc import Iterator
 from math import inf
 
+import numpy as np
+
 from masonry_opt.answer.acceptance import CLOSED, SMALLEST
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bracket.bounds import bounds_of, tightened
-from masonry_opt.methods.bracket.relaxation import LEAST_TIME, RADII, BoundStep, Distances, Relaxed, relaxed
+from masonry_opt.methods.bracket.relaxation import LEAST_TIME, RADII, BoundStep, Distances, relaxed
 from masonry_opt.problem.problem import Problem
+from masonry_opt.solvers.lp import LpSize
 
 #: The programs take this share more than the best λ known, so that they have an interior.
 _ABOVE = 1e-4
@@ -18,6 +21,9 @@ _ABOVE = 1e-4
 #: A program that closes more than this share of the gap is followed by another of the same products, with the
 #: limits of forces that it leaves; else by one of more products, which takes three to ten times as long.
 _WORTH_REPEATING = 0.5
+
+#: What rates are assumed to sum to, at least, and over those of the state known (on walls 30 to 140).
+_LEAST_RATES, _OVER_KNOWN = 100.0, 10.0
 
 #: No program keeps more products than this (memory).
 _MOST_PRODUCTS = 400_000
@@ -37,13 +43,11 @@ class Rising:
         self._problem, self._effort, self.best, self.bound = problem, effort, best, 0.0
         self.of = bounds_of(problem, a_little_above(best), rates, effort)
 
-    @property
-    def closed(self) -> bool:
-        """Whether there is no gap left to speak of."""
-        return closed(self.bound, self.best)
-
-    def programs(self, began: float, ends: float = inf) -> Iterator[tuple[BoundStep, Relaxed]]:
-        """Programs of more and more products, until the bracket is closed or time is up.
+    def programs(
+        self, ends: float = inf, began: float = 0.0
+    ) -> Iterator[tuple[BoundStep, LpSize, list[np.ndarray]]]:
+        """Programs of more and more products, until the bracket is closed or time is up: what each proved, its
+        size, and joint forces (3c,) next to states that may be lower than the best.
 
         Below what one program proves there is no state: the next looks above only, where forces have less
         room, and the same products prove more. They are kept while that pays."""
@@ -64,8 +68,10 @@ class Rising:
                 found = relaxed(self._problem, highest, self.of, near, moves, left, self._effort)
                 self.bound = max(last, min(found.bound, self.best))
                 seconds = time.perf_counter() - began
-                yield BoundStep(found.bound, self.of.lowest, self.best, *radii, products, seconds), found
-                if self.closed:
+                proven = closed(self.bound, self.best)
+                step = BoundStep(found.bound, self.of.lowest, self.best, *radii, products, seconds)
+                yield step, found.size, [] if proven else found.forces
+                if proven or closed(self.bound, self.best):
                     return
                 gains = self.bound - last > _WORTH_REPEATING * (self.best - last)
 
@@ -73,6 +79,16 @@ class Rising:
 def a_little_above(best: float) -> float:
     """Λ of the programs, from the best λ known."""
     return best + _ABOVE * max(abs(best), 1e-3)
+
+
+def assumed_rates(problem: Problem, d: np.ndarray | None) -> float:
+    """What slips and edge openings are assumed to sum to, from the velocities (3b,) of the lowest state."""
+    return max(_LEAST_RATES, _OVER_KNOWN * (0.0 if d is None else sum_of_rates(problem, d)))
+
+
+def sum_of_rates(problem: Problem, d: np.ndarray) -> float:
+    """The sum of slips and edge openings under block velocities (3b,)."""
+    return float(problem.rates(d, problem.dilatancy) @ problem.face_length)
 
 
 def closed(bound: float, load_factor: float) -> bool:

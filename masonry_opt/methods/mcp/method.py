@@ -34,6 +34,10 @@ _SIMPLEX_UP_TO = 500
 #: of .7 and more to .3558, where stiff ones lead to .389 and more.
 _SOFT = 1e-2
 
+#: Joints in the plane up to which programs of the bracket are asked for lower states, and their products after
+#: which no other is.
+_PRODUCTS_UP_TO, _PRODUCTS = 12, 1000
+
 
 class McpOptions(Options):
     """Options of the default method.
@@ -171,6 +175,26 @@ class _States:
             search = Search(Refiner(self._problem, self._effort), self._passes.over, self.met)
         for candidate in search.few(self._lowest, q if self._lowest else None):
             self._keep(candidate.state)
+        self._next_to_products(search)
+
+    def _next_to_products(self, search: Search) -> None:
+        """Look for states that the first programs of the bracket are near, on scenes where they are quick."""
+        problem, lowest = self._problem, self._lowest
+        limited = len(problem.crushing) > 0 or problem.B.shape[1] > 3 * problem.joints
+        if lowest is None or lowest.load_factor <= ZERO or problem.joints > _PRODUCTS_UP_TO or limited:
+            return
+        # Declared in Pyomo.
+        from masonry_opt.methods.bracket.rising import Rising, assumed_rates
+
+        rising = Rising(problem, lowest.load_factor, assumed_rates(problem, lowest.d), self._effort)
+        spent = 0
+        for step, _, forces in rising.programs():
+            for q in forces:
+                self._keep(search.start(q).state)
+            rising.best = max(min(rising.best, self._lowest.load_factor), ZERO)
+            spent += step.products
+            if spent > _PRODUCTS:
+                break
 
     def _keep(self, state: ExactState | None) -> None:
         if state is not None and self._tells(state):
