@@ -15,8 +15,9 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bracket import bracket, rising
 from masonry_opt.methods.bracket.bounds import bounds_of, tightened
-from masonry_opt.methods.bracket.relaxation import RADII, BoundStep, Distances, Relaxed, relaxed
+from masonry_opt.methods.bracket.relaxation import RADII, BoundStep, Distances, relaxed
 from masonry_opt.methods.exact.refiner import Refiner
+from masonry_opt.methods.mcp import method
 from masonry_opt.methods.refined import Refinement
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.solvers.highs_session import HighsSession
@@ -83,7 +84,7 @@ def test_a_wall_is_bounded_however_long_the_solver_is_given(seconds, least):
     highest, effort = 0.638982 * 1.0001, Effort()
     near, moves = Distances(problem).within(RADII[0])
     of = bounds_of(problem, highest, 100.0, effort)
-    bound = relaxed(problem, highest, of, near, moves, seconds, effort).bound
+    bound = relaxed(problem, highest, of, near, moves, seconds, effort)[0]
     assert least <= bound < 0.638982
 
 
@@ -250,9 +251,9 @@ def test_where_lower_states_are_left_out_the_same_products_prove_more(share):
     highest, effort = least * 1.0001, Effort()
     of = bounds_of(problem, highest, 100.0, effort)
     near, moves = Distances(problem).within((0, 0))
-    first = relaxed(problem, highest, of, near, moves, 10.0, effort).bound
+    first = relaxed(problem, highest, of, near, moves, 10.0, effort)[0]
     above = tightened(of, problem, share * least, highest, effort)
-    second = relaxed(problem, highest, above, near, moves, 10.0, effort).bound
+    second = relaxed(problem, highest, above, near, moves, 10.0, effort)[0]
     assert first + 0.05 * least < second <= least
 
 
@@ -286,7 +287,7 @@ def test_limits_of_forces_are_found_only_for_a_program_that_follows(monkeypatch,
 
     def raised(problem, highest, of, *rest):
         called.append("program")
-        return Relaxed(0.149, [], None)
+        return 0.149, [], None
 
     def counted(*of):
         called.append("limits")
@@ -295,6 +296,7 @@ def test_limits_of_forces_are_found_only_for_a_program_that_follows(monkeypatch,
     monkeypatch.setattr(rising, "relaxed", raised)
     monkeypatch.setattr(rising, "tightened", counted)
     monkeypatch.setattr(rising, "RADII", RADII[:1])
+    monkeypatch.setattr(method, "_PRODUCTS_UP_TO", 0)
     mo.solve(TWO_BLOCKS, "global", time_limit=seconds)
     assert called == ["program", "limits", "program"][: 2 * programs - 1]
 

@@ -84,10 +84,11 @@ def _raise(task: Task, solution: Solution, rising: Rising, began: float) -> None
         task.progress(step)
         for q in forces if problem.joints <= _MANY_JOINTS else []:
             state = refiner.settled(q)
-            if state is None or not passes_of(task).tells(state.load_factor, state.d):
+            answer = state.answer if state else None
+            if answer is None or lower_of(solution.answer, answer) is not answer:
                 continue
-            if lower_of(solution.answer, state.answer) is state.answer:
-                solution.found, rising.best = state.answer, min(rising.best, state.load_factor)
+            if passes_of(task).tells(answer.load_factor, answer.d):
+                solution.found, rising.best = answer, min(rising.best, answer.load_factor)
     solution.bound = rising.bound
 
 

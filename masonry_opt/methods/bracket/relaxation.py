@@ -67,22 +67,6 @@ class BoundStep:
     seconds: float
 
 
-@dataclass(frozen=True)
-class Relaxed:
-    """What a program of products tells.
-
-    Attributes
-    ----------
-    bound: lower bound of λ that its multipliers prove, however far the solver came.
-    forces: joint forces (3c,) that it has next to Coulomb states.
-    size: of the program.
-    """
-
-    bound: float
-    forces: list[np.ndarray]
-    size: LpSize
-
-
 class Distances:
     """Between joints, shape (c, c), and from joints to blocks, shape (c, b), in blocks that touch."""
 
@@ -106,28 +90,32 @@ def relaxed(
     moves: np.ndarray,
     seconds: float,
     effort: Effort,
-) -> Relaxed:
-    """What the program of all states with λ from ``of.lowest`` to ``highest`` within the limits tells in so
-    many seconds; ``near`` and ``moves``: joints and joints, joints and blocks, whose products are kept."""
+) -> tuple[float, list[np.ndarray], LpSize]:
+    """A lower bound of all λ from ``of.lowest`` to ``highest`` within the limits, joint forces (3c,) that may
+    be next to low states, and its program's size.
+
+    ``near`` and ``moves`` are the joints and joints, joints and blocks, whose products are kept. The bound is
+    what the solver's multipliers prove, however far it came in its ``seconds``.
+    """
     with effort.measure("build"):
         model = PyomoProducts(problem, (of.lowest, highest), of.normal, near, moves)
     with effort.measure("compile"):
         lp = LinearProgram.of(model.program)
     point, multipliers = _solved(lp, _reach(model, lp, highest, of), (of.lowest, highest), seconds, effort)
-    return Relaxed(_proven(model, lp, multipliers, highest, of), _forces(model, lp, point), lp.size)
+    return _proven(model, lp, multipliers, highest, of), _forces(model, lp, point), lp.size
 
 
 def _forces(model: PyomoProducts, lp: LinearProgram, point: np.ndarray) -> list[np.ndarray]:
-    """Joint forces at a point (columns,) of the program: those alone, then those in the products with each rate
-    and velocity, over it. They may be of different states, and the first between them."""
+    """Joint forces at a point (columns,) of the program: those alone, then those in the products with each
+    rate and velocity, over it. They may be of different states, and the first between them."""
     factors, (i, k) = model.factors, np.array(list(model.product)).T
     one, unit = factors.load_factor + 1, factors.velocities.stop
     products = np.full((one + 1, unit + 1), np.nan)
-    products[tuple(np.array(list(factors.at_rest), dtype=int).reshape(-1, 2).T)] = 0.0
-    products[i, k] = point[_column(lp)]
+    products[tuple(np.array(list(factors.at_rest)).T)] = 0.0
+    products[i, k] = point[np.concatenate(list(lp.columns.values()))]
     motion, alone = products[one, :unit], products[factors.forces, unit]
     moving = np.flatnonzero(np.abs(motion) > _MOVES)
-    given = products[np.ix_(factors.forces, moving)] / motion[moving]
+    given = products[: len(alone), moving] / motion[moving]
     return [factors.joint_forces(y) for y in (alone, *np.where(np.isnan(given.T), alone, given.T))]
 
 
@@ -149,13 +137,10 @@ def _columns(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Column of each product, largest value of its factor of statics, number of its factor of kinematics,
     shape (products,) each."""
+    # Every variable is a product, in their order.
+    column = np.concatenate(list(lp.columns.values()))
     i, k = np.array(list(model.product)).T
-    return _column(lp), np.append(of.forces, [highest, 1.0])[i], k
-
-
-def _column(lp: LinearProgram) -> np.ndarray:
-    """Column of each product: every variable is one, in their order."""
-    return np.concatenate(list(lp.columns.values()))
+    return column, np.append(of.forces, [highest, 1.0])[i], k
 
 
 def _solved(
@@ -165,28 +150,26 @@ def _solved(
     zeros where they have none."""
     lowest, highest = within
     coarse = max(_COARSE * (1 - lowest / highest), _TOLERANCE)
-    free = np.isinf(lp.low)
-    low, high = np.where(free, -reach, lp.low), np.where(free, reach, lp.high)
     scaled = replace(lp, cost=lp.cost / highest)
-    tried = {"highs-ipm": scaled, "highs-hipo": replace(scaled, low=low, high=high)}
-    if len(lp.row_lower) > _FEW_ROWS:
-        del tried["highs-ipm"]
     ends = time.perf_counter() + seconds
-    for name, program in tried.items():
-        point, found = _run(program, name, coarse, max(ends - time.perf_counter(), LEAST_TIME), effort)
+    for name in ("highs-ipm", "highs-hipo")[len(lp.row_lower) > _FEW_ROWS :]:
+        left = max(ends - time.perf_counter(), LEAST_TIME)
+        point, found = _run(scaled, reach, name, coarse, left, effort)
         if found.any():
             break
     return point, highest * found
 
 
 def _run(
-    lp: LinearProgram, name: str, coarse: float, seconds: float, effort: Effort
+    lp: LinearProgram, reach: np.ndarray, name: str, coarse: float, seconds: float, effort: Effort
 ) -> tuple[np.ndarray, np.ndarray]:
     # Presolved they would have no multipliers of the program itself where time ends them; and with the
     # augmented system, which HiPO may choose, it stalls.
     options: dict[str, Any] = {"presolve": "off", "hipo_system": "normaleq"}
     if name == "highs-hipo":
         options["kkt_tolerance"] = coarse
+        free = np.isinf(lp.low)
+        lp = replace(lp, low=np.where(free, -reach, lp.low), high=np.where(free, reach, lp.high))
     solver = find_solver("cvxpy", name, _TOLERANCE)
     session = HighsSession(lp, effort, _PURPOSE, solver, **options)
     if name == "highs-hipo":

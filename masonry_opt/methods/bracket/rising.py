@@ -46,8 +46,8 @@ class Rising:
     def programs(
         self, ends: float = inf, began: float = 0.0
     ) -> Iterator[tuple[BoundStep, LpSize, list[np.ndarray]]]:
-        """Programs of more and more products, until the bracket is closed or time is up: what each proved, its
-        size, and joint forces (3c,) next to states that may be lower than the best.
+        """Programs of more and more products, until the bracket is closed or time is up: what each proved,
+        its size, and joint forces (3c,) that may lead to states lower than the best.
 
         Below what one program proves there is no state: the next looks above only, where forces have less
         room, and the same products prove more. They are kept while that pays."""
@@ -65,13 +65,12 @@ class Rising:
                 if last > self.of.lowest:
                     self.of = tightened(self.of, self._problem, last, highest, self._effort)
                 before, left = products, ends - time.perf_counter()
-                found = relaxed(self._problem, highest, self.of, near, moves, left, self._effort)
-                self.bound = max(last, min(found.bound, self.best))
-                seconds = time.perf_counter() - began
-                proven = closed(self.bound, self.best)
-                step = BoundStep(found.bound, self.of.lowest, self.best, *radii, products, seconds)
-                yield step, found.size, [] if proven else found.forces
-                if proven or closed(self.bound, self.best):
+                told = relaxed(self._problem, highest, self.of, near, moves, left, self._effort)
+                proven, forces, size = told
+                self.bound, seconds = max(last, min(proven, self.best)), time.perf_counter() - began
+                step = BoundStep(proven, self.of.lowest, self.best, *radii, products, seconds)
+                yield step, size, [] if closed(self.bound, self.best) else forces
+                if closed(self.bound, self.best):
                     return
                 gains = self.bound - last > _WORTH_REPEATING * (self.best - last)
 
