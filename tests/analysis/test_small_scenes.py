@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 from atlas.random_scenes import random_scene
+from atlas.small_scenes import of_blocks, rectangle
 from scenes import solved, two_blocks, values_of
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
+from masonry_opt.methods.mcp import method
 
 
 def test_the_default_ends_low_where_states_are_far_apart():
@@ -33,6 +37,33 @@ def test_further_starts_answer_where_no_pass_ends():
     assert values_of(result, Code.EXACT) == {"fall": None}
     assert result.load_factor == pytest.approx(14.67262, rel=1e-5)
     assert result.load_factor < result.associative
+
+
+def pushed_wall():
+    """Three stones under two, each pushed to the left at its upper left corner by its weight."""
+    blocks = []
+    for low, high, cuts in ((0, 1, (0, 1.1, 2.8, 4)), (1, 1.9, (0, 2.15, 4))):
+        for left, right in pairwise(cuts):
+            weight = (right - left) * (high - low)
+            loads = {"weight": weight, "live": (-weight, 0), "live_at": (left, high)}
+            blocks.append(rectangle(f"{len(blocks)}", left, low, right, high, **loads))
+    return of_blocks("pushed wall", [*blocks, rectangle("base", -1, -1, 5, 0)], 1.1)(None)
+
+
+@pytest.mark.parametrize(
+    ("scene", "others", "least"),
+    [(random_scene("wall", 1029), 6.51814, 4.37380), (pushed_wall(), 0.967926, 0.562153)],
+    ids=["random", "pushed"],
+)
+def test_the_default_takes_the_state_that_programs_prove_the_least(monkeypatch, scene, others, least):
+    """No start leads lower than ``others``; the bound is computed anew from the program's multipliers."""
+    assert solved(scene).load_factor == pytest.approx(least, rel=1e-5)
+    monkeypatch.setattr(method, "_PRODUCTS_UP_TO", 0)
+    assert mo.solve(scene).load_factor == pytest.approx(others, rel=1e-5)
+    bracket = mo.solve(scene, "global")
+    assert bracket.load_factor == pytest.approx(least, rel=1e-5)
+    assert bracket.bound == pytest.approx(bracket.load_factor, rel=1.1e-5)
+    assert bracket.certificate.worst < 1e-8
 
 
 @pytest.mark.slow
