@@ -36,6 +36,9 @@ _FASTEST = 20.0
 #: Rates and velocities below this are taken for none.
 _MOVES = 1e-3
 
+#: Iterations at most, for programs that no time ends.
+_MOST_STEPS = 500
+
 #: Seconds that a program is given at least.
 LEAST_TIME = 1.0
 
@@ -165,7 +168,11 @@ def _run(
 ) -> tuple[np.ndarray, np.ndarray]:
     # Presolved they would have no multipliers of the program itself where time ends them; and with the
     # augmented system, which HiPO may choose, it stalls.
-    options: dict[str, Any] = {"presolve": "off", "hipo_system": "normaleq"}
+    options: dict[str, Any] = {
+        "presolve": "off",
+        "hipo_system": "normaleq",
+        "ipm_iteration_limit": _MOST_STEPS,
+    }
     if name == "highs-hipo":
         options["kkt_tolerance"] = coarse
         free = np.isinf(lp.low)
