@@ -182,11 +182,11 @@ ABLATIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "search-neighbours": ("search", {_SEARCH + "_ROUND": _without("neighbour")}),
     "search-fixed-points": ("search", {_SEARCH + "_ROUND": _without("fixed point")}),
     "search-loads": ("search", {_SEARCH + "_ROUND": _without("loads")}),
-    "repeat-what-pays": ("global", {"bracket.bracket:_WORTH_REPEATING": inf}),
+    "repeat-what-pays": ("global", {"bracket.rising:_WORTH_REPEATING": inf}),
     "older-interior-point": ("global", {_BOUND + "_FEW_ROWS": 0}),
     "coarse-interior-point": ("global", {_BOUND + "_COARSE": 0.0}),
     "fastest-velocity": ("global", {_BOUND + "_FASTEST": 1e3}),
-    "near-products-first": ("global", {"bracket.bracket:RADII": lambda old: old[3:]}),
+    "near-products-first": ("global", {"bracket.rising:RADII": lambda old: old[3:]}),
     **IN_SPACE,
 }
 

@@ -16,7 +16,7 @@ from masonry_opt.exports.program_files import WRITERS
 from masonry_opt.exports.solid_files import SOLID_ENDS, solid_file
 from masonry_opt.files import MARK, refuse_replacing, refuse_unwritable, write_whole
 from masonry_opt.methods.bracket.bounds import StateBounds, bounds_of
-from masonry_opt.methods.bracket.bracket import a_little_above, assumed_rates
+from masonry_opt.methods.bracket.rising import a_little_above, assumed_rates
 from masonry_opt.methods.registry import METHODS
 from masonry_opt.models.pyomo_global import PyomoGlobal
 from masonry_opt.models.pyomo_kinematic import PyomoKinematic

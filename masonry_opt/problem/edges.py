@@ -140,6 +140,14 @@ class EdgeFactors:
         last[problem.sliding] = problem.slacks(q)[: len(problem.sliding)]
         return np.stack([*problem.edge_forces(q), last], axis=1).ravel()
 
+    def joint_forces(self, y: np.ndarray) -> np.ndarray:
+        """The joint forces q (3c,) of such x₂, x₃, z₀ (or s)."""
+        problem = self.problem
+        x2, x3, last = y.reshape(-1, 3).T.copy()
+        at, n = problem.sliding, x2 + x3
+        last[at] = problem.cohesion + problem.friction * n[at] - last[at]
+        return np.asarray(problem.table.from_edges @ np.concatenate([x2, x3, last]))
+
     def of_motion(self, d: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Rates u₂, u₃, p₀, p₁ (0 where a joint cannot slide) of face rates p, then velocities d."""
         return np.append(self.in_edges(p), d)

@@ -116,7 +116,11 @@ class HighsSession:
 
     def values(self, variable: Any) -> np.ndarray:
         """Values of a variable at the last optimum."""
-        return np.array(self._highs.getSolution().col_value)[self.columns(variable)]
+        return self.point()[self.columns(variable)]
+
+    def point(self) -> np.ndarray:
+        """Values of all columns after the last run, shape (columns,); empty if there are none."""
+        return np.array(self._highs.getSolution().col_value)
 
     def duals(self, constraint: Any) -> np.ndarray:
         """Duals of rows at the last optimum: change of the optimum per unit of bound."""

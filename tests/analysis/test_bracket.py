@@ -13,9 +13,11 @@ from scenes import CASES, WALLS, small_wall, solved, two_blocks, values_of
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
-from masonry_opt.methods.bracket import bracket
+from masonry_opt.methods.bracket import bracket, rising
 from masonry_opt.methods.bracket.bounds import bounds_of, tightened
 from masonry_opt.methods.bracket.relaxation import RADII, BoundStep, Distances, relaxed
+from masonry_opt.methods.exact.refiner import Refiner
+from masonry_opt.methods.mcp import method
 from masonry_opt.methods.refined import Refinement
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.solvers.highs_session import HighsSession
@@ -67,7 +69,7 @@ def test_limits_of_forces_that_are_assumed_leave_nothing_proven(monkeypatch):
     def assumed(*arguments):
         return replace(bounds_of(*arguments), forces_derived=False)
 
-    monkeypatch.setattr(bracket, "bounds_of", assumed)
+    monkeypatch.setattr(rising, "bounds_of", assumed)
     result = mo.solve(TWO_BLOCKS, "global")
     assert values_of(result, Code.WITHIN_IMPOSED)["forces"]
     assert result.bound == pytest.approx(result.load_factor, rel=CLOSED)
@@ -82,7 +84,7 @@ def test_a_wall_is_bounded_however_long_the_solver_is_given(seconds, least):
     highest, effort = 0.638982 * 1.0001, Effort()
     near, moves = Distances(problem).within(RADII[0])
     of = bounds_of(problem, highest, 100.0, effort)
-    bound, _ = relaxed(problem, highest, of, near, moves, seconds, effort)
+    bound = relaxed(problem, highest, of, near, moves, seconds, effort)[0]
     assert least <= bound < 0.638982
 
 
@@ -144,7 +146,7 @@ def test_a_search_that_is_interrupted_ends_the_bracket_too():
 
 def test_every_program_is_told_and_begins_where_the_last_ended(monkeypatch):
     """Forces with a joint's own blocks leave a gap: above it forces have less room, and they prove more."""
-    monkeypatch.setattr(bracket, "RADII", ((0, 0), (0, 1)))
+    monkeypatch.setattr(rising, "RADII", ((0, 0), (0, 1)))
     steps = []
     result = mo.solve(small_wall(4, 1), "global", progress=steps.append)
     assert len(result.history) == sum(isinstance(step, BoundStep) for step in steps) > 0
@@ -192,17 +194,27 @@ def test_no_bound_exceeds_a_known_state(kind, seed):
     assert result.bound <= result.load_factor
 
 
-def test_a_start_that_is_not_exact_cuts_nothing_off(monkeypatch):
-    """The loop's sliding contracts a little: its state must not pass for the answer."""
+def test_a_start_that_is_not_exact_is_replaced_by_the_state_of_a_program(monkeypatch):
+    """The loop's sliding contracts a little: its state must not pass for the answer, nor cut one off."""
     loop = mo.solve(WEDGES, "nonassociative")
     least = mo.load(WEDGES).reference["coulomb"].value
     assert loop.certificate.flow > 1e-5
     monkeypatch.setattr(bracket, "refined", lambda task: loop.solution)
     result = mo.solve(WEDGES, "global")
-    assert result.load_factor is None
-    assert result.reasons[0].code is Code.NO_EXACT_STATE
+    assert result.load_factor == pytest.approx(least, rel=1e-6)
+    assert result.certificate.worst < EXACT
     assert result.bound == pytest.approx(least, rel=CLOSED)
     assert result.bound <= least
+
+
+def test_a_bound_without_a_state_is_no_answer(monkeypatch):
+    loop = mo.solve(WEDGES, "nonassociative")
+    monkeypatch.setattr(bracket, "refined", lambda task: loop.solution)
+    monkeypatch.setattr(Refiner, "settled", lambda *_: None)
+    result = mo.solve(WEDGES, "global")
+    assert result.load_factor is None
+    assert result.reasons[0].code is Code.NO_EXACT_STATE
+    assert result.bound > 0
 
 
 def test_limits_hold_for_every_method_and_fall_with_the_load():
@@ -239,9 +251,9 @@ def test_where_lower_states_are_left_out_the_same_products_prove_more(share):
     highest, effort = least * 1.0001, Effort()
     of = bounds_of(problem, highest, 100.0, effort)
     near, moves = Distances(problem).within((0, 0))
-    first, _ = relaxed(problem, highest, of, near, moves, 10.0, effort)
+    first = relaxed(problem, highest, of, near, moves, 10.0, effort)[0]
     above = tightened(of, problem, share * least, highest, effort)
-    second, _ = relaxed(problem, highest, above, near, moves, 10.0, effort)
+    second = relaxed(problem, highest, above, near, moves, 10.0, effort)[0]
     assert first + 0.05 * least < second <= least
 
 
@@ -275,15 +287,16 @@ def test_limits_of_forces_are_found_only_for_a_program_that_follows(monkeypatch,
 
     def raised(problem, highest, of, *rest):
         called.append("program")
-        return 0.149, None
+        return 0.149, [], None
 
     def counted(*of):
         called.append("limits")
         return tightened(*of)
 
-    monkeypatch.setattr(bracket, "relaxed", raised)
-    monkeypatch.setattr(bracket, "tightened", counted)
-    monkeypatch.setattr(bracket, "RADII", RADII[:1])
+    monkeypatch.setattr(rising, "relaxed", raised)
+    monkeypatch.setattr(rising, "tightened", counted)
+    monkeypatch.setattr(rising, "RADII", RADII[:1])
+    monkeypatch.setattr(method, "_PRODUCTS_UP_TO", 0)
     mo.solve(TWO_BLOCKS, "global", time_limit=seconds)
     assert called == ["program", "limits", "program"][: 2 * programs - 1]
 

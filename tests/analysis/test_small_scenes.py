@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 from atlas.random_scenes import random_scene
+from atlas.small_scenes import of_blocks, rectangle
 from scenes import solved, two_blocks, values_of
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
+from masonry_opt.effort import Effort
+from masonry_opt.methods.bracket.rising import Rising
+from masonry_opt.methods.exact.refiner import Refiner
+from masonry_opt.problem.assembly import assemble
 
 
 def test_the_default_ends_low_where_states_are_far_apart():
@@ -33,6 +40,37 @@ def test_further_starts_answer_where_no_pass_ends():
     assert values_of(result, Code.EXACT) == {"fall": None}
     assert result.load_factor == pytest.approx(14.67262, rel=1e-5)
     assert result.load_factor < result.associative
+
+
+def pushed_wall():
+    """Three stones under two, each pushed to the left at its upper left corner by its weight."""
+    blocks = []
+    for low, high, cuts in ((0, 1, (0, 1.1, 2.8, 4)), (1, 1.9, (0, 2.15, 4))):
+        for left, right in pairwise(cuts):
+            weight = (right - left) * (high - low)
+            loads = {"weight": weight, "live": (-weight, 0), "live_at": (left, high)}
+            blocks.append(rectangle(f"{len(blocks)}", left, low, right, high, **loads))
+    return of_blocks("pushed wall", [*blocks, rectangle("base", -1, -1, 5, 0)], 1.1)(None)
+
+
+@pytest.mark.parametrize(
+    ("scene", "known", "least"),
+    [(random_scene("wall", 1029), 6.51814, 4.37380), (pushed_wall(), 0.967926, 0.562153)],
+    ids=["random", "pushed"],
+)
+def test_the_default_takes_the_state_that_programs_prove_the_least(scene, known, least):
+    """Below a state that further starts end in. The bound is computed anew from the program's multipliers."""
+    assert solved(scene).load_factor == pytest.approx(least, rel=1e-5)
+    problem = assemble(scene).problem
+    rising = Rising(problem, known, 100.0, Effort())
+    refiner = Refiner(problem, Effort())
+    _, _, forces = next(rising.programs())
+    states = [state for q in forces if (state := refiner.settled(q))]
+    rising.best = min(state.load_factor for state in states)
+    assert rising.best == pytest.approx(least, rel=1e-5)
+    for _ in rising.programs():
+        pass
+    assert rising.bound == pytest.approx(least, rel=1.1e-5)
 
 
 @pytest.mark.slow

@@ -29,9 +29,15 @@ _TOLERANCE, _FEW_ROWS = 1e-7, 20_000
 #: last hundredth of a proof, where a program of more products proves half as much again.
 _COARSE = 0.05
 
-#: Largest velocity for the solver where there is no bound, in units of the live load's mean velocity: with
-#: free columns it stalls or breaks off. The proof from the multipliers does not use it.
+#: Largest velocity for HiPO where there is no bound, in units of the live load's mean velocity: with free
+#: columns it stalls or breaks off. The proof from the multipliers does not use it.
 _FASTEST = 20.0
+
+#: Rates and velocities below this are taken for none.
+_MOVES = 1e-3
+
+#: Iterations at most, for programs that no time ends.
+_MOST_STEPS = 500
 
 #: Seconds that a program is given at least.
 LEAST_TIME = 1.0
@@ -87,8 +93,9 @@ def relaxed(
     moves: np.ndarray,
     seconds: float,
     effort: Effort,
-) -> tuple[float, LpSize]:
-    """A lower bound of all λ from ``of.lowest`` to ``highest`` within the limits, and its program's size.
+) -> tuple[float, list[np.ndarray], LpSize]:
+    """A lower bound of all λ from ``of.lowest`` to ``highest`` within the limits, joint forces (3c,) that may
+    be next to low states, and its program's size.
 
     ``near`` and ``moves`` are the joints and joints, joints and blocks, whose products are kept. The bound is
     what the solver's multipliers prove, however far it came in its ``seconds``.
@@ -97,8 +104,22 @@ def relaxed(
         model = PyomoProducts(problem, (of.lowest, highest), of.normal, near, moves)
     with effort.measure("compile"):
         lp = LinearProgram.of(model.program)
-    multipliers = _multipliers(lp, _reach(model, lp, highest, of), (of.lowest, highest), seconds, effort)
-    return _proven(model, lp, multipliers, highest, of), lp.size
+    point, multipliers = _solved(lp, _reach(model, lp, highest, of), (of.lowest, highest), seconds, effort)
+    return _proven(model, lp, multipliers, highest, of), _forces(model, lp, point), lp.size
+
+
+def _forces(model: PyomoProducts, lp: LinearProgram, point: np.ndarray) -> list[np.ndarray]:
+    """Joint forces at a point (columns,) of the program: those alone, then those in the products with each
+    rate and velocity, over it. They may be of different states, and the first between them."""
+    factors, (i, k) = model.factors, np.array(list(model.product)).T
+    one, unit = factors.load_factor + 1, factors.velocities.stop
+    products = np.full((one + 1, unit + 1), np.nan)
+    products[tuple(np.array(list(factors.at_rest)).T)] = 0.0
+    products[i, k] = point[np.concatenate(list(lp.columns.values()))]
+    motion, alone = products[one, :unit], products[factors.forces, unit]
+    moving = np.flatnonzero(np.abs(motion) > _MOVES)
+    given = products[: len(alone), moving] / motion[moving]
+    return [factors.joint_forces(y) for y in (alone, *np.where(np.isnan(given.T), alone, given.T))]
 
 
 def _reach(model: PyomoProducts, lp: LinearProgram, highest: float, of: StateBounds) -> np.ndarray:
@@ -125,37 +146,47 @@ def _columns(
     return column, np.append(of.forces, [highest, 1.0])[i], k
 
 
-def _multipliers(
+def _solved(
     lp: LinearProgram, reach: np.ndarray, within: tuple[float, float], seconds: float, effort: Effort
-) -> np.ndarray:
-    """Multipliers of the rows, shape (rows,), zeros where the solvers have none in that time."""
+) -> tuple[np.ndarray, np.ndarray]:
+    """The point (columns,) that the solvers reach in that time, and multipliers of the rows, shape (rows,);
+    zeros where they have none."""
     lowest, highest = within
     coarse = max(_COARSE * (1 - lowest / highest), _TOLERANCE)
-    free = np.isinf(lp.low)
-    low, high = np.where(free, -reach, lp.low), np.where(free, reach, lp.high)
-    boxed = replace(lp, cost=lp.cost / highest, low=low, high=high)
+    scaled = replace(lp, cost=lp.cost / highest)
     ends = time.perf_counter() + seconds
-    for name in ("highs-ipm", "highs-hipo") if len(lp.row_lower) <= _FEW_ROWS else ("highs-hipo",):
-        found = _run(boxed, name, coarse, max(ends - time.perf_counter(), LEAST_TIME), effort)
+    for name in ("highs-ipm", "highs-hipo")[len(lp.row_lower) > _FEW_ROWS :]:
+        left = max(ends - time.perf_counter(), LEAST_TIME)
+        point, found = _run(scaled, reach, name, coarse, left, effort)
         if found.any():
-            return highest * found
-    return np.zeros(len(lp.row_lower))
+            break
+    return point, highest * found
 
 
-def _run(lp: LinearProgram, name: str, coarse: float, seconds: float, effort: Effort) -> np.ndarray:
+def _run(
+    lp: LinearProgram, reach: np.ndarray, name: str, coarse: float, seconds: float, effort: Effort
+) -> tuple[np.ndarray, np.ndarray]:
     # Presolved they would have no multipliers of the program itself where time ends them; and with the
     # augmented system, which HiPO may choose, it stalls.
-    options: dict[str, Any] = {"presolve": "off", "hipo_system": "normaleq"}
+    options: dict[str, Any] = {
+        "presolve": "off",
+        "hipo_system": "normaleq",
+        "ipm_iteration_limit": _MOST_STEPS,
+    }
     if name == "highs-hipo":
         options["kkt_tolerance"] = coarse
+        free = np.isinf(lp.low)
+        lp = replace(lp, low=np.where(free, -reach, lp.low), high=np.where(free, reach, lp.high))
     solver = find_solver("cvxpy", name, _TOLERANCE)
     session = HighsSession(lp, effort, _PURPOSE, solver, **options)
     if name == "highs-hipo":
         session.stop_if_iterations_restart()
     session.run(seconds)
     effort.lp_solves += 1
-    found = session.multipliers()
-    return found if found.size and np.isfinite(found).all() else np.zeros(len(lp.row_lower))
+    found = session.point(), session.multipliers()
+    if all(len(each) and np.isfinite(each).all() for each in found):
+        return found
+    return np.zeros(len(lp.cost)), np.zeros(len(lp.row_lower))
 
 
 def _proven(

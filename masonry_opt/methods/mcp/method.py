@@ -35,6 +35,11 @@ _SIMPLEX_UP_TO = 500
 #: of .7 and more to .3558, where stiff ones lead to .389 and more.
 _SOFT = 1e-2
 
+#: Joints in the plane up to which the bracket's first program is asked for lower states: of 231 random scenes
+#: 3 ended more than 1e-3 above the lowest state known without it, 1 with it, at 1.7 times the time (3 at the
+#: 95th percentile). More programs found no more.
+_PRODUCTS_UP_TO = 12
+
 
 class McpOptions(Options):
     """Options of the default method.
@@ -166,6 +171,21 @@ class _States:
             search = Search(Refiner(self._problem, self._effort), self._passes.over, self.met)
         for candidate in search.few(self._lowest, q if self._lowest else None):
             self._keep(candidate.state)
+        self._next_to_products(search)
+
+    def _next_to_products(self, search: Search) -> None:
+        """Look for states that the bracket's first program is near, on scenes where it is quick."""
+        problem, lowest = self._problem, self._lowest
+        limited = len(problem.crushing) > 0 or problem.B.shape[1] > 3 * problem.joints
+        if lowest is None or lowest.load_factor <= ZERO or problem.joints > _PRODUCTS_UP_TO or limited:
+            return
+        # Declared in Pyomo.
+        from masonry_opt.methods.bracket.rising import Rising, assumed_rates
+
+        rising = Rising(problem, lowest.load_factor, assumed_rates(problem, lowest.d), self._effort)
+        _, _, forces = next(rising.programs())
+        for q in forces:
+            self._keep(search.start(q).state)
 
     def _keep(self, state: ExactState | None) -> None:
         if state is not None and self._tells(state):
