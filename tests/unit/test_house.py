@@ -17,7 +17,7 @@ BUDGETS = {
     "scene": 9260,
     "problem": 2433,  # forces from the edges
     "solvers": 1083,  # a program's whole point
-    "methods": 5084,  # states read off the bracket's programs
+    "methods": 5083,  # states read off the bracket's programs
     "standing": 747,
     "answer": 2067,
     "words": 1107,
