@@ -34,8 +34,8 @@ _SIMPLEX_UP_TO = 500
 #: of .7 and more to .3558, where stiff ones lead to .389 and more.
 _SOFT = 1e-2
 
-#: Joints in the plane up to which the bracket's first program is asked for lower states: of 231 random scenes 3
-#: ended more than 1e-3 above the lowest state known without it, 1 with it, in 1.7 times the time (5 at most).
+#: Joints in the plane up to which the bracket's first program is asked for lower states: of 231 random scenes
+#: 3 ended more than 1e-3 above the lowest known without it, 1 with it, in 1.7 times the time (at most 5).
 _PRODUCTS_UP_TO = 12
 
 
