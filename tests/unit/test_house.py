@@ -17,7 +17,7 @@ BUDGETS = {
     "scene": 9292,
     "problem": 2435,
     "solvers": 1083,
-    "methods": 5283,
+    "methods": 5282,
     "standing": 752,
     "answer": 2070,
     "words": 1107,
@@ -27,7 +27,7 @@ BUDGETS = {
     "studies": 8133,
     "rest": 1772,
     "models": 1316,
-    "tests": 33183,
+    "tests": 33189,
 }
 
 

@@ -151,7 +151,13 @@ DOES = {
         "relaxation": ["casadi"],
         "associative": ["clarabel"],
     },
-    "refined": {"associative": ["clarabel"], "complementarity problem": ["newton"], "refinement": ["highs"]},
+    "refined": {
+        "associative": ["clarabel"],
+        "complementarity problem": ["newton"],
+        "refinement": ["highs"],
+        "bounds": ["highs"],
+        "products": ["highs-ipm"],
+    },
     "global": {
         "complementarity problem": ["newton"],
         "load factor": ["clarabel"],
