@@ -78,12 +78,12 @@ def global_search(task: Task) -> Solution:
 
 def _raise(task: Task, solution: Solution, rising: Rising, began: float) -> None:
     """Raise the bound, and lower the state to those that the programs are near on scenes of few joints."""
-    problem, refiner = task.problem, refiner_of(task)
-    for step, solution.size, forces in rising.programs(began + task.options.time_limit, began):
+    problem, refiner, ends = task.problem, refiner_of(task), began + task.options.time_limit
+    for step, solution.size, forces in rising.programs(ends, began):
         solution.history.append(step)
         task.progress(step)
         for q in forces if problem.joints <= _MANY_JOINTS else []:
-            state = refiner.settled(q)
+            state = refiner.settled(q) if time.perf_counter() < ends else None
             answer = state.answer if state else None
             if answer is None or lower_of(solution.answer, answer) is not answer:
                 continue
