@@ -17,7 +17,7 @@ BUDGETS = {
     "scene": 9292,
     "problem": 2435,
     "solvers": 1083,
-    "methods": 5282,
+    "methods": 5290,
     "standing": 752,
     "answer": 2070,
     "words": 1107,

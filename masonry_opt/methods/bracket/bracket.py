@@ -81,16 +81,24 @@ def global_search(task: Task) -> Solution:
     return solution.telling(*(said for said in start.reasons if said.code is Code.BELOW_ZERO))
 
 
+<<<<<<< HEAD
 def _raised(task: Task, solution: Solution, rising: Rising, began: float) -> Solution:
     """A solution with its bound raised, and on scenes of few joints the lowest state that the programs are
     near."""
     problem, refiner, history = task.problem, refiner_of(task), []
     for step, size, forces in rising.programs(began + task.options.time_limit, began):
         history.append(step)
+=======
+def _raise(task: Task, solution: Solution, rising: Rising, began: float) -> None:
+    """Raise the bound, and lower the state to those that the programs are near on scenes of few joints."""
+    problem, refiner, ends = task.problem, refiner_of(task), began + task.options.time_limit
+    for step, solution.size, forces in rising.programs(ends, began):
+        solution.history.append(step)
+>>>>>>> leaf
         task.progress(step)
         solution = replace(solution, size=size)
         for q in forces if problem.joints <= _MANY_JOINTS else []:
-            state = refiner.settled(q)
+            state = refiner.settled(q) if time.perf_counter() < ends else None
             answer = state.answer if state else None
             if answer is None or lower_of(solution.answer, answer) is not answer:
                 continue
