@@ -17,7 +17,7 @@ BUDGETS = {
     "scene": 9292,
     "problem": 2435,
     "solvers": 1083,
-    "methods": 5290,
+    "methods": 5284,
     "standing": 752,
     "answer": 2070,
     "words": 1107,

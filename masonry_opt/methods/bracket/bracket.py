@@ -15,6 +15,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.bracket.bounds import StateBounds
+from masonry_opt.methods.bracket.relaxation import BoundStep
 from masonry_opt.methods.bracket.rising import Rising, a_little_above, assumed_rates, closed, sum_of_rates
 from masonry_opt.methods.exact.refiner import refiner_of
 from masonry_opt.methods.exact.search import lower_of
@@ -81,20 +82,13 @@ def global_search(task: Task) -> Solution:
     return solution.telling(*(said for said in start.reasons if said.code is Code.BELOW_ZERO))
 
 
-<<<<<<< HEAD
 def _raised(task: Task, solution: Solution, rising: Rising, began: float) -> Solution:
     """A solution with its bound raised, and on scenes of few joints the lowest state that the programs are
     near."""
-    problem, refiner, history = task.problem, refiner_of(task), []
-    for step, size, forces in rising.programs(began + task.options.time_limit, began):
-        history.append(step)
-=======
-def _raise(task: Task, solution: Solution, rising: Rising, began: float) -> None:
-    """Raise the bound, and lower the state to those that the programs are near on scenes of few joints."""
     problem, refiner, ends = task.problem, refiner_of(task), began + task.options.time_limit
-    for step, solution.size, forces in rising.programs(ends, began):
-        solution.history.append(step)
->>>>>>> leaf
+    history: list[BoundStep] = []
+    for step, size, forces in rising.programs(ends, began):
+        history.append(step)
         task.progress(step)
         solution = replace(solution, size=size)
         for q in forces if problem.joints <= _MANY_JOINTS else []:
