@@ -88,10 +88,10 @@ def test_polygons_decide_alone(seed, monkeypatch):
 
 
 @pytest.mark.slow
-def test_a_thousand_small_scenes():
-    """From seeds on which nothing was tuned; next to none at the limit."""
+def test_small_scenes_of_other_seeds():
+    """On which nothing was tuned; next to none at the limit."""
     wrong, at_limit = [], []
-    for seed in range(20_000, 21_000):
+    for seed in range(20_000, 20_300):
         scene = small_scene_in_space(seed)
         lower, upper = bounds(scene)
         if upper > CARRY and lower < FALL:
@@ -99,7 +99,7 @@ def test_a_thousand_small_scenes():
         if not is_right(stands(scene), lower, upper):
             wrong.append(seed)
     assert wrong == []
-    assert len(at_limit) < 30
+    assert len(at_limit) < 10
 
 
 @pytest.mark.parametrize("scene", [block_on_floor(), box_on_floor()], ids=["plane", "space"])
