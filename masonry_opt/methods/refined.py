@@ -155,7 +155,7 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Settling) -
         lowest.met.count(kept)
     solution = Solution(
         Status.CONVERGED,
-        Kind.EXACT,
+        Kind.EXACT if answer.exact else Kind.ONE_PASS,
         found=answer,
         history=lowest.history,
         stationary=None if is_kept else lowest.stationary,
