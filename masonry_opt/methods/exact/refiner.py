@@ -153,9 +153,9 @@ class Refiner(Settling):
         super().__init__(problem, effort)
         self._forces, self._motion, forces, motion = programs or _programs(problem)
         self._small = small = problem.joints <= SMALL
-        # Else HiGHS drops entries below 1e-9, and aligned joints askew by as little contradict each other.
-        options = {"small_matrix_value": 1e-12} if small else {}
-        self._statics = HighsSession(forces, effort, _PURPOSE, **options)
+        # HiGHS drops entries below 1e-9 unless told: joints askew by as little then contradict each other.
+        drops = 1e-12 if small else 1e-9
+        self._statics = HighsSession(forces, effort, _PURPOSE, small_matrix_value=drops)
         self.size = self._statics.size
         self._kinematics = HighsSession(motion, effort, _PURPOSE)
         self._random = _RANDOM * small * np.random.default_rng(0).uniform(0.5, 1.5, problem.faces)
