@@ -54,6 +54,11 @@ class Answer(Found):
         """Residuals that exceed the limits of a kind of answer."""
         return LIMITS[kind].failing(self.residuals)
 
+    @property
+    def exact(self) -> bool:
+        """Whether it is an exact state."""
+        return not self.failing(Kind.EXACT)
+
     def under(self, problem: Problem, slope: np.ndarray, curved: bool | None = None) -> Answer:
         """The same state under a flow rule, shape (k,), the contacts of a problem, and cone and parabola or
         their sides and chords (by default its own): itself if all are its own."""

@@ -166,7 +166,7 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Settling) -
         reasons.append(reason(Code.SEARCHED, **told))
     return Solution(
         Status.CONVERGED,
-        Kind.EXACT,
+        Kind.EXACT if answer.exact else Kind.ONE_PASS,
         tuple(reasons),
         answer,
         flow_rule_matters=first.flow_rule_matters,

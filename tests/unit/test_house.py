@@ -17,9 +17,9 @@ BUDGETS = {
     "scene": 9292,
     "problem": 2435,
     "solvers": 1083,
-    "methods": 5284,
+    "methods": 5289,
     "standing": 752,
-    "answer": 2070,
+    "answer": 2075,
     "words": 1107,
     "drawing": 2711,
     "finite_motion": 1607,
@@ -27,7 +27,7 @@ BUDGETS = {
     "studies": 8133,
     "rest": 1772,
     "models": 1316,
-    "tests": 33189,
+    "tests": 33222,
 }
 
 

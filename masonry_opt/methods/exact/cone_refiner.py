@@ -26,7 +26,7 @@ class ConeRefiner(Settling):
         if answer is None or self.left:
             return None
         nothing = np.zeros(problem.faces)
-        return ExactState(answer.load_factor, answer.q, answer.d, nothing, nothing > 0, nothing, answer)
+        return ExactState(answer.load_factor, answer.q, answer.d, nothing, nothing, nothing, answer)
 
     def _follow(self, last: Answer | None) -> None:
         self.left = last.failing(Kind.EXACT) if last else {}

@@ -18,7 +18,7 @@ from math import inf
 
 import numpy as np
 
-from masonry_opt.answer.acceptance import Kind
+from masonry_opt.answer.acceptance import Kind, over_load_factor
 from masonry_opt.answer.answer import Answer, certified
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.thresholds import ZERO, is_lower
@@ -32,11 +32,23 @@ from masonry_opt.solvers.highs_session import HighsSession
 from masonry_opt.solvers.lp import LpSize, Verdict
 from masonry_opt.standing.weightless import weightless
 
-#: A rate above this takes part in a mechanism; a slack below this is at yield.
-_AT_WORK, _AT_YIELD = 1e-9, 1e-7
+#: Joints of a small scene. Larger ones take simplex several times as long with random costs.
+SMALL = 60
 
-#: A face whose dual is above this holds λ up.
-_HOLDS = 1e-9
+#: A rate above this share of the largest is at work, a slack below this at yield. Corners moved by 1e-8 of a
+#: block turn rates of zero into some 1e-7.
+_AT_WORK, _AT_YIELD = 1e-6, 1e-7
+
+#: Weight, over λ, of the energy that smaller rates leave, and the most over λ: above 1e-8 the state
+#: is exact but for it.
+_SMALL_RATES, _LEFT = 10.0, 1e-6
+
+#: Share of random costs, of seed 0: of many optima, as aligned joints have, one is the least by more than
+#: rounding.
+_RANDOM = 1e-5
+
+#: A face whose dual is above this share of the largest holds λ up.
+_HOLDS = 1e-6
 
 #: Forces are replaced by nearer ones so often at most: more repairs seldom end low.
 _REPAIRS = 2
@@ -53,8 +65,8 @@ class ExactState:
     ----------
     q, d: joint forces (3c,) and block velocities (3b,).
     slack: yield slack of each face, shape (faces,).
-    support: faces at work in the mechanism, shape (faces,).
-    strength: how strongly each face of the support holds λ up (the dual of its z = 0), shape (faces,).
+    rates: of the mechanism, shape (faces,).
+    strength: how strongly each face at work holds λ up (the dual of its z = 0), shape (faces,).
     answer: the state with its certificate, once that bears it out.
     below: load factor of a state below zero that lies on the way down from here; infinite without one.
     """
@@ -63,16 +75,20 @@ class ExactState:
     q: np.ndarray
     d: np.ndarray
     slack: np.ndarray
-    support: np.ndarray
+    rates: np.ndarray
     strength: np.ndarray
     answer: Answer | None = None
     below: float = inf
 
     @property
     def holding(self) -> np.ndarray:
-        """Faces that hold λ up, the strongest first."""
-        order = np.argsort(-self.strength, kind="stable")
-        return order[self.strength[order] > _HOLDS]
+        """Indices of the faces that hold λ up."""
+        return np.flatnonzero(self.strength > _HOLDS * self.strength.max())
+
+    @property
+    def exact(self) -> bool:
+        """Whether its certificate leaves nothing."""
+        return self.answer is not None and self.answer.exact
 
 
 class OutOfTime(Exception):
@@ -112,9 +128,9 @@ class Settling(ABC):
     def settled(self, q: np.ndarray) -> ExactState | None:
         """The exact state that forces (3c,) lead to; None if they lead to none."""
 
-    def least(self, support: np.ndarray, d: np.ndarray) -> ExactState | None:
-        """Least load factor with every face of the support (faces,) at yield, beside velocities (3b,); None
-        if there is none, or there are no programs for it."""
+    def least(self, rates: np.ndarray, d: np.ndarray) -> ExactState | None:
+        """Least load factor with every face at yield that is at work at these rates (faces,), beside
+        velocities (3b,); None if there is none, or there are no programs for it."""
         return None
 
     def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
@@ -136,10 +152,13 @@ class Refiner(Settling):
     def __init__(self, problem: Problem, effort: Effort, programs: _Programs | None = None) -> None:
         super().__init__(problem, effort)
         self._forces, self._motion, forces, motion = programs or _programs(problem)
-        self._statics = HighsSession(forces, effort, _PURPOSE)
+        self._small = small = problem.joints <= SMALL
+        # HiGHS drops entries below 1e-9 unless told: joints askew by as little then contradict each other.
+        drops = 1e-12 if small else 1e-9
+        self._statics = HighsSession(forces, effort, _PURPOSE, small_matrix_value=drops)
         self.size = self._statics.size
         self._kinematics = HighsSession(motion, effort, _PURPOSE)
-        self._minimise_load_factor()
+        self._random = _RANDOM * small * np.random.default_rng(0).uniform(0.5, 1.5, problem.faces)
         self.undecided = 0
 
     def under(self, problem: Problem, effort: Effort) -> Refiner:
@@ -169,11 +188,11 @@ class Refiner(Settling):
             return None
         return self._kinematics.values(mechanism.d), self._kinematics.values(mechanism.p)
 
-    def least(self, support: np.ndarray, d: np.ndarray) -> ExactState | None:
+    def least(self, rates: np.ndarray, d: np.ndarray) -> ExactState | None:
         """(b)."""
-        statics = self._forces.statics
-        self._hold(support)
-        if not self._solved(self._statics):
+        statics, support = self._forces.statics, rates > _AT_WORK * rates.max()
+        small = np.where(support, 0.0, rates)
+        if not self._forces_at(*energy_costs(self.problem, small, _SMALL_RATES), support):
             return None
         strength = np.where(support, np.abs(self._statics.duals(self._forces.within_yield)), 0.0)
         q = self._statics.values(statics.q)
@@ -182,7 +201,7 @@ class Refiner(Settling):
             q=q,
             d=d,
             slack=self.problem.slacks(q),
-            support=support,
+            rates=rates,
             strength=strength,
         )
 
@@ -200,8 +219,9 @@ class Refiner(Settling):
         if state is None:
             return None
         answer, below = self._certified(state), inf
-        self.left = answer.failing(Kind.EXACT)
-        if lower is not None and not self._certified(lower).failing(Kind.EXACT):
+        left = over_load_factor(answer.certificate.complementarity, answer.load_factor)
+        self.left = answer.failing(Kind.EXACT if left > _LEFT else Kind.ONE_PASS)
+        if lower is not None and self._certified(lower).exact:
             below = inf if weightless(self.problem, lower.load_factor, lower.d) else lower.load_factor
         return None if self.left else replace(state, answer=answer, below=below)
 
@@ -211,19 +231,23 @@ class Refiner(Settling):
     def first(self, q: np.ndarray) -> ExactState | None:
         """(a) and (b) from forces (3c,); None if they lead to no exact state.
 
-        Where no statics bring the whole support to yield, both are tried again from the forces that come
-        nearest (least p·z).
+        Where no statics bring the whole support to yield, (a) is tried again without random costs, which may
+        choose faces whose yield is one condition but for rounding, and then from the forces that come nearest
+        (least p·z).
         """
         self.why = Code.NO_STATICS
-        for _ in range(_REPAIRS):
-            found = self.mechanism(np.maximum(self.problem.slacks(q), 0.0))
+        for number in range(-self._small, _REPAIRS):
+            cost = np.maximum(self.problem.slacks(q), 0.0)
+            found = self.mechanism(cost + cost.mean() * self._random if number < 0 else cost)
             if found is None:
                 self.why = Code.NO_KINEMATICS
                 return None
             d, p = found
-            exact = self.least(p > _AT_WORK, d)
+            exact = self.least(p, d)
             if exact is not None:
                 return exact
+            if number < 0:
+                continue
             nearest = self._least_energy(p)
             if nearest is None:
                 return None
@@ -248,7 +272,7 @@ class Refiner(Settling):
         found = self.mechanism(state.strength / state.strength.max(), state.slack > _AT_YIELD)
         if found is None:
             return None
-        candidate = self.least(found[1] > _AT_WORK, found[0])
+        candidate = self.least(found[1], found[0])
         if candidate is None or not is_lower(candidate.load_factor, state.load_factor):
             return None
         return None if weightless(self.problem, candidate.load_factor, candidate.d) else candidate
@@ -256,33 +280,23 @@ class Refiner(Settling):
     def at_cost(self, cost: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         """With the costs of (b)'s program changed."""
         problem = self.problem
-        if not self._solved_at(-problem.live_norm, problem.N.T @ cost):
+        if not self._forces_at(-problem.live_norm, problem.N.T @ cost):
             return None
         forces = self._forces
         return self._statics.values(forces.statics.q), np.abs(self._statics.duals(forces.within_yield))
 
     def _least_energy(self, rates: np.ndarray) -> np.ndarray | None:
-        solved = self._solved_at(*energy_costs(self.problem, rates, WEIGHT))
+        solved = self._forces_at(*energy_costs(self.problem, rates, WEIGHT))
         return self._statics.values(self._forces.statics.q) if solved else None
 
-    def _solved_at(self, load_cost: float, force_cost: np.ndarray) -> bool:
-        """Whether there are forces of least cost, with no face held; the costs are then λ's alone again."""
-        self._cost(load_cost, force_cost)
-        self._hold(np.zeros(self.problem.faces, dtype=bool))
-        solved = self._solved(self._statics)
-        self._minimise_load_factor()
-        return solved
-
-    def _minimise_load_factor(self) -> None:
-        self._cost(self.problem.live_norm, np.zeros(self.problem.B.shape[1]))
-
-    def _cost(self, load_cost: float, force_cost: np.ndarray) -> None:
+    def _forces_at(self, load_cost: float, force_cost: np.ndarray, held: np.ndarray | None = None) -> bool:
+        """Whether there are forces of least cost with the held faces, if any, at yield."""
         statics = self._forces.statics
         self._statics.set_costs(statics.load_factor, np.array([load_cost]))
-        self._statics.set_costs(statics.q, force_cost)
-
-    def _hold(self, support: np.ndarray) -> None:
-        self._statics.set_room(self._forces.within_yield, np.where(support, 0.0, np.inf))
+        self._statics.set_costs(statics.q, force_cost + self.problem.true_yield.T @ self._random)
+        held = np.zeros(self.problem.faces, dtype=bool) if held is None else held
+        self._statics.set_room(self._forces.within_yield, np.where(held, 0.0, inf))
+        return self._solved(self._statics)
 
     def _solved(self, session: HighsSession) -> bool:
         self.check_time()

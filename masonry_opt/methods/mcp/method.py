@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Annotated, Any
 
-import numpy as np
 from pydantic import Strict
 
 from masonry_opt.answer.acceptance import Kind
@@ -18,8 +17,8 @@ from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.methods.associative import with_associative
 from masonry_opt.methods.exact.alternation import alternated
-from masonry_opt.methods.exact.refiner import ExactState, Refiner, refiner_of
-from masonry_opt.methods.exact.search import SMALL, Met, Search, lower_of
+from masonry_opt.methods.exact.refiner import SMALL, ExactState, Refiner, refiner_of
+from masonry_opt.methods.exact.search import Met, Search, lower_of
 from masonry_opt.methods.mcp.compliant import jams, pushed
 from masonry_opt.methods.mcp.large import by_loop, by_loop_unless_far
 from masonry_opt.methods.mcp.passes import PASSES_UP_TO, Passes, follow, follow_path, prepared
@@ -94,7 +93,7 @@ def _by_passes(task: Task) -> Solution:
         effort.begins("softer contacts")
         if soft := follow(task, passes.giving(_SOFT), history, _passes_in(history) + 1):
             states.near(soft)
-        states.further(first.q if first else None)
+        states.further()
     answer, solution = states.answer, replace(solution, history=tuple(history))
     if answer is None:
         return _without(task, solution, str(passes.outcome))
@@ -160,15 +159,15 @@ class _States:
             )
             self._of_sides = next((one for one in given if not one.failing(Kind.ONE_PASS)), None)
 
-    def further(self, q: np.ndarray | None) -> None:
-        """Look further on small scenes in the plane, given the forces (3c,) that led to the first state."""
+    def further(self) -> None:
+        """Look further on small scenes in the plane."""
         search = self._search
         if search is None or self._problem.joints > SMALL:
             return
         if self._lowest is None:
             # Of blocks of very different sizes the vertex that a stalled pass led to may lead nowhere else.
             search = Search(Refiner(self._problem, self._effort), self._passes.over, self.met)
-        for candidate in search.few(self._lowest, q if self._lowest else None):
+        for candidate in search.few(self._lowest):
             self._keep(candidate.state)
         self._next_to_products(search)
 
