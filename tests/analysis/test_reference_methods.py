@@ -127,7 +127,7 @@ def test_joints_of_every_kind(friction, joints, method):
 
 def test_a_state_with_residuals_is_not_called_exact():
     """Joints that contract may sink into each other in both senses at once: no such state is given."""
-    scene = small_wall(4, 3, 0.3, dilatancy=-0.05)
+    scene = small_wall(4, 3, 0.3, dilatancy=-0.1)
     rough = solved(scene, "nonassociative", finish=False)
     assert rough.certificate.worst > 1e-3
     result = mo.solve(scene, "refined", start=rough)

@@ -27,7 +27,7 @@ BUDGETS = {
     "studies": 8133,
     "rest": 1772,
     "models": 1316,
-    "tests": 33222,
+    "tests": 33221,
 }
 
 
