@@ -174,7 +174,7 @@ def convert(
 
 def _joints(scene: Scene) -> int:
     if scene.dimension == 2:
-        return len(find_joints(scene, geometry(scene)).length)
+        return len(find_joints(scene, geometry(scene)).first)
     return len(find_contacts(scene, shapes(scene)).first)
 
 

@@ -6,7 +6,8 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 import masonry_opt as mo
-from masonry_opt.scene.space.contacts import Contacts, find_contacts
+from masonry_opt.scene.contacts.joints import Joints
+from masonry_opt.scene.space.contacts import find_contacts
 from masonry_opt.scene.space.shapes import shapes
 
 
@@ -38,7 +39,7 @@ def scene(*blocks, **keys):
     return mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[*blocks], **keys)
 
 
-def contacts_of(scene, floating=False) -> Contacts:
+def contacts_of(scene, floating=False) -> Joints:
     return find_contacts(scene, shapes(scene), floating=floating)
 
 
@@ -49,7 +50,7 @@ def joints(scene, floating=False):
     names = [block.name for block in scene.blocks]
     for number, (first, second) in enumerate(zip(contacts.first, contacts.second, strict=True)):
         points = contacts.point[contacts.joint == number] + found.origin
-        yield (names[first], names[second]), contacts.area[number], contacts.normal[number], points
+        yield (names[first], names[second]), contacts.extent[number], contacts.normal[number], points
 
 
 def with_parts(scene, change):

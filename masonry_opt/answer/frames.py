@@ -70,7 +70,7 @@ def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
                 "second": assembly.names(joints.second),
                 "x": middle[:, 0],
                 "y": middle[:, 1],
-                "length": joints.length,
+                "length": joints.extent,
                 "n": n * force,
                 "s": s * force,
                 "m": m * force * length,

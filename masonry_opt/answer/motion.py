@@ -84,7 +84,7 @@ def _of_lengths(
     omega = np.zeros(len(assembly.scene.blocks))
     omega[assembly.movable] = problem.moments(d)[:, 0] / problem.length_unit
     # Turning of a corner on an edge is measured on a joint of usual length.
-    in_a_point = joints.length == 0
+    in_a_point = joints.extent == 0
     of_corners = (omega[joints.first] - omega[joints.second]) * problem.length_unit
     turning = np.where(in_a_point, of_corners, rotation * problem.half_length)
     # Opening of the edge that opens less: the first block's edge runs from start to end.
@@ -111,7 +111,7 @@ def _of_contacts(
     # Turning of an edge or a point on a face is measured on a joint of usual length.
     turned = relative_rotation(assembly, d)
     tilted = lengths(turned - dots(turned, contacts.normal)[:, None] * contacts.normal)
-    turning = np.maximum((farthest - nearest) / 2, np.where(contacts.area > 0, 0.0, tilted))
+    turning = np.maximum((farthest - nearest) / 2, np.where(contacts.extent > 0, 0.0, tilted))
     touching = apart <= np.maximum(SEPARATES * speed, nearest[contacts.joint])
     touches, slips = nearest <= SEPARATES * speed, most(touching * slip) > SLIDES * speed
     if pressed is not None:

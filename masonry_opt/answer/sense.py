@@ -118,11 +118,9 @@ def _small_gaps(assembly: Assembly) -> list[Reason]:
 
 def _corners(assembly: Assembly) -> list[Reason]:
     """Blocks that meet corner on corner, where no joint of each holds it; in space with an edge too."""
-    if isinstance(assembly, SpaceAssembly):
-        pairs = [assembly.names(np.array(pair)) for pair in assembly.joints.without_normal]
-        return [reason(Code.WITHOUT_NORMAL, pairs=pairs)] if pairs else []
-    pairs = [assembly.names(np.array(pair)) for pair in assembly.joints.corners]
-    return [reason(Code.CORNERS_MEET, pairs=pairs)] if pairs else []
+    code = Code.WITHOUT_NORMAL if isinstance(assembly, SpaceAssembly) else Code.CORNERS_MEET
+    pairs = [assembly.names(np.array(pair)) for pair in assembly.joints.without_normal]
+    return [reason(code, pairs=pairs)] if pairs else []
 
 
 def _turned_faces(assembly: Assembly) -> list[Reason]:

@@ -12,7 +12,6 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import HINGES, IDLE
 from masonry_opt.problem.assembly import SpaceAssembly
 from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.scene.extents import middles
 from masonry_opt.scene.space.frames import dots, lengths
 from masonry_opt.scene.space.surfaces import sums
 
@@ -33,7 +32,7 @@ def joint_frame(assembly: SpaceAssembly, solution: Solution) -> pd.DataFrame:
     mechanism)."""
     contacts, of, force = assembly.joints, _of_points(assembly, solution), assembly.problem.force_unit
     length, joint, normal = assembly.problem.length_unit, contacts.joint, contacts.normal
-    middle, count = middles(contacts), len(contacts.first)
+    middle, count = contacts.middle, len(contacts.first)
     resultant, n = sums(joint, of.force, count), np.bincount(joint, of.n)
     pressed = n > IDLE * np.nanmax(n, initial=0.0)
     share = (of.n / np.where(pressed, n, np.inf)[joint])[:, None]
@@ -50,7 +49,7 @@ def joint_frame(assembly: SpaceAssembly, solution: Solution) -> pd.DataFrame:
             "first": assembly.names(contacts.first),
             "second": assembly.names(contacts.second),
             **_columns("", middle + origin),
-            "area": contacts.area,
+            "area": contacts.extent,
             **_columns("n", normal),
             "n": n * force,
             "s": lengths(resultant - n[:, None] * normal) * force,

@@ -10,7 +10,7 @@ import shapely
 
 from masonry_opt.answer.sense import warnings_of
 from masonry_opt.drawing.colours import GAP, JOINT, MARKED
-from masonry_opt.drawing.marks import Marks, joint_lines, joint_marks
+from masonry_opt.drawing.marks import Marks, joint_marks
 from masonry_opt.errors import CaseError, counted
 from masonry_opt.problem.assembly import Assembly, SpaceAssembly
 from masonry_opt.scene.contact import nearest_block, refuse_floating
@@ -26,7 +26,7 @@ _SAMPLES = 9
 
 def found_marks(assembly: Assembly, shrink: float) -> Iterable[Marks]:
     """Joints, corners that meet in no joint, and small gaps."""
-    (ends, _), width = joint_lines(assembly.joints), 2.0 * shrink
+    (ends, _), width = assembly.joints.lines(), 2.0 * shrink
     if isinstance(assembly, SpaceAssembly):
         in_point, corners, gaps = "joint in a point", *unjoined(assembly)
     else:
@@ -78,7 +78,7 @@ def meeting_corners(assembly: Assembly) -> np.ndarray:
     origin, shape (points, 2)."""
     shapes, joints = assembly.geometry, assembly.joints
     found = [np.empty((0, 2))]
-    for first, second in joints.corners:
+    for first, second in joints.without_normal:
         one, other = (np.unique(shapely.get_coordinates(shapes.polygons[i]), axis=0) for i in (first, second))
         apart = np.hypot(*(one[:, None] - other[None]).transpose(2, 0, 1))
         own = (joints.first == first) & (joints.second == second)

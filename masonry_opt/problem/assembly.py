@@ -16,11 +16,11 @@ from masonry_opt.problem.limited_forces import LimitedForce, LimitedForces, stru
 from masonry_opt.problem.loads import loads
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Law, Problem
-from masonry_opt.scene.contact import Joints, find_joints, with_properties
+from masonry_opt.scene.contact import find_joints
+from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.geometry import Geometry, geometry
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.space.contacts import Contacts, find_contacts
-from masonry_opt.scene.space.contacts import with_properties as contacts_with_properties
+from masonry_opt.scene.space.contacts import find_contacts
 from masonry_opt.scene.space.shapes import Shapes, shapes
 
 #: What of a scene matrices depend on, and what loads do beside it; the rest are joint properties and words.
@@ -92,11 +92,9 @@ class SpaceAssembly(Assembly):
     Attributes
     ----------
     geometry: solids, their volumes and centroids.
-    joints: polygons, edges and points of contact.
     """
 
     geometry: Shapes  # type: ignore[assignment]
-    joints: Contacts  # type: ignore[assignment]
 
     @property
     def joint(self) -> np.ndarray:
@@ -136,8 +134,8 @@ def _in_the_plane(scene: Scene, floating: bool) -> Assembly:
     # With this unit rocking reads |m| ≤ n at a usual joint: moments weigh as much as forces in the
     # centre that an interior-point solver finds. It matters: see docs/limits.md. Medians, so
     # that a few odd blocks do not move it.
-    in_a_point = joints.length == 0
-    lengths = joints.length[~in_a_point]
+    in_a_point = joints.extent == 0
+    lengths = joints.extent[~in_a_point]
     length_unit = float(np.median(lengths) if len(lengths) else np.sqrt(np.median(shapes.area[movable]))) / 2
     filled = filled_pieces(scene, shapes)
     limited = LimitedForces.of(
@@ -145,12 +143,14 @@ def _in_the_plane(scene: Scene, floating: bool) -> Assembly:
     )
     matrices = Matrices(
         B=_equilibrium(joints, shapes, movable, len(scene.blocks), length_unit),
-        half_length=np.where(in_a_point, 1.0, joints.length / 2 / length_unit),
+        half_length=np.where(in_a_point, 1.0, joints.extent / 2 / length_unit),
         length_unit=length_unit,
     )
     on_edges, bare, pieces = edge_forces(scene, shapes, joints)
     loaded = _loaded(scene, shapes, movable, length_unit, on_edges, filled)
-    problem = Problem(matrices, _law(joints, scene.thickness, loaded[-1]), *loaded)
+    problem = Problem(
+        matrices, _law(joints, np.arange(len(in_a_point)), scene.thickness, loaded[-1]), *loaded
+    )
     problem = _with_limited(scene, problem, limited)
     return Assembly(problem, scene, shapes, joints, movable, bare, pieces, filled, limited.each)
 
@@ -159,13 +159,14 @@ def _in_space(scene: Scene, floating: bool) -> Assembly:
     solids = shapes(scene)
     contacts = find_contacts(scene, solids, floating=floating)
     movable = _movable(scene)
-    areas = contacts.area[contacts.area > 0]
+    areas = contacts.extent[contacts.extent > 0]
     usual = np.sqrt(np.median(areas)) if len(areas) else np.cbrt(np.median(solids.volume[movable]))
     length_unit = float(usual) / 2
     loaded = _loaded(scene, solids, movable, length_unit)
     matrices = points.matrices(contacts, solids, movable, length_unit)
     limited = LimitedForces.of(struts(scene, solids), solids.centroid, movable, length_unit)
-    problem = Problem(matrices, points.law(contacts, loaded[-1]), *loaded)
+    law = _law(contacts, contacts.joint, scene.thickness, loaded[-1])
+    problem = Problem(matrices, law, *loaded)
     problem = _with_limited(scene, problem, limited)
     return SpaceAssembly(problem, scene, solids, contacts, movable, limited=limited.each)
 
@@ -258,12 +259,8 @@ def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
         dead = problem.dead if np.array_equal(dead, problem.dead) else dead
         problem = replace(problem, dead=dead, live=live, force_unit=force_unit)
     limits = {"lowest": lowest / problem.force_unit, "highest": highest / problem.force_unit}
-    if isinstance(assembly, SpaceAssembly):
-        contacts = contacts_with_properties(assembly.joints, scene)
-        law = replace(points.law(contacts, problem.force_unit), **limits)
-        return replace(assembly, problem=replace(problem, law=law), scene=scene, joints=contacts)
-    joints = with_properties(assembly.joints, scene)
-    law = replace(_law(joints, scene.thickness, problem.force_unit), **limits)
+    joints = assembly.joints.with_properties(scene)
+    law = replace(_law(joints, assembly.joint, scene.thickness, problem.force_unit), **limits)
     return replace(assembly, problem=replace(problem, law=law), scene=scene, joints=joints)
 
 
@@ -303,22 +300,23 @@ def with_supports_freed(
     )
 
 
-def _law(joints: Joints, thickness: float, force_unit: float) -> Law:
-    in_a_point = joints.length == 0
-    sliding = np.flatnonzero(np.isfinite(joints.friction))
-    crushing = np.flatnonzero(np.isfinite(joints.strength) & ~in_a_point)
+def _law(joints: Joints, joint: np.ndarray, thickness: float, force_unit: float) -> Law:
+    """Law of the problem's joints, given the joint that each is part of."""
     # The area that stresses act on. A corner has none: its dilatancy does not depend on stress.
-    section = joints.length * thickness
+    section = points.shares(joints, joint) * thickness
+    in_a_point = section == 0
+    sliding = np.flatnonzero(np.isfinite(joints.friction[joint]))
+    crushing = np.flatnonzero(np.isfinite(joints.strength[joint]) & ~in_a_point)
     acts_on = np.where(in_a_point, 1.0, section)
-    stress = np.where(in_a_point[:, None], np.inf, joints.dilatancy_stress)
+    stress = np.where(in_a_point[:, None], np.inf, joints.dilatancy_stress[joint])
     return Law(
         sliding=sliding,
-        friction=joints.friction[sliding],
-        cohesion=(joints.cohesion * section / force_unit)[sliding],
-        dilatancy=joints.dilatancy[sliding],
+        friction=joints.friction[joint][sliding],
+        cohesion=(joints.cohesion[joint] * section / force_unit)[sliding],
+        dilatancy=joints.dilatancy[joint][sliding],
         dilatancy_force=(stress * acts_on[:, None] / force_unit)[sliding],
         crushing=crushing,
-        crushing_force=joints.strength[crushing] * section[crushing] / force_unit,
+        crushing_force=joints.strength[joint][crushing] * section[crushing] / force_unit,
     )
 
 
@@ -332,21 +330,18 @@ def _equilibrium(
     """B with lengths in ``length_unit``: joint forces act on the first block as they are, on the
     second reversed. Joints without length carry no moment."""
     count = len(joints.first)
-    # Normal into the first block; tangent a quarter turn clockwise of it.
-    normal = joints.normal
-    tangent = np.column_stack([normal[:, 1], -normal[:, 0]])
     row_of = np.full(blocks, -1)
     row_of[movable] = np.arange(len(movable))
     rows, columns, values = [], [], []
     for block, sign in ((joints.first, 1.0), (joints.second, -1.0)):
         arm = (joints.middle - shapes.centroid[block]) / length_unit
-        for column, force in enumerate((normal, tangent)):
+        for column, force in enumerate((joints.normal, joints.tangent)):
             moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
             for component, value in enumerate((force[:, 0], force[:, 1], moment)):
                 rows.append(3 * row_of[block] + component)
                 columns.append(column * count + np.arange(count))
                 values.append(sign * value)
-        turns = np.flatnonzero(joints.length > 0)
+        turns = np.flatnonzero(joints.extent > 0)
         rows.append(3 * row_of[block[turns]] + 2)
         columns.append(2 * count + turns)
         values.append(np.full(len(turns), sign))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.contact import Joints
+from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.load_cases import Kind
 from masonry_opt.scene.loads import EdgeLoad

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -13,56 +11,14 @@ import shapely
 from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.errors import CaseError, counted, rounded_up
+from masonry_opt.scene.contacts.joints import Joints, joint_properties
 from masonry_opt.scene.geometry import Geometry, raise_for
-from masonry_opt.scene.joints import JointDefaults
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.touching import Edges, corners_on_edges, reach, shared_edges
 
 #: Most pairs of blocks near each other: this many, and so many more for each block. Side by side a block has
 #: some six neighbours; of blocks that lie on one another each is a neighbour of all.
 MOST_PAIRS, MOST_PAIRS_PER_BLOCK = 1_000_000, 40
-
-
-@dataclass(frozen=True)
-class Joints:
-    """Arrays over the joints of a scene, ordered by (first, second) block.
-
-    Attributes
-    ----------
-    first, second: indices into the scene's blocks, first < second, shape (joints,).
-    start, end: the two ends, relative to the geometry's origin, shape (joints, 2).
-    normal: unit normal pointing from the second block into the first, shape (joints, 2).
-    length: of each joint, 0 where a corner stands on an edge, shape (joints,).
-    friction, cohesion, dilatancy: properties; cohesion per unit length, shape (joints,).
-    dilatancy_stress: mean normal stresses up to which dilatancy is whole and from which there is none,
-        ``inf`` where it does not depend on them, shape (joints, 2).
-    strength: compressive, per unit length, ``inf`` where joints carry any pressure, shape (joints,).
-    fixed_pairs: how many touching pairs were left out because both blocks are fixed.
-    gaps: by pairs of blocks (indices) that face each other across a small gap beside what they share, its
-        largest width: the least 'tolerance' at which they share that length.
-    corners: pairs of blocks (indices) that meet corner on corner, which has no normal and is no joint,
-        where not both have a joint that ends there, and that face each other across no small gap.
-    """
-
-    first: np.ndarray
-    second: np.ndarray
-    start: np.ndarray
-    end: np.ndarray
-    normal: np.ndarray
-    length: np.ndarray
-    friction: np.ndarray
-    cohesion: np.ndarray
-    dilatancy: np.ndarray
-    dilatancy_stress: np.ndarray
-    strength: np.ndarray
-    fixed_pairs: int
-    gaps: dict[tuple[int, int], float]
-    corners: list[tuple[int, int]]
-
-    @property
-    def middle(self) -> np.ndarray:
-        """Middle of each joint, shape (joints, 2)."""
-        return (self.start + self.end) / 2
 
 
 def find_joints(scene: Scene, geometry: Geometry, *, floating: bool = False) -> Joints:
@@ -94,6 +50,7 @@ def find_joints(scene: Scene, geometry: Geometry, *, floating: bool = False) -> 
     along = along.where(joined)
     points, corners = corners_on_edges(edges, pairs, along, np.flatnonzero(~both_fixed))
     found = along.by_pair(points)
+    ends = np.column_stack([np.ones(len(found.pair), dtype=bool), found.length > 0])
     first, second = pairs[found.pair, 0], pairs[found.pair, 1]
     gaps = {(int(i), int(j)): float(width) for width, (i, j) in zip(gap[near], pairs[near], strict=True)}
     if not floating:
@@ -101,23 +58,17 @@ def find_joints(scene: Scene, geometry: Geometry, *, floating: bool = False) -> 
     return Joints(
         first=first,
         second=second,
-        start=found.start,
-        end=found.end,
         normal=found.normal,
-        length=found.length,
+        tangent=np.column_stack([found.normal[:, 1], -found.normal[:, 0]]),
+        extent=found.length,
+        point=np.stack([found.start, found.end], axis=1)[ends],
+        joint=np.nonzero(ends)[0],
+        ring=np.nonzero(ends)[0],
         **joint_properties(scene, first, second),
         fixed_pairs=fixed_pairs,
         gaps=gaps,
-        corners=[(int(i), int(j)) for i, j in pairs[np.setdiff1d(corners, near)]],
+        without_normal=[(int(i), int(j)) for i, j in pairs[np.setdiff1d(corners, near)]],
     )
-
-
-def with_properties(joints: Joints, scene: Scene) -> Joints:
-    """The joints of a scene that differs from theirs in joint properties alone.
-
-    Raises CaseError if an exception names two blocks that do not touch.
-    """
-    return replace(joints, **joint_properties(scene, joints.first, joints.second))
 
 
 def _near_pairs(scene: Scene, geometry: Geometry) -> np.ndarray:
@@ -233,38 +184,3 @@ def _least_width(piece: shapely.Geometry) -> float:
         return 0.0
     across = np.column_stack([-sides[:, 1], sides[:, 0]]) / np.hypot(*sides.T)[:, None]
     return float(np.ptp(corners @ across.T, axis=0).min())
-
-
-def joint_properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dict[str, Any]:
-    """Properties of joints by name, as :class:`Joints` has them."""
-    found = {name: np.tile(value, (len(first), 1)) for name, value in _values(scene.joints).items()}
-    index = {block.name: number for number, block in enumerate(scene.blocks)}
-    key = first * np.int64(len(index)) + second  # rising: joints are sorted
-    for exception in scene.exceptions:
-        one, other = sorted(index[name] for name in exception.between)
-        own_key = one * len(index) + other
-        of_both = slice(np.searchsorted(key, own_key), np.searchsorted(key, own_key, side="right"))
-        if of_both.start == of_both.stop:
-            both_fixed = scene.blocks[one].fixed and scene.blocks[other].fixed
-            why = "are both fixed" if both_fixed else "do not touch"
-            raise CaseError(
-                f"{scene.origin}: joint between {list(exception.between)}: these blocks {why}, "
-                "so there is no joint to describe"
-            )
-        for name, value in _values(exception.over(scene.joints)).items():
-            found[name][of_both] = value
-    return {name: values if name == "dilatancy_stress" else values[:, 0] for name, values in found.items()}
-
-
-def _values(joint: JointDefaults) -> dict[str, float | tuple[float, float]]:
-    """Properties of a joint, ``inf`` for what does not limit. With unlimited friction it never slides:
-    cohesion and dilatancy say nothing there."""
-    slides = np.isfinite(joint.friction)
-    return {
-        "friction": joint.friction,
-        "cohesion": joint.cohesion if slides else 0.0,
-        "dilatancy": joint.dilatancy if slides else 0.0,
-        # Stresses up to which dilatancy is whole and from which there is none.
-        "dilatancy_stress": joint.dilatancy_stress or (np.inf, np.inf),
-        "strength": joint.strength or np.inf,
-    }

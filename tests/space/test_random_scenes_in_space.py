@@ -59,7 +59,7 @@ def _for_the_second(result: mo.Result) -> boxes.Pushed:
         second=joints.first[joint],
         at=joints.point,
         frame=np.stack([normal, tangent, np.cross(normal, tangent)], axis=1),
-        area=(joints.area / np.bincount(joint))[joint],
+        area=(joints.extent / np.bincount(joint))[joint],
     )
     fixed = np.array([block.fixed for block in assembly.scene.blocks])
     load = np.zeros((2, len(fixed), 6))

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 import shapely
 
-from masonry_opt.scene.contact import joint_properties, refuse_floating
+from masonry_opt.scene.contact import refuse_floating
+from masonry_opt.scene.contacts.joints import Joints, joint_properties
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.facing import Facing, facing
 from masonry_opt.scene.space.floating import nearest_solid
@@ -21,50 +20,7 @@ from masonry_opt.scene.space.touches import Corners, Touches, nearest, touches, 
 from masonry_opt.scene.touching import LEAN, ranges
 
 
-@dataclass(frozen=True)
-class Contacts:
-    """Arrays over the joints of a scene in space, ordered by (first, second) block, and over their contact
-    points, ordered by joint.
-
-    Attributes
-    ----------
-    first, second: indices into the scene's blocks, first < second, shape (joints,).
-    normal: unit normal pointing from the second block into the first, shape (joints, 3).
-    tangent: unit vector square to it, along the longest side of the joint or along the edge that touches; of
-        a contact at a point along a side of the face, or one of the two edges. The second tangent is normal ×
-        tangent. Shape (joints, 3).
-    area: of each joint, 0 along an edge or at a point, shape (joints,).
-    point: contact points, relative to the shapes' origin: the corners of a polygon and its holes, the two
-        ends of an edge, or one point, shape (points, 3).
-    joint: joint of each contact point, rising, shape (points,).
-    outline: of each joint, the rings of its polygon, the outer one first, or its points, shape (corners, 3)
-        each.
-    friction, cohesion, dilatancy: properties; cohesion per unit area, shape (joints,).
-    fixed_pairs: how many touching pairs were left out because both blocks are fixed.
-    gaps: by pairs of blocks (indices) that face each other across a small gap beside what they share, its
-        largest width: the least 'tolerance' at which they share that polygon.
-    without_normal: pairs of blocks (indices) that meet corner on corner, corner on edge or edge along edge,
-        which has no normal and is no joint, where not both have a joint there, and that face each other
-        across no small gap.
-    """
-
-    first: np.ndarray
-    second: np.ndarray
-    normal: np.ndarray
-    tangent: np.ndarray
-    area: np.ndarray
-    point: np.ndarray
-    joint: np.ndarray
-    outline: list[list[np.ndarray]]
-    friction: np.ndarray
-    cohesion: np.ndarray
-    dilatancy: np.ndarray
-    fixed_pairs: int
-    gaps: dict[tuple[int, int], float]
-    without_normal: list[tuple[int, int]]
-
-
-def find_contacts(scene: Scene, shapes: Shapes, *, floating: bool = False) -> Contacts:
+def find_contacts(scene: Scene, shapes: Shapes, *, floating: bool = False) -> Joints:
     """Find the joints of a scene in space.
 
     Two blocks share a joint wherever outer faces of theirs face each other and stay within the tolerance
@@ -105,40 +61,26 @@ def find_contacts(scene: Scene, shapes: Shapes, *, floating: bool = False) -> Co
     owner = np.concatenate([polygons.pair, lines.pair])
     order = np.argsort(owner, kind="stable")
     tangent, *of_rings = _rings(polygons)
-    joint, point, outline = _points(np.argsort(order), of_rings, lines)
+    joint, point, ring = _points(np.argsort(order), of_rings, lines)
     first, second = pairs[owner[order]].T
     gaps = {(int(i), int(j)): float(width) for width, (i, j) in zip(gap[near], pairs[near], strict=True)}
     meeting = np.setdiff1d(without_normal(corners, pairs, asked, (polygons, lines)), near)
     if not floating:
         refuse_floating(scene, first, second, gaps, partial(nearest_solid, scene, shapes))
-    return Contacts(
+    return Joints(
         first=first,
         second=second,
         normal=np.concatenate([-polygons.frame.normal, lines.normal])[order],
         tangent=np.concatenate([tangent, lines.along])[order],
-        area=np.concatenate([polygons.area, np.zeros(len(lines.pair))])[order],
+        extent=np.concatenate([polygons.area, np.zeros(len(lines.pair))])[order],
         point=point,
         joint=joint,
-        outline=outline,
-        **_properties(scene, first, second),
+        ring=ring,
+        **joint_properties(scene, first, second),
         fixed_pairs=fixed_pairs,
         gaps=gaps,
         without_normal=[(int(i), int(j)) for i, j in pairs[meeting]],
     )
-
-
-def with_properties(contacts: Contacts, scene: Scene) -> Contacts:
-    """The joints of a scene that differs from theirs in joint properties alone.
-
-    Raises CaseError if an exception names two blocks that do not touch.
-    """
-    return replace(contacts, **_properties(scene, contacts.first, contacts.second))
-
-
-def _properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dict[str, Any]:
-    """Properties of joints by name, as :class:`Contacts` has them: no others are given in space."""
-    found = joint_properties(scene, first, second)
-    return {name: found[name] for name in ("friction", "cohesion", "dilatancy")}
 
 
 def _near_misses(shared: Facing, lines: Touches, across: Facing, pairs: int) -> np.ndarray:
@@ -186,8 +128,8 @@ def _rings(polygons: Facing) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.nda
 
 def _points(
     joint_of: np.ndarray, of_rings: list[np.ndarray], lines: Touches
-) -> tuple[np.ndarray, np.ndarray, list[list[np.ndarray]]]:
-    """Joint and position of each contact point, and the rings of each joint, given the joint of each polygon
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Joint, position and ring of each contact point, given the joint of each polygon
     and then of each line or point, and of all rings of polygons what :func:`_rings` gives."""
     polygon, corners, point = of_rings
     long = lengths(lines.end - lines.start) > 0
@@ -197,8 +139,5 @@ def _points(
     count = np.concatenate([corners, 1 + long])
     order = np.argsort(joint, kind="stable")
     point = np.concatenate([point, ends])[ranges((np.cumsum(count) - count)[order], count[order])]
-    outline: list[list[np.ndarray]] = [[] for _ in joint_of]
-    end = np.cumsum(count[order])
-    for number, start, stop in zip(joint[order], end - count[order], end, strict=True):
-        outline[number].append(point[start:stop])
-    return np.repeat(joint[order], count[order]), point, outline
+    count = count[order]
+    return np.repeat(joint[order], count), point, np.repeat(np.arange(len(count)), count)

@@ -52,8 +52,8 @@ def test_straight_weights_are_those_of_the_polygons_drawn():
 
 def test_joints_are_radial_and_as_long_as_the_arch_is_thick():
     joints = assemble(mo.Scene(joints={"friction": 0.5}, blocks=arch().blocks())).joints
-    assert len(joints.length) == 10
-    np.testing.assert_allclose(joints.length, 2.0, rtol=1e-9)
+    assert len(joints.extent) == 10
+    np.testing.assert_allclose(joints.extent, 2.0, rtol=1e-9)
 
 
 def test_numbering_follows_the_angles():
@@ -160,7 +160,7 @@ def test_a_pointed_arch_springs_level_and_meets_upright(rise):
     """4√3: the equilateral arch, whose arcs have the span for radius."""
     arch = by_rise(rise)
     joints = assemble(mo.Scene(joints={"friction": 0.5}, blocks=arch.blocks())).joints
-    assert len(joints.length) == 9
+    assert len(joints.extent) == 9
     blocks = arch.blocks()
     radius = (16 + rise**2) / 8
     assert blocks[0].vertices[:2] == [pytest.approx((-4, 0), abs=1e-12), pytest.approx((-5, 0), abs=1e-12)]

@@ -62,13 +62,13 @@ def test_stones_of_a_barrel_fill_it_and_lie_in_bond(stone, pieces, keys):
     assert cut.geometry.volume.sum() == pytest.approx(whole.geometry.volume.sum())
     weights = [sum(block.weight or 0 for block in each.scene.blocks) for each in (whole, cut)]
     assert weights[0] == pytest.approx(weights[1])
-    beds = whole.joints.area.sum()
+    beds = whole.joints.extent.sum()
     rows = [*range(9), *((1, 9) if keys else ())]
     section = [volume / 3 for volume in whole.geometry.volume]
     heads = sum(section[at] * (pieces[row % 2] - 1) for at, row in enumerate(rows))
-    assert cut.joints.area.sum() == pytest.approx(beds + heads)
+    assert cut.joints.extent.sum() == pytest.approx(beds + heads)
     stacked = assembled(mo.Barrel(**BARREL | keys, stone=stone, bond="stacked"))
-    assert stacked.joints.area.sum() == pytest.approx(beds + sum(section[: len(rows)]) * (pieces[0] - 1))
+    assert stacked.joints.extent.sum() == pytest.approx(beds + sum(section[: len(rows)]) * (pieces[0] - 1))
     # In bond no upright joint meets another at a bed: these are cut at the joints of both sides.
     joints = cut.joints
     upright = np.abs(joints.normal[:, 1]) > 0.5
@@ -115,7 +115,7 @@ def test_a_dome_is_whole(bond, keys):
         volume += n / 2 * sin(2 * pi / n) * (low**2 + low * high + high**2) / 3 * (z1 - z0)
     assert moving(assembly, assembly.geometry.volume) == pytest.approx(volume)
     sides = rings * 8 * (outer**2 - inner**2) / 2 * sin(step)
-    assert assembly.joints.area.sum() == pytest.approx(sum(beds) + sides)
+    assert assembly.joints.extent.sum() == pytest.approx(sum(beds) + sides)
     # Corners of neighbours coincide: each bed between rings is one trapezoid a sector.
     each = 2 if bond == "running" else 1
     foot = each if first else 1  # a level foot is one plane
@@ -153,7 +153,7 @@ def test_a_groin_vault_is_whole(rise):
         for course in range(1, 6)
     ]
     heads = 8 * sum(number * area for number, area in zip(pieces, sections, strict=True))
-    assert assembly.joints.area.sum() == pytest.approx(of_beds + heads)
+    assert assembly.joints.extent.sum() == pytest.approx(of_beds + heads)
 
 
 @pytest.mark.parametrize("sides", [3, 4, 12])
@@ -163,7 +163,7 @@ def test_a_shaft_is_a_frustum(sides):
     polygon = sides / 2 * sin(2 * pi / sides)
     radii = np.linspace(0.6, 0.4, 7)
     assert moving(assembly, assembly.geometry.volume) == pytest.approx(polygon * 5 * (0.36 + 0.24 + 0.16) / 3)
-    assert assembly.joints.area.sum() == pytest.approx(polygon * (radii[:6] ** 2).sum())
+    assert assembly.joints.extent.sum() == pytest.approx(polygon * (radii[:6] ** 2).sum())
     foot = made.blocks()[0].corners()
     assert foot[:, 2].min() == 3.0
     # One side faces x.
