@@ -6,7 +6,6 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 import masonry_opt as mo
-from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.space.contacts import find_contacts
 from masonry_opt.scene.space.shapes import shapes
 
@@ -39,7 +38,7 @@ def scene(*blocks, **keys):
     return mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[*blocks], **keys)
 
 
-def contacts_of(scene, floating=False) -> Joints:
+def contacts_of(scene, floating=False):
     return find_contacts(scene, shapes(scene), floating=floating)
 
 

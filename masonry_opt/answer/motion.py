@@ -10,7 +10,6 @@ import numpy as np
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import CRUSHES, HINGES, IDLE, MOVES, SEPARATES, SLIDES
 from masonry_opt.problem.assembly import Assembly, SpaceAssembly
-from masonry_opt.scene.extents import corners
 from masonry_opt.scene.space.frames import dots, lengths
 from masonry_opt.scene.space.surfaces import sums
 
@@ -171,7 +170,7 @@ def _rotations(assembly: Assembly, d: np.ndarray) -> np.ndarray:
 
 def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
     """Speed of the fastest corner of each movable block, shape (b,), under block velocities (3b,)."""
-    at, block = corners(assembly.geometry)
+    at, block = assembly.geometry.corners
     speeds = np.zeros(len(assembly.scene.blocks))
     np.maximum.at(speeds, block, np.hypot.reduce(velocities(assembly, d, block, at), axis=1))
     return speeds[assembly.movable]

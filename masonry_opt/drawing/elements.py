@@ -22,7 +22,6 @@ from masonry_opt.drawing.ties import strut_marks
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.problem.assembly import Assembly, SpaceAssembly
 from masonry_opt.problem.limited_forces import Role
-from masonry_opt.scene.extents import boxes
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral
 
@@ -143,7 +142,7 @@ def size_of(assembly: Assembly) -> float:
 
 def reach(assembly: Assembly) -> tuple[np.ndarray, np.ndarray]:
     """Least and largest coordinates of the movable blocks at rest, shape (2,) or (3,) each."""
-    low, high = boxes(assembly.geometry)
+    low, high = assembly.geometry.boxes
     return low[assembly.movable].min(axis=0), high[assembly.movable].max(axis=0)
 
 

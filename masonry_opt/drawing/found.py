@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from functools import partial
 
 import numpy as np
 import shapely
@@ -13,10 +12,7 @@ from masonry_opt.drawing.colours import GAP, JOINT, MARKED
 from masonry_opt.drawing.marks import Marks, joint_marks
 from masonry_opt.errors import CaseError, counted
 from masonry_opt.problem.assembly import Assembly, SpaceAssembly
-from masonry_opt.scene.contact import nearest_block, refuse_floating
-from masonry_opt.scene.extents import corners as corners_of
-from masonry_opt.scene.extents import outside
-from masonry_opt.scene.space.floating import nearest_solid
+from masonry_opt.scene.contacts.floating import refuse_floating
 from masonry_opt.scene.space.shapes import Shapes
 from masonry_opt.words.sentences import sentences
 
@@ -94,7 +90,7 @@ def unjoined(assembly: SpaceAssembly) -> tuple[np.ndarray, np.ndarray]:
     """In space, relative to the geometry's origin: corners of blocks that meet others without a normal, shape
     (points, 3), and lengths of edges that face another block across a small gap, shape (lengths, 2, 3)."""
     shapes, contacts = assembly.geometry, assembly.joints
-    every, of_corner = corners_of(shapes)
+    every, of_corner = shapes.corners
     start, end, face = shapes.faces.sides()
     share = np.linspace(0.0, 1.0, _SAMPLES)[:, None]
     points, lengths = [np.empty((0, 3))], [np.empty((0, 2, 3))]
@@ -113,18 +109,14 @@ def unjoined(assembly: SpaceAssembly) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _beside(shapes: Shapes, block: int, points: np.ndarray) -> np.ndarray:
-    return outside(shapes, np.full(len(points), block), points)
+    return shapes.outside(np.full(len(points), block), points)
 
 
 def doubts(assembly: Assembly) -> Iterator[str]:
     """Sentences on blocks that touch nothing, which no analysis takes, and on what looks unintended."""
     scene, joints = assembly.scene, assembly.joints
-    if isinstance(assembly, SpaceAssembly):
-        nearest = partial(nearest_solid, scene, assembly.geometry)
-    else:
-        nearest = partial(nearest_block, scene, assembly.geometry)
     try:
-        refuse_floating(scene, joints.first, joints.second, joints.gaps, nearest)
+        refuse_floating(scene, assembly.geometry, joints.first, joints.second, joints.gaps)
     except CaseError as error:
         yield str(error)
     yield from sentences(warnings_of(assembly, None))

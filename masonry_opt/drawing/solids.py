@@ -10,7 +10,6 @@ import shapely
 from masonry_opt.drawing.elements import Elements, reach, size_of
 from masonry_opt.drawing.marks import moved
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.scene.extents import corners
 from masonry_opt.scene.space.frames import Faces, Frames, dots
 from masonry_opt.scene.space.shapes import Shapes
 
@@ -55,7 +54,7 @@ def surface(elements: Elements) -> Surface:
     assert isinstance(shapes, Shapes)
     low, high = reach(assembly)
     low, high = low - _BEYOND * size, high + _BEYOND * size
-    points, block = corners(shapes)
+    points, block = shapes.corners
     beyond = np.unique(block[((points < low) | (points > high)).any(axis=1)])
     cut = np.setdiff1d(beyond, assembly.movable)
     faces = _cut(shapes, cut, low, high)

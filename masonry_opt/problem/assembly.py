@@ -18,6 +18,7 @@ from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Law, Problem
 from masonry_opt.scene.contact import find_joints
 from masonry_opt.scene.contacts.joints import Joints
+from masonry_opt.scene.extents import Extents
 from masonry_opt.scene.geometry import Geometry, geometry
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.contacts import find_contacts
@@ -136,7 +137,7 @@ def _in_the_plane(scene: Scene, floating: bool) -> Assembly:
     # that a few odd blocks do not move it.
     in_a_point = joints.extent == 0
     lengths = joints.extent[~in_a_point]
-    length_unit = float(np.median(lengths) if len(lengths) else np.sqrt(np.median(shapes.area[movable]))) / 2
+    length_unit = float(np.median(lengths) if len(lengths) else np.sqrt(np.median(shapes.size[movable]))) / 2
     filled = filled_pieces(scene, shapes)
     limited = LimitedForces.of(
         [*struts(scene, shapes), *pressures(scene, filled)], shapes.centroid, movable, length_unit
@@ -160,7 +161,7 @@ def _in_space(scene: Scene, floating: bool) -> Assembly:
     contacts = find_contacts(scene, solids, floating=floating)
     movable = _movable(scene)
     areas = contacts.extent[contacts.extent > 0]
-    usual = np.sqrt(np.median(areas)) if len(areas) else np.cbrt(np.median(solids.volume[movable]))
+    usual = np.sqrt(np.median(areas)) if len(areas) else np.cbrt(np.median(solids.size[movable]))
     length_unit = float(usual) / 2
     loaded = _loaded(scene, solids, movable, length_unit)
     matrices = points.matrices(contacts, solids, movable, length_unit)
@@ -192,7 +193,7 @@ def _with_limited(scene: Scene, problem: Problem, limited: LimitedForces) -> Pro
 
 def _loaded(
     scene: Scene,
-    shapes: Geometry | Shapes,
+    shapes: Extents,
     movable: np.ndarray,
     length_unit: float,
     on_edges: Mapping[str, np.ndarray] | None = None,

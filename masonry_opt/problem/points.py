@@ -26,7 +26,7 @@ def matrices(joints: Joints, shapes: Shapes, movable: np.ndarray, length_unit: f
     """
     joint, count = joints.joint, len(joints.joint)
     normal, tangent = joints.normal[joint], joints.tangent[joint]
-    row_of = np.full(len(shapes.volume), -1)
+    row_of = np.full(len(shapes.size), -1)
     row_of[movable] = np.arange(len(movable))
     rows, columns, values = [], [], []
     for of_joint, sign in ((joints.first, 1.0), (joints.second, -1.0)):

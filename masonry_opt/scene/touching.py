@@ -10,15 +10,9 @@ import numpy as np
 import shapely
 
 from masonry_opt.errors import CaseError
+from masonry_opt.scene.combinations import ranges
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.scene import Scene
-
-#: Facing edges nearer than this, over the root of the smaller block's area, were surely meant to touch, and
-#: overlaps no deeper come of rounded coordinates.
-NEAR_MISS = 1e-2
-
-#: So are edges within so many tolerances: coordinates that need one are now and then off by a little more.
-_NEAR_TOLERANCES = 3
 
 #: Edges touch along a length if they are nowhere farther apart than this share of it (and the tolerance).
 #: From ten tolerances on they may lean by any angle that the tolerance allows, shorter ones by this share.
@@ -95,11 +89,6 @@ class _Facing(_Parts):
         return cls(pair, ends[0], ends[1], np.maximum(*apart)).where(at[1] - at[0] > shortest)
 
 
-def reach(tolerance: float, size: np.ndarray) -> np.ndarray:
-    """Gap up to which neighbours of blocks of these sizes were surely meant to touch them."""
-    return np.maximum(_NEAR_TOLERANCES * tolerance, NEAR_MISS * size)
-
-
 def shared_edges(edges: Edges, pairs: np.ndarray) -> tuple[Contacts, np.ndarray]:
     """The lengths of edge that pairs share; and of each pair the width of a small gap across which its blocks
     face each other beside them, shape (pairs,): the tolerance at which they touch there; ``inf`` without one.
@@ -108,8 +97,8 @@ def shared_edges(edges: Edges, pairs: np.ndarray) -> tuple[Contacts, np.ndarray]
     the tolerance. Parts that follow one another (an edge drawn in chords) are one length, or several where it
     bends by more than the tolerance.
     """
-    tolerance, area = edges.shapes.tolerance, edges.shapes.area
-    far = reach(tolerance, np.sqrt(area[pairs].min(axis=1, initial=np.inf)))
+    tolerance = edges.shapes.tolerance
+    far = edges.shapes.reach[pairs].min(axis=1, initial=np.inf)
     facing = _Facing.of(edges, *edges.combinations(pairs, far), shortest=tolerance)
     shared = _joined(facing.where(facing.largest <= tolerance), tolerance)
     leaning = (facing.largest > tolerance) & (facing.largest <= LEAN * facing.length)
@@ -277,8 +266,3 @@ class Edges:
         high = np.maximum(self.tail[edge], self.tip[edge]) + reach[pair, None]
         near = (low <= boxes[:, 2:]).all(axis=1) & (high >= boxes[:, :2]).all(axis=1)
         return pair[near], edge[near]
-
-
-def ranges(first: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """So many numbers from each first one upwards, one range after another."""
-    return np.arange(count.sum()) + np.repeat(first - np.cumsum(count) + count, count)

@@ -65,7 +65,7 @@ def _for_the_second(result: mo.Result) -> boxes.Pushed:
     load = np.zeros((2, len(fixed), 6))
     for index, block in enumerate(assembly.scene.blocks):
         if not fixed[index]:
-            weight = block.unit_weight * shapes.volume[index]
+            weight = block.unit_weight * shapes.size[index]
             load[0, index, 2] = -weight
             load[1, index, :3] = np.add(block.live, weight * np.array(block.live_per_weight))
             load[1, index, 3:] = block.live_moment

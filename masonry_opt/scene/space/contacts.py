@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 import shapely
 
-from masonry_opt.scene.contact import refuse_floating
+from masonry_opt.scene.combinations import ranges
+from masonry_opt.scene.contacts.floating import refuse_floating
 from masonry_opt.scene.contacts.joints import Joints, joint_properties
+from masonry_opt.scene.contacts.pairs import near_pairs, refuse_overlaps
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.facing import Facing, facing
-from masonry_opt.scene.space.floating import nearest_solid
 from masonry_opt.scene.space.frames import lengths
 from masonry_opt.scene.space.outlines import rolled
-from masonry_opt.scene.space.pairs import near_pairs, reach, refuse_overlaps
 from masonry_opt.scene.space.shapes import Shapes
 from masonry_opt.scene.space.touches import Corners, Touches, nearest, touches, without_normal
-from masonry_opt.scene.touching import LEAN, ranges
+from masonry_opt.scene.touching import LEAN
 
 
 def find_contacts(scene: Scene, shapes: Shapes, *, floating: bool = False) -> Joints:
@@ -43,7 +41,7 @@ def find_contacts(scene: Scene, shapes: Shapes, *, floating: bool = False) -> Jo
     pairs = near_pairs(scene, shapes)
     both_fixed = fixed[pairs].all(axis=1)
     refuse_overlaps(scene, shapes, pairs[~both_fixed])
-    far = reach(shapes)[pairs].min(axis=1, initial=np.inf)
+    far = shapes.reach[pairs].min(axis=1, initial=np.inf)
     found = facing(shapes, pairs, far)
     shared = found.most <= shapes.contact_tolerance
     fixed_pairs = len(np.unique(found.pair[shared & both_fixed[found.pair]]))
@@ -66,7 +64,7 @@ def find_contacts(scene: Scene, shapes: Shapes, *, floating: bool = False) -> Jo
     gaps = {(int(i), int(j)): float(width) for width, (i, j) in zip(gap[near], pairs[near], strict=True)}
     meeting = np.setdiff1d(without_normal(corners, pairs, asked, (polygons, lines)), near)
     if not floating:
-        refuse_floating(scene, first, second, gaps, partial(nearest_solid, scene, shapes))
+        refuse_floating(scene, shapes, first, second, gaps)
     return Joints(
         first=first,
         second=second,

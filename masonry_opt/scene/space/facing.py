@@ -9,13 +9,11 @@ from typing import Self
 import numpy as np
 import shapely
 
+from masonry_opt.scene.combinations import chunks, combine, ranges
 from masonry_opt.scene.space.clipping import common_to
 from masonry_opt.scene.space.frames import Frames, dots, lengths
 from masonry_opt.scene.space.outlines import plain, wide, without_slivers
-from masonry_opt.scene.space.pairs import boxes
-from masonry_opt.scene.space.parts import chunks, combine
 from masonry_opt.scene.space.shapes import Shapes
-from masonry_opt.scene.touching import ranges
 
 #: Polygons narrower than so many tolerances are nothing.
 NARROWEST = 10
@@ -74,7 +72,7 @@ class Items:
     def beside(self, shapes: Shapes, pairs: np.ndarray, side: int, far: np.ndarray) -> tuple[np.ndarray, ...]:
         """Pair, rising, and item, of the items of each pair's block on a side that come as near as ``far``,
         shape (pairs,), to the box round the other block."""
-        low, high = boxes(shapes)
+        low, high = shapes.boxes
         count = np.bincount(self.block, minlength=len(low))
         block, other = pairs[:, side], pairs[:, 1 - side]
         pair = np.repeat(np.arange(len(pairs)), count[block])

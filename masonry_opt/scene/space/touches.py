@@ -10,9 +10,9 @@ from typing import Self
 import numpy as np
 import shapely
 
+from masonry_opt.scene.combinations import combine
 from masonry_opt.scene.space.facing import NARROWEST, Facing, Items, near_items, stacked
 from masonry_opt.scene.space.frames import dots, lengths, unit
-from masonry_opt.scene.space.parts import combine
 from masonry_opt.scene.space.shapes import Shapes
 from masonry_opt.scene.space.surfaces import first_alike, sums
 

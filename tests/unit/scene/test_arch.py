@@ -44,7 +44,7 @@ def test_weights_along_the_centreline_balance_on_its_arc():
 def test_straight_weights_are_those_of_the_polygons_drawn():
     assembly = assemble(mo.Scene(joints={"friction": 0.5}, blocks=arch(weights="straight").blocks()))
     for block, area, centroid in zip(
-        assembly.scene.blocks[:9], assembly.geometry.area, assembly.geometry.centroid, strict=False
+        assembly.scene.blocks[:9], assembly.geometry.size, assembly.geometry.centroid, strict=False
     ):
         assert block.weight == pytest.approx(3 * area, rel=1e-12)
         np.testing.assert_allclose(block.weight_at, centroid + assembly.geometry.origin, atol=1e-12)
@@ -193,8 +193,8 @@ def test_a_pointed_arch_weighs_what_lies_between_its_lines(weights, curved, vous
     else:
         scene = mo.Scene(joints={"friction": 0.5}, blocks=arch.blocks())
         shapes = assemble(scene).geometry
-        area = shapes.area[:voussoirs].sum()
-        moment = (shapes.area * (shapes.centroid[:, 1] + shapes.origin[1]))[:voussoirs].sum()
+        area = shapes.size[:voussoirs].sum()
+        moment = (shapes.size * (shapes.centroid[:, 1] + shapes.origin[1]))[:voussoirs].sum()
     assert sum(block.weight for block in built) == pytest.approx(3 * area, rel=1e-6)
     assert sum(block.weight * block.weight_at[1] for block in built) == pytest.approx(3 * moment, rel=1e-6)
 

@@ -10,7 +10,6 @@ from scenes_in_space import box_on_floor
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.scene.extents import boxes, outside
 
 
 def on_footing(*parts):
@@ -40,12 +39,12 @@ def test_holes_count_against_the_middle():
 def test_boxes_and_distances_outside_of_hulls():
     assembly = assemble(box_on_floor((1, 2, 3)))
     shapes = assembly.geometry
-    low, high = boxes(shapes)
+    low, high = shapes.boxes
     assert low[0] + shapes.origin == pytest.approx([0, 0, 0])
     assert high[0] + shapes.origin == pytest.approx([1, 2, 3])
     # Inside, on a face, 2 in front of one, and off a corner by (3, 4, 12).
     points = np.array([(0.5, 1, 1), (0, 1, 1), (0.5, 4, 1), (4, 6, 15)]) - shapes.origin
-    found = outside(shapes, np.zeros(4, dtype=int), points)
+    found = shapes.outside(np.zeros(4, dtype=int), points)
     assert found == pytest.approx([0, 0, 2, 13], abs=1e-6)
 
 

@@ -35,7 +35,7 @@ def test_area_and_centroid_of_notches_parts_and_holes():
     shapes = [geometry(scene(block, FLOOR)) for block in (stone(L_SHAPE), as_parts)]
     for shape in shapes:
         # Two squares beside two squares: (2·1 + 2·0.5)/4 and (2·0.5 + 2·2)/4.
-        assert shape.area[0] == pytest.approx(4.0)
+        assert shape.size[0] == pytest.approx(4.0)
         assert shape.centroid[0] + shape.origin == pytest.approx([0.75, 1.25])
         assert not shape.convex[0]
         assert shape.convex[1]
@@ -44,7 +44,7 @@ def test_area_and_centroid_of_notches_parts_and_holes():
             stone([(0, 0), (2, 0), (2, 2), (0, 2)], holes=[[(0.5, 1), (1, 1), (1, 1.5), (0.5, 1.5)]]), FLOOR
         )
     )
-    assert holed.area[0] == pytest.approx(3.75)
+    assert holed.size[0] == pytest.approx(3.75)
     assert holed.centroid[0] + holed.origin == pytest.approx(
         [(4 - 0.25 * 0.75) / 3.75, (4 - 0.25 * 1.25) / 3.75]
     )

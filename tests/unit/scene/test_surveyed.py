@@ -12,7 +12,6 @@ import shapely
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.scene.contact import find_joints
-from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.geometry import geometry
 
 Corners = list[tuple[float, float]]
@@ -30,7 +29,7 @@ def scene_of(blocks: dict[str, Corners], tolerance: float, **joints: float) -> m
     )
 
 
-def joints_of(scene: mo.Scene, floating: bool = False) -> Joints:
+def joints_of(scene: mo.Scene, floating: bool = False):
     return find_joints(scene, geometry(scene), floating=floating)
 
 
@@ -208,7 +207,7 @@ def moved(scene: mo.Scene, by: float, seed: int) -> mo.Scene:
     return mo.Scene(joints=scene.joints, blocks=blocks, tolerance=3 * by)
 
 
-def lengths(joints: Joints) -> dict[tuple[int, int], float]:
+def lengths(joints) -> dict[tuple[int, int], float]:
     """Length that each pair of blocks shares."""
     shared: dict[tuple[int, int], float] = {}
     for first, second, length in zip(joints.first, joints.second, joints.extent, strict=True):

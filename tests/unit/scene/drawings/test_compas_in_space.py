@@ -65,7 +65,7 @@ def test_what_is_no_prism_of_one_wall_is_read_whole(file):
     ):
         assert scene.dimension == 3
         # Of a frustum h (A + a + sqrt(A a)) / 3.
-        assert shapes(scene).volume[1] == pytest.approx(3 * (4 + 1 + 2) / 3)
+        assert shapes(scene).size[1] == pytest.approx(3 * (4 + 1 + 2) / 3)
     pushed = mo.read_compas(file(data), **GIVEN | {"friction": 2.0}, live=(1, 0, 0))
     # It overturns about an edge of its base: half of it over the height of its centroid.
     height = 3 / 4 * (4 + 2 * 2 + 3 * 1) / (4 + 2 + 1)

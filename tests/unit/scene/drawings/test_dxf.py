@@ -20,7 +20,7 @@ def movable(scene):
 
 
 def area_of(scene, number=0):
-    return geometry(scene).area[scene.blocks.index(movable(scene)[number])]
+    return geometry(scene).size[scene.blocks.index(movable(scene)[number])]
 
 
 def joints_of(scene):
@@ -313,9 +313,9 @@ def test_stones_of_any_shape_come_back(tmp_path):
     )
     back = round_trip(scene, tmp_path / "stones.dxf")
     before, after = geometry(scene), geometry(back)
-    area = dict(zip([block.name for block in back.blocks], after.area, strict=True))
+    area = dict(zip([block.name for block in back.blocks], after.size, strict=True))
     assert area == pytest.approx({"100 %%d": 1, "Füllung ½": 11, "L": 4, "floor": 18})
-    assert before.area.sum() == pytest.approx(after.area.sum())
+    assert before.size.sum() == pytest.approx(after.size.sum())
     assert [block.name for block in back.blocks if block.fixed] == ["floor"]
     assert len(joints_of(back).extent) == len(joints_of(scene).extent)
 

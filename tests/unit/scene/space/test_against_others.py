@@ -41,9 +41,7 @@ def test_cells_of_a_voronoi_diagram_share_its_faces(seed, turned):
     blocks, faces = cells(100, seed)
     found = contacts_of(moved(blocks, Rotation.random(random_state=seed).as_matrix()) if turned else blocks)
     tolerance = 3e-6
-    shared = dict(
-        zip(zip(found.first.tolist(), found.second.tolist(), strict=True), found.extent, strict=True)
-    )
+    shared = {(i, j): a for i, j, a in zip(found.first, found.second, found.extent, strict=True)}
     corners = dict(zip(shared, np.bincount(found.joint), strict=True))
     assert len(shared) == len(found.first)  # one joint a pair
     assert shared.keys() <= faces.keys()
@@ -60,9 +58,7 @@ def test_cells_with_rounded_corners_share_their_faces_if_the_tolerance_says_so(s
     blocks, faces = cells(100, seed)
     rounded = with_parts(blocks, lambda vertices, faces: (np.round(vertices, 5), faces))
     found = contacts_of(rounded.model_copy(update={"tolerance": 1e-4}))
-    shared = dict(
-        zip(zip(found.first.tolist(), found.second.tolist(), strict=True), found.extent, strict=True)
-    )
+    shared = {(i, j): a for i, j, a in zip(found.first, found.second, found.extent, strict=True)}
     assert all(faces[pair][0] < 1e-5 for pair in faces.keys() - shared.keys())
     for pair, area in shared.items():
         assert area == pytest.approx(faces[pair][0], abs=1e-4)

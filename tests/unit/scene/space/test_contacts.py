@@ -43,7 +43,6 @@ def test_a_box_on_another_shares_the_overlap_of_their_faces():
     assert below[:1] == (("B", "floor"),)
     found = contacts_of(blocks)
     assert np.abs(found.tangent[0]) == pytest.approx([1, 0, 0])  # the longest side
-    np.testing.assert_array_equal(found.ring, found.joint)
     np.testing.assert_array_equal(found.joint, [0] * 4 + [1] * 4)
 
 
@@ -81,7 +80,6 @@ def test_a_ring_on_a_floor_has_the_corners_of_its_hole_too():
     )
     found = contacts_of(blocks)
     outer, inner = (found.point[found.ring == ring] for ring in (0, 1))
-    assert (len(outer), len(inner)) == (4, 4)
     assert np.ptp(outer, axis=0) == pytest.approx([4, 4, 0])
     assert np.ptp(inner, axis=0) == pytest.approx([2, 2, 0])
 
