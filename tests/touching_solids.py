@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 import masonry_opt as mo
-from masonry_opt.scene.space.contacts import find_contacts
+from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.space.shapes import shapes
 
 
@@ -39,13 +39,13 @@ def scene(*blocks, **keys):
 
 
 def contacts_of(scene, floating=False):
-    return find_contacts(scene, shapes(scene), floating=floating)
+    return find_joints(scene, shapes(scene), floating=floating)
 
 
 def joints(scene, floating=False):
     """Joints in turn: names, area, normal, and contact points in the scene's own coordinates, sorted."""
     found = shapes(scene)
-    contacts = find_contacts(scene, found, floating=floating)
+    contacts = find_joints(scene, found, floating=floating)
     names = [block.name for block in scene.blocks]
     for number, (first, second) in enumerate(zip(contacts.first, contacts.second, strict=True)):
         points = contacts.point[contacts.joint == number] + found.origin

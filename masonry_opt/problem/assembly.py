@@ -16,12 +16,11 @@ from masonry_opt.problem.limited_forces import LimitedForce, LimitedForces, stru
 from masonry_opt.problem.loads import loads
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Law, Problem
-from masonry_opt.scene.contact import find_joints
+from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.extents import Extents
 from masonry_opt.scene.geometry import Geometry, geometry
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.space.contacts import find_contacts
 from masonry_opt.scene.space.shapes import Shapes, shapes
 
 #: What of a scene matrices depend on, and what loads do beside it; the rest are joint properties and words.
@@ -122,7 +121,7 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     ------
     CaseError
         If a block, joint, edge load or fill of the scene is wrong (see ``geometry``, ``find_joints``,
-        ``edge_forces`` and ``filled_pieces``, in space ``shapes`` and ``find_contacts``), or loads differ by
+        ``edge_forces`` and ``filled_pieces``, in space ``shapes``), or loads differ by
         more than double precision carries.
     """
     return _in_space(scene, floating) if scene.dimension == 3 else _in_the_plane(scene, floating)
@@ -158,7 +157,7 @@ def _in_the_plane(scene: Scene, floating: bool) -> Assembly:
 
 def _in_space(scene: Scene, floating: bool) -> Assembly:
     solids = shapes(scene)
-    contacts = find_contacts(scene, solids, floating=floating)
+    contacts = find_joints(scene, solids, floating=floating)
     movable = _movable(scene)
     areas = contacts.extent[contacts.extent > 0]
     usual = np.sqrt(np.median(areas)) if len(areas) else np.cbrt(np.median(solids.size[movable]))

@@ -9,11 +9,11 @@ import numpy as np
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.contacts.joints import Joints
+from masonry_opt.scene.contacts.sides import LEAN
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.load_cases import Kind
 from masonry_opt.scene.loads import EdgeLoad
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.touching import LEAN
 
 
 @dataclass(frozen=True)

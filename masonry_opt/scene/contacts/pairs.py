@@ -57,6 +57,9 @@ def near_pairs(scene: Scene, shapes: Extents) -> np.ndarray:
 
 def refuse_overlaps(scene: Scene, shapes: Extents, pairs: np.ndarray) -> None:
     """Raise CaseError if blocks of the pairs overlap by more than the contact tolerance."""
+    (low, high), (i, j) = shapes.boxes, pairs.T
+    inside = np.minimum(high[i], high[j]) - np.maximum(low[i], low[j])
+    pairs = pairs[(inside > shapes.contact_tolerance).all(axis=1)]
     solid = scene.dimension == 3
     enough = _ENOUGH if solid else np.inf
     found: dict[int, list[Common]] = {}

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import masonry_opt as mo
-from masonry_opt.scene.contact import find_joints
+from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.geometry import geometry
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
-from masonry_opt.scene.contact import find_joints
+from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.geometry import geometry
 
 FLOOR = mo.Block(name="floor", vertices=[(-9, -1), (9, -1), (9, 0), (-9, 0)], fixed=True)

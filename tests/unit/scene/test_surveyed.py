@@ -11,7 +11,7 @@ import shapely
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.scene.contact import find_joints
+from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.geometry import geometry
 
 Corners = list[tuple[float, float]]

@@ -11,7 +11,7 @@ from scenes import WALLS
 from sheets import FLOOR, STONE, polylines, read
 
 import masonry_opt as mo
-from masonry_opt.scene.contact import find_joints
+from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.geometry import geometry
 
 

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from touching_solids import contacts_of, hull, moved, scene, with_parts
 
 import masonry_opt as mo
-from masonry_opt.scene.contact import find_joints
+from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.geometry import geometry
 
 

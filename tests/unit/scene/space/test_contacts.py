@@ -10,7 +10,7 @@ import pytest
 from touching_solids import FLOOR, box, contacts_of, hull, joints, parted, scene
 
 import masonry_opt as mo
-from masonry_opt.scene.space.contacts import find_contacts
+from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.space.shapes import shapes
 
 
@@ -253,7 +253,7 @@ def test_joint_properties_come_from_defaults_and_exceptions():
         exceptions=[mo.Joint(between=("floor", "B"), friction=0.9, cohesion=2)],
         blocks=[box("A", (0, 1), (0, 1), (0, 1)), box("B", (1, 2), (0, 1), (0, 1)), FLOOR],
     )
-    found = find_contacts(blocks, shapes(blocks))
+    found = find_joints(blocks, shapes(blocks))
     assert [*zip(found.first, found.second, strict=True)] == [(0, 1), (0, 2), (1, 2)]
     np.testing.assert_array_equal(found.friction, [0.5, 0.5, 0.9])
     np.testing.assert_array_equal(found.cohesion, [1, 1, 2])
