@@ -67,13 +67,19 @@ class Assembly:
         """Index of the joint that each of the problem's joints is part of, rising."""
         return np.arange(self.problem.joints)
 
+    @property
+    def of_point(self) -> np.ndarray:
+        """Index of the problem's joint that each contact point is part of, rising."""
+        return self.joints.joint
+
     def joints_of(self, indices: np.ndarray) -> np.ndarray:
         """Indices of the joints that some of the problem's joints are part of, each once, in their order."""
-        return indices
+        joints = self.joint[indices]
+        return joints[np.sort(np.unique(joints, return_index=True)[1])]
 
     def most_of_joints(self, values: np.ndarray) -> np.ndarray:
         """Of values of the problem's joints the largest within each joint."""
-        return values
+        return self.joints.most(values[self.of_point])
 
     def pairs(self, indices: np.ndarray) -> list[list[str]]:
         """Names of the two blocks of each of some of the problem's joints, by their indices."""
@@ -100,14 +106,9 @@ class SpaceAssembly(Assembly):
     def joint(self) -> np.ndarray:
         return self.joints.joint
 
-    def joints_of(self, indices: np.ndarray) -> np.ndarray:
-        joints = self.joints.joint[indices]
-        return joints[np.sort(np.unique(joints, return_index=True)[1])]
-
-    def most_of_joints(self, values: np.ndarray) -> np.ndarray:
-        starts = np.searchsorted(self.joints.joint, np.arange(len(self.joints.first)))
-        most: np.ndarray = np.maximum.reduceat(values, starts)
-        return most
+    @property
+    def of_point(self) -> np.ndarray:
+        return np.arange(self.problem.joints)
 
 
 def assemble(scene: Scene, *, floating: bool = False) -> Assembly:

@@ -62,15 +62,25 @@ class Joints:
     gaps: dict[tuple[int, int], float]
     without_normal: list[tuple[int, int]]
 
+    @cached_property
+    def _begin(self) -> np.ndarray:
+        """Number of the first contact point of each joint, shape (joints,)."""
+        return np.searchsorted(self.joint, np.arange(len(self.first)))
+
+    def most(self, values: np.ndarray) -> np.ndarray:
+        """Of values of the contact points the largest of each joint, shape (joints,)."""
+        most: np.ndarray = np.maximum.reduceat(values, self._begin)
+        return most
+
     @property
     def start(self) -> np.ndarray:
         """First contact point of each joint, shape (joints, 2) or (joints, 3)."""
-        return self.point[np.searchsorted(self.joint, np.arange(len(self.first)))]
+        return self.point[self._begin]
 
     @property
     def end(self) -> np.ndarray:
         """Last contact point of each joint, shape (joints, 2) or (joints, 3)."""
-        return self.point[np.searchsorted(self.joint, np.arange(len(self.first)), side="right") - 1]
+        return self.point[np.append(self._begin[1:], len(self.point)) - 1]
 
     @cached_property
     def middle(self) -> np.ndarray:
