@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +14,6 @@ from masonry_opt.problem.edge_loads import LoadedPiece, edge_forces
 from masonry_opt.problem.fill import FilledPiece, fill_forces, filled_pieces, pressures
 from masonry_opt.problem.limited_forces import LimitedForce, LimitedForces, struts
 from masonry_opt.problem.loads import loads
-from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Law, Problem
 from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.contacts.joints import Joints
@@ -65,7 +64,7 @@ class Assembly:
     @property
     def joint(self) -> np.ndarray:
         """Index of the joint that each of the problem's joints is part of, rising."""
-        return np.arange(self.problem.joints)
+        return points.joint_of(self.joints)
 
     @property
     def of_point(self) -> np.ndarray:
@@ -103,10 +102,6 @@ class SpaceAssembly(Assembly):
     geometry: Shapes  # type: ignore[assignment]
 
     @property
-    def joint(self) -> np.ndarray:
-        return self.joints.joint
-
-    @property
     def of_point(self) -> np.ndarray:
         return np.arange(self.problem.joints)
 
@@ -125,51 +120,34 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
         ``edge_forces`` and ``filled_pieces``, in space ``shapes``), or loads differ by
         more than double precision carries.
     """
-    return _in_space(scene, floating) if scene.dimension == 3 else _in_the_plane(scene, floating)
-
-
-def _in_the_plane(scene: Scene, floating: bool) -> Assembly:
-    shapes = geometry(scene)
-    joints = find_joints(scene, shapes, floating=floating)
-    movable = _movable(scene)
+    solid = scene.dimension == 3
+    found = shapes(scene) if solid else geometry(scene)
+    joints, movable = find_joints(scene, found, floating=floating), _movable(scene)
     # With this unit rocking reads |m| ≤ n at a usual joint: moments weigh as much as forces in the
     # centre that an interior-point solver finds. It matters: see docs/limits.md. Medians, so
     # that a few odd blocks do not move it.
-    in_a_point = joints.extent == 0
-    lengths = joints.extent[~in_a_point]
-    length_unit = float(np.median(lengths) if len(lengths) else np.sqrt(np.median(shapes.size[movable]))) / 2
-    filled = filled_pieces(scene, shapes)
-    limited = LimitedForces.of(
-        [*struts(scene, shapes), *pressures(scene, filled)], shapes.centroid, movable, length_unit
-    )
-    matrices = Matrices(
-        B=_equilibrium(joints, shapes, movable, len(scene.blocks), length_unit),
-        half_length=np.where(in_a_point, 1.0, joints.extent / 2 / length_unit),
-        length_unit=length_unit,
-    )
-    on_edges, bare, pieces = edge_forces(scene, shapes, joints)
-    loaded = _loaded(scene, shapes, movable, length_unit, on_edges, filled)
-    problem = Problem(
-        matrices, _law(joints, np.arange(len(in_a_point)), scene.thickness, loaded[-1]), *loaded
-    )
-    problem = _with_limited(scene, problem, limited)
-    return Assembly(problem, scene, shapes, joints, movable, bare, pieces, filled, limited.each)
-
-
-def _in_space(scene: Scene, floating: bool) -> Assembly:
-    solids = shapes(scene)
-    contacts = find_joints(scene, solids, floating=floating)
-    movable = _movable(scene)
-    areas = contacts.extent[contacts.extent > 0]
-    usual = np.sqrt(np.median(areas)) if len(areas) else np.cbrt(np.median(solids.size[movable]))
+    extents = joints.extent[joints.extent > 0]
+    if len(extents):
+        usual = np.sqrt(np.median(extents)) if solid else np.median(extents)
+    else:
+        usual = (np.cbrt if solid else np.sqrt)(np.median(found.size[movable]))
     length_unit = float(usual) / 2
-    loaded = _loaded(scene, solids, movable, length_unit)
-    matrices = points.matrices(contacts, solids, movable, length_unit)
-    limited = LimitedForces.of(struts(scene, solids), solids.centroid, movable, length_unit)
-    law = _law(contacts, contacts.joint, scene.thickness, loaded[-1])
-    problem = Problem(matrices, law, *loaded)
+    filled: tuple[FilledPiece, ...] = ()
+    bare: tuple[float, ...] = ()
+    pieces: tuple[LoadedPiece, ...] = ()
+    on_edges = None
+    if isinstance(found, Geometry):
+        filled = filled_pieces(scene, found)
+        on_edges, bare, pieces = edge_forces(scene, found, joints)
+    limited = LimitedForces.of(
+        [*struts(scene, found), *pressures(scene, filled)], found.centroid, movable, length_unit
+    )
+    loaded = _loaded(scene, found, movable, length_unit, on_edges, filled)
+    law = _law(joints, points.joint_of(joints), scene.thickness, loaded[-1])
+    problem = Problem(points.matrices(joints, found, movable, length_unit), law, *loaded)
     problem = _with_limited(scene, problem, limited)
-    return SpaceAssembly(problem, scene, solids, contacts, movable, limited=limited.each)
+    of_kind: Callable[..., Assembly] = SpaceAssembly if solid else Assembly
+    return of_kind(problem, scene, found, joints, movable, bare, pieces, filled, limited.each)
 
 
 def _with_limited(scene: Scene, problem: Problem, limited: LimitedForces) -> Problem:
@@ -278,11 +256,7 @@ def with_supports_freed(
     """
     before, movable, joints = assembly.problem, _movable(scene), assembly.joints
     shapes, unit = assembly.geometry, before.length_unit
-    if isinstance(assembly, SpaceAssembly):
-        matrices = points.matrices(assembly.joints, assembly.geometry, movable, unit)
-    else:
-        B = _equilibrium(joints, shapes, movable, len(scene.blocks), unit)
-        matrices = Matrices(B, before.half_length, unit)
+    matrices = points.matrices(joints, shapes, movable, unit)
     dead, live = (np.zeros((len(movable), matrices.layout.rows)) for _ in range(2))
     others = np.isin(movable, assembly.movable)
     dead[others] = before.by_block(before.dead)
@@ -323,31 +297,3 @@ def _law(joints: Joints, joint: np.ndarray, thickness: float, force_unit: float)
 
 def _median_of_positive(values: np.ndarray) -> float:
     return float(np.median(values[values > 0])) if (values > 0).any() else 0.0
-
-
-def _equilibrium(
-    joints: Joints, shapes: Geometry, movable: np.ndarray, blocks: int, length_unit: float
-) -> sp.csr_array:
-    """B with lengths in ``length_unit``: joint forces act on the first block as they are, on the
-    second reversed. Joints without length carry no moment."""
-    count = len(joints.first)
-    row_of = np.full(blocks, -1)
-    row_of[movable] = np.arange(len(movable))
-    rows, columns, values = [], [], []
-    for block, sign in ((joints.first, 1.0), (joints.second, -1.0)):
-        arm = (joints.middle - shapes.centroid[block]) / length_unit
-        for column, force in enumerate((joints.normal, joints.tangent)):
-            moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
-            for component, value in enumerate((force[:, 0], force[:, 1], moment)):
-                rows.append(3 * row_of[block] + component)
-                columns.append(column * count + np.arange(count))
-                values.append(sign * value)
-        turns = np.flatnonzero(joints.extent > 0)
-        rows.append(3 * row_of[block[turns]] + 2)
-        columns.append(2 * count + turns)
-        values.append(np.full(len(turns), sign))
-    row, col, entry = map(np.concatenate, (rows, columns, values))
-    # Fixed blocks have no rows; exact zeros (axis-aligned joints) stay out of the pattern.
-    kept = (row >= 0) & (entry != 0)
-    shape = (3 * len(movable), 3 * count)
-    return sp.csr_array((entry[kept], (row[kept], col[kept])), shape=shape)
