@@ -9,7 +9,7 @@ import numpy as np
 from masonry_opt.scene.combinations import ranges
 from masonry_opt.scene.contacts import edges, faces, solids
 from masonry_opt.scene.contacts.floating import refuse_floating
-from masonry_opt.scene.contacts.joints import Joints, joint_properties
+from masonry_opt.scene.contacts.joints import Joints, joint_properties, outline_sides
 from masonry_opt.scene.contacts.pairs import near_pairs, refuse_overlaps
 from masonry_opt.scene.contacts.sides import LEAN, Corners, Facing, Touches, nearest
 from masonry_opt.scene.extents import Extents
@@ -63,16 +63,18 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
     asked = np.flatnonzero(alone)
     corners = corners_of(shapes, np.unique(pairs[asked]))
     beside = corners.touches(pairs, asked, shared)
-    gap = _near_misses(shared, beside, across, len(pairs))
-    near = np.flatnonzero(np.isfinite(gap))
+    across = _near_misses(shared, beside, across, len(pairs))
+    gaps: dict[tuple[int, int], float] = {}
+    for (i, j), width in zip(pairs[across.pair].tolist(), across.most.tolist(), strict=True):
+        gaps[i, j] = min(gaps.get((i, j), np.inf), width)
     # What sides share first, then lines and points of each pair.
     owner = np.concatenate([shared.pair, beside.pair])
     order = np.argsort(owner, kind="stable")
     tangent, *of_rings = shared.outlines()
     joint, point, ring = _points(np.argsort(order), of_rings, beside)
     first, second = pairs[owner[order]].T
-    gaps = {(int(i), int(j)): float(width) for width, (i, j) in zip(gap[near], pairs[near], strict=True)}
-    meeting = np.setdiff1d(corners.without_normal(pairs, asked, (shared, beside)), near)
+    meeting, meets = corners.without_normal(pairs, asked, (shared, beside))
+    loose = ~np.isin(meeting, across.pair)
     if not floating:
         refuse_floating(scene, shapes, first, second, gaps)
     return Joints(
@@ -87,22 +89,20 @@ def find_joints(scene: Scene, shapes: Extents, *, floating: bool = False) -> Joi
         **joint_properties(scene, first, second),
         fixed_pairs=fixed_pairs,
         gaps=gaps,
-        without_normal=[(int(i), int(j)) for i, j in pairs[meeting]],
+        facing=outline_sides(*across.outlines()[2:])[0],
+        without_normal=[(int(i), int(j)) for i, j in pairs[np.unique(meeting[loose])]],
+        meets=meets[loose],
     )
 
 
-def _near_misses(shared: Facing, beside: Touches, across: Facing, pairs: int) -> np.ndarray:
-    """Of each pair the largest width of a small gap across which its blocks face each other beside what they
-    share, ``inf`` without one, shape (pairs,)."""
+def _near_misses(shared: Facing, beside: Touches, across: Facing, pairs: int) -> Facing:
+    """What faces each other across a small gap, beside what its pair shares."""
     # Not so wide that it leans away, and no mere chamfer of what is shared.
     of_pair = np.bincount(shared.pair, shared.extent, pairs)
     width = across.extent ** (1 / (across.middle.shape[1] - 1))
     across = across.where((across.most <= LEAN * width) & (across.extent > LEAN * of_pair[across.pair]))
     apart = [nearest(across.pair, across.middle, found, found.pair) for found in (shared, beside)]
-    across = across.where(np.minimum(*apart) > 2 * across.most)
-    width = np.full(pairs, np.inf)
-    np.minimum.at(width, across.pair, across.most)
-    return width
+    return across.where(np.minimum(*apart) > 2 * across.most)
 
 
 def _points(

@@ -40,9 +40,11 @@ class Joints:
     fixed_pairs: how many touching pairs were left out because both blocks are fixed.
     gaps: by pairs of blocks (indices) that face each other across a small gap beside what they share, its
         largest width: the least 'tolerance' at which they share that edge or polygon.
+    facing: lines along such gaps, in space round them, shape (lines, 2, 2) or (lines, 2, 3).
     without_normal: pairs of blocks (indices) that meet corner on corner, in space also corner on edge or edge
         along edge, which has no normal and is no joint, where not both have a joint there, and that face each
         other across no small gap.
+    meets: points where they do, shape (points, 2) or (points, 3).
     """
 
     first: np.ndarray
@@ -60,7 +62,9 @@ class Joints:
     strength: np.ndarray
     fixed_pairs: int
     gaps: dict[tuple[int, int], float]
+    facing: np.ndarray
     without_normal: list[tuple[int, int]]
+    meets: np.ndarray
 
     @cached_property
     def _begin(self) -> np.ndarray:
@@ -106,11 +110,8 @@ class Joints:
         """Sides of the outlines of all joints, in the plane the joints themselves: both ends of each, shape
         (lines, 2, 2) or (lines, 2, 3), and the joint of each, rising. Ends of what has no length are the
         same."""
-        corners = np.bincount(self.ring)
-        after = following(corners)
-        # The two ends of an edge are one line.
-        back = (corners[self.ring] == 2) & (after < np.arange(len(after)))
-        return np.stack([self.point, self.point[after]], axis=1)[~back], self.joint[~back]
+        lines, corner = outline_sides(np.bincount(self.ring), self.point)
+        return lines, self.joint[corner]
 
     def with_properties(self, scene: Scene) -> Self:
         """The joints of a scene that differs from theirs in joint properties alone.
@@ -118,6 +119,14 @@ class Joints:
         Raises CaseError if an exception names two blocks that do not touch.
         """
         return replace(self, **joint_properties(scene, self.first, self.second))
+
+
+def outline_sides(count: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sides of rings of so many corners, one after the other: both ends, shape (sides, 2, 2) or (sides, 2,
+    3), and the number of the corner that each begins at. Two corners have one side."""
+    after = following(count)
+    back = (np.repeat(count, count) == 2) & (after < np.arange(len(after)))
+    return np.stack([points, points[after]], axis=1)[~back], np.flatnonzero(~back)
 
 
 def joint_properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dict[str, Any]:

@@ -196,9 +196,9 @@ class Corners(ABC):
 
     def without_normal(
         self, pairs: np.ndarray, asked: np.ndarray, found: tuple[Facing, Touches]
-    ) -> np.ndarray:
-        """Numbers of the pairs asked for that meet without a normal, away from what they share, where not
-        both blocks have a joint with any other."""
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers, rising, of the pairs asked for that meet without a normal, away from what they share,
+        where not both blocks have a joint; and the points where they do."""
         tolerance = self.shapes.tolerance
         far = np.full(len(asked), tolerance)
         meet = []
@@ -207,13 +207,14 @@ class Corners(ABC):
                 kept = to_line(self.point[i], self.start[j], self.end[j]) <= tolerance
                 meet.append((asked[pair[kept]], i[kept], j[kept]))
         pair, i, _ = stacked(meet)
-        once = np.unique(first_alike(np.column_stack([pair, i])))
-        pair, i = pair[once], i[once]
+        point = self.point[i]
         for own in found:
-            off = nearest(pair, self.point[i], own, own.pair) > self.apart * tolerance
-            pair, i = pair[off], i[off]
+            off = nearest(pair, point, own, own.pair) > self.apart * tolerance
+            pair, point = pair[off], point[off]
+        at = np.round(point / tolerance)
+        once = np.unique(first_alike(np.column_stack([pair, at])))
+        pair, point, at = pair[once], point[once], at[once]
         held = np.ones(len(pair), dtype=bool)
-        at = np.round(self.point[i] / tolerance)
         for side in (0, 1):
             block = pairs[pair, side]
             one, number = np.unique(first_alike(np.column_stack([block, at])), return_inverse=True)
@@ -221,9 +222,10 @@ class Corners(ABC):
             for own in found:
                 # Once for either block.
                 doubled = own.where(np.tile(np.arange(len(own.pair)), 2)), pairs[own.pair].T.ravel()
-                apart = np.minimum(apart, nearest(block[one], self.point[i[one]], *doubled))
+                apart = np.minimum(apart, nearest(block[one], point[one], *doubled))
             held &= (apart <= 2 * tolerance)[number]
-        return np.unique(pair[~held])
+        order = np.argsort(pair[~held], kind="stable")
+        return pair[~held][order], point[~held][order]
 
 
 def to_line(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
