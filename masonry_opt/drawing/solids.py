@@ -126,17 +126,8 @@ def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> 
             block.append(parts.block[part])
             number.append(side)
             section.append(_within(inside, sides, side, normal, offset))
-    frames = (kept.frame, own.frame, sides.where(np.array(number)))
-    every = Faces(
-        np.concatenate([kept.block, own.block, block]),
-        Frames(
-            *(
-                np.concatenate(column)
-                for column in zip(*(vars(each).values() for each in frames), strict=True)
-            )
-        ),
-        np.concatenate([kept.polygon, polygon, section]),
-    )
+    cuts = Faces(np.array(block), sides.where(np.array(number)), np.array(section))
+    every = kept.then(Faces(own.block, own.frame, np.array(polygon)), cuts)
     return every.where(shapely.area(every.polygon) > 0)
 
 

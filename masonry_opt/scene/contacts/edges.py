@@ -79,8 +79,7 @@ class Facing(sides.Facing):
 
     def by_pair(self, *more: Self) -> Self:
         """These and more, ordered by pair; within a pair as given."""
-        stacked = zip(*(vars(parts).values() for parts in (self, *more)), strict=True)
-        whole = type(self)(*map(np.concatenate, stacked))
+        whole = self.then(*more)
         return whole.where(np.argsort(whole.pair, kind="stable"))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Self
 
 import numpy as np
 import shapely
@@ -38,10 +37,6 @@ class Facing(sides.Facing):
 
     frame: Frames
     polygon: np.ndarray
-
-    def where(self, chosen: np.ndarray) -> Self:
-        pair, most, frame, polygon = vars(self).values()
-        return type(self)(pair[chosen], most[chosen], frame.where(chosen), polygon[chosen])
 
     @property
     def extent(self) -> np.ndarray:

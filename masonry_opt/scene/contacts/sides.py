@@ -11,7 +11,7 @@ import numpy as np
 
 from masonry_opt.scene.combinations import chunks, combine, ranges
 from masonry_opt.scene.extents import Extents
-from masonry_opt.scene.space.frames import dots, lengths
+from masonry_opt.scene.space.frames import Rows, dots, lengths
 from masonry_opt.scene.space.surfaces import first_alike
 
 #: Edges touch along a length if they are nowhere farther apart than this share of it (and the tolerance).
@@ -68,7 +68,7 @@ def stacked(found: Sequence[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
 
 
 @dataclass(frozen=True)
-class Facing(ABC):
+class Facing(Rows, ABC):
     """Lengths or polygons onto which sides of two blocks that face each other project, halfway between them.
 
     Attributes
@@ -79,10 +79,6 @@ class Facing(ABC):
 
     pair: np.ndarray
     most: np.ndarray
-
-    def where(self, chosen: np.ndarray) -> Self:
-        """Those of a mask, or with these numbers in this order."""
-        return type(self)(*(column[chosen] for column in vars(self).values()))
 
     @property
     @abstractmethod
@@ -110,7 +106,7 @@ class Facing(ABC):
 
 
 @dataclass(frozen=True)
-class Touches:
+class Touches(Rows):
     """Contacts of pairs of blocks at points, in space also along lines.
 
     Attributes
@@ -128,15 +124,10 @@ class Touches:
     normal: np.ndarray
     along: np.ndarray
 
-    def where(self, chosen: np.ndarray) -> Self:
-        """Those of a mask, or with these numbers in this order."""
-        return type(self)(*(column[chosen] for column in vars(self).values()))
-
     @classmethod
     def of(cls, found: Iterable[Self], dimension: int) -> Self:
         """All of these."""
-        nothing = np.zeros(0, dtype=int), *4 * [np.zeros((0, dimension))]
-        return cls(*map(np.concatenate, zip(nothing, *(vars(one).values() for one in found), strict=True)))
+        return cls(np.zeros(0, dtype=int), *4 * [np.zeros((0, dimension))]).then(*found)
 
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
         """Distances of points from touches with these numbers, shape (points,)."""
