@@ -24,7 +24,7 @@ class JointMotion:
     hinge: that edge, or corner, where ``hinges``; in space the middle of the contact points that touch; shape
         (joints, 2) or (joints, 3).
     separates: joints that open along their whole length, or at all points, shape (joints,).
-    crushes: joints whose edges come nearer, shape (joints,).
+    crushes: joints of limited strength whose edges come nearer, shape (joints,).
     """
 
     slides: np.ndarray
@@ -42,7 +42,7 @@ def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
     opens in the middle while one edge stays separates if it slips, else it hinges about that edge.
 
     In space a joint slides if one of its contact points slips while it touches, hinges if it opens more at
-    some points than at others that touch, and separates if none touches; none crushes.
+    some points than at others that touch, and separates if none touches.
     """
     assert solution.d is not None
     problem, joints = assembly.problem, assembly.joints
@@ -70,10 +70,8 @@ def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
     normal = np.pad(joints.normal, ((0, 0), (0, 3 - dimension)))
     tilted = lengths(turned - dots(turned, normal)[:, None] * normal)
     turning = np.maximum((farthest - nearest) / 2, np.where(joints.extent > 0, 0.0, tilted))
-    touches, crushes = (
-        nearest <= SEPARATES * speed,
-        (nearest < -CRUSHES * speed) & np.isfinite(joints.strength),
-    )
+    touches = nearest <= SEPARATES * speed
+    crushes = (nearest < -CRUSHES * speed) & np.isfinite(joints.strength)
     touching = apart <= np.where(crushes, nearest, np.maximum(SEPARATES * speed, nearest))[joints.joint]
     slips = joints.most(touching * slip) > SLIDES * speed
     if solution.q is not None:

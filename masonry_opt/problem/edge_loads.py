@@ -83,7 +83,7 @@ def edge_forces(
     forces: dict[str, np.ndarray] = {kind: np.zeros((len(scene.blocks), 3)) for kind in ("dead", "live")}
     if not scene.edge_loads:
         return forces, (), ()
-    edges, both = Segments(*shapes.edges()), np.concatenate([joints.first, joints.second])
+    edges, both = Segments(*shapes.edges), np.concatenate([joints.first, joints.second])
     # What joints cover, for either of their blocks.
     covers = Segments(np.tile(joints.start, (2, 1)), np.tile(joints.end, (2, 1)), both)
     fixed = np.array([block.fixed for block in scene.blocks])

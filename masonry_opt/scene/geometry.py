@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import shapely
@@ -60,6 +61,7 @@ class Geometry(Extents):
                 middle = shapely.get_coordinates(shapely.centroid(common[number]))[0]
                 yield int(number), Common(depth, middle, float(area[number]))
 
+    @cached_property
     def edges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Edges of all outlines and holes, each with its block's interior to the left: their ends, shape
         (edges, 2) each, and their blocks, shape (edges,), rising."""

@@ -101,8 +101,7 @@ def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -
             f"{scene.blocks[of_each.argmax()].name!r} has {of_each.max()} corners): raise 'tolerance', "
             "or give fewer corners"
         )
-    found = stacked(list(near_items(shapes, pairs, far, (corners.edges, corners.edges))))
-    parts = Facing.of(corners, *found)
+    parts = Facing.of(corners, *stacked(list(near_items(shapes, pairs, far, (corners.edges, corners.edges)))))
     touch = parts.most <= shapes.tolerance
     across = parts.where(~touch & (parts.most <= far[parts.pair]))
     return _joined(parts.where(touch), shapes.tolerance).by_pair(across)
@@ -145,8 +144,7 @@ def _simplified(chain: Facing, tolerance: float) -> Facing:
     line = shapely.LineString(np.concatenate([chain.start[:1], inner, chain.end[-1:]]))
     corners = shapely.get_coordinates(shapely.simplify(line, tolerance / 2, preserve_topology=False))
     count = len(corners) - 1
-    largest = np.full(count, chain.most.max())
-    return Facing(np.full(count, chain.pair[0]), largest, corners[:-1], corners[1:])
+    return Facing(np.full(count, chain.pair[0]), np.full(count, chain.most.max()), corners[:-1], corners[1:])
 
 
 class Corners(sides.Corners):
@@ -156,7 +154,7 @@ class Corners(sides.Corners):
 
     def __init__(self, shapes: Geometry, blocks: np.ndarray | None = None) -> None:
         self.shapes = shapes
-        self.point, self.tip, block = shapes.edges()
+        self.point, self.tip, block = shapes.edges
         self.start = self.end = self.point
         self.corners = self.met = Items(block, self.point, self.point)
         self.edges = Items(block, np.minimum(self.point, self.tip), np.maximum(self.point, self.tip))
