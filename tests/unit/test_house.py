@@ -19,7 +19,7 @@ BUDGETS = {
     "solvers": 1079,
     "methods": 4984,
     "standing": 746,
-    "answer": 1979,
+    "answer": 1977,
     "words": 1107,
     "drawing": 2609,
     "finite_motion": 1607,
