@@ -13,14 +13,13 @@ from masonry_opt.command_options import Force
 from masonry_opt.errors import OptionError, OutputError, counted
 from masonry_opt.scene.blocks import Block
 from masonry_opt.scene.case_file import CaseFile, MeshTable, load, save
-from masonry_opt.scene.contact import find_joints
+from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.drawings.compas import read_compas
 from masonry_opt.scene.drawings.dxf import read_dxf, write_dxf
 from masonry_opt.scene.drawings.mesh_files import MESHES, read_mesh
 from masonry_opt.scene.drawings.supports import FIXED
 from masonry_opt.scene.geometry import geometry
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.space.contacts import find_contacts
 from masonry_opt.scene.space.shapes import shapes
 from masonry_opt.scene.tables import parse_file
 from masonry_opt.words.terminal import print_text
@@ -173,9 +172,7 @@ def convert(
 
 
 def _joints(scene: Scene) -> int:
-    if scene.dimension == 2:
-        return len(find_joints(scene, geometry(scene)).length)
-    return len(find_contacts(scene, shapes(scene)).first)
+    return len(find_joints(scene, geometry(scene) if scene.dimension == 2 else shapes(scene)).first)
 
 
 def _beside(drawing: Path, out: Path, scene: Scene, options: dict[str, Any]) -> CaseFile:

@@ -159,7 +159,7 @@ def _in_the_plane(assembly: Assembly, inside: bool) -> tuple[sp.csr_array, sp.cs
     both = [_acting(assembly, every, end, joints.normal) for end in (joints.start, joints.end)]
     shear = _acting(assembly, every, (joints.start + joints.end) / 2, along)
     statics = sp.hstack([*both, shear, problem.matrices.of_limited], format="csr")
-    force, area = problem.force_unit, joints.length * assembly.scene.thickness
+    force, area = problem.force_unit, joints.extent * assembly.scene.thickness
     one, nothing = sp.eye_array(count), sp.csr_array((count, count))
     rows, limits = (
         [sp.hstack([one, nothing, nothing]), sp.hstack([nothing, one, nothing])],
@@ -170,7 +170,7 @@ def _in_the_plane(assembly: Assembly, inside: bool) -> tuple[sp.csr_array, sp.cs
     for sign in (1.0, -1.0):
         rows.append(sp.hstack([friction @ one.tocsr()[slides]] * 2 + [sign * one.tocsr()[slides]]))
         limits.append((joints.cohesion * area / force)[slides])
-    crushes = np.flatnonzero(np.isfinite(joints.strength) & (joints.length > 0))
+    crushes = np.flatnonzero(np.isfinite(joints.strength) & (joints.extent > 0))
     most = (joints.strength * area / force)[crushes]
     for slope, constant in _parabola(inside):
         # |m| ≤ L/2 (slope n + constant most), with m = L/2 (b − a), n = a + b.
@@ -202,7 +202,7 @@ def _in_space(assembly: Assembly, inside: bool) -> tuple[sp.csr_array, sp.csr_ar
     one, nothing = sp.eye_array(count, format="csr"), sp.csr_array((count, count))
     rows, limits = [sp.hstack([one, nothing, nothing])], [np.zeros(count)]
     slides = np.flatnonzero(np.isfinite(joints.friction[joint]))
-    share = (joints.area / np.bincount(joint, minlength=len(joints.area)))[joint] / problem.force_unit
+    share = (joints.extent / np.bincount(joint, minlength=len(joints.extent)))[joint] / problem.force_unit
     held, cohesion = joints.friction[joint][slides], (joints.cohesion[joint] * share)[slides]
     factor = np.cos(np.pi / SIDES) if inside else 1.0
     for angle in 2 * np.pi / SIDES * (np.arange(SIDES) + 0.5):

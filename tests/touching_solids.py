@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 import masonry_opt as mo
-from masonry_opt.scene.space.contacts import Contacts, find_contacts
+from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.space.shapes import shapes
 
 
@@ -38,18 +38,18 @@ def scene(*blocks, **keys):
     return mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[*blocks], **keys)
 
 
-def contacts_of(scene, floating=False) -> Contacts:
-    return find_contacts(scene, shapes(scene), floating=floating)
+def contacts_of(scene, floating=False):
+    return find_joints(scene, shapes(scene), floating=floating)
 
 
 def joints(scene, floating=False):
     """Joints in turn: names, area, normal, and contact points in the scene's own coordinates, sorted."""
     found = shapes(scene)
-    contacts = find_contacts(scene, found, floating=floating)
+    contacts = find_joints(scene, found, floating=floating)
     names = [block.name for block in scene.blocks]
     for number, (first, second) in enumerate(zip(contacts.first, contacts.second, strict=True)):
         points = contacts.point[contacts.joint == number] + found.origin
-        yield (names[first], names[second]), contacts.area[number], contacts.normal[number], points
+        yield (names[first], names[second]), contacts.extent[number], contacts.normal[number], points
 
 
 def with_parts(scene, change):

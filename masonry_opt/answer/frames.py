@@ -8,15 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 
-from masonry_opt.answer import space_frames
 from masonry_opt.answer.acceptance import Kind
-from masonry_opt.answer.motion import joint_motion
+from masonry_opt.answer.motion import fastest, joint_motion, relative_rotation, velocities
 from masonry_opt.answer.solution import GivingState, Solution
 from masonry_opt.answer.status import Status
-from masonry_opt.answer.thresholds import IDLE
+from masonry_opt.answer.thresholds import HINGES, IDLE
 from masonry_opt.problem.assembly import Assembly, SpaceAssembly
 from masonry_opt.problem.chords import parabola
 from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.scene.space.frames import dots, lengths
+from masonry_opt.scene.space.surfaces import sums
 
 
 def unsigned(frame: pd.DataFrame) -> pd.DataFrame:
@@ -47,47 +48,45 @@ def block_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
 
 
 def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
-    """A row a joint: its blocks, middle and length, forces and rates (NaN without forces, or mechanism)."""
-    if isinstance(assembly, SpaceAssembly):
-        return unsigned(space_frames.joint_frame(assembly, solution))
-    problem, joints = assembly.problem, assembly.joints
-    nothing = np.full(problem.B.shape[1], np.nan)
-    q = nothing if solution.q is None else solution.q
-    u = nothing if solution.d is None else problem.B.T @ solution.d
-    n, s, m = problem.by_kind(q)
-    m = np.where(problem.in_a_point, 0.0, m)
-    opening, slip, rotation = problem.by_kind(u)
-    if solution.d is not None:
-        turning = np.zeros(len(assembly.scene.blocks))
-        turning[assembly.movable] = problem.moments(solution.d)[:, 0]
-        rotation = turning[joints.first] - turning[joints.second]
-    force, length = problem.force_unit, problem.length_unit
-    middle = joints.middle + assembly.geometry.origin
-    return unsigned(
-        pd.DataFrame(
-            {
-                "first": assembly.names(joints.first),
-                "second": assembly.names(joints.second),
-                "x": middle[:, 0],
-                "y": middle[:, 1],
-                "length": joints.length,
-                "n": n * force,
-                "s": s * force,
-                "m": m * force * length,
-                "slip": slip,
-                "opening": opening,
-                "rotation": rotation / length,
-                "utilisation": _utilisation(problem, q),
-            }
-        )
-    )
+    """A row a joint: its blocks, middle, length, forces and rates (NaN without forces, or mechanism); in
+    space area, normal and resultants, by components, and where they act."""
+    joints, solid = assembly.joints, isinstance(assembly, SpaceAssembly)
+    q, u = _known(assembly, solution)
+    used = assembly.most_of_joints(np.nan_to_num(_utilisation(assembly.problem, q), nan=-1.0))
+    columns = {
+        "first": assembly.names(joints.first),
+        "second": assembly.names(joints.second),
+        **_columns("", joints.middle + assembly.geometry.origin),
+        "area" if solid else "length": joints.extent,
+        **(_resultants if solid else _forces)(assembly, q, u, solution.d),
+        "utilisation": np.where(used < 0, np.nan, used),
+    }
+    return unsigned(pd.DataFrame(columns))
 
 
 def contact_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame | None:
-    """A row a contact point of a scene in space; None in the plane."""
-    if isinstance(assembly, SpaceAssembly):
-        return unsigned(space_frames.contact_frame(assembly, solution))
-    return None
+    """A row a contact point of a scene in space: its joint and blocks, forces and rates (NaN without forces,
+    or mechanism); None in the plane."""
+    if not isinstance(assembly, SpaceAssembly):
+        return None
+    joints, problem, (q, u) = assembly.joints, assembly.problem, _known(assembly, solution)
+    joint, normal, n = joints.joint, joints.normal[joints.joint], problem.normal_forces(q)
+    force, motion = _vectors(assembly, q), _vectors(assembly, u)
+    opening = dots(motion, normal)
+    columns = {
+        "joint": joint,
+        "first": assembly.names(joints.first[joint]),
+        "second": assembly.names(joints.second[joint]),
+        **_columns("", joints.point + assembly.geometry.origin),
+        "n": n * problem.force_unit,
+        "s": lengths(force - n[:, None] * normal) * problem.force_unit,
+        **_columns("f", force * problem.force_unit),
+        "slip": lengths(motion - opening[:, None] * normal),
+        "opening": opening,
+        **_columns("v", motion),
+        "utilisation": _utilisation(problem, q),
+    }
+    return unsigned(pd.DataFrame(columns))
 
 
 def curve_frame(assembly: Assembly, states: Iterable[GivingState]) -> pd.DataFrame:
@@ -120,17 +119,104 @@ def curve_frame(assembly: Assembly, states: Iterable[GivingState]) -> pd.DataFra
     return pd.DataFrame(rows)
 
 
+def _known(assembly: Assembly, solution: Solution) -> tuple[np.ndarray, np.ndarray]:
+    """Forces of the problem's joints and their rates, NaN where not found."""
+    B = assembly.problem.B
+    nothing = np.full(B.shape[1], np.nan)
+    return nothing if solution.q is None else solution.q, nothing if solution.d is None else B.T @ solution.d
+
+
+def _columns(prefix: str, vectors: np.ndarray) -> dict[str, np.ndarray]:
+    return {f"{prefix}{axis}": column for axis, column in zip("xyz", vectors.T, strict=False)}
+
+
+def _vectors(assembly: Assembly, of_kinds: np.ndarray) -> np.ndarray:
+    """Forces on the first block, or its motion against the second, at contact points in space."""
+    joints = assembly.joints
+    normal, tangent = joints.normal[joints.joint], joints.tangent[joints.joint]
+    axes = np.stack([normal, tangent, np.cross(normal, tangent)])
+    vectors: np.ndarray = np.einsum("kp,kpi->pi", assembly.problem.by_kind(of_kinds), axes)
+    return vectors
+
+
+def _forces(assembly: Assembly, q: np.ndarray, u: np.ndarray, d: np.ndarray | None) -> dict[str, np.ndarray]:
+    """Forces and rates of joints in the plane."""
+    problem = assembly.problem
+    (n, s, m), (opening, slip, rotation) = problem.by_kind(q), problem.by_kind(u)
+    if d is not None:
+        rotation = relative_rotation(assembly, d)[:, 2]
+    return {
+        "n": n * problem.force_unit,
+        "s": s * problem.force_unit,
+        "m": np.where(problem.in_a_point, 0.0, m) * problem.force_unit * problem.length_unit,
+        "slip": slip,
+        "opening": opening,
+        "rotation": rotation / problem.length_unit,
+    }
+
+
+def _resultants(
+    assembly: Assembly, q: np.ndarray, u: np.ndarray, d: np.ndarray | None
+) -> dict[str, np.ndarray]:
+    """Normals, resultants and rates of joints in space."""
+    joints, problem, origin = assembly.joints, assembly.problem, assembly.geometry.origin
+    joint, normal, middle, count = joints.joint, joints.normal, joints.middle, len(joints.first)
+    of_points, n_of_points = _vectors(assembly, q), problem.normal_forces(q)
+    resultant, n = sums(joint, of_points, count), np.bincount(joint, n_of_points)
+    pressed = n > IDLE * np.nanmax(n, initial=0.0)
+    share = (n_of_points / np.where(pressed, n, np.inf)[joint])[:, None]
+    acts = np.where(pressed[:, None], sums(joint, share * joints.point, count), np.nan)
+    # About the centroid where nothing presses.
+    about = np.where(pressed[:, None], acts, middle)[joint]
+    torsion = np.bincount(joint, dots(normal[joint], np.cross(joints.point - about, of_points)))
+    motion, turned, on_axis = _rates(assembly, d, middle)
+    opening = dots(motion, normal)
+    return {
+        **_columns("n", normal),
+        "n": n * problem.force_unit,
+        "s": lengths(resultant - n[:, None] * normal) * problem.force_unit,
+        **_columns("f", resultant * problem.force_unit),
+        **_columns("p", acts + origin),
+        "torsion": torsion * problem.force_unit,
+        "slip": lengths(motion - opening[:, None] * normal),
+        "opening": opening,
+        **_columns("v", motion),
+        "rotation": lengths(turned) / problem.length_unit,
+        **_columns("w", turned / problem.length_unit),
+        **_columns("a", on_axis + origin),
+    }
+
+
 def _utilisation(problem: Problem, q: np.ndarray) -> np.ndarray:
-    """Largest of |s| over the true Coulomb limit, of |m| over n L/2 (less what crushing takes), and of n over
-    f_c L; NaN where a joint is idle."""
-    n, s, m = problem.by_kind(q)
-    m = np.where(problem.in_a_point, 0.0, np.abs(m) / problem.half_length)
+    """Largest of |s|, in space |(s, t)|, over the true Coulomb limit (0 where friction is unlimited); in the
+    plane of |m| over n L/2 (less what crushing takes) and of n over f_c L. NaN where a joint is idle."""
+    n, *others = problem.by_kind(q)
+    shears = problem.layout.dimension - 1
+    s, m = np.hypot.reduce(np.abs(others[:shears]), axis=0), np.zeros_like(n)
+    for moment in others[shears:]:
+        m = np.where(problem.in_a_point, 0.0, np.abs(moment) / problem.half_length)
     nothing = IDLE * (np.abs(n).max() or 1.0)  # no limit is taken for smaller
     limit = ShearLimits.true(problem).at(n[problem.sliding])
     most = n.copy()
     most[problem.crushing] = parabola(n[problem.crushing], problem.crushing_force)
     used = m / np.maximum(most, nothing)
     used[problem.crushing] = np.maximum(used[problem.crushing], n[problem.crushing] / problem.crushing_force)
-    shear = np.abs(s[problem.sliding]) / np.maximum(limit, nothing)
-    used[problem.sliding] = np.maximum(used[problem.sliding], shear)
-    return np.where(np.stack([np.abs(n), np.abs(s), m]).max(axis=0) <= nothing, np.nan, used)
+    used[problem.sliding] = np.maximum(used[problem.sliding], s[problem.sliding] / np.maximum(limit, nothing))
+    return np.where(np.stack([np.abs(n), s, m]).max(axis=0) <= nothing, np.nan, used)
+
+
+def _rates(
+    assembly: Assembly, d: np.ndarray | None, middle: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Velocity of each joint's first block against the second at its middle, its rotation, and the point of
+    the axis of both that is nearest to the middle (NaN where it does not turn), shape (joints, 3) each."""
+    joints = assembly.joints
+    if d is None:
+        nothing = np.full((len(joints.first), 3), np.nan)
+        return nothing, nothing, nothing
+    motion = velocities(assembly, d, joints.first, middle) - velocities(assembly, d, joints.second, middle)
+    turned = relative_rotation(assembly, d)
+    turns = (lengths(turned) > HINGES * fastest(assembly, d))[:, None]
+    square = np.where(turns, dots(turned, turned)[:, None], 1.0)
+    on_axis = middle + np.cross(turned, motion) / square * assembly.problem.length_unit
+    return motion, turned, np.where(turns, on_axis, np.nan)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.thresholds import CRUSHES, HINGES, IDLE, MOVES, SEPARATES, SLIDES
-from masonry_opt.problem.assembly import Assembly, SpaceAssembly
-from masonry_opt.scene.extents import corners
+from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.space.frames import dots, lengths
 from masonry_opt.scene.space.surfaces import sums
 
@@ -26,7 +24,7 @@ class JointMotion:
     hinge: that edge, or corner, where ``hinges``; in space the middle of the contact points that touch; shape
         (joints, 2) or (joints, 3).
     separates: joints that open along their whole length, or at all points, shape (joints,).
-    crushes: joints whose edges come nearer, shape (joints,).
+    crushes: joints of limited strength whose edges come nearer, shape (joints,).
     """
 
     slides: np.ndarray
@@ -44,10 +42,10 @@ def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
     opens in the middle while one edge stays separates if it slips, else it hinges about that edge.
 
     In space a joint slides if one of its contact points slips while it touches, hinges if it opens more at
-    some points than at others that touch, and separates if none touches; none crushes.
+    some points than at others that touch, and separates if none touches.
     """
     assert solution.d is not None
-    problem = assembly.problem
+    problem, joints = assembly.problem, assembly.joints
     # Blocks that fall under their dead load do so by associative flow.
     own = problem.friction if solution.load_factor is None else problem.dilatancy
     slope = own if solution.found.slope is None else solution.found.slope
@@ -56,73 +54,37 @@ def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
     # By sides a point that slides between two of their senses opens by less than by the cone.
     rates = problem.rates(solution.d, slope, solution.q, curved)
     explained[problem.sliding] = slope * problem.slip(rates, curved)
+    dimension, of_point = problem.layout.dimension, assembly.of_point
     opening, *tangential = problem.by_kind(problem.motion(solution.d, solution.q))
-    slips = np.stack(tangential[: problem.layout.dimension - 1])
-    slip = np.hypot.reduce(np.abs(slips), axis=0)
-    moves = _Moves(opening - explained, slip, fastest(assembly, solution.d))
-    n = None if solution.q is None else problem.normal_forces(solution.q)
-    pressed = None if n is None else n > IDLE * np.abs(n).max(initial=0.0)
-    if isinstance(assembly, SpaceAssembly):
-        return _of_contacts(assembly, solution.d, moves, pressed)
-    return _of_lengths(assembly, solution.d, moves, tangential[-1], pressed)
-
-
-class _Moves(NamedTuple):
-    """Opening beside what the flow rule demands, and slip, of the problem's joints, shape (c,), and the speed
-    of the fastest corner."""
-
-    apart: np.ndarray
-    slip: np.ndarray
-    speed: float
-
-
-def _of_lengths(
-    assembly: Assembly, d: np.ndarray, moves: _Moves, rotation: np.ndarray, pressed: np.ndarray | None
-) -> JointMotion:
-    problem, joints = assembly.problem, assembly.joints
-    apart, slip, speed = moves
-    omega = np.zeros(len(assembly.scene.blocks))
-    omega[assembly.movable] = problem.moments(d)[:, 0] / problem.length_unit
-    # Turning of a corner on an edge is measured on a joint of usual length.
-    in_a_point = joints.length == 0
-    of_corners = (omega[joints.first] - omega[joints.second]) * problem.length_unit
-    turning = np.where(in_a_point, of_corners, rotation * problem.half_length)
-    # Opening of the edge that opens less: the first block's edge runs from start to end.
-    nearer = apart - np.where(in_a_point, 0.0, np.abs(turning))
-    touches, crushes = nearer <= SEPARATES * speed, nearer < -CRUSHES * speed
-    slips = slip > SLIDES * speed
-    if pressed is not None:
-        touches &= pressed | (apart <= SEPARATES * speed) | ~slips
+    slip = np.hypot.reduce(np.abs(tangential[: dimension - 1]), axis=0)[of_point]
+    speed = fastest(assembly, solution.d)
+    # Opening of each contact point beside what the flow rule demands: in the plane edges turn about their
+    # middles, and the first block's runs from start to end.
+    apart = (opening - explained)[of_point]
+    for rotation in tangential[dimension - 1 :]:
+        end = np.where(np.diff(joints.joint, prepend=-1) == 0, 1.0, -1.0)
+        apart += end * np.where(problem.in_a_point, 0.0, rotation * problem.half_length)[of_point]
+    farthest, nearest = joints.most(apart), -joints.most(-apart)
+    # Turning of what has no extent is measured on a joint of usual length.
+    turned = relative_rotation(assembly, solution.d)
+    normal = np.pad(joints.normal, ((0, 0), (0, 3 - dimension)))
+    tilted = lengths(turned - dots(turned, normal)[:, None] * normal)
+    turning = np.maximum((farthest - nearest) / 2, np.where(joints.extent > 0, 0.0, tilted))
+    touches = nearest <= SEPARATES * speed
+    crushes = (nearest < -CRUSHES * speed) & np.isfinite(joints.strength)
+    touching = apart <= np.where(crushes, nearest, np.maximum(SEPARATES * speed, nearest))[joints.joint]
+    slips = joints.most(touching * slip) > SLIDES * speed
+    if solution.q is not None:
+        n = problem.normal_forces(solution.q)
+        pressed = joints.most((n > IDLE * np.abs(n).max(initial=0.0))[of_point])
+        touches &= pressed | ((farthest + nearest) / 2 <= SEPARATES * speed) | ~slips
+    share = touching / np.bincount(joints.joint, touching)[joints.joint]
     return JointMotion(
         slides=touches & slips & ~crushes,
-        hinges=touches & (np.abs(turning) > HINGES * speed),
-        hinge=np.where((turning > 0)[:, None], joints.start, joints.end),
+        hinges=touches & (turning > HINGES * speed),
+        hinge=sums(joints.joint, share[:, None] * joints.point, len(joints.first)),
         separates=~touches,
         crushes=crushes,
-    )
-
-
-def _of_contacts(
-    assembly: SpaceAssembly, d: np.ndarray, moves: _Moves, pressed: np.ndarray | None
-) -> JointMotion:
-    contacts, most = assembly.joints, assembly.most_of_joints
-    apart, slip, speed = moves
-    farthest, nearest = most(apart), -most(-apart)
-    # Turning of an edge or a point on a face is measured on a joint of usual length.
-    turned = relative_rotation(assembly, d)
-    tilted = lengths(turned - dots(turned, contacts.normal)[:, None] * contacts.normal)
-    turning = np.maximum((farthest - nearest) / 2, np.where(contacts.area > 0, 0.0, tilted))
-    touching = apart <= np.maximum(SEPARATES * speed, nearest[contacts.joint])
-    touches, slips = nearest <= SEPARATES * speed, most(touching * slip) > SLIDES * speed
-    if pressed is not None:
-        touches &= most(pressed) | ((farthest + nearest) / 2 <= SEPARATES * speed) | ~slips
-    share = touching / np.bincount(contacts.joint, touching)[contacts.joint]
-    return JointMotion(
-        slides=touches & slips,
-        hinges=touches & (turning > HINGES * speed),
-        hinge=sums(contacts.joint, share[:, None] * contacts.point, len(contacts.first)),
-        separates=~touches,
-        crushes=np.zeros_like(touches),
     )
 
 
@@ -171,7 +133,7 @@ def _rotations(assembly: Assembly, d: np.ndarray) -> np.ndarray:
 
 def _corner_speeds(assembly: Assembly, d: np.ndarray) -> np.ndarray:
     """Speed of the fastest corner of each movable block, shape (b,), under block velocities (3b,)."""
-    at, block = corners(assembly.geometry)
+    at, block = assembly.geometry.corners
     speeds = np.zeros(len(assembly.scene.blocks))
     np.maximum.at(speeds, block, np.hypot.reduce(velocities(assembly, d, block, at), axis=1))
     return speeds[assembly.movable]

@@ -13,7 +13,6 @@ from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.problem.assembly import Assembly, SpaceAssembly
 from masonry_opt.problem.fill import fill_forces
 from masonry_opt.problem.loads import weights
-from masonry_opt.scene.extents import boxes, outside
 
 #: No dry joint has more friction (tan 72°): more was perhaps meant as degrees.
 _HIGHEST_FRICTION = 3.0
@@ -118,11 +117,9 @@ def _small_gaps(assembly: Assembly) -> list[Reason]:
 
 def _corners(assembly: Assembly) -> list[Reason]:
     """Blocks that meet corner on corner, where no joint of each holds it; in space with an edge too."""
-    if isinstance(assembly, SpaceAssembly):
-        pairs = [assembly.names(np.array(pair)) for pair in assembly.joints.without_normal]
-        return [reason(Code.WITHOUT_NORMAL, pairs=pairs)] if pairs else []
-    pairs = [assembly.names(np.array(pair)) for pair in assembly.joints.corners]
-    return [reason(Code.CORNERS_MEET, pairs=pairs)] if pairs else []
+    code = Code.WITHOUT_NORMAL if isinstance(assembly, SpaceAssembly) else Code.CORNERS_MEET
+    pairs = [assembly.names(np.array(pair)) for pair in assembly.joints.without_normal]
+    return [reason(code, pairs=pairs)] if pairs else []
 
 
 def _turned_faces(assembly: Assembly) -> list[Reason]:
@@ -175,7 +172,7 @@ def _far_away(assembly: Assembly) -> list[Reason]:
     groups, group = connected_components(links, directed=False)
     if groups == 1:
         return []
-    low, high = boxes(assembly.geometry)
+    low, high = assembly.geometry.boxes
     bounds, axes = np.column_stack([low, -high]), low.shape[1]
     lowest = np.full((groups, 2 * axes), np.inf)
     np.minimum.at(lowest, group, bounds)
@@ -218,9 +215,9 @@ def _acting_outside(assembly: Assembly) -> list[Reason]:
         if not placed:
             continue
         index = np.array([index for index, _ in placed])
-        distance = outside(shapes, index, np.array([point for _, point in placed]) - shapes.origin)
+        distance = shapes.outside(index, np.array([point for _, point in placed]) - shapes.origin)
         order = np.argsort(-distance, kind="stable")
-        size = shapes.size[index] ** (1 / assembly.problem.layout.dimension)
+        size = shapes.width[index]
         off = order[(distance > _OUTSIDE * size)[order]]
         if len(off):
             values = {"blocks": assembly.names(index[off]), "distance": float(distance[off[0]])}

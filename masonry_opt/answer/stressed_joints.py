@@ -82,4 +82,4 @@ def _least_force(result: Outcome, above: float | None) -> np.ndarray:
         return least
     if not (isinstance(above, (int, float)) and math.isfinite(above) and above >= 0):
         raise OptionError(f"stressed_joints: 'above' must be a number from 0 on (found {above!r})")
-    return above * result.assembly.joints.length / problem.force_unit
+    return above * result.assembly.joints.extent / problem.force_unit

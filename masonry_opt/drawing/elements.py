@@ -17,12 +17,11 @@ from masonry_opt.drawing.colours import CRUSHES, HINGES, SEPARATES, SLIDES
 from masonry_opt.drawing.fill import pressure_marks
 from masonry_opt.drawing.found import counts, found_marks
 from masonry_opt.drawing.loads import load_marks
-from masonry_opt.drawing.marks import Marks, joint_lines, joint_marks, moved
+from masonry_opt.drawing.marks import Marks, joint_marks, moved
 from masonry_opt.drawing.ties import strut_marks
 from masonry_opt.errors import OptionError, printable
 from masonry_opt.problem.assembly import Assembly, SpaceAssembly
 from masonry_opt.problem.limited_forces import Role
-from masonry_opt.scene.extents import boxes
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral
 
@@ -143,7 +142,7 @@ def size_of(assembly: Assembly) -> float:
 
 def reach(assembly: Assembly) -> tuple[np.ndarray, np.ndarray]:
     """Least and largest coordinates of the movable blocks at rest, shape (2,) or (3,) each."""
-    low, high = boxes(assembly.geometry)
+    low, high = assembly.geometry.boxes
     return low[assembly.movable].min(axis=0), high[assembly.movable].max(axis=0)
 
 
@@ -195,7 +194,7 @@ def result_elements(result: Outcome) -> Elements:
     motion, movement = _motion(result, size), _movement(result)
     layers = {"mechanism": list(_mechanism(result, motion, shrink)) if movement else []}
     if result.joints["n"].notna().all():
-        ends, joint = joint_lines(assembly.joints)
+        ends, joint = assembly.joints.lines()
         used = result.joints["utilisation"].to_numpy()[joint]
         resultants = resultant_marks if isinstance(assembly, SpaceAssembly) else thrust_marks
         earth = pressure_marks(assembly, size, result.pressures["force"].to_numpy())
@@ -236,7 +235,7 @@ def _mechanism(result: Outcome, motion: np.ndarray, shrink: float) -> Iterable[M
     joints = result.assembly.joints
     moves = joint_motion(result.assembly, result.solution)
     midway = (motion[joints.first] + motion[joints.second]) / 2
-    (ends, joint), width = joint_lines(joints), 2.3 * shrink
+    (ends, joint), width = joints.lines(), 2.3 * shrink
     with_joint = midway[joint]
     if solid := isinstance(result.assembly, SpaceAssembly):
         with_joint = np.concatenate([motion[joints.first[joint]], motion[joints.second[joint]]])

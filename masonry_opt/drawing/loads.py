@@ -13,7 +13,6 @@ from masonry_opt.drawing.marks import Marks, moved
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.edge_loads import LoadedPiece
 from masonry_opt.problem.loads import Forces, loads
-from masonry_opt.scene.extents import boxes, outside
 
 #: Number of weights, and of other parallel forces, above which one arrow shows the direction of all; fewer in
 #: space, where arrows lie on each other.
@@ -83,7 +82,7 @@ def _many_parallel(forces: Forces, most: int) -> bool:
 
 def _direction(assembly: Assembly, size: float, forces: Forces) -> np.ndarray:
     total = forces.force.sum(axis=0)
-    tail = boxes(assembly.geometry)[1][assembly.movable].max(axis=0)
+    tail = assembly.geometry.boxes[1][assembly.movable].max(axis=0)
     tail[-1] += _ABOVE * size
     # In space it may point to the eye.
     length = _DIRECTION * (len(tail) - 1) * size
@@ -106,7 +105,7 @@ def _forces(
     if dimension == 2:
         from_outside = ~shapely.intersects(assembly.geometry.polygons[blocks], shapely.points(behind))
     else:
-        from_outside = outside(assembly.geometry, blocks, behind) > assembly.geometry.tolerance
+        from_outside = assembly.geometry.outside(blocks, behind) > assembly.geometry.tolerance
     tail = point - np.where(from_outside[:, None], arrow, 0.0)
     motions = np.zeros((len(point), motion.shape[1]))
     motions[:, :dimension] = moved(point, motion[blocks]) - point

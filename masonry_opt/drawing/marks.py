@@ -8,9 +8,6 @@ from typing import Literal
 
 import numpy as np
 
-from masonry_opt.scene.contact import Joints
-from masonry_opt.scene.space.contacts import Contacts
-
 Shape = Literal["line", "arrow", "bar", "dot", "point", "square", "cross"]
 
 
@@ -58,20 +55,6 @@ def moved(points: np.ndarray, motion: np.ndarray) -> np.ndarray:
     vx, vy, omega = np.moveaxis(motion, -1, 0)
     x, y = np.moveaxis(points, -1, 0)
     return np.stack([x + vx - omega * y, y + vy + omega * x], axis=-1)
-
-
-def joint_lines(joints: Joints | Contacts) -> tuple[np.ndarray, np.ndarray]:
-    """Lines along joints, in space along the sides of their outlines, both ends of each, shape (lines, 2, 2)
-    or (lines, 2, 3), and the joint of each, rising. Ends of what has no length are the same."""
-    if isinstance(joints, Joints):
-        return np.stack([joints.start, joints.end], axis=1), np.arange(len(joints.first))
-    rings = [(joint, ring) for joint, outline in enumerate(joints.outline) for ring in outline]
-    # A ring closes; the two ends of an edge are one line.
-    lines = [
-        np.stack([ring, np.roll(ring, -1, axis=0)], axis=1)[: 1 if len(ring) == 2 else None]
-        for _, ring in rings
-    ]
-    return np.concatenate(lines), np.repeat([joint for joint, _ in rings], [len(each) for each in lines])
 
 
 def joint_marks(

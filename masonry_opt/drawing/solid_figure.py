@@ -10,7 +10,7 @@ import numpy as np
 
 from masonry_opt.drawing.colours import BLOCK, FIXED
 from masonry_opt.drawing.elements import INSIDE, Elements, size_of
-from masonry_opt.drawing.marks import Marks, joint_lines
+from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.solids import surface
 from masonry_opt.drawing.view import View
 from masonry_opt.errors import OptionError
@@ -68,9 +68,13 @@ class Figure:
         block = np.concatenate([np.repeat(drawn.of_triangle, 3), np.repeat(drawn.of_edge, 2)])
         rows, number = np.unique(np.column_stack([block, self._at(corners)]), axis=0, return_inverse=True)
         triangles = number[: 3 * len(drawn.triangles)]
-        lines, joint = joint_lines(contacts)
+        lines, joint = contacts.lines()
         middle = (rows[:, 1:].min(axis=0) + rows[:, 1:].max(axis=0)) / 2
-        usual = np.sqrt(np.median(contacts.area[contacts.area > 0])) if (contacts.area > 0).any() else np.inf
+        usual = (
+            np.sqrt(np.median(contacts.extent[contacts.extent > 0]))
+            if (contacts.extent > 0).any()
+            else np.inf
+        )
         self.radius = min(_RADIUS * _UNITS, _OF_JOINT * usual * self.scale)
         self.table: dict[tuple[float, ...], int] = {(0.0,) * 6: 0}
         layers = {name: [self._marks(each) for each in marks] for name, marks in elements.layers.items()}

@@ -10,7 +10,6 @@ import shapely
 from masonry_opt.drawing.elements import Elements, reach, size_of
 from masonry_opt.drawing.marks import moved
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.scene.extents import corners
 from masonry_opt.scene.space.frames import Faces, Frames, dots
 from masonry_opt.scene.space.shapes import Shapes
 
@@ -55,7 +54,7 @@ def surface(elements: Elements) -> Surface:
     assert isinstance(shapes, Shapes)
     low, high = reach(assembly)
     low, high = low - _BEYOND * size, high + _BEYOND * size
-    points, block = corners(shapes)
+    points, block = shapes.corners
     beyond = np.unique(block[((points < low) | (points > high)).any(axis=1)])
     cut = np.setdiff1d(beyond, assembly.movable)
     faces = _cut(shapes, cut, low, high)
@@ -127,17 +126,8 @@ def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> 
             block.append(parts.block[part])
             number.append(side)
             section.append(_within(inside, sides, side, normal, offset))
-    frames = (kept.frame, own.frame, sides.where(np.array(number)))
-    every = Faces(
-        np.concatenate([kept.block, own.block, block]),
-        Frames(
-            *(
-                np.concatenate(column)
-                for column in zip(*(vars(each).values() for each in frames), strict=True)
-            )
-        ),
-        np.concatenate([kept.polygon, polygon, section]),
-    )
+    cuts = Faces(np.array(block), sides.where(np.array(number)), np.array(section))
+    every = kept.then(Faces(own.block, own.frame, np.array(polygon)), cuts)
     return every.where(shapely.area(every.polygon) > 0)
 
 

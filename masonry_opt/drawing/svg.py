@@ -44,7 +44,7 @@ class Canvas:
     def __init__(self, elements: Elements, marks: Iterable[Marks], share: float | None = None) -> None:
         box = elements.box(marks, 1.0 if share is None else share)
         (self.left, bottom), (right, self.top) = box.tolist()
-        self.pixels = _PIXELS if len(elements.assembly.joints.length) < MANY else _OF_MANY
+        self.pixels = _PIXELS if len(elements.assembly.joints.extent) < MANY else _OF_MANY
         self.scale = SIDE / max(right - self.left, self.top - bottom)
         self.width = round((right - self.left) * self.scale)
         self.height = round((self.top - bottom) * self.scale)

@@ -10,8 +10,8 @@ from scipy.ndimage import minimum_filter
 
 from masonry_opt.drawing.elements import Elements, reach
 from masonry_opt.errors import OptionError
+from masonry_opt.scene.combinations import ranges
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.touching import ranges
 
 #: Azimuth and elevation, in degrees.
 View = tuple[float, float]

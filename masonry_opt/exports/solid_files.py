@@ -246,7 +246,7 @@ def _interfaces(assembly: SpaceAssembly, result: Result | None) -> list[dict[str
             forces = [{"c_np": max(n, 0.0), "c_nn": max(-n, 0.0), "c_u": u, "c_v": v} for u, v, n in along]
         data = {
             "points": points,
-            "size": float(contacts.area[joint]),
+            "size": float(contacts.extent[joint]),
             "frame": _object("compas.geometry/Frame", frame),
             "forces": forces,
             "mesh": None,

@@ -204,7 +204,7 @@ class Capacity:
         where it hinges ``x``, ``y``, displaced, and the ``angle`` by which it is open (rad)."""
         assembly, step = self.result.assembly, self.steps[row]
         joints, count = assembly.joints, step.touch.sum(axis=1)
-        full = np.where(joints.length > 0, 2, 1)
+        full = np.where(joints.extent > 0, 2, 1)
         state = np.where(count == 0, "separated", np.where(count == full, "closed", "hinged"))
         # A corner that stands on an edge turns on it without closing.
         hinged = count == 1

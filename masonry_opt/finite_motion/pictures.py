@@ -67,7 +67,7 @@ def displaced_picture(
     corners, block = shapely.get_coordinates(geometry.polygons, return_index=True)
     polygons = shapely.set_coordinates(geometry.polygons.copy(), placed(corners, poses[block]))
     displaced = replace(assembly, geometry=replace(geometry, polygons=polygons))
-    tail, tip, owner = geometry.edges()
+    tail, tip, owner = geometry.edges
     own = np.isin(owner, assembly.movable)
     marks = [Marks("rest", "at rest", "line", AT_REST, 0.5, np.stack([tail[own], tip[own]], axis=1))]
     if (hinged := joints["state"] == "hinged").any():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,13 +14,12 @@ from masonry_opt.problem.edge_loads import LoadedPiece, edge_forces
 from masonry_opt.problem.fill import FilledPiece, fill_forces, filled_pieces, pressures
 from masonry_opt.problem.limited_forces import LimitedForce, LimitedForces, struts
 from masonry_opt.problem.loads import loads
-from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Law, Problem
-from masonry_opt.scene.contact import Joints, find_joints, with_properties
+from masonry_opt.scene.contacts.find import find_joints
+from masonry_opt.scene.contacts.joints import Joints
+from masonry_opt.scene.extents import Extents
 from masonry_opt.scene.geometry import Geometry, geometry
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.space.contacts import Contacts, find_contacts
-from masonry_opt.scene.space.contacts import with_properties as contacts_with_properties
 from masonry_opt.scene.space.shapes import Shapes, shapes
 
 #: What of a scene matrices depend on, and what loads do beside it; the rest are joint properties and words.
@@ -65,15 +64,21 @@ class Assembly:
     @property
     def joint(self) -> np.ndarray:
         """Index of the joint that each of the problem's joints is part of, rising."""
-        return np.arange(self.problem.joints)
+        return points.joint_of(self.joints)
+
+    @property
+    def of_point(self) -> np.ndarray:
+        """Index of the problem's joint that each contact point is part of, rising."""
+        return self.joints.joint
 
     def joints_of(self, indices: np.ndarray) -> np.ndarray:
         """Indices of the joints that some of the problem's joints are part of, each once, in their order."""
-        return indices
+        joints = self.joint[indices]
+        return joints[np.sort(np.unique(joints, return_index=True)[1])]
 
     def most_of_joints(self, values: np.ndarray) -> np.ndarray:
         """Of values of the problem's joints the largest within each joint."""
-        return values
+        return self.joints.most(values[self.of_point])
 
     def pairs(self, indices: np.ndarray) -> list[list[str]]:
         """Names of the two blocks of each of some of the problem's joints, by their indices."""
@@ -92,24 +97,13 @@ class SpaceAssembly(Assembly):
     Attributes
     ----------
     geometry: solids, their volumes and centroids.
-    joints: polygons, edges and points of contact.
     """
 
     geometry: Shapes  # type: ignore[assignment]
-    joints: Contacts  # type: ignore[assignment]
 
     @property
-    def joint(self) -> np.ndarray:
-        return self.joints.joint
-
-    def joints_of(self, indices: np.ndarray) -> np.ndarray:
-        joints = self.joints.joint[indices]
-        return joints[np.sort(np.unique(joints, return_index=True)[1])]
-
-    def most_of_joints(self, values: np.ndarray) -> np.ndarray:
-        starts = np.searchsorted(self.joints.joint, np.arange(len(self.joints.first)))
-        most: np.ndarray = np.maximum.reduceat(values, starts)
-        return most
+    def of_point(self) -> np.ndarray:
+        return np.arange(self.problem.joints)
 
 
 def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
@@ -123,51 +117,37 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     ------
     CaseError
         If a block, joint, edge load or fill of the scene is wrong (see ``geometry``, ``find_joints``,
-        ``edge_forces`` and ``filled_pieces``, in space ``shapes`` and ``find_contacts``), or loads differ by
+        ``edge_forces`` and ``filled_pieces``, in space ``shapes``), or loads differ by
         more than double precision carries.
     """
-    return _in_space(scene, floating) if scene.dimension == 3 else _in_the_plane(scene, floating)
-
-
-def _in_the_plane(scene: Scene, floating: bool) -> Assembly:
-    shapes = geometry(scene)
-    joints = find_joints(scene, shapes, floating=floating)
-    movable = _movable(scene)
+    solid = scene.dimension == 3
+    found = shapes(scene) if solid else geometry(scene)
+    joints, movable = find_joints(scene, found, floating=floating), _movable(scene)
     # With this unit rocking reads |m| ≤ n at a usual joint: moments weigh as much as forces in the
     # centre that an interior-point solver finds. It matters: see docs/limits.md. Medians, so
     # that a few odd blocks do not move it.
-    in_a_point = joints.length == 0
-    lengths = joints.length[~in_a_point]
-    length_unit = float(np.median(lengths) if len(lengths) else np.sqrt(np.median(shapes.area[movable]))) / 2
-    filled = filled_pieces(scene, shapes)
-    limited = LimitedForces.of(
-        [*struts(scene, shapes), *pressures(scene, filled)], shapes.centroid, movable, length_unit
-    )
-    matrices = Matrices(
-        B=_equilibrium(joints, shapes, movable, len(scene.blocks), length_unit),
-        half_length=np.where(in_a_point, 1.0, joints.length / 2 / length_unit),
-        length_unit=length_unit,
-    )
-    on_edges, bare, pieces = edge_forces(scene, shapes, joints)
-    loaded = _loaded(scene, shapes, movable, length_unit, on_edges, filled)
-    problem = Problem(matrices, _law(joints, scene.thickness, loaded[-1]), *loaded)
-    problem = _with_limited(scene, problem, limited)
-    return Assembly(problem, scene, shapes, joints, movable, bare, pieces, filled, limited.each)
-
-
-def _in_space(scene: Scene, floating: bool) -> Assembly:
-    solids = shapes(scene)
-    contacts = find_contacts(scene, solids, floating=floating)
-    movable = _movable(scene)
-    areas = contacts.area[contacts.area > 0]
-    usual = np.sqrt(np.median(areas)) if len(areas) else np.cbrt(np.median(solids.volume[movable]))
+    extents = joints.extent[joints.extent > 0]
+    if len(extents):
+        usual = np.sqrt(np.median(extents)) if solid else np.median(extents)
+    else:
+        usual = (np.cbrt if solid else np.sqrt)(np.median(found.size[movable]))
     length_unit = float(usual) / 2
-    loaded = _loaded(scene, solids, movable, length_unit)
-    matrices = points.matrices(contacts, solids, movable, length_unit)
-    limited = LimitedForces.of(struts(scene, solids), solids.centroid, movable, length_unit)
-    problem = Problem(matrices, points.law(contacts, loaded[-1]), *loaded)
+    filled: tuple[FilledPiece, ...] = ()
+    bare: tuple[float, ...] = ()
+    pieces: tuple[LoadedPiece, ...] = ()
+    on_edges = None
+    if isinstance(found, Geometry):
+        filled = filled_pieces(scene, found)
+        on_edges, bare, pieces = edge_forces(scene, found, joints)
+    limited = LimitedForces.of(
+        [*struts(scene, found), *pressures(scene, filled)], found.centroid, movable, length_unit
+    )
+    loaded = _loaded(scene, found, movable, length_unit, on_edges, filled)
+    law = _law(joints, points.joint_of(joints), scene.thickness, loaded[-1])
+    problem = Problem(points.matrices(joints, found, movable, length_unit), law, *loaded)
     problem = _with_limited(scene, problem, limited)
-    return SpaceAssembly(problem, scene, solids, contacts, movable, limited=limited.each)
+    of_kind: Callable[..., Assembly] = SpaceAssembly if solid else Assembly
+    return of_kind(problem, scene, found, joints, movable, bare, pieces, filled, limited.each)
 
 
 def _with_limited(scene: Scene, problem: Problem, limited: LimitedForces) -> Problem:
@@ -191,7 +171,7 @@ def _with_limited(scene: Scene, problem: Problem, limited: LimitedForces) -> Pro
 
 def _loaded(
     scene: Scene,
-    shapes: Geometry | Shapes,
+    shapes: Extents,
     movable: np.ndarray,
     length_unit: float,
     on_edges: Mapping[str, np.ndarray] | None = None,
@@ -258,12 +238,8 @@ def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
         dead = problem.dead if np.array_equal(dead, problem.dead) else dead
         problem = replace(problem, dead=dead, live=live, force_unit=force_unit)
     limits = {"lowest": lowest / problem.force_unit, "highest": highest / problem.force_unit}
-    if isinstance(assembly, SpaceAssembly):
-        contacts = contacts_with_properties(assembly.joints, scene)
-        law = replace(points.law(contacts, problem.force_unit), **limits)
-        return replace(assembly, problem=replace(problem, law=law), scene=scene, joints=contacts)
-    joints = with_properties(assembly.joints, scene)
-    law = replace(_law(joints, scene.thickness, problem.force_unit), **limits)
+    joints = assembly.joints.with_properties(scene)
+    law = replace(_law(joints, assembly.joint, scene.thickness, problem.force_unit), **limits)
     return replace(assembly, problem=replace(problem, law=law), scene=scene, joints=joints)
 
 
@@ -280,11 +256,7 @@ def with_supports_freed(
     """
     before, movable, joints = assembly.problem, _movable(scene), assembly.joints
     shapes, unit = assembly.geometry, before.length_unit
-    if isinstance(assembly, SpaceAssembly):
-        matrices = points.matrices(assembly.joints, assembly.geometry, movable, unit)
-    else:
-        B = _equilibrium(joints, shapes, movable, len(scene.blocks), unit)
-        matrices = Matrices(B, before.half_length, unit)
+    matrices = points.matrices(joints, shapes, movable, unit)
     dead, live = (np.zeros((len(movable), matrices.layout.rows)) for _ in range(2))
     others = np.isin(movable, assembly.movable)
     dead[others] = before.by_block(before.dead)
@@ -303,55 +275,25 @@ def with_supports_freed(
     )
 
 
-def _law(joints: Joints, thickness: float, force_unit: float) -> Law:
-    in_a_point = joints.length == 0
-    sliding = np.flatnonzero(np.isfinite(joints.friction))
-    crushing = np.flatnonzero(np.isfinite(joints.strength) & ~in_a_point)
+def _law(joints: Joints, joint: np.ndarray, thickness: float, force_unit: float) -> Law:
+    """Law of the problem's joints, given the joint that each is part of."""
     # The area that stresses act on. A corner has none: its dilatancy does not depend on stress.
-    section = joints.length * thickness
+    section = points.shares(joints, joint) * thickness
+    in_a_point = section == 0
+    sliding = np.flatnonzero(np.isfinite(joints.friction[joint]))
+    crushing = np.flatnonzero(np.isfinite(joints.strength[joint]) & ~in_a_point)
     acts_on = np.where(in_a_point, 1.0, section)
-    stress = np.where(in_a_point[:, None], np.inf, joints.dilatancy_stress)
+    stress = np.where(in_a_point[:, None], np.inf, joints.dilatancy_stress[joint])
     return Law(
         sliding=sliding,
-        friction=joints.friction[sliding],
-        cohesion=(joints.cohesion * section / force_unit)[sliding],
-        dilatancy=joints.dilatancy[sliding],
+        friction=joints.friction[joint][sliding],
+        cohesion=(joints.cohesion[joint] * section / force_unit)[sliding],
+        dilatancy=joints.dilatancy[joint][sliding],
         dilatancy_force=(stress * acts_on[:, None] / force_unit)[sliding],
         crushing=crushing,
-        crushing_force=joints.strength[crushing] * section[crushing] / force_unit,
+        crushing_force=joints.strength[joint][crushing] * section[crushing] / force_unit,
     )
 
 
 def _median_of_positive(values: np.ndarray) -> float:
     return float(np.median(values[values > 0])) if (values > 0).any() else 0.0
-
-
-def _equilibrium(
-    joints: Joints, shapes: Geometry, movable: np.ndarray, blocks: int, length_unit: float
-) -> sp.csr_array:
-    """B with lengths in ``length_unit``: joint forces act on the first block as they are, on the
-    second reversed. Joints without length carry no moment."""
-    count = len(joints.first)
-    # Normal into the first block; tangent a quarter turn clockwise of it.
-    normal = joints.normal
-    tangent = np.column_stack([normal[:, 1], -normal[:, 0]])
-    row_of = np.full(blocks, -1)
-    row_of[movable] = np.arange(len(movable))
-    rows, columns, values = [], [], []
-    for block, sign in ((joints.first, 1.0), (joints.second, -1.0)):
-        arm = (joints.middle - shapes.centroid[block]) / length_unit
-        for column, force in enumerate((normal, tangent)):
-            moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
-            for component, value in enumerate((force[:, 0], force[:, 1], moment)):
-                rows.append(3 * row_of[block] + component)
-                columns.append(column * count + np.arange(count))
-                values.append(sign * value)
-        turns = np.flatnonzero(joints.length > 0)
-        rows.append(3 * row_of[block[turns]] + 2)
-        columns.append(2 * count + turns)
-        values.append(np.full(len(turns), sign))
-    row, col, entry = map(np.concatenate, (rows, columns, values))
-    # Fixed blocks have no rows; exact zeros (axis-aligned joints) stay out of the pattern.
-    kept = (row >= 0) & (entry != 0)
-    shape = (3 * len(movable), 3 * count)
-    return sp.csr_array((entry[kept], (row[kept], col[kept])), shape=shape)

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from masonry_opt.errors import CaseError
-from masonry_opt.scene.contact import Joints
+from masonry_opt.scene.contacts.joints import Joints
+from masonry_opt.scene.contacts.sides import LEAN
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.load_cases import Kind
 from masonry_opt.scene.loads import EdgeLoad
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.touching import LEAN
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ def edge_forces(
     forces: dict[str, np.ndarray] = {kind: np.zeros((len(scene.blocks), 3)) for kind in ("dead", "live")}
     if not scene.edge_loads:
         return forces, (), ()
-    edges, both = Segments(*shapes.edges()), np.concatenate([joints.first, joints.second])
+    edges, both = Segments(*shapes.edges), np.concatenate([joints.first, joints.second])
     # What joints cover, for either of their blocks.
     covers = Segments(np.tile(joints.start, (2, 1)), np.tile(joints.end, (2, 1)), both)
     fixed = np.array([block.fixed for block in scene.blocks])

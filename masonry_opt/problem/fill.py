@@ -95,7 +95,7 @@ def _below(number: int, profile: Profile) -> Iterator[FilledPiece]:
 
 def _beside(number: int, profile: Profile, shapes: Geometry) -> Iterator[FilledPiece]:
     """Pieces of upright edges between those below a fill, and at its ends."""
-    edges = Segments(*shapes.edges())
+    edges = Segments(*shapes.edges)
     up = edges.tip[:, 1] > edges.tail[:, 1]
     # Beyond the ends of the road there is no fill.
     left = np.append(np.inf, profile.y[:, 1])

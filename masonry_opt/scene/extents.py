@@ -1,73 +1,85 @@
-"""Corners of blocks, boxes and hulls round them, and middles of joints, in the plane and in space."""
+"""Where the blocks of a scene are: their sizes, centroids and corners, and the boxes round them."""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
 import numpy as np
-import shapely
-from scipy.optimize import nnls
 
-from masonry_opt.scene.contact import Joints
-from masonry_opt.scene.geometry import Geometry
-from masonry_opt.scene.space.contacts import Contacts
-from masonry_opt.scene.space.frames import dots
-from masonry_opt.scene.space.shapes import Shapes
-from masonry_opt.scene.space.surfaces import following, sums
+#: Neighbours nearer than this, over the width of the smaller block, were surely meant to touch, and overlaps
+#: no deeper come of rounded coordinates.
+NEAR_MISS = 1e-2
 
-#: Weight of the condition that the corners' shares in the nearest point of their hull sum to one.
-_WHOLE = 1e6
+#: So are those within so many tolerances: coordinates that need one are now and then off by a little more.
+_NEAR_TOLERANCES = 3
 
 
-def corners(shapes: Geometry | Shapes) -> tuple[np.ndarray, np.ndarray]:
-    """Corners of all blocks, relative to the shapes' origin, shape (corners, 2) or (corners, 3), and the
-    block of each, rising."""
-    if isinstance(shapes, Geometry):
-        points, block = shapely.get_coordinates(shapes.polygons, return_index=True)
-        return points, block
-    return shapes.parts.points, shapes.parts.block[shapes.parts.of_point]
+class Common(NamedTuple):
+    """A piece that two blocks have in common: how far they must be moved apart, its centroid and size."""
+
+    depth: float
+    middle: np.ndarray
+    size: float
 
 
-def boxes(shapes: Geometry | Shapes) -> tuple[np.ndarray, np.ndarray]:
-    """Least and largest coordinates of each block, shape (blocks, 2) or (blocks, 3) each."""
-    points, block = corners(shapes)
-    first = np.searchsorted(block, np.arange(len(shapes.centroid)))
-    return np.minimum.reduceat(points, first), np.maximum.reduceat(points, first)
+@dataclass(frozen=True)
+class Extents(ABC):
+    """Shapes of a scene, moved so that the middle of its movable blocks is the origin (far coordinates lose
+    digits). Points have two components in the plane, three in space.
 
+    Attributes
+    ----------
+    origin: that middle in the scene's own coordinates, shape (2,) or (3,).
+    tolerance: length below which the scene has no detail.
+    contact_tolerance: gap or overlap of sides that face each other up to which they touch.
+    size: area of each block, in space volume: what a ``unit_weight`` refers to, shape (blocks,).
+    centroid: of each block, relative to ``origin``, shape (blocks, 2) or (blocks, 3).
+    convex: whether each is convex, in space one convex part, shape (blocks,).
+    """
 
-def outside(shapes: Geometry | Shapes, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """How far points, relative to the shapes' origin, lie outside of the convex hulls of blocks, one each."""
-    if isinstance(shapes, Geometry):
-        hulls = shapely.convex_hull(shapes.polygons[blocks])
-        distance: np.ndarray = shapely.distance(hulls, shapely.points(points))
-        return distance
-    every, block = corners(shapes)
-    return np.array(
-        [_from_hull(every[block == one] - at) for one, at in zip(blocks, points, strict=True)], dtype=float
-    )
+    origin: np.ndarray
+    tolerance: float
+    contact_tolerance: float
+    size: np.ndarray
+    centroid: np.ndarray
+    convex: np.ndarray
 
+    @property
+    @abstractmethod
+    def corners(self) -> tuple[np.ndarray, np.ndarray]:
+        """Corners of all blocks, shape (corners, 2) or (corners, 3), and the block of each, rising."""
 
-def _from_hull(beside: np.ndarray) -> float:
-    """Distance of the origin from the convex hull of points: of the shares of each that come nearest."""
-    size = float(np.abs(beside).max()) or 1.0
-    rows = np.vstack([beside.T / size, np.full(len(beside), _WHOLE)])
-    share, _ = nnls(rows, np.append(np.zeros(beside.shape[1]), _WHOLE))
-    return float(np.hypot.reduce(share @ beside))
+    @abstractmethod
+    def outside(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """How far points lie outside of the convex hulls of blocks, one each, shape (points,)."""
 
+    @abstractmethod
+    def nearest(self, block: int) -> tuple[int, float]:
+        """The block nearest to a block, and its distance."""
 
-def middles(joints: Joints | Contacts) -> np.ndarray:
-    """Middle of each joint, in space the centroid of its area, relative to the shapes' origin."""
-    if isinstance(joints, Joints):
-        return joints.middle
-    rings = [ring for outline in joints.outline for ring in outline]
-    owner = np.repeat(np.arange(len(joints.outline)), [len(outline) for outline in joints.outline])
-    count = np.array([len(ring) for ring in rings])
-    points, ring = np.concatenate(rings), np.repeat(np.arange(len(rings)), count)
-    joint, joined = owner[ring], len(joints.outline)
-    mean = sums(joint, points, joined) / np.bincount(joint)[:, None]
-    # Triangles from the mean of the corners; holes count against the outline, however they turn.
-    one, other = points - mean[joint], points[following(count)] - mean[joint]
-    twice = dots(joints.normal[joint], np.cross(one, other))
-    hole = np.append(False, owner[1:] == owner[:-1])
-    twice *= (np.where(hole, -1.0, 1.0) * np.sign(np.bincount(ring, twice)))[ring]
-    off = sums(joint, twice[:, None] * (one + other) / 3, joined)
-    area = np.where(joints.area > 0, np.bincount(joint, twice), np.inf)
-    return mean + off / area[:, None]
+    @abstractmethod
+    def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
+        """Number of the pair, rising, and pieces that pairs of blocks (indices, shape (pairs, 2)) have in
+        common, deeper than the contact tolerance."""
+
+    @cached_property
+    def boxes(self) -> tuple[np.ndarray, np.ndarray]:
+        """Least and largest coordinates of each block, shape (blocks, 2) or (blocks, 3) each."""
+        points, block = self.corners
+        first = np.searchsorted(block, np.arange(len(self.size)))
+        return np.minimum.reduceat(points, first), np.maximum.reduceat(points, first)
+
+    @property
+    def width(self) -> np.ndarray:
+        """Side of a square, or cube, of the size of each block, shape (blocks,)."""
+        width: np.ndarray = self.size ** (1 / len(self.origin))
+        return width
+
+    @property
+    def reach(self) -> np.ndarray:
+        """Gap up to which each block's neighbours were surely meant to touch it, shape (blocks,)."""
+        return np.maximum(_NEAR_TOLERANCES * self.contact_tolerance, NEAR_MISS * self.width)

@@ -118,7 +118,7 @@ def _solid(block: Block, shapes: Geometry, index: int, thickness: float, depth: 
         if (point := getattr(block, key)) is not None:
             keys[key] = _in_space(point, depth / 2)
     if block.weight is not None or block.unit_weight is not None:
-        keys["weight"] = block.weight_of(float(shapes.area[index]) * thickness)
+        keys["weight"] = block.weight_of(float(shapes.size[index]) * thickness)
     parts = [_prism(ring, depth) for ring in _rings(block, shapes, index)]
     shape = parts[0] if len(parts) == 1 else {"parts": parts}
     return Solid(name=block.name, fixed=block.fixed, **shape, **keys)

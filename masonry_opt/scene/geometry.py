@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import shapely
 
 from masonry_opt.errors import CaseError
 from masonry_opt.scene.blocks import Block
+from masonry_opt.scene.extents import Common, Extents
 from masonry_opt.scene.scene import Scene
 
 #: Lengths below this fraction of the diagonal round the movable blocks are nothing: gaps, overlaps,
@@ -22,32 +24,44 @@ STRAIGHT = 0.1
 
 
 @dataclass(frozen=True)
-class Geometry:
-    """Shapes of a scene, moved so that its middle is the origin (far coordinates lose digits).
+class Geometry(Extents):
+    """Shapes of a scene in the plane.
 
     Attributes
     ----------
-    origin: middle of the scene in its own coordinates, shape (2,).
-    tolerance: length below which the scene has no detail.
     polygons: shapely polygons, or multipolygons, counter-clockwise, straight corners removed, one a block;
         for finding joints and drawing.
-    convex: whether each is convex, shape (blocks,).
-    area: of each block, shape (blocks,).
-    centroid: of each block, relative to ``origin``, shape (blocks, 2).
     """
 
-    origin: np.ndarray
-    tolerance: float
     polygons: np.ndarray
-    convex: np.ndarray
-    area: np.ndarray
-    centroid: np.ndarray
 
     @property
-    def size(self) -> np.ndarray:
-        """What a ``unit_weight`` refers to, over the scene's thickness: the area."""
-        return self.area
+    def corners(self) -> tuple[np.ndarray, np.ndarray]:
+        points, block = shapely.get_coordinates(self.polygons, return_index=True)
+        return points, block
 
+    def outside(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
+        hulls = shapely.convex_hull(self.polygons[blocks])
+        distance: np.ndarray = shapely.distance(hulls, shapely.points(points))
+        return distance
+
+    def nearest(self, block: int) -> tuple[int, float]:
+        distance = shapely.distance(self.polygons[block], self.polygons)
+        distance[block] = np.inf
+        return int(distance.argmin()), float(distance.min())
+
+    def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
+        common = shapely.intersection(self.polygons[pairs[:, 0]], self.polygons[pairs[:, 1]])
+        area, perimeter = shapely.area(common), shapely.length(common)
+        # A convex piece is at least as deep as its area over half its perimeter, and at most π times that.
+        mean = np.divide(2 * area, perimeter, out=np.zeros_like(area), where=area > 0)
+        for number in np.flatnonzero(mean > self.contact_tolerance / np.pi):
+            depth = max(map(_least_width, shapely.get_parts(common[number])))
+            if depth > self.contact_tolerance:
+                middle = shapely.get_coordinates(shapely.centroid(common[number]))[0]
+                yield int(number), Common(depth, middle, float(area[number]))
+
+    @cached_property
     def edges(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Edges of all outlines and holes, each with its block's interior to the left: their ends, shape
         (edges, 2) each, and their blocks, shape (edges,), rising."""
@@ -98,7 +112,7 @@ def geometry(scene: Scene) -> Geometry:
     area = shapely.area(outlines)
     raise_for(np.flatnonzero(area <= tolerance**2), scene, "has no area")
     centroid = shapely.get_coordinates(shapely.centroid(outlines))
-    return Geometry(origin, tolerance, polygons, convex, area, centroid)
+    return Geometry(origin, tolerance, tolerance, area, centroid, convex, polygons)
 
 
 def _built_up(
@@ -141,6 +155,16 @@ def _plain(
     hulls = shapely.convex_hull(polygons)
     convex = shapely.get_num_coordinates(hulls) == shapely.get_num_coordinates(polygons)
     return shapely.orient_polygons(polygons), convex
+
+
+def _least_width(piece: shapely.Geometry) -> float:
+    """The least distance of parallel lines that enclose a piece: how far apart its blocks must be moved."""
+    corners = shapely.get_coordinates(shapely.convex_hull(piece))
+    sides = np.diff(corners, axis=0)
+    if len(sides) < 3:
+        return 0.0
+    across = np.column_stack([-sides[:, 1], sides[:, 0]]) / np.hypot(*sides.T)[:, None]
+    return float(np.ptp(corners @ across.T, axis=0).min())
 
 
 def raise_for(blocks: Sequence[int] | np.ndarray, scene: Scene, why: str) -> None:

@@ -50,7 +50,7 @@ def profile_below(scene: Scene, shapes: Geometry, points: np.ndarray, where: str
         If the line runs through a block.
     """
     _refuse_through(scene, shapes, points, where)
-    tail, tip, owner = shapes.edges()
+    tail, tip, owner = shapes.edges
     upper = tip[:, 0] < tail[:, 0]  # of an edge with the block to its left
     tail, tip, owner = tail[upper], tip[upper], owner[upper]
     at = np.unique(np.concatenate([points[:, 0], tail[:, 0], tip[:, 0]]))

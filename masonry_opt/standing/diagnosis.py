@@ -20,7 +20,6 @@ from masonry_opt.models.cvxpy_terms import ShearParameters
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.problem import Problem, ShearLimits
-from masonry_opt.scene.extents import boxes
 from masonry_opt.solvers.cvxpy_engine import CvxpyEngine, has_optimum
 from masonry_opt.solvers.registry import Solver, find_solver, in_cvxpy, taking_cones
 
@@ -130,7 +129,7 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
     The given mechanism, of most power, may lift blocks off corners that they turn about.
     """
     problem = assembly.problem
-    low, high = boxes(assembly.geometry)
+    low, high = assembly.geometry.boxes
     square = (high - low)[assembly.movable] ** 2
     # About each axis by the two extents across it; in the plane about one that has none.
     across = square.sum(axis=1)[:, None] - (square if problem.layout.round else 0.0)

@@ -88,7 +88,7 @@ def lifted(plane: Result, thickness: float) -> Answer:
         assert contacts.normal[joint] == pytest.approx(normal, abs=1e-9)
         along = np.array([normal[2], 0.0, -normal[0]])  # a quarter turn clockwise
         at = contacts.point[point] + shapes.origin - _middle(contacts, shapes, joint)
-        length = of_plane.joints.length[k]
+        length = of_plane.joints.extent[k]
         edge = n[k] / 2 + (np.sign(at @ along) * m[k] / length if length else 0.0)
         q[0, point] = edge / 2
         points = 4 if length else 2

@@ -59,13 +59,13 @@ def _for_the_second(result: mo.Result) -> boxes.Pushed:
         second=joints.first[joint],
         at=joints.point,
         frame=np.stack([normal, tangent, np.cross(normal, tangent)], axis=1),
-        area=(joints.area / np.bincount(joint))[joint],
+        area=(joints.extent / np.bincount(joint))[joint],
     )
     fixed = np.array([block.fixed for block in assembly.scene.blocks])
     load = np.zeros((2, len(fixed), 6))
     for index, block in enumerate(assembly.scene.blocks):
         if not fixed[index]:
-            weight = block.unit_weight * shapes.volume[index]
+            weight = block.unit_weight * shapes.size[index]
             load[0, index, 2] = -weight
             load[1, index, :3] = np.add(block.live, weight * np.array(block.live_per_weight))
             load[1, index, 3:] = block.live_moment

@@ -98,7 +98,7 @@ def test_the_live_load_is_the_weight_sideways(family):
 def test_stones_of_rubble_fill_the_wall_and_meet_at_the_same_corners():
     assembly = assemble(large_scene("rubble", 200, 0))
     stones = [block for block in assembly.scene.blocks if not block.fixed]
-    assert assembly.geometry.area[assembly.movable].sum() == pytest.approx(200)
+    assert assembly.geometry.size[assembly.movable].sum() == pytest.approx(200)
     edges = Counter(
         frozenset(edge) for block in stones for edge in pairwise([*block.vertices, block.vertices[0]])
     )
@@ -123,7 +123,7 @@ def test_walls_have_openings_and_a_lintel_over_each():
 def test_arches_on_piers_are_symmetric():
     for seed in range(5):
         geometry = assemble(large_scene("piers", 60, seed)).geometry
-        assert geometry.area @ geometry.centroid[:, 0] == pytest.approx(0, abs=1e-6)
+        assert geometry.size @ geometry.centroid[:, 0] == pytest.approx(0, abs=1e-6)
 
 
 def test_too_few_stones_are_refused():

@@ -24,7 +24,7 @@ SEEDS = [*range(3), *(pytest.param(seed, marks=pytest.mark.slow) for seed in (3,
 def test_scenes_have_what_they_are_for():
     scenes = [odd_scene(seed) for seed in range(12)]
     assemblies = [assemble(scene) for scene in scenes]
-    assert sum((assembly.joints.length == 0).any() for assembly in assemblies) >= 9
+    assert sum((assembly.joints.extent == 0).any() for assembly in assemblies) >= 9
     assert sum((~assembly.geometry.convex).any() for assembly in assemblies) >= 9
     assert 5 <= sum(len(assembly.problem.crushing) > 0 for assembly in assemblies) < 12
 

@@ -15,10 +15,10 @@ from masonry_opt.scene.drawings.convex_parts import convex_parts
 from masonry_opt.scene.drawings.meshes import Mesh, Polyhedron, area_vector, polyhedron, used
 from masonry_opt.scene.drawings.stones import Drawing, scene_of
 from masonry_opt.scene.drawings.supports import listed
+from masonry_opt.scene.extents import NEAR_MISS
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Solid, Vector, prism
-from masonry_opt.scene.touching import NEAR_MISS
 
 #: Most decimals of coordinates that were rounded; more are those of numbers as they are.
 _MOST_DECIMALS = 7

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
+from masonry_opt.scene.combinations import ranges
 from masonry_opt.scene.geometry import STRAIGHT
 from masonry_opt.scene.space.clipping import GRID, sound, valid
 from masonry_opt.scene.space.frames import Faces, Frames, dots, lengths
 from masonry_opt.scene.space.outlines import plain, wide, without_cracks, without_slivers
 from masonry_opt.scene.space.surfaces import Surfaces
-from masonry_opt.scene.touching import ranges
 
 
 @dataclass(frozen=True)

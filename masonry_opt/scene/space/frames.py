@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Self
 
@@ -14,7 +14,26 @@ _ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
-class Frames:
+class Rows:
+    """Columns with as many rows each, arrays or such tables again."""
+
+    def where(self, chosen: np.ndarray) -> Self:
+        """The rows of a mask, or with these numbers in this order."""
+        columns = (getattr(self, column.name) for column in fields(self))
+        return type(self)(
+            *(each.where(chosen) if isinstance(each, Rows) else each[chosen] for each in columns)
+        )
+
+    def then(self, *more: Self) -> Self:
+        """These rows, then more."""
+        every = ([getattr(one, column.name) for one in (self, *more)] for column in fields(self))
+        return type(self)(
+            *(own[0].then(*own[1:]) if isinstance(own[0], Rows) else np.concatenate(own) for own in every)
+        )
+
+
+@dataclass(frozen=True)
+class Frames(Rows):
     """Planes: a point of each, two unit axes in it and its unit normal u × v, shape (frames, 3) each."""
 
     base: np.ndarray
@@ -28,10 +47,6 @@ class Frames:
         normal = unit(normal)
         u = unit(along - dots(along, normal)[:, None] * normal)
         return cls(base, u, np.cross(normal, u), normal)
-
-    def where(self, chosen: np.ndarray) -> Self:
-        """Those of a mask, or with these numbers in this order."""
-        return type(self)(*(column[chosen] for column in vars(self).values()))
 
     def down(self, points: np.ndarray, frame: np.ndarray) -> np.ndarray:
         """Coordinates in the given frames of points in space, shape (points, 2)."""
@@ -48,7 +63,7 @@ class Frames:
 
 
 @dataclass(frozen=True)
-class Faces:
+class Faces(Rows):
     """Plane outer faces of the blocks in turn.
 
     Attributes
@@ -61,10 +76,6 @@ class Faces:
     block: np.ndarray
     frame: Frames
     polygon: np.ndarray
-
-    def where(self, chosen: np.ndarray) -> Self:
-        """Those of a mask, or with these numbers in this order."""
-        return type(self)(self.block[chosen], self.frame.where(chosen), self.polygon[chosen])
 
     @cached_property
     def boxes(self) -> tuple[np.ndarray, np.ndarray]:

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
+from masonry_opt.scene.combinations import chunks, combine, ranges
+from masonry_opt.scene.extents import Common
 from masonry_opt.scene.space.faces import Planes
 from masonry_opt.scene.space.frames import dots
 from masonry_opt.scene.space.surfaces import Surfaces
-from masonry_opt.scene.touching import ranges
-
-#: Combinations held in memory at a time.
-_MOST_AT_ONCE = 2_000_000
 
 
 @dataclass(frozen=True)
@@ -81,25 +78,23 @@ class Parts:
         return nearest, farthest
 
 
-class Common(NamedTuple):
-    """What two parts have in common: the diameter of the largest ball in it, its centroid and volume."""
-
-    depth: float
-    middle: np.ndarray
-    volume: float
-
-
-def overlapping(parts: Parts, one: np.ndarray, other: np.ndarray, tolerance: float) -> np.ndarray:
-    """Numbers of the pairs of parts that a plane of either does not keep apart, but for the tolerance."""
+def overlapping(
+    parts: Parts, one: np.ndarray, other: np.ndarray, tolerance: float
+) -> Iterator[tuple[int, Common]]:
+    """Numbers of the pairs of parts that overlap by more than the tolerance, and what they have in common."""
     inside = np.minimum(parts.high[one], parts.high[other]) - np.maximum(parts.low[one], parts.low[other])
     found = np.flatnonzero((inside > tolerance).all(axis=1))
     for a, b in ((one, other), (other, one)):
+        # No plane of either keeps them apart.
         found = found[parts.beyond(a[found], b[found])[0] < -tolerance]
-    return found
+    for pair in found:
+        both = _common(parts, int(one[pair]), int(other[pair]))
+        if both.depth > tolerance:
+            yield int(pair), both
 
 
-def common(parts: Parts, one: int, other: int) -> Common:
-    """What two parts have in common; a depth of 0 if they do not overlap."""
+def _common(parts: Parts, one: int, other: int) -> Common:
+    """What two parts have in common, as deep as the largest ball in it is wide; 0 if they do not overlap."""
     # Few pairs come here, and half a second is much for the others to wait.
     from scipy.optimize import linprog
     from scipy.spatial import ConvexHull, HalfspaceIntersection
@@ -124,25 +119,3 @@ def common(parts: Parts, one: int, other: int) -> Common:
     pieces = np.abs(dots(a, np.cross(b, c))) / 6
     centroid = ball.x[:3] + pieces @ (a + b + c) / 4 / pieces.sum()
     return Common(2 * float(ball.x[3]) * scale, middle + scale * centroid, float(pieces.sum()) * scale**3)
-
-
-def combine(
-    first1: np.ndarray, count1: np.ndarray, first2: np.ndarray, count2: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """All pairs of one from each range of numbers and one from the range beside it: which ranges, and the two
-    numbers; the second runs fastest."""
-    size = count1 * count2
-    number = np.repeat(np.arange(len(size)), size)
-    step = ranges(np.zeros_like(size), size)
-    return number, first1[number] + step // count2[number], first2[number] + step % count2[number]
-
-
-def chunks(sizes: np.ndarray) -> Iterator[slice]:
-    """Slices of so many combinations each that memory holds them."""
-    total = np.cumsum(sizes)
-    first = 0
-    while first < len(sizes):
-        before = total[first] - sizes[first]
-        end = max(first + 1, int(np.searchsorted(total, before + _MOST_AT_ONCE, side="right")))
-        yield slice(first, end)
-        first = end

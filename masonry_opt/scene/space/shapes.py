@@ -2,51 +2,71 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import nnls
 
+from masonry_opt.scene.combinations import combine
+from masonry_opt.scene.extents import Common, Extents
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, raise_for
 from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.space.distance import nearest
 from masonry_opt.scene.space.faces import outer_faces, planes
 from masonry_opt.scene.space.frames import Faces, dots, lengths
-from masonry_opt.scene.space.parts import Parts, combine, common, overlapping
+from masonry_opt.scene.space.parts import Parts, overlapping
 from masonry_opt.scene.space.surfaces import Surfaces, place, reversed_faces, sums, surfaces
+
+#: Weight of the condition that the corners' shares in the nearest point of their hull sum to one.
+_WHOLE = 1e6
 
 
 @dataclass(frozen=True)
-class Shapes:
-    """Shapes of a scene, moved so that the middle of its movable blocks is the origin (far coordinates lose
-    digits).
+class Shapes(Extents):
+    """Shapes of a scene in space.
 
     Attributes
     ----------
-    origin: that middle in the scene's own coordinates, shape (3,).
-    tolerance: length below which the scene has no detail.
-    contact_tolerance: gap or overlap of faces that face each other up to which they touch.
-    volume: of each block, shape (blocks,).
-    centroid: of each block, relative to ``origin``, shape (blocks, 3).
-    convex: whether each is one convex part, shape (blocks,).
     parts: the convex parts.
     faces: the outer faces.
     mixed: blocks whose faces were not all given turned one way, and were turned.
     """
 
-    origin: np.ndarray
-    tolerance: float
-    contact_tolerance: float
-    volume: np.ndarray
-    centroid: np.ndarray
-    convex: np.ndarray
     parts: Parts
     faces: Faces
     mixed: np.ndarray
 
     @property
-    def size(self) -> np.ndarray:
-        """What a ``unit_weight`` refers to: the volume."""
-        return self.volume
+    def corners(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.parts.points, self.parts.block[self.parts.of_point]
+
+    def outside(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
+        every, block = self.corners
+        return np.array(
+            [_from_hull(every[block == one] - at) for one, at in zip(blocks, points, strict=True)],
+            dtype=float,
+        )
+
+    def nearest(self, block: int) -> tuple[int, float]:
+        return nearest(self.faces, self.boxes, block)
+
+    def overlaps(self, pairs: np.ndarray) -> Iterator[tuple[int, Common]]:
+        count = np.bincount(self.parts.block, minlength=len(self.size))
+        first = np.cumsum(count) - count
+        i, j = pairs.T
+        number, one, other = combine(first[i], count[i], first[j], count[j])
+        for at, piece in overlapping(self.parts, one, other, self.contact_tolerance):
+            yield int(number[at]), piece
+
+
+def _from_hull(beside: np.ndarray) -> float:
+    """Distance of the origin from the convex hull of points: of the shares of each that come nearest."""
+    size = float(np.abs(beside).max()) or 1.0
+    rows = np.vstack([beside.T / size, np.full(len(beside), _WHOLE)])
+    share, _ = nnls(rows, np.append(np.zeros(beside.shape[1]), _WHOLE))
+    return float(np.hypot.reduce(share @ beside))
 
 
 def shapes(scene: Scene) -> Shapes:
@@ -138,14 +158,12 @@ def _refuse_overlaps_inside(scene: Scene, parts: Parts, origin: np.ndarray, tole
     first = np.cumsum(count) - count
     _, one, other = combine(first, count, first, count)
     one, other = one[one < other], other[one < other]
-    for pair in overlapping(parts, one, other, tolerance):
-        found = common(parts, int(one[pair]), int(other[pair]))
-        if found.depth > tolerance:
-            block = parts.block[one[pair]]
-            numbers = " and ".join(str(number - first[block] + 1) for number in (one[pair], other[pair]))
-            raise_for(
-                [block],
-                scene,
-                f"has parts no. {numbers} that overlap in a volume of {found.volume:.6g} round "
-                f"{place(found.middle + origin, tolerance)}, {found.depth:.3g} deep: move them apart",
-            )
+    for pair, found in overlapping(parts, one, other, tolerance):
+        block = parts.block[one[pair]]
+        numbers = " and ".join(str(number - first[block] + 1) for number in (one[pair], other[pair]))
+        raise_for(
+            [block],
+            scene,
+            f"has parts no. {numbers} that overlap in a volume of {found.size:.6g} round "
+            f"{place(found.middle + origin, tolerance)}, {found.depth:.3g} deep: move them apart",
+        )

@@ -11,8 +11,8 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.errors import CaseError
+from masonry_opt.scene.combinations import ranges
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.touching import ranges
 
 
 @dataclass(frozen=True)

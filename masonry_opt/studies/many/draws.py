@@ -15,7 +15,6 @@ from scipy.stats import qmc
 
 from masonry_opt.errors import CaseError, OptionError
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.scene.extents import middles
 from masonry_opt.scene.joints import Joint
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.many.distributions import Distribution, distribution
@@ -216,7 +215,7 @@ def _courses(scene: Scene) -> dict[tuple[str, str], int]:
     """Courses, 1 the lowest, by pairs of blocks that touch, in the order of the joints."""
     assembly = assemble(scene)
     joints = assembly.joints
-    height = middles(joints) @ -scene.down
+    height = joints.middle @ -scene.down
     apart = _LEVEL * 2 * assembly.problem.length_unit
     order = np.argsort(height, kind="stable")
     course = np.empty(len(height), dtype=int)

@@ -51,7 +51,7 @@ def test_triangles_enclose_what_blocks_enclose(case):
     drawn, shapes = surface(elements), elements.assembly.geometry
     for block in elements.assembly.movable:
         own = drawn.triangles[drawn.of_triangle == block]
-        assert enclosed(own) == pytest.approx(shapes.volume[block], rel=1e-9)
+        assert enclosed(own) == pytest.approx(shapes.size[block], rel=1e-9)
 
 
 def test_each_edge_of_a_box_is_drawn_once():

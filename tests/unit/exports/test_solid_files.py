@@ -181,7 +181,7 @@ def test_what_is_written_is_read_back(blocks, tmp_path):
 def test_surfaces_look_outwards(blocks, tmp_path):
     scene = mo.Scene(joints={"friction": 0.6}, blocks=blocks)
     (path,) = mo.export(scene, tmp_path / "a.obj")
-    for faces, volume in zip(objects(path).values(), shapes(scene).volume, strict=True):
+    for faces, volume in zip(objects(path).values(), shapes(scene).size, strict=True):
         inside = sum(
             np.linalg.det([face[0], one, other]) for face in faces for one, other in pairwise(face[1:])
         )

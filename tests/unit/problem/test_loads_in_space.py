@@ -136,7 +136,7 @@ def test_loads_of_an_extruded_scene_are_those_in_the_plane(plane, thickness):
     shapes = Shapes(
         np.array([flat.origin[0], 0, flat.origin[1]]),
         np.column_stack([flat.centroid[:, 0], middle, flat.centroid[:, 1]]),
-        flat.area * depth,
+        flat.size * depth,
     )
     movable = np.flatnonzero([not block.fixed for block in plane.blocks])
     for kind in ("weight", "dead", "live"):

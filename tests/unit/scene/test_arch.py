@@ -44,7 +44,7 @@ def test_weights_along_the_centreline_balance_on_its_arc():
 def test_straight_weights_are_those_of_the_polygons_drawn():
     assembly = assemble(mo.Scene(joints={"friction": 0.5}, blocks=arch(weights="straight").blocks()))
     for block, area, centroid in zip(
-        assembly.scene.blocks[:9], assembly.geometry.area, assembly.geometry.centroid, strict=False
+        assembly.scene.blocks[:9], assembly.geometry.size, assembly.geometry.centroid, strict=False
     ):
         assert block.weight == pytest.approx(3 * area, rel=1e-12)
         np.testing.assert_allclose(block.weight_at, centroid + assembly.geometry.origin, atol=1e-12)
@@ -52,8 +52,8 @@ def test_straight_weights_are_those_of_the_polygons_drawn():
 
 def test_joints_are_radial_and_as_long_as_the_arch_is_thick():
     joints = assemble(mo.Scene(joints={"friction": 0.5}, blocks=arch().blocks())).joints
-    assert len(joints.length) == 10
-    np.testing.assert_allclose(joints.length, 2.0, rtol=1e-9)
+    assert len(joints.extent) == 10
+    np.testing.assert_allclose(joints.extent, 2.0, rtol=1e-9)
 
 
 def test_numbering_follows_the_angles():
@@ -160,7 +160,7 @@ def test_a_pointed_arch_springs_level_and_meets_upright(rise):
     """4√3: the equilateral arch, whose arcs have the span for radius."""
     arch = by_rise(rise)
     joints = assemble(mo.Scene(joints={"friction": 0.5}, blocks=arch.blocks())).joints
-    assert len(joints.length) == 9
+    assert len(joints.extent) == 9
     blocks = arch.blocks()
     radius = (16 + rise**2) / 8
     assert blocks[0].vertices[:2] == [pytest.approx((-4, 0), abs=1e-12), pytest.approx((-5, 0), abs=1e-12)]
@@ -193,8 +193,8 @@ def test_a_pointed_arch_weighs_what_lies_between_its_lines(weights, curved, vous
     else:
         scene = mo.Scene(joints={"friction": 0.5}, blocks=arch.blocks())
         shapes = assemble(scene).geometry
-        area = shapes.area[:voussoirs].sum()
-        moment = (shapes.area * (shapes.centroid[:, 1] + shapes.origin[1]))[:voussoirs].sum()
+        area = shapes.size[:voussoirs].sum()
+        moment = (shapes.size * (shapes.centroid[:, 1] + shapes.origin[1]))[:voussoirs].sum()
     assert sum(block.weight for block in built) == pytest.approx(3 * area, rel=1e-6)
     assert sum(block.weight * block.weight_at[1] for block in built) == pytest.approx(3 * moment, rel=1e-6)
 

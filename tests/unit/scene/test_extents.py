@@ -10,7 +10,6 @@ from scenes_in_space import box_on_floor
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.scene.extents import boxes, middles, outside
 
 
 def on_footing(*parts):
@@ -26,26 +25,26 @@ def on_footing(*parts):
 def test_the_middle_of_an_angle_is_its_centroid():
     """Legs 4 × 1 and 1 × 3: (4·(2, 0.5) + 3·(0.5, 2.5)) / 7."""
     assembly = on_footing(((0, 4), (0, 1)), ((0, 1), (1, 4)))
-    found = middles(assembly.joints) + assembly.geometry.origin
+    found = assembly.joints.middle + assembly.geometry.origin
     assert found == pytest.approx(np.array([[9.5 / 7, 9.5 / 7, 0]]), abs=1e-9)
 
 
 def test_holes_count_against_the_middle():
     """A ring of 4 × 4 with a hole from (1, 1) to (2, 3): (16·(2, 2) − 2·(1.5, 2)) / 14."""
     assembly = on_footing(((0, 4), (0, 1)), ((0, 4), (3, 4)), ((0, 1), (1, 3)), ((2, 4), (1, 3)))
-    found = middles(assembly.joints) + assembly.geometry.origin
+    found = assembly.joints.middle + assembly.geometry.origin
     assert found == pytest.approx(np.array([[29 / 14, 2, 0]]), abs=1e-9)
 
 
 def test_boxes_and_distances_outside_of_hulls():
     assembly = assemble(box_on_floor((1, 2, 3)))
     shapes = assembly.geometry
-    low, high = boxes(shapes)
+    low, high = shapes.boxes
     assert low[0] + shapes.origin == pytest.approx([0, 0, 0])
     assert high[0] + shapes.origin == pytest.approx([1, 2, 3])
     # Inside, on a face, 2 in front of one, and off a corner by (3, 4, 12).
     points = np.array([(0.5, 1, 1), (0, 1, 1), (0.5, 4, 1), (4, 6, 15)]) - shapes.origin
-    found = outside(shapes, np.zeros(4, dtype=int), points)
+    found = shapes.outside(np.zeros(4, dtype=int), points)
     assert found == pytest.approx([0, 0, 2, 13], abs=1e-6)
 
 
@@ -53,5 +52,6 @@ def test_middles_of_edges_and_points():
     contacts = assemble(box_on_floor((1, 2, 3))).joints
     ends = np.array([(0.0, 0, 0), (4, 2, 0)])
     for points, middle in ((ends, (2, 1, 0)), (ends[1:], (4, 2, 0))):
-        joints = dataclasses.replace(contacts, area=np.zeros(1), outline=[[points]])
-        assert middles(joints) == pytest.approx(np.array([middle]))
+        one = np.zeros(len(points), dtype=int)
+        joints = dataclasses.replace(contacts, extent=np.zeros(1), point=points, joint=one, ring=one)
+        assert joints.middle == pytest.approx(np.array([middle]))

@@ -79,7 +79,7 @@ def test_a_place_is_that_of_the_left_end_of_the_foot(kind):
 @pytest.mark.parametrize("kind", ["wall", "facade", "column"])
 def test_unit_weight_weighs_the_blocks_drawn(kind):
     scene = mo.Scene(joints={"friction": 0.5}, blocks=made(kind).blocks())
-    area = assemble(scene).geometry.area
+    area = assemble(scene).geometry.size
     for block, size in zip(scene.blocks, area, strict=True):
         if not block.fixed:
             assert block.weight == pytest.approx(2.0 * size, rel=1e-12)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import masonry_opt as mo
-from masonry_opt.scene.contact import find_joints
+from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.geometry import geometry
 
 
@@ -52,7 +52,7 @@ def test_joint_spans_the_shared_length_and_its_normal_points_into_the_first_bloc
     shapes = geometry(scene(square("A", 0, 0), square("B", 0.25, 1)))
     joints = find_joints(scene(square("A", 0, 0), square("B", 0.25, 1)), shapes)
     joint = list(zip(joints.first, joints.second, strict=True)).index((0, 1))
-    assert joints.length[joint] == pytest.approx(0.75)
+    assert joints.extent[joint] == pytest.approx(0.75)
     assert joints.middle[joint] + shapes.origin == pytest.approx([0.625, 1.0])
     assert joints.normal[joint] == pytest.approx([0, -1])
 
@@ -62,7 +62,7 @@ def test_orientation_and_straight_or_repeated_corners_do_not_matter():
     clockwise = mo.Block(name="A", vertices=[(0, 1), (1, 1), (1, 0), (0.5, 0), (0, 0), (0, 0)], weight=1)
     one, other = joints_of(plain), joints_of(scene(clockwise))
     assert len(other.first) == 1
-    np.testing.assert_allclose(one.length, other.length)
+    np.testing.assert_allclose(one.extent, other.extent)
     np.testing.assert_allclose(one.normal, other.normal, atol=1e-15)
 
 
@@ -170,7 +170,7 @@ def test_finely_drawn_curves_keep_their_area(corners):
     angles = np.linspace(0, np.pi / 2, corners)
     curve = [(1.5 + 0.5 * np.cos(a), 3.5 + 0.5 * np.sin(a)) for a in angles]
     rounded = mo.Block(name="A", vertices=[(0, 0), (2, 0), *curve, (0, 4)], unit_weight=1)
-    area = geometry(scene(rounded)).area[0]
+    area = geometry(scene(rounded)).size[0]
     assert area == pytest.approx(8 - (1 - np.pi / 4) * 0.25, abs=0.25 / corners)
     assert pairs(scene(rounded)) == {("A", "floor")}
 
@@ -207,7 +207,7 @@ def test_a_bed_that_gapes_over_the_tolerance_at_one_end_is_a_small_gap_and_no_me
     ]
     wall = mo.Block(name="wall", vertices=[(1, 0), (2, 0), (2, 2), (1, 2)], fixed=True)
     found = joints_of(scene(*stones, wall, tolerance=tolerance))
-    assert (found.gaps, found.corners) == ({(0, 1): pytest.approx(gap, rel=1e-3)}, [])
+    assert (found.gaps, found.without_normal) == ({(0, 1): pytest.approx(gap, rel=1e-3)}, [])
     assert ("A", "B") in pairs(scene(*stones, wall, tolerance=gap))
     # Alone, B is refused for the gap that it stands above.
     with pytest.raises(mo.CaseError, match=rf"'B' touches no other block: 'A', which it faces, .*{gap:.2g}"):

@@ -59,7 +59,7 @@ def test_as_wide_as_the_foot_it_is_a_wedge():
     left = assembly.geometry.polygons[[block.name for block in scene.blocks].index("skewback 1")]
     assert len(left.exterior.coords) - 1 == 3
     assert left.area == pytest.approx(ACROSS * UP / 2)
-    assert len(assembly.joints.length) == 10 + 2
+    assert len(assembly.joints.extent) == 10 + 2
 
 
 def test_ends_at_different_heights_have_beds_of_their_own():

@@ -7,7 +7,7 @@ import pytest
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
-from masonry_opt.scene.contact import find_joints
+from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.geometry import geometry
 
 FLOOR = mo.Block(name="floor", vertices=[(-9, -1), (9, -1), (9, 0), (-9, 0)], fixed=True)
@@ -35,7 +35,7 @@ def test_area_and_centroid_of_notches_parts_and_holes():
     shapes = [geometry(scene(block, FLOOR)) for block in (stone(L_SHAPE), as_parts)]
     for shape in shapes:
         # Two squares beside two squares: (2·1 + 2·0.5)/4 and (2·0.5 + 2·2)/4.
-        assert shape.area[0] == pytest.approx(4.0)
+        assert shape.size[0] == pytest.approx(4.0)
         assert shape.centroid[0] + shape.origin == pytest.approx([0.75, 1.25])
         assert not shape.convex[0]
         assert shape.convex[1]
@@ -44,7 +44,7 @@ def test_area_and_centroid_of_notches_parts_and_holes():
             stone([(0, 0), (2, 0), (2, 2), (0, 2)], holes=[[(0.5, 1), (1, 1), (1, 1.5), (0.5, 1.5)]]), FLOOR
         )
     )
-    assert holed.area[0] == pytest.approx(3.75)
+    assert holed.size[0] == pytest.approx(3.75)
     assert holed.centroid[0] + holed.origin == pytest.approx(
         [(4 - 0.25 * 0.75) / 3.75, (4 - 0.25 * 1.25) / 3.75]
     )
@@ -53,7 +53,7 @@ def test_area_and_centroid_of_notches_parts_and_holes():
 def test_a_portal_stands_on_two_joints():
     joints = joints_of(stone(PORTAL), FLOOR)
     ends = np.sort(np.stack([joints.start, joints.end])[..., 0], axis=0)
-    assert joints.length == pytest.approx([1.0, 1.0])
+    assert joints.extent == pytest.approx([1.0, 1.0])
     assert np.sort(ends[1] - ends[0]) == pytest.approx([1.0, 1.0])
     assert joints.normal == pytest.approx(np.array([[0, 1], [0, 1]]))
 
@@ -62,7 +62,7 @@ def test_a_stone_in_a_notch_touches_its_three_sides():
     notch = stone([(0, 0), (6, 0), (6, 2), (4, 2), (4, 1), (2, 1), (2, 2), (0, 2)])
     joints = joints_of(notch, stone([(2, 1), (4, 1), (4, 3), (2, 3)], "B"), FLOOR)
     of_stone = joints.first + joints.second == 1
-    assert sorted(joints.length[of_stone]) == pytest.approx([1.0, 1.0, 2.0])
+    assert sorted(joints.extent[of_stone]) == pytest.approx([1.0, 1.0, 2.0])
     # Into the notched block, A: down from below the stone, and outwards from its sides.
     assert joints.normal[of_stone].sum(axis=0) == pytest.approx([0, -1])
 
@@ -70,7 +70,7 @@ def test_a_stone_in_a_notch_touches_its_three_sides():
 def test_a_hole_holds_what_stands_in_it():
     ring = stone([(0, 0), (4, 0), (4, 4), (0, 4)], holes=[[(1, 1), (3, 1), (3, 3), (1, 3)]])
     joints = joints_of(ring, stone([(1, 1), (2, 1), (2, 2), (1, 2)], "B"), FLOOR)
-    assert sorted(joints.length[joints.first + joints.second == 1]) == pytest.approx([1.0, 1.0])
+    assert sorted(joints.extent[joints.first + joints.second == 1]) == pytest.approx([1.0, 1.0])
 
 
 @pytest.mark.parametrize("turned", [False, True])
@@ -80,8 +80,8 @@ def test_a_corner_on_an_edge_is_a_joint_without_length(turned):
     wall = stone([(3, 0), (4, 0), (4, -1), (3, -1)], "wall", weight=None, fixed=True)
     blocks = (prop, beam, wall) if turned else (beam, prop, wall)
     joints = joints_of(*blocks)
-    at = int(np.flatnonzero(joints.length == 0)[0])
-    assert len(joints.length) == 2
+    at = int(np.flatnonzero(joints.extent == 0)[0])
+    assert len(joints.extent) == 2
     into_first = -1 if turned else 1
     assert joints.normal[at] == pytest.approx([0, into_first])
     assert joints.start[at] + geometry(scene(*blocks)).origin == pytest.approx([1, 0])
@@ -93,9 +93,9 @@ def test_corner_on_corner_is_reported_unless_both_blocks_are_held_there():
 
     # Four corners of a stack bond: each of the two diagonal pairs is held by the others.
     stack = [unit("A", 0, 0), unit("B", 1, 0), unit("C", 0, 1), unit("D", 1, 1), FLOOR]
-    assert joints_of(*stack).corners == []
+    assert joints_of(*stack).without_normal == []
     steps = [unit("A", 0, 0), unit("D", 1, 1), unit("post", 2, 1, weight=None, fixed=True), FLOOR]
-    assert joints_of(*steps).corners == [(0, 1)]
+    assert joints_of(*steps).without_normal == [(0, 1)]
     pushed = [
         block.model_copy(update={"live": (1.0, 0.0)}) if block.name == "A" else block for block in steps
     ]
@@ -109,7 +109,7 @@ def test_a_point_beside_a_shared_edge_is_no_joint_of_its_own():
     step = stone([(-9, -1), (1, -1), (1, 1), (-9, 1)][::-1], "step", weight=None, fixed=True)
     arm = stone([(1, 0), (2, 0), (2, 2), (0, 2), (0, 1), (1, 1)])
     joints = joints_of(arm, step)
-    assert sorted(joints.length) == pytest.approx([1.0, 1.0])
+    assert sorted(joints.extent) == pytest.approx([1.0, 1.0])
 
 
 def test_properties_of_an_exception_hold_for_every_joint_of_the_pair():

@@ -11,7 +11,7 @@ import shapely
 
 import masonry_opt as mo
 from masonry_opt.problem.assembly import assemble
-from masonry_opt.scene.contact import Joints, find_joints
+from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.geometry import geometry
 
 Corners = list[tuple[float, float]]
@@ -29,7 +29,7 @@ def scene_of(blocks: dict[str, Corners], tolerance: float, **joints: float) -> m
     )
 
 
-def joints_of(scene: mo.Scene, floating: bool = False) -> Joints:
+def joints_of(scene: mo.Scene, floating: bool = False):
     return find_joints(scene, geometry(scene), floating=floating)
 
 
@@ -48,7 +48,7 @@ def test_edges_within_the_tolerance_are_one_joint_on_their_bisector(degrees: flo
     blocks = leaning(degrees, below * rise)
     scene = scene_of(blocks, 1.001 * rise)
     joints = joints_of(scene)
-    assert joints.length == pytest.approx([1.0], rel=2e-2)
+    assert joints.extent == pytest.approx([1.0], rel=2e-2)
     half = math.radians(degrees) / 2
     assert joints.normal == pytest.approx(np.array([[-math.sin(half), math.cos(half)]]), abs=1e-9)
     middle = [0.5, rise / 4 - below * rise / 2]
@@ -62,7 +62,7 @@ def test_edges_within_the_tolerance_are_one_joint_on_their_bisector(degrees: flo
 def test_beyond_the_tolerance_a_leaning_block_stands_on_its_corner(degrees: float) -> None:
     """The largest distance decides: 1 % less tolerance than that is no joint along the edge."""
     joints = joints_of(scene_of(leaning(degrees), 0.99 * math.tan(math.radians(degrees))), floating=True)
-    assert not joints.length.any()
+    assert not joints.extent.any()
 
 
 @pytest.mark.parametrize("tolerance", [0.9, 1.1])
@@ -74,7 +74,7 @@ def test_the_largest_depth_of_an_overlap_decides(tolerance: float) -> None:
         with pytest.raises(mo.CaseError, match="overlap"):
             joints_of(scene_of(blocks, tolerance * rise))
     else:
-        assert len(joints_of(scene_of(blocks, tolerance * rise)).length) == 1
+        assert len(joints_of(scene_of(blocks, tolerance * rise)).extent) == 1
 
 
 def arc(radius: float, half: float, chords: int) -> Corners:
@@ -88,7 +88,7 @@ def test_an_arc_in_chords_on_an_edge_is_one_joint(chords: float) -> None:
     foot = arc(100.0, 0.01, chords)
     blocks = {"A": [*foot, (1, 1), (-1, 1)], "base": [(-3, -1), (3, -1), (3, 0), (-3, 0)]}
     joints = joints_of(scene_of(blocks, 0.0051))
-    assert joints.length == pytest.approx([2.0], rel=1e-3)
+    assert joints.extent == pytest.approx([2.0], rel=1e-3)
     assert joints.normal == pytest.approx(np.array([[0.0, 1.0]]), abs=1e-9)
 
 
@@ -97,8 +97,8 @@ def test_a_bent_bed_is_covered_by_neighbouring_joints() -> None:
     down, up = arc(4.0, 0.25, 5), arc(4.0, 0.25, 7)
     blocks = {"A": [*down, (1, 2), (-1, 2)], "base": [*reversed(up), (-1, -1), (1, -1)]}
     joints = joints_of(scene_of(blocks, 0.012))
-    assert len(joints.length) >= 3
-    assert joints.length.sum() == pytest.approx(2 * 4.0 * 0.25, rel=1e-2)
+    assert len(joints.extent) >= 3
+    assert joints.extent.sum() == pytest.approx(2 * 4.0 * 0.25, rel=1e-2)
     order = np.argsort(joints.start[:, 0])
     assert joints.end[order[:-1]] == pytest.approx(joints.start[order[1:]], abs=1e-12)
 
@@ -109,7 +109,7 @@ def test_what_was_meant_to_touch_is_named_with_the_tolerance_that_joins_it() -> 
     apart = assemble(scene_of(blocks, 1e-4), floating=True)
     assert apart.joints.gaps == {(0, 1): pytest.approx(0.0045, rel=1e-2)}
     joined = joints_of(scene_of(blocks, 1.01 * apart.joints.gaps[0, 1]))
-    assert len(joined.length) == 1
+    assert len(joined.extent) == 1
     assert not joined.gaps
 
 
@@ -120,7 +120,7 @@ def test_what_touches_nothing_is_told_the_tolerance_that_joins_it() -> None:
     with pytest.raises(mo.CaseError, match="'A' touches no other block") as error:
         joints_of(scene_of(blocks, 1e-6))
     (told,) = re.findall(r"'tolerance' to (\S+)", str(error.value))
-    assert len(joints_of(scene_of(blocks, float(told))).length) == 1
+    assert len(joints_of(scene_of(blocks, float(told))).extent) == 1
 
 
 def test_the_open_part_of_a_broken_edge_is_a_small_gap() -> None:
@@ -130,10 +130,10 @@ def test_the_open_part_of_a_broken_edge_is_a_small_gap() -> None:
         "base": [(-0.5, 0), (-0.5, -1), (1.5, -1), (1.5, -0.004), (0.5, 0)],
     }
     open_half = joints_of(scene_of(blocks, 1e-4))
-    assert open_half.length == pytest.approx([0.5], rel=1e-2)
+    assert open_half.extent == pytest.approx([0.5], rel=1e-2)
     assert open_half.gaps == {(0, 1): pytest.approx(0.002, rel=1e-2)}
     whole = joints_of(scene_of(blocks, 1.01 * open_half.gaps[0, 1]))
-    assert whole.length.sum() == pytest.approx(1.0, rel=1e-2)
+    assert whole.extent.sum() == pytest.approx(1.0, rel=1e-2)
     assert not whole.gaps
 
 
@@ -207,10 +207,10 @@ def moved(scene: mo.Scene, by: float, seed: int) -> mo.Scene:
     return mo.Scene(joints=scene.joints, blocks=blocks, tolerance=3 * by)
 
 
-def lengths(joints: Joints) -> dict[tuple[int, int], float]:
+def lengths(joints) -> dict[tuple[int, int], float]:
     """Length that each pair of blocks shares."""
     shared: dict[tuple[int, int], float] = {}
-    for first, second, length in zip(joints.first, joints.second, joints.length, strict=True):
+    for first, second, length in zip(joints.first, joints.second, joints.extent, strict=True):
         shared[int(first), int(second)] = shared.get((int(first), int(second)), 0.0) + float(length)
     return shared
 

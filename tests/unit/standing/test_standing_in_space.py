@@ -13,7 +13,7 @@ from masonry_opt.analysis import prepare
 from masonry_opt.answer.infeasibility import Existence
 from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.status import Status
-from masonry_opt.scene.space.contacts import find_contacts
+from masonry_opt.scene.contacts.find import find_joints
 
 FLOOR = mo.box("floor", (-5, 2), (-5, 5), (-1, 0), fixed=True)
 
@@ -111,9 +111,9 @@ def test_contacts_are_found_once_while_joints_alone_change(monkeypatch):
 
     def counted(*of, **how):
         found.append(of)
-        return find_contacts(*of, **how)
+        return find_joints(*of, **how)
 
-    monkeypatch.setattr("masonry_opt.problem.assembly.find_contacts", counted)
+    monkeypatch.setattr("masonry_opt.problem.assembly.find_joints", counted)
     box = box_on_floor((2, 2, 1), 0.5)
     for friction in (0.3, 0.4, 0.45):
         changed = box.model_copy(update={"joints": mo.JointDefaults(friction=friction)})

@@ -65,7 +65,7 @@ def test_what_is_no_prism_of_one_wall_is_read_whole(file):
     ):
         assert scene.dimension == 3
         # Of a frustum h (A + a + sqrt(A a)) / 3.
-        assert shapes(scene).volume[1] == pytest.approx(3 * (4 + 1 + 2) / 3)
+        assert shapes(scene).size[1] == pytest.approx(3 * (4 + 1 + 2) / 3)
     pushed = mo.read_compas(file(data), **GIVEN | {"friction": 2.0}, live=(1, 0, 0))
     # It overturns about an edge of its base: half of it over the height of its centroid.
     height = 3 / 4 * (4 + 2 * 2 + 3 * 1) / (4 + 2 + 1)
@@ -85,7 +85,7 @@ def test_a_flat_support_is_the_top_of_a_slab(file, order):
     ground = mesh([(x, y, 0) for x, y in _corners(4)], [order])
     scene = mo.read_compas(file(assembly(ground, frustum(1, 1, 0, 3))), **GIVEN, live=(1, 0, 0))
     assert scene.blocks[0].corners()[:, 2].max() == 0
-    assert contacts_of(scene).area == pytest.approx([4])
+    assert contacts_of(scene).extent == pytest.approx([4])
     with pytest.raises(mo.CaseError, match="block '0' is a single face"):
         mo.read_compas(file(assembly(ground, frustum(1, 1, 0, 3), supports=(1,))), **GIVEN, space=True)
 
@@ -96,7 +96,7 @@ def test_boxes_in_courses(file):
     scene = mo.read_compas(file({"courses": [[low], [high]]}), **GIVEN, fixed_below=0, space=True)
     assert [block.fixed for block in scene.blocks] == [True, False]
     assert np.ptp(scene.blocks[1].corners(), axis=0) == pytest.approx([4, 2, 1])
-    assert contacts_of(scene).area == pytest.approx([8])
+    assert contacts_of(scene).extent == pytest.approx([8])
 
 
 def test_models_with_a_list_of_elements(file):

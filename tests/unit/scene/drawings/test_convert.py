@@ -144,7 +144,7 @@ def test_a_drawing_with_a_thickness_becomes_solids(wall, tmp_path, monkeypatch, 
         0.5
         * sum(
             block.weight_of(area)
-            for block, area in zip(flat.blocks, geometry(flat).area, strict=True)
+            for block, area in zip(flat.blocks, geometry(flat).size, strict=True)
             if not block.fixed
         )
     )

@@ -11,7 +11,7 @@ from scenes import WALLS
 from sheets import FLOOR, STONE, polylines, read
 
 import masonry_opt as mo
-from masonry_opt.scene.contact import find_joints
+from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.geometry import geometry
 
 
@@ -20,7 +20,7 @@ def movable(scene):
 
 
 def area_of(scene, number=0):
-    return geometry(scene).area[scene.blocks.index(movable(scene)[number])]
+    return geometry(scene).size[scene.blocks.index(movable(scene)[number])]
 
 
 def joints_of(scene):
@@ -136,7 +136,7 @@ def test_a_curved_joint_is_the_same_from_both_sides(sheet):
     angle = 4 * math.atan(0.3)
     number = chords(1e-3, 1 / math.sin(angle / 2), angle)  # of a chord of 2
     joints = joints_of(scene)
-    between = (joints.first != 0) & (joints.second != 0) & (joints.length > 0)
+    between = (joints.first != 0) & (joints.second != 0) & (joints.extent > 0)
     assert between.sum() == number > 5
 
 
@@ -151,7 +151,7 @@ def test_gaps_within_the_tolerance_are_closed(sheet):
     scene = read(path, tolerance=0.002)
     assert scene.tolerance == 0.002
     assert len(movable(scene)) == 2
-    assert len(joints_of(scene).length) == 2
+    assert len(joints_of(scene).extent) == 2
     with pytest.raises(mo.CaseError, match=r"sheet\.dxf: LWPOLYLINE \w+ on layer '0'.*0\.001 "):
         read(path)
 
@@ -177,7 +177,7 @@ def test_stones_of_loose_lines_may_stand_nearer_than_the_tolerance(sheet, loose,
     scene = read(path, **tolerances)
     assert scene.tolerance == 0.0025
     assert [area_of(scene, number) for number in (0, 1)] == pytest.approx([1, 1], abs=2 * loose + 1e-12)
-    assert sorted(joints_of(scene).length) == pytest.approx(3 * [1], abs=2 * loose + 2e-6)
+    assert sorted(joints_of(scene).extent) == pytest.approx(3 * [1], abs=2 * loose + 2e-6)
     # What nothing says is not guessed: both stones' ends lie within the tolerance.
     if loose:
         with pytest.raises(mo.CaseError, match=r"LINE \w+ on layer '0' meets 3 other ends"):
@@ -206,7 +206,7 @@ def test_holes_and_what_stands_in_them(sheet):
     assert areas == pytest.approx([100 - 64, 4 - 1, 90 - 1, 1])
     assert movable(scene)[0].live_per_weight == (1.0, 0.0)
     # The frame and the other stone on the ground, the stone in its hole, the filling on four sides.
-    assert len(joints_of(scene).length) == 2 + 1 + 4
+    assert len(joints_of(scene).extent) == 2 + 1 + 4
 
 
 def test_texts_name_blocks(sheet):
@@ -313,11 +313,11 @@ def test_stones_of_any_shape_come_back(tmp_path):
     )
     back = round_trip(scene, tmp_path / "stones.dxf")
     before, after = geometry(scene), geometry(back)
-    area = dict(zip([block.name for block in back.blocks], after.area, strict=True))
+    area = dict(zip([block.name for block in back.blocks], after.size, strict=True))
     assert area == pytest.approx({"100 %%d": 1, "Füllung ½": 11, "L": 4, "floor": 18})
-    assert before.area.sum() == pytest.approx(after.area.sum())
+    assert before.size.sum() == pytest.approx(after.size.sum())
     assert [block.name for block in back.blocks if block.fixed] == ["floor"]
-    assert len(joints_of(back).length) == len(joints_of(scene).length)
+    assert len(joints_of(back).extent) == len(joints_of(scene).extent)
 
 
 def test_a_drawing_far_away_keeps_its_shape(sheet):

@@ -43,8 +43,8 @@ def test_each_closed_mesh_is_a_block(file, write, name):
     scene = read(file(write(STONES), name), **supports)
     assert [block.fixed for block in scene.blocks] == [True, False, False]
     assert [len(block.faces) for block in scene.blocks] == [6, 6, 6]
-    assert shapes(scene).volume == pytest.approx([12, 2, 8], rel=1e-6)
-    assert sorted(contacts_of(scene).area) == pytest.approx([2, 2], rel=1e-6)
+    assert shapes(scene).size == pytest.approx([12, 2, 8], rel=1e-6)
+    assert sorted(contacts_of(scene).extent) == pytest.approx([2, 2], rel=1e-6)
     # The stone on top overturns: half its width over half its height.
     assert mo.solve(scene, "static").required() == pytest.approx(2 / 5, rel=1e-5)
 
@@ -87,7 +87,7 @@ def test_axes_and_units(file):
         name: (1000 * corners[:, [0, 2, 1]] * [1, 1, -1], faces) for name, (corners, faces) in STONES.items()
     }
     one, other = read(file(obj(STONES), "z.obj")), read(file(obj(turned), "y.obj"), up="y", scale=0.001)
-    assert shapes(other).volume == pytest.approx(shapes(one).volume)
+    assert shapes(other).size == pytest.approx(shapes(one).size)
     for block, expected in zip(other.blocks, one.blocks, strict=True):
         assert np.array(sorted(block.corners().round(9).tolist())) == pytest.approx(
             np.array(sorted(expected.corners().tolist()))
@@ -111,8 +111,8 @@ def test_notched_blocks_become_convex_parts(file, flip):
     portal = scene.blocks[1]
     assert 2 <= len(portal.parts) <= 4
     found = shapes(scene)
-    assert found.volume[1] == pytest.approx(8 * 0.5)
-    assert contacts_of(scene).area == pytest.approx([0.5, 0.5])
+    assert found.size[1] == pytest.approx(8 * 0.5)
+    assert contacts_of(scene).extent == pytest.approx([0.5, 0.5])
 
 
 def test_a_block_with_a_hole_through_it_and_one_in_the_hole(file):
@@ -126,8 +126,8 @@ def test_a_block_with_a_hole_through_it_and_one_in_the_hole(file):
     frame = np.concatenate([corners, hole]), faces
     ground = box((-1, 2), (0, 1), (-1, 0))
     scene = read(file(obj({"fixed": ground, "frame": frame, "stone": prism(inner, 1.0)})))
-    assert shapes(scene).volume == pytest.approx([3, 8, 1])
-    assert sum(contacts_of(scene).area) == pytest.approx(3 + 4)
+    assert shapes(scene).size == pytest.approx([3, 8, 1])
+    assert sum(contacts_of(scene).extent) == pytest.approx(3 + 4)
 
 
 @pytest.mark.parametrize("missing", range(10))
@@ -173,8 +173,8 @@ def test_coordinates_of_few_digits_still_touch(file, digits):
     assert scene.tolerance == pytest.approx(2 * 10.0**-digits)
     found = contacts_of(scene)
     # Beds of 4 each, and the head joints of 2, 1 and 2 of 0.5.
-    assert sum(found.area) == pytest.approx(3 * 4 + 5 * 0.5, abs=40 * 10.0**-digits)
-    assert len(found.area) == 3 + 4 + 4 + 5
+    assert sum(found.extent) == pytest.approx(3 * 4 + 5 * 0.5, abs=40 * 10.0**-digits)
+    assert len(found.extent) == 3 + 4 + 4 + 5
 
 
 def test_faces_that_are_not_flat_are_shared_by_triangles(file):
@@ -187,9 +187,9 @@ def test_faces_that_are_not_flat_are_shared_by_triangles(file):
         file(obj({"fixed": box((0, 1), (0, 1), (-1, 0)), "low": (low, faces), "high": (high, QUADS)}))
     )
     found = contacts_of(scene)
-    shared = found.area[(found.first == 1) & (found.second == 2)]
+    shared = found.extent[(found.first == 1) & (found.second == 2)]
     assert len(shared) == 2
-    assert shapes(scene).volume.sum() == pytest.approx(3)
+    assert shapes(scene).size.sum() == pytest.approx(3)
 
 
 OPEN = (STONES["low"][0], QUADS[1:])
@@ -244,4 +244,4 @@ def test_overlaps_of_rounded_corners_say_which_tolerance_helps(file):
     deep = STONES | {"high": box((0, 2), (0, 1), (0.996, 5.0001))}
     with pytest.raises(mo.CaseError, match=r"'low' and 'high' overlap .* raise 'tolerance' to 0\.004"):
         contacts_of(read(file(obj(deep))))
-    assert len(contacts_of(read(file(obj(deep)), tolerance=0.005)).area) == 2
+    assert len(contacts_of(read(file(obj(deep)), tolerance=0.005)).extent) == 2

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 from touching_solids import contacts_of, hull, moved, scene, with_parts
 
 import masonry_opt as mo
-from masonry_opt.scene.contact import find_joints
+from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.geometry import geometry
 
 
@@ -41,7 +41,7 @@ def test_cells_of_a_voronoi_diagram_share_its_faces(seed, turned):
     blocks, faces = cells(100, seed)
     found = contacts_of(moved(blocks, Rotation.random(random_state=seed).as_matrix()) if turned else blocks)
     tolerance = 3e-6
-    shared = dict(zip(zip(found.first.tolist(), found.second.tolist(), strict=True), found.area, strict=True))
+    shared = {(i, j): a for i, j, a in zip(found.first, found.second, found.extent, strict=True)}
     corners = dict(zip(shared, np.bincount(found.joint), strict=True))
     assert len(shared) == len(found.first)  # one joint a pair
     assert shared.keys() <= faces.keys()
@@ -58,7 +58,7 @@ def test_cells_with_rounded_corners_share_their_faces_if_the_tolerance_says_so(s
     blocks, faces = cells(100, seed)
     rounded = with_parts(blocks, lambda vertices, faces: (np.round(vertices, 5), faces))
     found = contacts_of(rounded.model_copy(update={"tolerance": 1e-4}))
-    shared = dict(zip(zip(found.first.tolist(), found.second.tolist(), strict=True), found.area, strict=True))
+    shared = {(i, j): a for i, j, a in zip(found.first, found.second, found.extent, strict=True)}
     assert all(faces[pair][0] < 1e-5 for pair in faces.keys() - shared.keys())
     for pair, area in shared.items():
         assert area == pytest.approx(faces[pair][0], abs=1e-4)
@@ -80,8 +80,8 @@ def test_a_plane_scene_extruded_has_its_joints_as_polygons(case, turned):
     joints = find_joints(plane, geometry(plane))
     solid = mo.extrude(plane, 0.7)
     found = contacts_of(moved(solid, Rotation.random(random_state=4).as_matrix()) if turned else solid)
-    expected = sorted(zip(joints.first, joints.second, joints.length * 0.7, strict=True))
-    shared = sorted(zip(found.first, found.second, found.area, strict=True))
+    expected = sorted(zip(joints.first, joints.second, joints.extent * 0.7, strict=True))
+    shared = sorted(zip(found.first, found.second, found.extent, strict=True))
     np.testing.assert_allclose(shared, expected, rtol=1e-6)
     np.testing.assert_array_equal(np.bincount(found.joint), 4)
 
@@ -90,7 +90,7 @@ def test_a_corner_on_an_edge_in_the_plane_is_an_edge_on_a_face_in_space():
     floor = mo.Block(name="floor", vertices=[(-9, -1), (9, -1), (9, 0), (-9, 0)], fixed=True)
     wedge = mo.Block(name="A", vertices=[(1, 0), (2, 1), (0, 1)], weight=1)
     plane = mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[wedge, floor])
-    assert find_joints(plane, geometry(plane)).length == pytest.approx([0])
+    assert find_joints(plane, geometry(plane)).extent == pytest.approx([0])
     found = contacts_of(mo.extrude(plane, 2.0))
-    assert found.area == pytest.approx([0])
+    assert found.extent == pytest.approx([0])
     assert np.ptp(found.point, axis=0) == pytest.approx([0, 2, 0])

@@ -10,7 +10,7 @@ import pytest
 from touching_solids import FLOOR, box, contacts_of, hull, joints, parted, scene
 
 import masonry_opt as mo
-from masonry_opt.scene.space.contacts import find_contacts, with_properties
+from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.space.shapes import shapes
 
 
@@ -43,7 +43,6 @@ def test_a_box_on_another_shares_the_overlap_of_their_faces():
     assert below[:1] == (("B", "floor"),)
     found = contacts_of(blocks)
     assert np.abs(found.tangent[0]) == pytest.approx([1, 0, 0])  # the longest side
-    assert found.outline[0][0] == pytest.approx(found.point[:4])
     np.testing.assert_array_equal(found.joint, [0] * 4 + [1] * 4)
 
 
@@ -79,8 +78,8 @@ def test_a_ring_on_a_floor_has_the_corners_of_its_hole_too():
     same_points(
         points, [(x, y, 0) for low, high in ((0, 4), (1, 3)) for x in (low, high) for y in (low, high)]
     )
-    outer, inner = contacts_of(blocks).outline[0]
-    assert (len(outer), len(inner)) == (4, 4)
+    found = contacts_of(blocks)
+    outer, inner = (found.point[found.ring == ring] for ring in (0, 1))
     assert np.ptp(outer, axis=0) == pytest.approx([4, 4, 0])
     assert np.ptp(inner, axis=0) == pytest.approx([2, 2, 0])
 
@@ -162,7 +161,7 @@ def test_the_tolerance_bounds_gaps_and_overlaps(gap, joint):
     found = contacts_of(blocks, floating=True)
     assert len(found.first) == joint
     if joint:
-        assert found.area == pytest.approx([1])
+        assert found.extent == pytest.approx([1])
         assert found.point[:, 2] + shapes(blocks).origin[2] == pytest.approx(4 * [gap / 2])
     else:
         assert found.gaps == {(0, 1): pytest.approx(gap)}
@@ -186,7 +185,7 @@ def test_a_strip_narrower_than_ten_tolerances_is_no_joint():
         blocks = scene(box("A", (1 - width, 2), (0, 1), (0, 1)), ground, tolerance=1e-3)
         return contacts_of(blocks, floating=True)
 
-    assert on(0.011).area == pytest.approx([0.011])
+    assert on(0.011).extent == pytest.approx([0.011])
     narrow = on(0.009)
     assert len(narrow.first) == 0
     assert narrow.without_normal == [(0, 1)]
@@ -254,13 +253,13 @@ def test_joint_properties_come_from_defaults_and_exceptions():
         exceptions=[mo.Joint(between=("floor", "B"), friction=0.9, cohesion=2)],
         blocks=[box("A", (0, 1), (0, 1), (0, 1)), box("B", (1, 2), (0, 1), (0, 1)), FLOOR],
     )
-    found = find_contacts(blocks, shapes(blocks))
+    found = find_joints(blocks, shapes(blocks))
     assert [*zip(found.first, found.second, strict=True)] == [(0, 1), (0, 2), (1, 2)]
     np.testing.assert_array_equal(found.friction, [0.5, 0.5, 0.9])
     np.testing.assert_array_equal(found.cohesion, [1, 1, 2])
     np.testing.assert_array_equal(found.dilatancy, [0.1, 0.1, 0.1])
     plain = blocks.model_copy(update={"exceptions": []})
-    np.testing.assert_array_equal(with_properties(found, plain).friction, [0.5, 0.5, 0.5])
+    np.testing.assert_array_equal(found.with_properties(plain).friction, [0.5, 0.5, 0.5])
 
 
 def test_a_wall_in_running_bond_has_the_joints_that_its_bond_gives():
@@ -275,7 +274,7 @@ def test_a_wall_in_running_bond_has_the_joints_that_its_bond_gives():
     found = contacts_of(scene(*blocks, box("base", (-1, n + 1), (-1, 2), (-1, 0), fixed=True)))
     heads = courses // 2 * (2 * n - 1)
     assert len(found.first) == heads + 2 * n * (courses - 1) + n
-    assert found.area.sum() == pytest.approx(heads * 0.15 + courses * n * 0.5)
+    assert found.extent.sum() == pytest.approx(heads * 0.15 + courses * n * 0.5)
     assert (found.without_normal, found.gaps) == ([], {})
 
 
@@ -286,7 +285,7 @@ def test_blocks_drawn_apart_or_into_one_another_touch_within_the_contact_toleran
     with pytest.raises(mo.CaseError, match=r"'contact_tolerance' to 0\.05"):
         contacts_of(scene(FLOOR, stone))
     found = contacts_of(scene(FLOOR, stone, contact_tolerance=0.06))
-    assert found.area == pytest.approx([0.2, 0.2])
+    assert found.extent == pytest.approx([0.2, 0.2])
     assert found.point[:, 2] - found.point[0, 2] == pytest.approx(0)
 
 

@@ -20,7 +20,7 @@ def of_first(blocks):
     """Of the first block volume, centroid in the scene's coordinates and areas of faces, falling."""
     found = shapes(blocks)
     areas = shapely.area(found.faces.polygon[found.faces.block == 0])
-    return found.volume[0], found.centroid[0] + found.origin, sorted(areas, reverse=True)
+    return found.size[0], found.centroid[0] + found.origin, sorted(areas, reverse=True)
 
 
 def cube(change):
@@ -110,7 +110,7 @@ def test_a_face_that_is_not_flat_is_refused_with_how_much():
     # square to the area's normal, to the first order in h.
     refused(cube(lifted), "face no. 2 ", "0.01 off", "'tolerance'")
     raised = cube(lifted).model_copy(update={"tolerance": 0.02})
-    assert shapes(raised).volume[0] == pytest.approx(1.01, abs=5e-3)
+    assert shapes(raised).size[0] == pytest.approx(1.01, abs=5e-3)
 
 
 def test_a_solid_without_volume_is_refused():
@@ -175,4 +175,4 @@ def test_the_thin_end_of_a_part_has_two_faces():
     scene = mo.Scene(joints=mo.JointDefaults(friction=0.5), blocks=[ground, wedge], tolerance=0.001)
     x, z = np.array(low).T
     area = abs(x @ np.roll(z, -1) - z @ np.roll(x, -1)) / 2
-    assert shapes(scene).volume[1] == pytest.approx(area)
+    assert shapes(scene).size[1] == pytest.approx(area)

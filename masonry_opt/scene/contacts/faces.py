@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Self
 
 import numpy as np
 import shapely
 
+from masonry_opt.scene.contacts import sides
+from masonry_opt.scene.contacts.sides import Items, near_items, stacked
+from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.clipping import common_to
 from masonry_opt.scene.space.frames import Frames, dots, lengths
-from masonry_opt.scene.space.outlines import plain, wide, without_slivers
-from masonry_opt.scene.space.pairs import boxes
-from masonry_opt.scene.space.parts import chunks, combine
+from masonry_opt.scene.space.outlines import plain, rolled, wide, without_slivers
 from masonry_opt.scene.space.shapes import Shapes
-from masonry_opt.scene.touching import ranges
 
 #: Polygons narrower than so many tolerances are nothing.
 NARROWEST = 10
@@ -28,82 +26,61 @@ _ROUNDING = 1e-7
 
 
 @dataclass(frozen=True)
-class Facing:
+class Facing(sides.Facing):
     """Polygons onto which two faces project, in the planes that bisect them.
 
     Attributes
     ----------
-    pair: number of each one's pair of blocks, rising, shape (polygons,).
     frame: bisecting planes; normals point out of the first block, first axes are those of its face.
     polygon: connected, without straight corners, shape (polygons,).
-    least, most: how far the face of the second block lies outside that of the first, negative inside, where
-        that is least and most, shape (polygons,) each.
     """
 
-    pair: np.ndarray
     frame: Frames
     polygon: np.ndarray
-    least: np.ndarray
-    most: np.ndarray
-
-    def where(self, chosen: np.ndarray) -> Self:
-        """Those of a mask, or with these numbers in this order."""
-        pair, frame, *rest = vars(self).values()
-        return type(self)(pair[chosen], frame.where(chosen), *(column[chosen] for column in rest))
 
     @property
-    def area(self) -> np.ndarray:
-        """Area of each, shape (polygons,)."""
+    def extent(self) -> np.ndarray:
         return shapely.area(self.polygon)
 
+    @property
+    def middle(self) -> np.ndarray:
+        middles = shapely.get_coordinates(shapely.centroid(self.polygon))
+        return self.frame.up(middles, np.arange(len(middles)))
+
+    @property
+    def normal(self) -> np.ndarray:
+        return -self.frame.normal
+
+    def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        rings, polygon = shapely.get_rings(self.polygon, return_index=True)
+        flat, ring = shapely.get_coordinates(rings, return_index=True)
+        closing = np.diff(ring, append=ring[-1:] + 1) != 0
+        side = (np.roll(flat, -1, axis=0) - flat)[~closing]
+        flat, ring = flat[~closing], ring[~closing]
+        count = np.bincount(ring, minlength=len(rings))
+        outer = np.diff(polygon, prepend=-1) != 0
+        length = np.hypot(*side.T)
+        longest = np.zeros(len(self.pair))
+        np.maximum.at(longest, polygon[ring], length * outer[ring])
+        # Among sides of one length the one most along the first axis of the first block's face, then the
+        # second: a choice that turns with the scene.
+        as_long = np.flatnonzero(outer[ring] & (length >= longest[polygon[ring]] * (1 - 1e-6)))
+        direction = side[as_long] / length[as_long, None]
+        rank = np.round(direction @ [1.0, 1e-3], 6)
+        best = np.lexsort((as_long, -rank, polygon[ring[as_long]]))
+        best = best[np.unique(polygon[ring[as_long[best]]], return_index=True)[1]]
+        frame, along, chosen = self.frame, direction[best], as_long[best]
+        tangent = along[:, :1] * frame.u + along[:, 1:] * frame.v
+        by = np.zeros_like(count)
+        by[ring[chosen]] = chosen - (np.cumsum(count) - count)[ring[chosen]]
+        return tangent, polygon, count, frame.up(flat[rolled(count, by)], polygon[ring])
+
     def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Distances of points in space from polygons with these numbers, shape (points,)."""
         flat = shapely.points(self.frame.down(points, number))
         return np.hypot(shapely.distance(flat, self.polygon[number]), self.frame.above(points, number))
 
 
-@dataclass(frozen=True)
-class Items:
-    """Faces, edges or corners of the blocks in turn: the block of each, rising, shape (items,), and the boxes
-    round them, shape (items, 3) each."""
-
-    block: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-
-    def beside(self, shapes: Shapes, pairs: np.ndarray, side: int, far: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Pair, rising, and item, of the items of each pair's block on a side that come as near as ``far``,
-        shape (pairs,), to the box round the other block."""
-        low, high = boxes(shapes)
-        count = np.bincount(self.block, minlength=len(low))
-        block, other = pairs[:, side], pairs[:, 1 - side]
-        pair = np.repeat(np.arange(len(pairs)), count[block])
-        item = ranges((np.cumsum(count) - count)[block], count[block])
-        off = np.maximum(self.low[item] - high[other[pair]], low[other[pair]] - self.high[item]).max(axis=1)
-        near = off <= far[pair]
-        return pair[near], item[near]
-
-
-def near_items(
-    shapes: Shapes, pairs: np.ndarray, far: np.ndarray, kinds: tuple[Items, Items], side: int = 0
-) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Pair, item of the first kind of its block on a side, and item of the second kind of the other block, of
-    all whose boxes are as near as ``far``, shape (pairs,); so many at a time as memory holds."""
-    one, other = kinds
-    (pair1, item1), (pair2, item2) = (
-        kind.beside(shapes, pairs, at, far) for kind, at in ((one, side), (other, 1 - side))
-    )
-    count1, count2 = (np.bincount(pair, minlength=len(pairs)) for pair in (pair1, pair2))
-    first1, first2 = np.cumsum(count1) - count1, np.cumsum(count2) - count2
-    for some in chunks(count1 * count2):
-        number, i, j = combine(first1[some], count1[some], first2[some], count2[some])
-        pair, i, j = number + some.start, item1[i], item2[j]
-        off = np.maximum(one.low[i] - other.high[j], other.low[j] - one.high[i]).max(axis=1)
-        near = off <= far[pair]
-        yield pair[near], i[near], j[near]
-
-
-def facing(shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> Facing:
+def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> Facing:
     """The polygons that faces of pairs of blocks share, nowhere farther apart than ``far``, shape (pairs,).
 
     Each connected piece is one polygon; pieces, and ends of them, narrower than ten tolerances are left out.
@@ -121,11 +98,6 @@ def facing(shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> Facing:
         found.append((pair[near], i[near], j[near]))
     pair, i, j = stacked(found)
     return _shared(shapes, pair, i, j, far[pair])
-
-
-def stacked(found: Sequence[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
-    """Columns put together, of numbers where there are none."""
-    return tuple(map(np.concatenate, zip(*found, strict=True))) if found else (np.zeros(0, dtype=int),) * 3
 
 
 def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far: np.ndarray) -> Facing:
@@ -152,7 +124,7 @@ def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far:
     height = _height(frame, other, points, number[piece]) - _height(frame, one, points, number[piece])
     start = np.searchsorted(piece, np.arange(len(pieces)))
     least, most = (bound.reduceat(height, start) for bound in (np.minimum, np.maximum))
-    found = Facing(pair[number], frame.where(number), pieces, least, most)
+    found = Facing(pair[number], most, frame.where(number), pieces)
     return found.where((least >= -shapes.contact_tolerance) & (most <= far[number]))
 
 

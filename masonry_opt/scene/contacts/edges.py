@@ -1,0 +1,186 @@
+"""Where the outlines of blocks in the plane touch: lengths of edge that two share, and corners on edges."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+import shapely
+
+from masonry_opt.errors import CaseError
+from masonry_opt.scene.contacts import sides
+from masonry_opt.scene.contacts.sides import LEAN, Items, Touches, near_items, stacked, to_line
+from masonry_opt.scene.geometry import Geometry
+from masonry_opt.scene.scene import Scene
+
+#: Share of the tolerance that is rounding.
+_ROUNDING = 1e-3
+
+#: Most pairs of edges that are compared.
+_MOST_EDGES = 20_000_000
+
+
+@dataclass(frozen=True)
+class Facing(sides.Facing):
+    """Parts of the bisectors of facing edges onto which both edges project, in the sense of the first block's
+    edge: from where to where, shape (facing, 2) each."""
+
+    start: np.ndarray
+    end: np.ndarray
+
+    @classmethod
+    def of(cls, corners: Corners, pair: np.ndarray, i: np.ndarray, j: np.ndarray) -> Facing:
+        """Those of edges i of the pairs' first and j of their second blocks, longer than the tolerance."""
+        tail, tip, shortest = corners.point, corners.tip, corners.shapes.tolerance
+        one, other = tip[i] - tail[i], tail[j] - tip[j]
+        one, other = (edge / np.hypot(*edge.T)[:, None] for edge in (one, other))
+        kept = (one * other).sum(axis=1) > 0
+        pair, i, j, along = pair[kept], i[kept], j[kept], (one + other)[kept]
+        along /= np.hypot(*along.T)[:, None]
+        # Both edges run along the bisector; each end of what they share is a corner of the one or the other.
+        lines = (tail[i], tip[i]), (tip[j], tail[j])
+        x = np.array([[((end - tail[i]) * along).sum(axis=1) for end in line] for line in lines])
+        at = np.maximum(x[0, 0], x[1, 0]), np.minimum(x[0, 1], x[1, 1])
+        ends, apart = [], []
+        for end, to in enumerate(at):
+            of_first = (x[0, end] == to)[:, None]
+            corner = np.where(of_first, lines[0][end], lines[1][end])
+            start, stop = (np.where(of_first, lines[1][e], lines[0][e]) for e in (0, 1))
+            x0, x1 = (np.where(of_first[:, 0], x[1, e], x[0, e]) for e in (0, 1))
+            across = start + ((to - x0) / (x1 - x0))[:, None] * (stop - start) - corner
+            width = np.hypot(*across.T)
+            # Rounding moves no corner: what touches has the coordinates that were given.
+            ends.append(corner + np.where(width > _ROUNDING * shortest, 0.5, 0.0)[:, None] * across)
+            apart.append(width)
+        return cls(pair, np.maximum(*apart), *ends).where(at[1] - at[0] > shortest)
+
+    @property
+    def extent(self) -> np.ndarray:
+        return np.hypot(*(self.end - self.start).T)
+
+    @property
+    def middle(self) -> np.ndarray:
+        return (self.start + self.end) / 2
+
+    @property
+    def normal(self) -> np.ndarray:
+        # Counter-clockwise round the first block its interior lies to the left.
+        inwards = (self.end - self.start) / self.extent[:, None]
+        return np.column_stack([-inwards[:, 1], inwards[:, 0]])
+
+    def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        points, number = np.stack([self.start, self.end], axis=1).reshape(-1, 2), np.arange(len(self.pair))
+        return _tangent(self.normal), number, np.full(len(number), 2), points
+
+    def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
+        return to_line(points, self.start[number], self.end[number])
+
+    def by_pair(self, *more: Self) -> Self:
+        """These and more, ordered by pair; within a pair as given."""
+        whole = self.then(*more)
+        return whole.where(np.argsort(whole.pair, kind="stable"))
+
+
+def facing(scene: Scene, shapes: Geometry, pairs: np.ndarray, far: np.ndarray) -> Facing:
+    """The lengths of edge that pairs of blocks share, and those across which they face each other, nowhere
+    farther apart than ``far``, shape (pairs,).
+
+    Edges share the part of their bisector onto which both project, if their largest distance there is within
+    the tolerance. Parts that follow one another (an edge drawn in chords) are one length, or several where it
+    bends by more than the tolerance. Raises CaseError if there are more edges than can be compared.
+    """
+    corners = Corners(shapes)
+    near = [corners.edges.beside(shapes, pairs, side, far)[0] for side in (0, 1)]
+    one, other = (np.bincount(pair, minlength=len(pairs)) for pair in near)
+    if (one * other).sum() > _MOST_EDGES:
+        of_each = np.bincount(corners.edges.block)
+        raise CaseError(
+            f"{scene.origin}: outlines are too fine to find joints (block "
+            f"{scene.blocks[of_each.argmax()].name!r} has {of_each.max()} corners): raise 'tolerance', "
+            "or give fewer corners"
+        )
+    parts = Facing.of(corners, *stacked(list(near_items(shapes, pairs, far, (corners.edges, corners.edges)))))
+    touch = parts.most <= shapes.tolerance
+    across = parts.where(~touch & (parts.most <= far[parts.pair]))
+    return _joined(parts.where(touch), shapes.tolerance).by_pair(across)
+
+
+def _joined(parts: Facing, tolerance: float) -> Facing:
+    """Parts, those that follow one another joined where their line is straight within the tolerance; without
+    those that are too short for their width."""
+    pairs, number, count = np.unique(parts.pair, return_inverse=True, return_counts=True)
+    found = [
+        _simplified(chain, tolerance)
+        for pair in pairs[count > 1]
+        for chain in _chains(parts.where(parts.pair == pair), tolerance)
+    ]
+    whole = parts.where(count[number] == 1).by_pair(*found)
+    return whole.where(whole.most <= LEAN * whole.extent)
+
+
+def _chains(parts: Facing, tolerance: float) -> Iterator[Facing]:
+    """Chains of parts of one pair, each of which begins where the one before ends: within two tolerances, as
+    a piece too short to be a part may lie between."""
+    apart = np.hypot(*np.moveaxis(parts.end[:, None] - parts.start[None], 2, 0))
+    np.fill_diagonal(apart, np.inf)
+    after = {int(k): int(apart[k].argmin()) for k in np.flatnonzero(apart.min(axis=1) <= 2 * tolerance)}
+    left = set(range(len(parts.pair)))
+    # Begin with those that follow none; what is left then is a ring.
+    for first in [*sorted(left - set(after.values())), *sorted(left)]:
+        chain, at = [], first
+        while at in left:
+            left.remove(at)
+            chain.append(at)
+            at = after.get(at, -1)
+        if chain:
+            yield parts.where(np.array(chain))
+
+
+def _simplified(chain: Facing, tolerance: float) -> Facing:
+    """A chain's line without the corners that lie within half the tolerance of the line without them."""
+    inner = (chain.end[:-1] + chain.start[1:]) / 2
+    line = shapely.LineString(np.concatenate([chain.start[:1], inner, chain.end[-1:]]))
+    corners = shapely.get_coordinates(shapely.simplify(line, tolerance / 2, preserve_topology=False))
+    count = len(corners) - 1
+    return Facing(np.full(count, chain.pair[0]), np.full(count, chain.most.max()), corners[:-1], corners[1:])
+
+
+class Corners(sides.Corners):
+    """Corners of all blocks; each begins an edge, which ends at ``tip``, shape (corners, 2)."""
+
+    apart = 2.0
+
+    def __init__(self, shapes: Geometry, blocks: np.ndarray | None = None) -> None:
+        self.shapes = shapes
+        self.point, self.tip, block = shapes.edges
+        self.start = self.end = self.point
+        self.corners = self.met = Items(block, self.point, self.point)
+        self.edges = Items(block, np.minimum(self.point, self.tip), np.maximum(self.point, self.tip))
+
+    def kinds(self, pairs: np.ndarray) -> tuple[Iterable[Touches], ...]:
+        """Corners of the first blocks on edges of the second, then the other way round."""
+        return self._on_edges(pairs, 0), self._on_edges(pairs, 1)
+
+    def _on_edges(self, pairs: np.ndarray, side: int) -> Iterator[Touches]:
+        """Corners of each pair's block on a side that lie between the ends of an edge of the other."""
+        tolerance, kinds = self.shapes.tolerance, (self.corners, self.edges)
+        far = np.full(len(pairs), tolerance)
+        for pair, *ij in near_items(self.shapes, pairs, far, kinds if side == 0 else kinds[::-1]):
+            (corner, edge), sign = (ij, -1.0) if side == 0 else (ij[::-1], 1.0)
+            point, tail = self.point[corner], self.point[edge]
+            way = self.tip[edge] - tail
+            length = np.hypot(way[:, 0], way[:, 1])
+            direction = way / length[:, None]
+            normal = np.column_stack([-direction[:, 1], direction[:, 0]])
+            at, across = ((point - tail) * direction).sum(axis=1), ((point - tail) * normal).sum(axis=1)
+            within = (np.abs(across) <= tolerance) & (at > tolerance) & (at < length - tolerance)
+            # The normal of an edge points into its own block.
+            point, normal = point[within], sign * normal[within]
+            yield Touches(pair[within], point, point, normal, _tangent(normal))
+
+
+def _tangent(normal: np.ndarray) -> np.ndarray:
+    """A quarter turn clockwise of the normals."""
+    return np.column_stack([normal[:, 1], -normal[:, 0]])

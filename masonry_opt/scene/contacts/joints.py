@@ -1,0 +1,164 @@
+"""The joints of a scene in one table, and the properties that it gives them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, Self
+
+import numpy as np
+
+from masonry_opt.errors import CaseError
+from masonry_opt.scene.joints import JointDefaults
+from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.space.frames import dots
+from masonry_opt.scene.space.surfaces import following, sums
+
+
+@dataclass(frozen=True)
+class Joints:
+    """Arrays over the joints of a scene, ordered by (first, second) block, and over their contact points,
+    ordered by joint. Points and vectors have two components in the plane, three in space.
+
+    Attributes
+    ----------
+    first, second: indices into the scene's blocks, first < second, shape (joints,).
+    normal: unit normal pointing from the second block into the first, shape (joints, 2) or (joints, 3).
+    tangent: unit vector square to it, in the plane a quarter turn clockwise of it. In space along the longest
+        side of the joint or along the edge that touches; of a contact at a point along a side of the face, or
+        one of the two edges. Shape (joints, 2) or (joints, 3).
+    extent: length of each joint, in space its area; 0 where a corner stands on an edge, in space along an
+        edge or at a point; shape (joints,).
+    point: contact points, relative to the shapes' origin: the two ends of an edge, the corners of a polygon
+        and its holes, or one point, shape (points, 2) or (points, 3).
+    joint: joint of each contact point, rising, shape (points,).
+    ring: ring of each contact point, rising, shape (points,): the outer one of a joint, then its holes.
+    friction, cohesion, dilatancy: properties; cohesion per unit of extent, shape (joints,).
+    dilatancy_stress: mean normal stresses up to which dilatancy is whole and from which there is none,
+        ``inf`` where it does not depend on them, shape (joints, 2).
+    strength: compressive, per unit of extent, ``inf`` where joints carry any pressure, shape (joints,).
+    fixed_pairs: how many touching pairs were left out because both blocks are fixed.
+    gaps: by pairs of blocks (indices) that face each other across a small gap beside what they share, its
+        largest width: the least 'tolerance' at which they share that edge or polygon.
+    facing: lines along such gaps, in space round them, shape (lines, 2, 2) or (lines, 2, 3).
+    without_normal: pairs of blocks (indices) that meet corner on corner, in space also corner on edge or edge
+        along edge, which has no normal and is no joint, where not both have a joint there, and that face each
+        other across no small gap.
+    meets: points where they do, shape (points, 2) or (points, 3).
+    """
+
+    first: np.ndarray
+    second: np.ndarray
+    normal: np.ndarray
+    tangent: np.ndarray
+    extent: np.ndarray
+    point: np.ndarray
+    joint: np.ndarray
+    ring: np.ndarray
+    friction: np.ndarray
+    cohesion: np.ndarray
+    dilatancy: np.ndarray
+    dilatancy_stress: np.ndarray
+    strength: np.ndarray
+    fixed_pairs: int
+    gaps: dict[tuple[int, int], float]
+    facing: np.ndarray
+    without_normal: list[tuple[int, int]]
+    meets: np.ndarray
+
+    @cached_property
+    def _begin(self) -> np.ndarray:
+        """Number of the first contact point of each joint, shape (joints,)."""
+        return np.searchsorted(self.joint, np.arange(len(self.first)))
+
+    def most(self, values: np.ndarray) -> np.ndarray:
+        """Of values of the contact points the largest of each joint, shape (joints,)."""
+        most: np.ndarray = np.maximum.reduceat(values, self._begin)
+        return most
+
+    @property
+    def start(self) -> np.ndarray:
+        """First contact point of each joint, shape (joints, 2) or (joints, 3)."""
+        return self.point[self._begin]
+
+    @property
+    def end(self) -> np.ndarray:
+        """Last contact point of each joint, shape (joints, 2) or (joints, 3)."""
+        return self.point[np.append(self._begin[1:], len(self.point)) - 1]
+
+    @cached_property
+    def middle(self) -> np.ndarray:
+        """Middle of each joint, of a polygon the centroid of its area, relative to the shapes' origin."""
+        count, owner = len(self.first), self.joint
+        mean = sums(owner, self.point, count) / np.bincount(owner, minlength=count)[:, None]
+        polygons = np.bincount(owner, minlength=count)[owner] > 2
+        if not polygons.any():
+            return mean
+        # Triangles from the mean of the corners; holes count against the outline, however they turn.
+        point, joint, ring = self.point[polygons], owner[polygons], self.ring[polygons]
+        corners = np.bincount(ring)
+        one, other = point - mean[joint], point[following(corners)] - mean[joint]
+        twice = dots(self.normal[joint], np.cross(one, other))
+        first = np.searchsorted(owner, owner)[polygons]
+        hole = self.ring[polygons] != self.ring[first]
+        twice *= np.where(hole, -1.0, 1.0) * np.sign(np.bincount(ring, twice))[ring]
+        off = sums(joint, twice[:, None] * (one + other) / 3, count)
+        area = np.where(self.extent > 0, np.bincount(joint, twice, count), np.inf)
+        return mean + off / area[:, None]
+
+    def lines(self) -> tuple[np.ndarray, np.ndarray]:
+        """Sides of the outlines of all joints, in the plane the joints themselves: both ends of each, shape
+        (lines, 2, 2) or (lines, 2, 3), and the joint of each, rising. Ends of what has no length are the
+        same."""
+        lines, corner = outline_sides(np.bincount(self.ring), self.point)
+        return lines, self.joint[corner]
+
+    def with_properties(self, scene: Scene) -> Self:
+        """The joints of a scene that differs from theirs in joint properties alone.
+
+        Raises CaseError if an exception names two blocks that do not touch.
+        """
+        return replace(self, **joint_properties(scene, self.first, self.second))
+
+
+def outline_sides(count: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Sides of rings of so many corners, one after the other: both ends, shape (sides, 2, 2) or (sides, 2,
+    3), and the number of the corner that each begins at. Two corners have one side."""
+    after = following(count)
+    back = (np.repeat(count, count) == 2) & (after < np.arange(len(after)))
+    return np.stack([points, points[after]], axis=1)[~back], np.flatnonzero(~back)
+
+
+def joint_properties(scene: Scene, first: np.ndarray, second: np.ndarray) -> dict[str, Any]:
+    """Properties of joints by name, as :class:`Joints` has them."""
+    found = {name: np.tile(value, (len(first), 1)) for name, value in _values(scene.joints).items()}
+    index = {block.name: number for number, block in enumerate(scene.blocks)}
+    key = first * np.int64(len(index)) + second  # rising: joints are sorted
+    for exception in scene.exceptions:
+        one, other = sorted(index[name] for name in exception.between)
+        own_key = one * len(index) + other
+        of_both = slice(np.searchsorted(key, own_key), np.searchsorted(key, own_key, side="right"))
+        if of_both.start == of_both.stop:
+            both_fixed = scene.blocks[one].fixed and scene.blocks[other].fixed
+            why = "are both fixed" if both_fixed else "do not touch"
+            raise CaseError(
+                f"{scene.origin}: joint between {list(exception.between)}: these blocks {why}, "
+                "so there is no joint to describe"
+            )
+        for name, value in _values(exception.over(scene.joints)).items():
+            found[name][of_both] = value
+    return {name: values if name == "dilatancy_stress" else values[:, 0] for name, values in found.items()}
+
+
+def _values(joint: JointDefaults) -> dict[str, float | tuple[float, float]]:
+    """Properties of a joint, ``inf`` for what does not limit. With unlimited friction it never slides:
+    cohesion and dilatancy say nothing there."""
+    slides = np.isfinite(joint.friction)
+    return {
+        "friction": joint.friction,
+        "cohesion": joint.cohesion if slides else 0.0,
+        "dilatancy": joint.dilatancy if slides else 0.0,
+        # Stresses up to which dilatancy is whole and from which there is none.
+        "dilatancy_stress": joint.dilatancy_stress or (np.inf, np.inf),
+        "strength": joint.strength or np.inf,
+    }

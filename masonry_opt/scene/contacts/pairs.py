@@ -1,0 +1,91 @@
+"""Pairs of blocks that touch or nearly do, and those that overlap."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+
+from masonry_opt.errors import CaseError, counted, rounded_up
+from masonry_opt.scene.extents import Common, Extents
+from masonry_opt.scene.scene import Scene
+from masonry_opt.scene.space.surfaces import place
+
+#: Most pairs of blocks near each other: this many, and so many more for each block. Side by side a block has
+#: some six neighbours; of blocks that lie on one another each is a neighbour of all.
+_MOST_PAIRS, _MOST_PAIRS_PER_BLOCK = 1_000_000, 40
+
+#: Pairs of solids that overlap, each a linear program, after which no more are looked for: the scene is
+#: refused anyway.
+_ENOUGH = 100
+
+#: Share of a block's volume that lies within another from which on it lies there wholly.
+_INSIDE = 0.999
+
+
+def near_pairs(scene: Scene, shapes: Extents) -> np.ndarray:
+    """Index pairs (i < j) of blocks whose boxes touch or nearly do, sorted, shape (pairs, 2).
+
+    Raises CaseError if there are more than memory holds.
+    """
+    (low, high), far = shapes.boxes, shapes.reach
+    # Seen along the axis, if there are three, where blocks hide one another least.
+    share = (high - low) / (high.max(axis=0) - low.min(axis=0))
+    depth = [np.prod(np.delete(share, axis, axis=1), axis=1).sum() for axis in range(share.shape[1])]
+    across = np.sort(np.argsort(depth, kind="stable")[-2:])
+    tree = shapely.STRtree(shapely.box(*low[:, across].T, *high[:, across].T))
+    grown = shapely.box(*(low[:, across] - far[:, None]).T, *(high[:, across] + far[:, None]).T)
+    count = len(low)
+    found: list[np.ndarray] = []
+    pairs = 0
+    for first in range(0, count, 100):
+        i, j = tree.query(grown[first : first + 100])
+        i += first
+        kept = i < j
+        i, j = i[kept], j[kept]
+        apart = np.maximum(low[i] - high[j], low[j] - high[i]).max(axis=1)
+        near = apart <= np.minimum(far[i], far[j])
+        found.append(np.column_stack([i[near], j[near]]))
+        pairs += len(found[-1])
+        if pairs > _MOST_PAIRS + _MOST_PAIRS_PER_BLOCK * count:
+            raise CaseError(
+                f"{scene.origin}: blocks lie on one another: the first {min(first + 100, count)} have "
+                f"{pairs} neighbours; give each block a place of its own"
+            )
+    every = np.concatenate(found)
+    return every[np.lexsort((every[:, 1], every[:, 0]))]
+
+
+def refuse_overlaps(scene: Scene, shapes: Extents, pairs: np.ndarray) -> None:
+    """Raise CaseError if blocks of the pairs overlap by more than the contact tolerance."""
+    (low, high), (i, j) = shapes.boxes, pairs.T
+    inside = np.minimum(high[i], high[j]) - np.maximum(low[i], low[j])
+    pairs = pairs[(inside > shapes.contact_tolerance).all(axis=1)]
+    solid = scene.dimension == 3
+    enough = _ENOUGH if solid else np.inf
+    found: dict[int, list[Common]] = {}
+    for number, piece in shapes.overlaps(pairs):
+        found.setdefault(number, []).append(piece)
+        if len(found) == enough:
+            break
+    if not found:
+        return
+    size = {pair: sum(piece.size for piece in pieces) for pair, pieces in found.items()}
+    worst = max(size, key=lambda pair: size[pair])
+    deepest = max(found[worst], key=lambda piece: piece.depth)
+    names = [repr(scene.blocks[index].name) for index in pairs[worst]]
+    most = rounded_up(max(piece.depth for pieces in found.values() for piece in pieces), 2)
+    # Rounding leaves slivers; what is deeper is no matter of tolerance.
+    remedy = f", or raise 'contact_tolerance' to {most} if they are meant to" if solid else ""
+    if solid and size[worst] > _INSIDE * shapes.size[pairs[worst]].min():
+        remedy = ", or leave one out: one lies within the other"
+    elif deepest.depth <= shapes.reach[pairs[worst]].min():
+        remedy = f", or raise 'tolerance' to {most} if their coordinates were rounded"
+    where = "in a volume" if solid else "over an area"
+    others = len(found) - 1
+    least = "at least " if len(found) == enough else ""
+    more = f" ({least}{counted(others, 'more pair')} overlap{'s' if others == 1 else ''})" if others else ""
+    raise CaseError(
+        f"{scene.origin}: blocks {names[0]} and {names[1]} overlap {where} of {size[worst]:.6g} round "
+        f"{place(deepest.middle + shapes.origin, shapes.contact_tolerance)}, {deepest.depth:.3g} deep: move "
+        f"them apart{remedy}{more}"
+    )

@@ -1,0 +1,239 @@
+"""Sides of blocks that come near each other: what they share, and where blocks touch or meet beside that."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from masonry_opt.scene.combinations import chunks, combine, ranges
+from masonry_opt.scene.extents import Extents
+from masonry_opt.scene.space.frames import Rows, dots, lengths
+from masonry_opt.scene.space.surfaces import first_alike
+
+#: Edges touch along a length if they are nowhere farther apart than this share of it (and the tolerance).
+#: From ten tolerances on they may lean by any angle that the tolerance allows, shorter ones by this share.
+LEAN = 0.1
+
+
+@dataclass(frozen=True)
+class Items:
+    """Faces, edges or corners of the blocks in turn: the block of each, rising, shape (items,), and the boxes
+    round them, shape (items, 2) or (items, 3) each."""
+
+    block: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+    def beside(
+        self, shapes: Extents, pairs: np.ndarray, side: int, far: np.ndarray
+    ) -> tuple[np.ndarray, ...]:
+        """Pair, rising, and item, of the items of each pair's block on a side that come as near as ``far``,
+        shape (pairs,), to the box round the other block."""
+        low, high = shapes.boxes
+        count = np.bincount(self.block, minlength=len(low))
+        block, other = pairs[:, side], pairs[:, 1 - side]
+        pair = np.repeat(np.arange(len(pairs)), count[block])
+        item = ranges((np.cumsum(count) - count)[block], count[block])
+        off = np.maximum(self.low[item] - high[other[pair]], low[other[pair]] - self.high[item]).max(axis=1)
+        near = off <= far[pair]
+        return pair[near], item[near]
+
+
+def near_items(
+    shapes: Extents, pairs: np.ndarray, far: np.ndarray, kinds: tuple[Items, Items], side: int = 0
+) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Pair, item of the first kind of its block on a side, and item of the second kind of the other block, of
+    all whose boxes are as near as ``far``, shape (pairs,); so many at a time as memory holds."""
+    one, other = kinds
+    (pair1, item1), (pair2, item2) = (
+        kind.beside(shapes, pairs, at, far) for kind, at in ((one, side), (other, 1 - side))
+    )
+    count1, count2 = (np.bincount(pair, minlength=len(pairs)) for pair in (pair1, pair2))
+    first1, first2 = np.cumsum(count1) - count1, np.cumsum(count2) - count2
+    for some in chunks(count1 * count2):
+        number, i, j = combine(first1[some], count1[some], first2[some], count2[some])
+        pair, i, j = number + some.start, item1[i], item2[j]
+        off = np.maximum(one.low[i] - other.high[j], other.low[j] - one.high[i]).max(axis=1)
+        near = off <= far[pair]
+        yield pair[near], i[near], j[near]
+
+
+def stacked(found: Sequence[tuple[np.ndarray, ...]]) -> tuple[np.ndarray, ...]:
+    """Columns put together, of numbers where there are none."""
+    return tuple(map(np.concatenate, zip(*found, strict=True))) if found else (np.zeros(0, dtype=int),) * 3
+
+
+@dataclass(frozen=True)
+class Facing(Rows, ABC):
+    """Lengths or polygons onto which sides of two blocks that face each other project, halfway between them.
+
+    Attributes
+    ----------
+    pair: number of each one's pair of blocks, rising, shape (facing,).
+    most: how far the second block's side lies outside that of the first where that is most, shape (facing,).
+    """
+
+    pair: np.ndarray
+    most: np.ndarray
+
+    @property
+    @abstractmethod
+    def extent(self) -> np.ndarray:
+        """Length, or area, of each, shape (facing,)."""
+
+    @property
+    @abstractmethod
+    def middle(self) -> np.ndarray:
+        """Middle, or centroid, of each, shape (facing, 2) or (facing, 3)."""
+
+    @property
+    @abstractmethod
+    def normal(self) -> np.ndarray:
+        """Unit normal into the first block, shape (facing, 2) or (facing, 3)."""
+
+    @abstractmethod
+    def outlines(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """First tangents; of all rings the number of what they bound, the number of corners, and these, one
+        ring after the other. Outer rings begin with the side along the tangent."""
+
+    @abstractmethod
+    def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
+        """Distances of points from those with these numbers, shape (points,)."""
+
+
+@dataclass(frozen=True)
+class Touches(Rows):
+    """Contacts of pairs of blocks at points, in space also along lines.
+
+    Attributes
+    ----------
+    pair: number of each one's pair, shape (touches,).
+    start, end: the two ends, the same at a point, shape (touches, 2) or (touches, 3) each.
+    normal: unit normal into the first block, of the same shape.
+    along: unit vector square to it: in the plane a quarter turn clockwise of it, in space of the edge, or of
+        a side of the face; of the same shape.
+    """
+
+    pair: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    normal: np.ndarray
+    along: np.ndarray
+
+    @classmethod
+    def of(cls, found: Iterable[Self], dimension: int) -> Self:
+        """All of these."""
+        return cls(np.zeros(0, dtype=int), *4 * [np.zeros((0, dimension))]).then(*found)
+
+    def distance(self, points: np.ndarray, number: np.ndarray) -> np.ndarray:
+        """Distances of points from touches with these numbers, shape (points,)."""
+        return to_line(points, self.start[number], self.end[number])
+
+
+class Corners(ABC):
+    """Corners of blocks, what they meet without a normal, and where blocks touch at them.
+
+    Attributes
+    ----------
+    shapes: the blocks' shapes.
+    point, corners: corners, shape (corners, 2) or (corners, 3), and the same as items.
+    met, start, end: what corners meet without a normal, as items and by its ends: corners, in space edges.
+    apart: how far, in tolerances, from what its pair shares is another place.
+    """
+
+    shapes: Extents
+    point: np.ndarray
+    corners: Items
+    met: Items
+    start: np.ndarray
+    end: np.ndarray
+    apart: float
+
+    @abstractmethod
+    def kinds(self, pairs: np.ndarray) -> tuple[Iterable[Touches], ...]:
+        """Where pairs of blocks touch, those of each kind; ``pair`` is the number in these pairs."""
+
+    def touches(self, pairs: np.ndarray, asked: np.ndarray, shared: Facing) -> Touches:
+        """Where the pairs asked for touch away from what they share along sides, and from each other; ordered
+        by pair, then by kind, then the longest first."""
+        every = [Touches.of(kind, self.point.shape[1]) for kind in self.kinds(pairs[asked])]
+        kind = np.repeat(np.arange(len(every)), [len(one.pair) for one in every])
+        found = Touches.of(every, self.point.shape[1])
+        found = Touches(asked[found.pair], found.start, found.end, found.normal, found.along)
+        near = self.apart * self.shapes.tolerance
+        off = np.zeros(len(found.pair), dtype=bool)
+        for share in (0.0, 0.5, 1.0):
+            points = found.start + share * (found.end - found.start)
+            off |= nearest(found.pair, points, shared, shared.pair) > near
+        found, kind = found.where(off), kind[off]
+        length = lengths(found.end - found.start)
+        rank = np.round(length / max(float(length.max(initial=0.0)), near), 6)
+        order = np.lexsort((np.arange(len(rank)), -rank, kind, found.pair))
+        accepted: list[int] = []
+        own: list[int] = []
+        for number in order:
+            if own and found.pair[own[0]] != found.pair[number]:
+                own = []
+            ends = np.repeat([found.start[number], found.end[number]], len(own), axis=0)
+            away = found.distance(ends, np.array(2 * own, dtype=int)).reshape(2, -1)
+            if away.min(axis=1, initial=np.inf).max() > near:
+                own.append(int(number))
+                accepted.append(int(number))
+        return found.where(np.array(accepted, dtype=int))
+
+    def without_normal(
+        self, pairs: np.ndarray, asked: np.ndarray, found: tuple[Facing, Touches]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers, rising, of the pairs asked for that meet without a normal, away from what they share,
+        where not both blocks have a joint; and the points where they do."""
+        tolerance = self.shapes.tolerance
+        far = np.full(len(asked), tolerance)
+        meet = []
+        for side in (0, 1):
+            for pair, i, j in near_items(self.shapes, pairs[asked], far, (self.corners, self.met), side):
+                kept = to_line(self.point[i], self.start[j], self.end[j]) <= tolerance
+                meet.append((asked[pair[kept]], i[kept], j[kept]))
+        pair, i, _ = stacked(meet)
+        point = self.point[i]
+        for own in found:
+            off = nearest(pair, point, own, own.pair) > self.apart * tolerance
+            pair, point = pair[off], point[off]
+        at = np.round(point / tolerance)
+        once = np.unique(first_alike(np.column_stack([pair, at])))
+        pair, point, at = pair[once], point[once], at[once]
+        held = np.ones(len(pair), dtype=bool)
+        for side in (0, 1):
+            block = pairs[pair, side]
+            one, number = np.unique(first_alike(np.column_stack([block, at])), return_inverse=True)
+            apart = np.full(len(one), np.inf)
+            for own in found:
+                # Once for either block.
+                doubled = own.where(np.tile(np.arange(len(own.pair)), 2)), pairs[own.pair].T.ravel()
+                apart = np.minimum(apart, nearest(block[one], point[one], *doubled))
+            held &= (apart <= 2 * tolerance)[number]
+        order = np.argsort(pair[~held], kind="stable")
+        return pair[~held][order], point[~held][order]
+
+
+def to_line(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Distances of points from the straight lines between two points each, shape (points,)."""
+    line, beside = end - start, points - start
+    square = dots(line, line)
+    at = np.divide(dots(beside, line), square, out=np.zeros_like(square), where=square > 0)
+    return lengths(beside - np.clip(at, 0, 1)[:, None] * line)
+
+
+def nearest(key: np.ndarray, points: np.ndarray, found: Facing | Touches, of_found: np.ndarray) -> np.ndarray:
+    """Distances of points from those of the lengths, polygons or touches that have their key, ``inf`` without
+    one."""
+    order = np.argsort(of_found, kind="stable")
+    first = np.searchsorted(of_found[order], key)
+    count = np.searchsorted(of_found[order], key, side="right") - first
+    number, point, at = combine(np.arange(len(key)), np.ones_like(first), first, count)
+    distance = np.full(len(key), np.inf)
+    np.minimum.at(distance, number, found.distance(points[point], order[at]))
+    return distance
