@@ -186,11 +186,17 @@ class Record(BaseModel, metaclass=_RecordType):
 
     def __setattr__(self, name: str, value: Any) -> None:
         if not name.startswith("_"):
-            raise CaseError(
-                f"{called(type(self), vars(self))}: '{name}' cannot be set, a record stays as it was made: "
-                f"replace({name}=...) makes another, and replace of a scene one with that in it"
-            )
+            raise self._stays(name, "set")
         super().__setattr__(name, value)
+
+    def __delattr__(self, name: str) -> None:
+        raise self._stays(name, "deleted")
+
+    def _stays(self, name: str, how: str) -> CaseError:
+        return CaseError(
+            f"{called(type(self), vars(self))}: '{name}' cannot be {how}, a record stays as it was made: "
+            f"replace({name}=...) makes another, and replace of a scene one with that in it"
+        )
 
 
 def _keys(value: Any) -> set[str]:

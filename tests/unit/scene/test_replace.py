@@ -95,6 +95,8 @@ def test_what_is_set_says_what_to_do():
     for record, key in ((BLOCK.blocks[0], "weight"), (BLOCK.joints, "friction"), (BLOCK, "anything")):
         with pytest.raises(mo.CaseError, match=rf"replace\({key}=\.\.\.\)"):
             setattr(record, key, 3.0)
+        with pytest.raises(mo.CaseError, match=rf"'{key}' cannot be deleted.*replace\({key}=\.\.\.\)"):
+            delattr(record, key)
 
 
 @pytest.mark.parametrize(
