@@ -15,7 +15,7 @@ from masonry_opt.models.pyomo_products import PyomoProducts
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.highs_lp import LinearProgram
 from masonry_opt.solvers.highs_session import HighsSession
-from masonry_opt.solvers.lp import LpSize
+from masonry_opt.solvers.lp import LpSize, Verdict
 from masonry_opt.solvers.registry import find_solver
 
 #: What HiGHS does here, as a result tells it.
@@ -29,8 +29,9 @@ _TOLERANCE, _FEW_ROWS = 1e-7, 20_000
 #: last hundredth of a proof, where a program of more products proves half as much again.
 _COARSE = 0.05
 
-#: Largest velocity for HiPO where there is no bound, in units of the live load's mean velocity: with free
-#: columns it stalls or breaks off. The proof from the multipliers does not use it.
+#: Largest velocity for the solver where there is no bound, in units of the live load's mean velocity: with
+#: free columns HiPO stalls or breaks off, the older interior point on few scenes. The proof from the
+#: multipliers does not use it.
 _FASTEST = 20.0
 
 #: Rates and velocities below this are taken for none.
@@ -155,17 +156,25 @@ def _solved(
     coarse = max(_COARSE * (1 - lowest / highest), _TOLERANCE)
     scaled = replace(lp, cost=lp.cost / highest)
     ends = time.perf_counter() + seconds
-    for name in ("highs-ipm", "highs-hipo")[len(lp.row_lower) > _FEW_ROWS :]:
-        left = max(ends - time.perf_counter(), LEAST_TIME)
-        point, found = _run(scaled, reach, name, coarse, left, effort)
-        if found.any():
+    free = np.isinf(lp.low)
+    boxed = replace(scaled, low=np.where(free, -reach, lp.low), high=np.where(free, reach, lp.high))
+    ways = (("highs-ipm", scaled), ("highs-ipm", boxed), ("highs-hipo", boxed))
+    point, found = np.zeros(len(lp.cost)), np.zeros(len(lp.row_lower))
+    for name, program in ways[2 * (len(lp.row_lower) > _FEW_ROWS) :]:
+        left = ends - time.perf_counter()
+        if left < LEAST_TIME and found.any():
             break
+        verdict, *last = _run(program, name, coarse, max(left, LEAST_TIME), effort)
+        if all(len(each) and np.isfinite(each).all() for each in last):
+            point, found = last
+            if verdict is Verdict.OPTIMAL:
+                break
     return point, highest * found
 
 
 def _run(
-    lp: LinearProgram, reach: np.ndarray, name: str, coarse: float, seconds: float, effort: Effort
-) -> tuple[np.ndarray, np.ndarray]:
+    lp: LinearProgram, name: str, coarse: float, seconds: float, effort: Effort
+) -> tuple[Verdict, np.ndarray, np.ndarray]:
     # Presolved they would have no multipliers of the program itself where time ends them; and with the
     # augmented system, which HiPO may choose, it stalls.
     options: dict[str, Any] = {
@@ -175,18 +184,13 @@ def _run(
     }
     if name == "highs-hipo":
         options["kkt_tolerance"] = coarse
-        free = np.isinf(lp.low)
-        lp = replace(lp, low=np.where(free, -reach, lp.low), high=np.where(free, reach, lp.high))
     solver = find_solver("cvxpy", name, _TOLERANCE)
     session = HighsSession(lp, effort, _PURPOSE, solver, **options)
     if name == "highs-hipo":
         session.stop_if_iterations_restart()
-    session.run(seconds)
+    verdict = session.run(seconds)
     effort.lp_solves += 1
-    found = session.point(), session.multipliers()
-    if all(len(each) and np.isfinite(each).all() for each in found):
-        return found
-    return np.zeros(len(lp.cost)), np.zeros(len(lp.row_lower))
+    return verdict, session.point(), session.multipliers()
 
 
 def _proven(

@@ -35,12 +35,13 @@ from masonry_opt.standing.weightless import weightless
 #: Joints of a small scene. Larger ones take simplex several times as long with random costs.
 SMALL = 60
 
-#: A rate above this share of the largest is at work, a slack below this at yield. Corners moved by 1e-8 of a
-#: block turn rates of zero into some 1e-7.
-_AT_WORK, _AT_YIELD = 1e-6, 1e-7
+#: A rate above this share of the largest is at work, and a slack below this at yield. Of small scenes it is
+#: the first share: corners moved by 1e-8 of a block turn rates of zero into some 1e-7. Where joints dilate by
+#: less than the last number such rates are their own.
+_AT_WORK, _AT_YIELD, _HARDLY_DILATES = (1e-6, 1e-9), 1e-7, 1e-4
 
-#: Weight, over λ, of the energy that smaller rates leave, and the most over λ: above 1e-8 the state
-#: is exact but for it.
+#: Weight, over λ, of the energy that smaller rates leave, and the most over λ on such scenes: above 1e-8 the
+#: state is exact but for it.
 _SMALL_RATES, _LEFT = 10.0, 1e-6
 
 #: Share of random costs, of seed 0: of many optima, as aligned joints have, one is the least by more than
@@ -153,6 +154,8 @@ class Refiner(Settling):
         super().__init__(problem, effort)
         self._forces, self._motion, forces, motion = programs or _programs(problem)
         self._small = small = problem.joints <= SMALL
+        hardly = (problem.dilatancy != 0) & (np.abs(problem.dilatancy) < _HARDLY_DILATES)
+        self._roughly = small and not hardly.any()
         # HiGHS drops entries below 1e-9 unless told: joints askew by as little then contradict each other.
         drops = 1e-12 if small else 1e-9
         self._statics = HighsSession(forces, effort, _PURPOSE, small_matrix_value=drops)
@@ -190,7 +193,7 @@ class Refiner(Settling):
 
     def least(self, rates: np.ndarray, d: np.ndarray) -> ExactState | None:
         """(b)."""
-        statics, support = self._forces.statics, rates > _AT_WORK * rates.max()
+        statics, support = self._forces.statics, rates > _AT_WORK[not self._roughly] * rates.max()
         small = np.where(support, 0.0, rates)
         if not self._forces_at(*energy_costs(self.problem, small, _SMALL_RATES), support):
             return None
@@ -220,7 +223,7 @@ class Refiner(Settling):
             return None
         answer, below = self._certified(state), inf
         left = over_load_factor(answer.certificate.complementarity, answer.load_factor)
-        self.left = answer.failing(Kind.EXACT if left > _LEFT else Kind.ONE_PASS)
+        self.left = answer.failing(Kind.ONE_PASS if self._roughly and left <= _LEFT else Kind.EXACT)
         if lower is not None and self._certified(lower).exact:
             below = inf if weightless(self.problem, lower.load_factor, lower.d) else lower.load_factor
         return None if self.left else replace(state, answer=answer, below=below)

