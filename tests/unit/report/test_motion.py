@@ -60,8 +60,8 @@ def test_what_opens_and_slips_and_carries_nothing_separates():
 
 
 def test_a_block_that_turns_about_an_edge_hinges_whatever_presses_there():
-    """Blocks of a pile of diamonds turn about a corner that they share with a neighbour at rest, on which they
-    do not press; another comes off. (Of its many mechanisms one has three that turn so, one two.)"""
+    """Blocks of a pile of diamonds turn about a corner that they share with a neighbour at rest, on which
+    they do not press; another comes off. (Of its many mechanisms one has three that turn so, one two.)"""
     result = mo.solve(CASES / "paterson_zwick" / "diamond_4.toml")
     motion, joints = motion_of(result), result.joints
     farther = (joints["opening"] + joints["rotation"].abs() * joints["length"] / 2).to_numpy()
