@@ -17,7 +17,7 @@ BUDGETS = {
     "scene": 9231,
     "problem": 2379,
     "solvers": 1083,
-    "methods": 5296,
+    "methods": 5298,
     "standing": 751,
     "answer": 1985,
     "words": 1107,

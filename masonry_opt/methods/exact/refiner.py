@@ -35,10 +35,12 @@ from masonry_opt.standing.weightless import weightless
 #: Joints of a small scene. Larger ones take simplex several times as long with random costs.
 SMALL = 60
 
-#: A rate above this share of the largest is at work, and a slack below this at yield. Of small scenes it is
-#: the first share: corners moved by 1e-8 of a block turn rates of zero into some 1e-7. Where joints dilate by
-#: less than the last number such rates are their own.
-_AT_WORK, _AT_YIELD, _HARDLY_DILATES = (1e-6, 1e-9), 1e-7, 1e-4
+#: A rate above this is at work, and a slack below this at yield.
+_RESTS, _AT_YIELD = 1e-9, 1e-7
+
+#: Of small scenes rates are at work above this share of the largest: corners moved by 1e-8 of a block turn
+#: rates of zero into some 1e-7. Where joints dilate by less than the second number such rates are their own.
+_AT_WORK, _HARDLY_DILATES = 1e-6, 1e-4
 
 #: Weight, over λ, of the energy that smaller rates leave, and the most over λ on such scenes: above 1e-8 the
 #: state is exact but for it.
@@ -193,8 +195,8 @@ class Refiner(Settling):
 
     def least(self, rates: np.ndarray, d: np.ndarray) -> ExactState | None:
         """(b)."""
-        statics, support = self._forces.statics, rates > _AT_WORK[not self._roughly] * rates.max()
-        small = np.where(support, 0.0, rates)
+        statics, support = self._forces.statics, rates > (_AT_WORK * rates.max() if self._roughly else _RESTS)
+        small = np.where(support, 0.0, rates) * self._roughly
         if not self._forces_at(*energy_costs(self.problem, small, _SMALL_RATES), support):
             return None
         strength = np.where(support, np.abs(self._statics.duals(self._forces.within_yield)), 0.0)
