@@ -152,8 +152,7 @@ class Solution:
         answer = self.answer
         if answer is None:
             return False
-        own = answer.under(problem, problem.dilatancy, answer.curved or problem.layout.round)
-        return not own.failing(Kind.EXACT)
+        return answer.under(problem, problem.dilatancy, answer.curved or problem.layout.round).exact
 
     def ended(self, status: Status, code: Code, **values: Any) -> Self:
         """The same with this status, and one reason for it."""

@@ -70,11 +70,8 @@ class Figure:
         triangles = number[: 3 * len(drawn.triangles)]
         lines, joint = contacts.lines()
         middle = (rows[:, 1:].min(axis=0) + rows[:, 1:].max(axis=0)) / 2
-        usual = (
-            np.sqrt(np.median(contacts.extent[contacts.extent > 0]))
-            if (contacts.extent > 0).any()
-            else np.inf
-        )
+        areas = contacts.extent[contacts.extent > 0]
+        usual = np.sqrt(np.median(areas)) if len(areas) else np.inf
         self.radius = min(_RADIUS * _UNITS, _OF_JOINT * usual * self.scale)
         self.table: dict[tuple[float, ...], int] = {(0.0,) * 6: 0}
         layers = {name: [self._marks(each) for each in marks] for name, marks in elements.layers.items()}

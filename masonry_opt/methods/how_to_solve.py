@@ -111,7 +111,7 @@ class HowToSolve:
             raise OptionError(f"solver '{name}' solves no linear programs, and is for methods: {takers}")
         return find_solver(model, name, TOLERANCE if self.tolerance is None else self.tolerance)
 
-    @property
+    @cached_property
     def of_dead_load(self) -> Solver:
         """The solver that decides whether a scene stands: a quick one where the method brings its own."""
         quick = self.solver is None and self.chosen.own_tolerances

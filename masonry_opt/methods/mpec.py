@@ -149,8 +149,8 @@ class _Path:
         self._model.start_from(self._start)
         self._ipopt.forget()
 
-    def follow(self, epsilon: float, last: float) -> bool:
-        """Solve for a falling ε, down to the last, from where the model is; whether all were solved."""
+    def follow(self, epsilon: float, smallest: float) -> bool:
+        """Solve for a falling ε, down to the smallest, from where the model is; whether all were solved."""
         task = self._task
         while True:
             began = time.perf_counter()
@@ -169,19 +169,18 @@ class _Path:
             )
             self.history.append(step)
             task.progress(step)
-            if not answer.solved or epsilon <= last:
+            if not answer.solved or epsilon <= smallest:
                 return bool(answer.solved)
             epsilon *= _FALL
-            if epsilon < 2 * last:
-                epsilon = last
+            if epsilon < 2 * smallest:
+                epsilon = smallest
 
 
 def _stopped(task: Task, path: _Path, start: State | None) -> Solution:
     failed, found = path.history[-1], Found()
     reasons = [reason(Code.RELAXATION_STOPPED, word=failed.word, epsilon=failed.epsilon)]
-    solved = [step for step in path.history if not math.isnan(step.load_factor)]
     if path.last is not None:
-        step = solved[-1]
+        step = [each for each in path.history if not math.isnan(each.load_factor)][-1]
         told = {"epsilon": step.epsilon, "load_factor": step.load_factor, "gap": step.gap}
         found = Found(q=path.last.q, d=path.last.d, slope=task.problem.dilatancy)
         reasons.append(reason(Code.KEPT_RELAXATION, **told))

@@ -111,7 +111,7 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
 
     Parameters
     ----------
-    floating: whether blocks may touch nothing, or reach no support: to show them.
+    floating: as of ``find_joints``.
 
     Raises
     ------

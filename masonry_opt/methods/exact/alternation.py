@@ -90,7 +90,7 @@ def _in_turn(
         answer = certified(problem, load_factor, q, d, curved=curved)
         left = over_load_factor(answer.certificate.complementarity, answer.load_factor)
         if left <= _LEFT and not answer.failing(Kind.ONE_PASS):
-            rougher = found is not None and not found.failing(Kind.EXACT) and answer.failing(Kind.EXACT)
+            rougher = found is not None and found.exact and not answer.exact
             found = found if rougher else answer
         if weight is not None:
             p = problem.rates(d, problem.dilatancy, curved=curved)

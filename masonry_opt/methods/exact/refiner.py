@@ -164,6 +164,7 @@ class Refiner(Settling):
         self.size = self._statics.size
         self._kinematics = HighsSession(motion, effort, _PURPOSE)
         self._random = _RANDOM * small * np.random.default_rng(0).uniform(0.5, 1.5, problem.faces)
+        self._random_of_forces = problem.true_yield.T @ self._random
         self.undecided = 0
 
     def under(self, problem: Problem, effort: Effort) -> Refiner:
@@ -241,9 +242,9 @@ class Refiner(Settling):
         (least p·z).
         """
         self.why = Code.NO_STATICS
-        for number in range(-self._small, _REPAIRS):
+        for at_random in (*[True] * self._small, *[False] * _REPAIRS):
             cost = np.maximum(self.problem.slacks(q), 0.0)
-            found = self.mechanism(cost + cost.mean() * self._random if number < 0 else cost)
+            found = self.mechanism(cost + cost.mean() * self._random if at_random else cost)
             if found is None:
                 self.why = Code.NO_KINEMATICS
                 return None
@@ -251,7 +252,7 @@ class Refiner(Settling):
             exact = self.least(p, d)
             if exact is not None:
                 return exact
-            if number < 0:
+            if at_random:
                 continue
             nearest = self._least_energy(p)
             if nearest is None:
@@ -298,7 +299,7 @@ class Refiner(Settling):
         """Whether there are forces of least cost with the held faces, if any, at yield."""
         statics = self._forces.statics
         self._statics.set_costs(statics.load_factor, np.array([load_cost]))
-        self._statics.set_costs(statics.q, force_cost + self.problem.true_yield.T @ self._random)
+        self._statics.set_costs(statics.q, force_cost + self._random_of_forces)
         held = np.zeros(self.problem.faces, dtype=bool) if held is None else held
         self._statics.set_room(self._forces.within_yield, np.where(held, 0.0, inf))
         return self._solved(self._statics)

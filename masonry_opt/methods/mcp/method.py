@@ -150,7 +150,7 @@ class _States:
                 self.met.lowest = min(self.met.lowest, found.load_factor)
             self._by_programs = _exact_or_lower(self._by_programs, found)
             if self._problem.layout.round:
-                self.met.count(None if found is None or found.failing(Kind.EXACT) else found)
+                self.met.count(found if found is not None and found.exact else None)
         if self.answer is None and self._problem.layout.round:
             # Where nothing slides between the corners of a polygon it is a state of the cone too.
             given = (
@@ -198,7 +198,7 @@ class _States:
 
 def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:
     """The one of two answers that alone is exact, else the lower."""
-    exact = [answer for answer in (one, other) if answer and not answer.failing(Kind.EXACT)]
+    exact = [answer for answer in (one, other) if answer and answer.exact]
     return exact[0] if len(exact) == 1 else lower_of(one, other)
 
 
