@@ -37,7 +37,7 @@ MOST = 1000
 
 def at_work(problem: Problem, state: State, slacks: np.ndarray) -> np.ndarray:
     """Faces at work in a compliant state, shape (faces,); where a joint slides in both senses the faster."""
-    p = state.p * problem.face_arm
+    p = state.p
     work, slides = p * slacks.mean() > slacks * p.mean(), problem.table.slides
     senses, speed = work[slides].reshape(2, -1), p[slides].reshape(2, -1)
     senses &= (speed == speed.max(axis=0)) | ~senses.all(axis=0)
@@ -47,13 +47,13 @@ def at_work(problem: Problem, state: State, slacks: np.ndarray) -> np.ndarray:
 
 def path(problem: Problem, unit: np.ndarray, state: State, give: float) -> list[tuple[float, float]]:
     """1/g and λ at each pivot, from a state of contacts that give by so much until rigid ones can move."""
-    arm, b3, faces = problem.face_arm, problem.dead.size, problem.faces
+    b3, faces = problem.dead.size, problem.faces
     B, soft = problem.B.toarray(), 1 / unit
-    limits = problem.true_yield.toarray() / arm[:, None]
-    flow = problem.D(problem.dilatancy).toarray() / arm
+    limits = problem.true_yield.toarray()
+    flow = problem.D(problem.dilatancy).toarray()
     sliding = np.arange(faces) < problem.table.slides.stop
     looser = ROOM * np.random.default_rng(0).uniform(1, 2, faces) * np.where(sliding, 1.0, 0.1)
-    room = problem.face_cohesion / arm + looser
+    room = problem.face_cohesion + looser
     # Forces are what the motion leaves: q = (D p - B'd) / E. Unknowns: d, p of all faces, λ, 1/g.
     of_motion = np.hstack([-soft[:, None] * B.T, soft[:, None] * flow])
     statics = np.hstack([B @ of_motion, problem.live[:, None], np.zeros((b3, 1))])

@@ -7,6 +7,7 @@ import numpy as np
 
 from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
 from masonry_opt.models.cvxpy_terms import Mechanism, ShearParameters, Statics
+from masonry_opt.problem.faces import normal_sums
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
 
@@ -18,7 +19,7 @@ class _Sized:
     Attributes
     ----------
     per_size: 1 / N, shape (l,).
-    most_lost: L N² / (2 f_c L), by which forces of that size lower the largest moment, shape (l,).
+    most_lost: N² / (f_c L), what forces of that size take off 2 n₁ and 2 n₂, shape (l,).
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -32,30 +33,32 @@ class _Sized:
         """Take N from forces q, shape (3c,); without any, between a force of one and one that crushes."""
         joints, whole = self._problem.crushing, self._problem.crushing_force
         n = np.sqrt(whole) if q is None else np.abs(self._problem.normal_forces(q)[joints]).mean() + 0 * whole
-        self.per_size.value, self.most_lost.value = 1 / n, self._problem.half_length[joints] * n**2 / whole
+        self.per_size.value, self.most_lost.value = 1 / n, n**2 / whole
 
 
 class CvxpyParabolaStatic(_Sized):
     """Eq. (9), with the limit of crushing in place of its chords:
 
     max  λ Σ|f_L|    s.t.    B q + λ f_L + f_D = 0,    z = C(slope) q + c ≥ 0,
-    |m| ≤ L/2 (n − N t / (f_c L)),    n² ≤ N t    at joints of limited strength
+    2 n₁, 2 n₂ ≥ N t / (f_c L),    n² ≤ N t    at joints of limited strength
+
+    (the paper's |m| ≤ L/2 (n − n² / (f_c L))).
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
         super().__init__(problem)
         joints = problem.crushing
         straight = self._straight = np.ones(problem.faces, dtype=bool)
-        straight[problem.bent] = False  # rocking and crushing of joints of limited strength
+        straight[problem.bent] = straight[problem.table.turning] = False
         self.limits = ShearParameters(limits)
         statics = self.statics = Statics(problem, self.limits)
-        columns = problem.by_kind(np.arange(problem.B.shape[1]))[:, joints]
-        n, _, m = (statics.q[of_kind] for of_kind in columns)
+        first, second, _ = (statics.q[of_kind + joints] for of_kind in problem.joints * np.arange(3))
         t = cp.Variable(len(joints), name="t")
-        most = cp.multiply(problem.half_length[joints], n) - cp.multiply(self.most_lost, t)
+        lost = cp.multiply(self.most_lost, t)
         self.within_yield = statics.slacks[straight] >= 0
-        self.uncrushed = [m <= most, -m <= most]
-        cone = cp.SOC(t + 1, cp.vstack([t - 1, 2 * cp.multiply(self.per_size, n)]), axis=0)
+        self.uncrushed = [lost <= 2 * first, lost <= 2 * second]
+        n = cp.multiply(self.per_size, first + second)
+        cone = cp.SOC(t + 1, cp.vstack([t - 1, 2 * n]), axis=0)
         objective = cp.Maximize(problem.live_norm * statics.load_factor)
         self.program = cp.Problem(objective, [statics.equilibrium, self.within_yield, *self.uncrushed, cone])
 
@@ -64,17 +67,17 @@ class CvxpyParabolaStatic(_Sized):
         crushing in the place of the rocking faces."""
         p = np.zeros(self._problem.faces)
         p[self._straight] = self.within_yield.dual_value
-        for row, faces in zip(self.uncrushed, self._problem.bent[..., 0], strict=True):
+        for row, faces in zip(self.uncrushed, self._problem.table.turning, strict=True):
             p[faces] = row.dual_value
         return State(*self.statics.forces(), self.statics.equilibrium.dual_value, p)
 
 
 class CvxpyParabolaKinematic(_Sized, CvxpyKinematic):
-    """Eq. (10), where edges that turn by P and come w nearer than rigid ones dissipate
-    f_c w² / (2 P) ≤ N t / (2 f_c):
+    """Eq. (10), where joints whose points rock at rates of the sum P and come w nearer than rigid ones
+    dissipate f_c L w² / (4 P) ≤ N² t / (f_c L):
 
-    min  −f_D·d + c·p + Σ N t / (2 f_c)    s.t.    Bᵀ d = D(slope) p − w,    f_L·d = Σ|f_L|,    p ≥ 0,
-    (f_c w)² ≤ N P t
+    min  −f_D·d + c·p + Σ N² t / (f_c L)    s.t.    Bᵀ d = D(slope) p − w,    f_L·d = Σ|f_L|,    p ≥ 0,
+    (f_c L w / 2 N)² ≤ P t
     """
 
     def __init__(self, problem: Problem, limits: ShearLimits) -> None:
@@ -82,17 +85,13 @@ class CvxpyParabolaKinematic(_Sized, CvxpyKinematic):
         joints = problem.crushing
         self.limits = ShearParameters(limits)
         self.mechanism = mechanism = Mechanism(problem, self.limits.slope)
-        one, other = problem.bent[..., 0]
+        one, other = problem.table.turning
         turning = mechanism.p[one] + mechanism.p[other]
-        # The flow of D turns about edges a little within the true ones: about the first chord's.
-        half, lever = problem.half_length[joints], problem.lever[joints]
         self.closing = cp.Variable(len(joints), name="w")
         t = cp.Variable(len(joints), name="t")
-        into = np.zeros((problem.B.shape[1], len(joints)))
-        into[joints, np.arange(len(joints))] = 1.0
-        flow = mechanism.compatibility.expr + into @ (self.closing - cp.multiply(half - lever, turning))
-        self.compatibility = flow == 0
-        crushed = cp.multiply(cp.multiply(problem.crushing_force / half, self.per_size), self.closing)
+        nearer = normal_sums(problem.layout, problem.joints, problem.B.shape[1])[joints].T
+        self.compatibility = mechanism.compatibility.expr + nearer @ self.closing == 0
+        crushed = cp.multiply(cp.multiply(problem.crushing_force, self.per_size), self.closing)
         cone = cp.SOC(turning + t, cp.vstack([turning - t, crushed]), axis=0)
         work = -problem.dead @ mechanism.d + self.limits.cohesion @ mechanism.slip + self.most_lost @ t
         if problem.matrices.limited:

@@ -19,7 +19,7 @@ from masonry_opt.problem.state import State
 class PyomoProducts:
     """Level 1 of the reformulation–linearisation technique (Sherali & Adams 1990) for the MPEC, local.
 
-    Statics in edge forces y = (x₂, x₃, z₀) of each joint (n = x₂ + x₃, m = L/2 (x₃ − x₂), s = c + μ n − z₀)
+    Statics in edge forces y = (x₂, x₃, z₀) of each joint (x₂ = n₁, x₃ = n₂, s = c + μ (n₁ + n₂) − z₀)
     and kinematics in rates v = (u₂, u₃, p₀, p₁) (opening of the edges beyond what sliding explains, slip)
     share nothing but complementarity:
 

@@ -109,7 +109,9 @@ class Mechanism:
         self.slip = list(rows(problem.limit_factors.T.tocsr(), p))
         self.resisted = dot(problem.face_constant, p) if problem.face_constant.any() else 0.0
         dilates: dict[int, Any] = {
-            joint: slope[i] * self.slip[i] for i, joint in enumerate(problem.sliding.tolist())
+            row: slope[i] * self.slip[i]
+            for i, joint in enumerate(problem.sliding.tolist())
+            for row in range(joint, problem.layout.points * problem.joints, problem.joints)
         }
 
         def follows(_: Any, row: int) -> Any:

@@ -36,10 +36,8 @@ class _Motion:
 
 def load_carried(problem: Problem, load_factors: Iterable[float]) -> float:
     """The last of rising load factors under which a wall comes to rest, one after another."""
-    edges = problem.table.from_edges
-    A = sp.csr_array(problem.B @ edges)
-    c = problem.joints
-    stiff = np.tile(STIFFNESS * problem.half_length / problem.half_length.mean(), 3)
+    A, c, extent = problem.B, problem.joints, problem.matrices.extent
+    stiff = np.tile(STIFFNESS * extent / extent.mean(), 3)
     # A mass for each component of motion, with which a time step of one is stable.
     mass = 0.6 * (abs(A) @ (stiff * (abs(A).T @ np.ones(A.shape[0]))))
     friction, cohesion = np.full(c, ROUGH), np.zeros(c)

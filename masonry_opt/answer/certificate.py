@@ -68,7 +68,7 @@ def certify(
     live_work = float(problem.live @ d) or problem.live_norm
     return Certificate(
         equilibrium=float(np.abs(problem.unbalanced(load_factor, q)).max() / total_dead),
-        yield_=max(0.0, -float((z / problem.face_arm).min()), -float(problem.normal_forces(q).min())),
+        yield_=max(0.0, -float(z.min())),
         flow=float(np.abs(problem.departure(d, p, slope, q, curved)).max() / (np.abs(d).max() or 1.0)),
         complementarity=problem.energy(q, p, curved) / abs(live_work),
     )
@@ -105,7 +105,7 @@ def largest_acting(problem: Problem, load_factor: float, q: np.ndarray) -> np.nd
     """Largest force (a load, n or s) that acts on each block, or the least that matters, shape (b,)."""
     loads = np.abs(problem.dead) + abs(load_factor * problem.live)
     loads = problem.forces(loads).max(axis=1)
-    at_joints = np.abs(problem.by_kind(q)[: problem.layout.dimension]).max(axis=0)
+    at_joints = np.abs([problem.normal_forces(q), *problem.shears(q)]).max(axis=0)
     carried, (block, joint) = np.zeros(problem.blocks), problem.touching
     np.maximum.at(carried, block, at_joints[joint])
     if problem.matrices.limited:
@@ -135,7 +135,6 @@ def _yielding(problem: Problem, z: np.ndarray, q: np.ndarray, acting: np.ndarray
     """Largest violation of yield over the largest force on the lesser of a joint's blocks."""
     least = of_lesser_block(problem, acting)
     of_joints = slice(len(problem.face_joint))
-    violation = -z[of_joints] / problem.face_arm[of_joints] / least[problem.face_joint]
-    tension = -problem.normal_forces(q) / least
+    violation = -z[of_joints] / least[problem.face_joint]
     limits = -z[problem.table.limits].min(initial=np.inf) / acting.min()
-    return float(max(violation.max(), tension.max(), limits, 0.0))
+    return float(max(violation.max(), limits, 0.0))

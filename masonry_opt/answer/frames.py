@@ -142,16 +142,15 @@ def _vectors(assembly: Assembly, of_kinds: np.ndarray) -> np.ndarray:
 def _forces(assembly: Assembly, q: np.ndarray, u: np.ndarray, d: np.ndarray | None) -> dict[str, np.ndarray]:
     """Forces and rates of joints in the plane."""
     problem = assembly.problem
-    (n, s, m), (opening, slip, rotation) = problem.by_kind(q), problem.by_kind(u)
-    if d is not None:
-        rotation = relative_rotation(assembly, d)[:, 2]
+    (first, second, s), (*openings, slip) = problem.by_kind(q), problem.by_kind(u)
+    turning = np.full_like(s, np.nan) if d is None else relative_rotation(assembly, d)[:, 2]
     return {
-        "n": n * problem.force_unit,
+        "n": (first + second) * problem.force_unit,
         "s": s * problem.force_unit,
-        "m": np.where(problem.in_a_point, 0.0, m) * problem.force_unit * problem.length_unit,
+        "m": assembly.joints.extent / 2 * (second - first) * problem.force_unit,
         "slip": slip,
-        "opening": opening,
-        "rotation": rotation / problem.length_unit,
+        "opening": np.mean(openings, axis=0),
+        "rotation": turning / problem.length_unit,
     }
 
 
@@ -190,11 +189,9 @@ def _resultants(
 def _utilisation(problem: Problem, q: np.ndarray) -> np.ndarray:
     """Largest of |s|, in space |(s, t)|, over the true Coulomb limit (0 where friction is unlimited); in the
     plane of |m| over n L/2 (less what crushing takes) and of n over f_c L. NaN where a joint is idle."""
-    n, *others = problem.by_kind(q)
-    shears = problem.layout.dimension - 1
-    s, m = np.hypot.reduce(np.abs(others[:shears]), axis=0), np.zeros_like(n)
-    for moment in others[shears:]:
-        m = np.where(problem.in_a_point, 0.0, np.abs(moment) / problem.half_length)
+    points, n = problem.by_kind(q)[: problem.layout.points], problem.normal_forces(q)
+    s = np.hypot.reduce(np.abs(problem.shears(q)), axis=0)
+    m = points.max(axis=0) - points.min(axis=0)
     nothing = IDLE * (np.abs(n).max() or 1.0)  # no limit is taken for smaller
     limit = ShearLimits.true(problem).at(n[problem.sliding])
     most = n.copy()

@@ -72,7 +72,7 @@ def ray_residuals(
     """Residuals of B q + f_L = 0 and, on all faces but those ``still`` (faces,), of C(slope) q ≥ 0, as forces
     over Σ|f_L|, for joint forces q (3c,)."""
     equilibrium = float(np.abs(problem.B @ q + problem.live).max())
-    violation = np.where(still, 0.0, -(problem.C(slope) @ q) / problem.face_arm)
+    violation = np.where(still, 0.0, -(problem.C(slope) @ q))
     return equilibrium / problem.live_norm, float(violation.max(initial=0.0)) / problem.live_norm
 
 
@@ -90,6 +90,6 @@ def static_residual(problem: Problem, d: np.ndarray, p: np.ndarray, held: np.nda
     if not gain > 0:
         return float("inf")
     departure = float(np.abs(problem.departure(d, p, problem.friction)).max())
-    backwards = float(np.where(held, 0.0, -p * problem.face_arm).max(initial=0.0))
+    backwards = float(np.where(held, 0.0, -p).max(initial=0.0))
     against = max(0.0, -float(problem.live @ d) / problem.live_norm)
     return max(departure, backwards, against) / gain

@@ -134,7 +134,7 @@ def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reas
     if solution is None or isinstance(assembly, SpaceAssembly):
         return []
     problem, joints = assembly.problem, assembly.joints
-    limited = problem.in_a_point & np.isfinite(joints.strength)
+    limited = (joints.extent == 0) & np.isfinite(joints.strength)
     if solution.load_factor is None or solution.q is None:
         # What no load brings down, crushed corners may.
         endless = solution.status in (Status.UNLIMITED, Status.LOCKED, Status.JAMMED)

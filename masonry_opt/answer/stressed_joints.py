@@ -56,7 +56,8 @@ def stressed_joints(result: Outcome, above: float | None = None) -> pd.DataFrame
     if answer is None:
         raise OptionError(f"stressed_joints: the result has no mechanism: {result.status}")
     n, slip = problem.normal_forces(answer.q), problem.slip_speed(answer.d)
-    friction = problem.normal_forces(problem.N.T @ problem.friction)
+    friction = np.zeros(problem.joints)
+    friction[problem.sliding] = problem.friction
     frame = result.joints[["first", "second", "x", "y"]].assign(
         stress=result.joints["n"] / result.joints["length"],
         slip=result.joints["slip"],

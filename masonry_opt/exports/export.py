@@ -76,7 +76,10 @@ def _global(assembly: Assembly) -> Declared:
     of = bounds_of(problem, highest, assumed_rates(problem, known), Effort())
     rates = "follows from kinematics" if of.rates_derived else "is assumed"
     forces = "follow from statics" if of.forces_derived else "are assumed where statics set none"
-    model = PyomoGlobal(problem, _most_slack(problem, of), of.rates / problem.face_length, highest)
+    # Of rocking, openings are twice the rates.
+    most_rates = np.full(problem.faces, of.rates)
+    most_rates[problem.table.rocks] /= 2
+    model = PyomoGlobal(problem, _most_slack(problem, of), most_rates, highest)
     return model.program, [
         _objective("load_factor", problem),
         f"0 <= load_factor <= {highest:.9g} (a little above the associative one)",
@@ -86,9 +89,9 @@ def _global(assembly: Assembly) -> Declared:
 
 
 def _most_slack(problem: Problem, of: StateBounds) -> np.ndarray:
-    """Upper bounds of the slacks (faces,): 2 (c + μ n̂) of sliding, L n̂ of rocking."""
+    """Upper bounds of the slacks (faces,): 2 (c + μ n̂) of sliding, 2 n̂ of rocking."""
     shear = ShearLimits.true(problem).at(of.normal[problem.sliding])
-    most: np.ndarray = problem.face_length * of.normal[problem.face_joint]
+    most: np.ndarray = 2 * of.normal[problem.face_joint]
     most[problem.table.slides] = 2 * np.tile(shear, 2)
     return most
 

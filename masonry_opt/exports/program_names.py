@@ -106,10 +106,10 @@ def names_in(program: pyo.ConcreteModel, problem: Problem, labels: Labels) -> di
     block, space = labels.of_blocks, problem.layout.round
     of_components = {
         "load_factor": ["load_factor"],
-        "q": joints("n", "s", "t" if space else "m") + labels.of_limited("T"),
+        "q": joints(*(("n", "s", "t") if space else ("n1", "n2", "s"))) + labels.of_limited("T"),
         "d": block("vx", "vy", *(("vz", "wx", "wy", "wz") if space else ("omega",))),
         "equilibrium": block("fx", "fy", *(("fz", "mx", "my", "mz") if space else ("moment",))),
-        "compatibility": joints("opening", *(("slip_s", "slip_t") if space else ("slip", "rotation")))
+        "compatibility": joints(*(("opening", "slip_s", "slip_t") if space else ("opening_1", "opening_2", "slip")))
         + labels.of_limited("length"),
         "live_work": ["live_work"],
         "raising": ["raising"],
@@ -131,14 +131,14 @@ def names_in(program: pyo.ConcreteModel, problem: Problem, labels: Labels) -> di
 
 def _faces(problem: Problem, labels: Labels, kind: str) -> Iterator[str]:
     """Names of one kind, one a face."""
-    slides, rocks = ["slide_plus", "slide_minus"], ["rock_plus", "rock_minus"]
+    slides, rocks = ["slide_plus", "slide_minus"], ["rock_1", "rock_2"]
     if problem.layout.round:
         slides, rocks = [f"slide_{side + 1}" for side in range(len(problem.layout.senses))], ["open"]
     motions = [motion for motion in slides for _ in problem.sliding]
     motions += [motion for motion in rocks for _ in range(problem.joints)]
-    chords = range(2, len(CHORDS.slope) + 1)  # the first is that of rocking
-    for sense in ("plus", "minus"):
-        motions += [f"crush_{sense}_{chord}" for _ in problem.crushing for chord in chords]
+    chords = range(1, len(CHORDS.slope) + 1)
+    for point in (1, 2):
+        motions += [f"crush_{point}_{chord}" for _ in problem.crushing for chord in chords]
     for motion, number in zip(motions, problem.face_joint.tolist(), strict=True):
         yield f"{kind}_{motion}{labels.opens}{labels.joints[number]}{labels.closes}"
     for motion, forces in (("least", problem.table.below), ("most", problem.table.above)):

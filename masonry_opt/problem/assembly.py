@@ -67,6 +67,11 @@ class Assembly:
         return points.joint_of(self.joints)
 
     @property
+    def pressed(self) -> np.ndarray:
+        """Contact points at which each of the problem's joints presses, shape (points, c)."""
+        return points.pressed(self.joints)
+
+    @property
     def of_point(self) -> np.ndarray:
         """Index of the problem's joint that each contact point is part of, rising."""
         return self.joints.joint

@@ -44,8 +44,8 @@ def chord_rates(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    opening: over L/2, negative where material is crushed, shape (joints,).
-    rotation: shape (joints,).
+    opening: negative where material is crushed, shape (joints,).
+    rotation: times L/2, shape (joints,).
     """
     slope, joints, turning = CHORDS.slope, np.arange(len(opening)), np.abs(rotation)
     p = np.zeros((2, len(opening), len(slope)))
@@ -70,7 +70,7 @@ def parabola(n: np.ndarray, whole: np.ndarray) -> np.ndarray:
 
 
 def crushing_energy(opening: np.ndarray, rotation: np.ndarray) -> np.ndarray:
-    """Energy that the parabola dissipates in a motion, over L/2 · f_c L, shape (joints,): the greatest of
+    """Energy that the parabola dissipates in a motion, over f_c L, shape (joints,): the greatest of
     |rotation| x (1 − x) − opening x over 0 ≤ x ≤ 1.
 
     Opening and rotation are those of :func:`chord_rates`.

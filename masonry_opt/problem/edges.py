@@ -20,9 +20,8 @@ _NOTHING = 1e-14
 class EdgeFactors:
     """Numbers of the factors of statics and of kinematics, and the rows that they meet.
 
-    Statics: x₂, x₃ and z₀ (the shear s where a joint cannot slide) of each joint, then λ, then 1.
-    Kinematics: u₂, u₃, p₀, p₁ of each joint, then d, then 1. The edge forces are x₂ = (n − m/h)/2 and
-    x₃ = (n + m/h)/2, h = L/2, so rocking slacks are 2h x₂ and 2h x₃, and u = 2h p of rocking rates p.
+    Statics: x₂ = n₁, x₃ = n₂ and z₀ (the shear s where a joint cannot slide) of each joint, then λ, then 1.
+    Kinematics: u₂, u₃, p₀, p₁ of each joint, then d, then 1, with u = 2 p of rocking rates p.
 
     Attributes
     ----------
@@ -49,8 +48,7 @@ class EdgeFactors:
         of_slide = np.full((3, c), 0.0)
         of_slide[:, problem.sliding] = problem.friction, problem.cohesion, problem.dilatancy
         self._friction, self._cohesion, self._dilatancy = of_slide.tolist()
-        of_edges = (problem.B @ problem.table.from_edges).toarray()
-        self._columns = [of_edges[:, kind] for kind in np.arange(3 * c).reshape(3, -1)]
+        self._columns = [problem.B[:, kind].toarray() for kind in np.arange(3 * c).reshape(3, -1)]
 
     def forces_of(self, joint: int) -> range:
         """Factors of statics of a joint."""
@@ -135,10 +133,9 @@ class EdgeFactors:
 
     def of_forces(self, q: np.ndarray) -> np.ndarray:
         """The forces x₂, x₃, z₀ (or s) of joint forces q, shape (3c,)."""
-        problem = self.problem
-        last = problem.by_kind(q)[1].copy()
-        last[problem.sliding] = problem.slacks(q)[: len(problem.sliding)]
-        return np.stack([*problem.edge_forces(q), last], axis=1).ravel()
+        problem, forces = self.problem, self.problem.by_kind(q).copy()
+        forces[2, problem.sliding] = problem.slacks(q)[: len(problem.sliding)]
+        return forces.T.ravel()
 
     def joint_forces(self, y: np.ndarray) -> np.ndarray:
         """The joint forces q (3c,) of such x₂, x₃, z₀ (or s)."""
@@ -146,7 +143,7 @@ class EdgeFactors:
         x2, x3, last = y.reshape(-1, 3).T.copy()
         at, n = problem.sliding, x2 + x3
         last[at] = problem.cohesion + problem.friction * n[at] - last[at]
-        return np.asarray(problem.table.from_edges @ np.concatenate([x2, x3, last]))
+        return np.concatenate([x2, x3, last])
 
     def of_motion(self, d: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Rates u₂, u₃, p₀, p₁ (0 where a joint cannot slide) of face rates p, then velocities d."""
@@ -155,7 +152,7 @@ class EdgeFactors:
     def in_edges(self, of_faces: np.ndarray) -> np.ndarray:
         """Face rates, shape (faces,), as u₂, u₃, p₀, p₁ of each joint, flat."""
         problem, table = self.problem, self.problem.table
-        v, moved = np.zeros((problem.joints, 4)), of_faces * problem.face_length
-        v[:, :2] = moved[table.rocks].reshape(2, -1).T
-        v[problem.sliding, 2:] = moved[table.slides].reshape(2, -1).T
+        v = np.zeros((problem.joints, 4))
+        v[:, :2] = 2 * of_faces[table.rocks].reshape(2, -1).T
+        v[problem.sliding, 2:] = of_faces[table.slides].reshape(2, -1).T
         return v.ravel()

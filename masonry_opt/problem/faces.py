@@ -11,27 +11,30 @@ import scipy.sparse as sp
 from masonry_opt.problem.chords import CHORDS
 
 
+#: Kinds of force of a joint: two points and a shear, or a point and two.
+KINDS = 3
+
+
 @dataclass(frozen=True)
 class Layout:
-    """Rows of a block, forces of a joint, and senses of sliding.
+    """Rows of a block, points of a joint, and senses of sliding.
 
     Attributes
     ----------
     dimension: components of a force, on a block or in a joint.
     rows: rows of a block in B: ``dimension`` forces, then moments about its centroid.
-    kinds: kinds of force in q: normal forces of all joints, then ``dimension`` − 1 shears, then moments.
+    points: points at which a joint presses. Its kinds of force in q are a normal force at each, then
+        ``dimension`` − 1 shears: three in all.
     senses: shear that resists each sense of sliding, shape (senses, dimension − 1): in the plane two
         opposites, in space directions all round, at equal angles, the first half of one from the tangent.
     factor: share of the shear limit that holds in each sense.
-    edges: sign of the moment in each rocking face of a joint; a single 0 says n ≥ 0.
     """
 
     dimension: int
     rows: int
-    kinds: int
+    points: int
     senses: np.ndarray
     factor: float
-    edges: np.ndarray
 
     @property
     def round(self) -> bool:
@@ -54,19 +57,19 @@ class Layout:
         return rates
 
 
-#: Forces in x and y and one moment; n, s, m of a joint; two senses of sliding, two edges to turn about.
-PLANE = Layout(2, 3, 3, senses=np.array([[1.0], [-1.0]]), factor=1.0, edges=np.array([-1.0, 1.0]))
+#: Forces in x and y and one moment; n at both ends of a joint, about which it turns, and one shear.
+PLANE = Layout(2, 3, points=2, senses=np.array([[1.0], [-1.0]]), factor=1.0)
 
 
 def space(sides: int) -> Layout:
-    """Layout of space: three forces and three moments of a block; n and two shears of a contact point; so
+    """Layout of space: three forces and three moments of a block; n and two shears at a contact point; so
     many sides of a polygon inside the cone of friction, each ``cos(π/sides) (c + μ n) − e·(s, t) ≥ 0``.
 
     A corner of the polygon lies along the tangent, and where 4 divides their number along each axis: along
     these the polygon holds as much as the cone."""
     angles = 2 * np.pi / sides * (np.arange(sides) + 0.5)
     senses = np.column_stack([np.cos(angles), np.sin(angles)])
-    return Layout(3, 6, 3, senses=senses, factor=float(np.cos(np.pi / sides)), edges=np.zeros(1))
+    return Layout(3, 6, points=1, senses=senses, factor=float(np.cos(np.pi / sides)))
 
 
 class Faces:
@@ -74,9 +77,10 @@ class Faces:
     their friction and limits are.
 
     A *face* is one yield condition, and every array over faces has this order: sliding (+) of the k joints
-    that can slide, sliding (−) of them, rocking about one edge (+) of all c joints, rocking (−) of them,
-    then chords of crushing (+) and (−) of the joints of limited strength (see :mod:`~.chords`), then T not
-    below its lowest, and T not above its highest value of the limited forces that have one.
+    that can slide, sliding (−) of them, rocking (n₁ ≥ 0) of all c joints, rocking (n₂ ≥ 0) of them, then
+    chords of crushing at the first point and at the second of the joints of limited strength (see
+    :mod:`~.chords`), then T not below its lowest, and T not above its highest value of the limited forces
+    that have one. The slack of each is a force.
 
     Parameters
     ----------
@@ -91,17 +95,16 @@ class Faces:
     def __init__(
         self,
         layout: Layout,
-        half_length: np.ndarray,
+        joints: int,
         sliding: np.ndarray,
         crushing: np.ndarray,
         bounded: tuple[np.ndarray, np.ndarray],
     ) -> None:
-        self.layout, self.half_length, self.sliding, self.crushing = layout, half_length, sliding, crushing
-        self._of_chord = np.repeat(crushing, len(CHORDS.slope) - 1)
+        self.layout, self.joints, self.sliding, self.crushing = layout, joints, sliding, crushing
+        self._of_chord = np.repeat(crushing, len(CHORDS.slope))
         self.below, self.above = map(np.flatnonzero, bounded)
-        edges = len(layout.edges)
-        self.width: int = layout.kinds * len(half_length) + len(bounded[0])
-        rocking, crushed = edges * len(half_length), edges * len(self._of_chord)
+        self.width: int = KINDS * joints + len(bounded[0])
+        rocking, crushed = layout.points * joints, layout.points * len(self._of_chord)
         limits = len(self.below) + len(self.above)
         ends = np.cumsum([len(layout.senses) * len(sliding), rocking, crushed, limits]).tolist()
         self.slides, self.rocks, self.chords, self.limits = map(slice, [0, *ends], ends)
@@ -110,68 +113,48 @@ class Faces:
 
     @cached_property
     def N(self) -> sp.csr_array:
-        """Selects the normal forces of the joints that can slide, shape (k, 3c + t)."""
-        return selection(self.sliding, self.width)
-
-    @cached_property
-    def lever(self) -> np.ndarray:
-        """Slope of the rocking faces, shape (c,): L/2, less by the first chord where joints can crush."""
-        lever = self.half_length.copy()
-        lever[self.crushing] *= CHORDS.slope[0]
-        return lever
+        """Sums the normal forces of each joint that can slide, shape (k, 3c + t)."""
+        return normal_sums(self.layout, self.joints, self.width)[self.sliding]
 
     @cached_property
     def R(self) -> sp.csr_array:
-        """All faces but those of sliding, shape (2c + chords + limits, 3c + t): ``R q`` is n L/2 − m of every
-        joint, then n L/2 + m; of joints that can crush a n − m for each further chord, then a n + m; then T
-        of the limited forces bounded below, −T of those bounded above."""
-        joints = len(self.half_length)
-        slope = np.outer(self.half_length[self.crushing], CHORDS.slope[1:]).ravel()
-        entries = []
-        for joint, leaning in ((np.arange(joints), self.lever), (self._of_chord, slope)):
-            for sign in self.layout.edges.tolist():
-                moment = (self.layout.kinds - 1) * joints + joint
-                turning = np.full_like(leaning, sign)
-                entries.append((np.stack([joint, moment], 1), np.stack([leaning, turning], 1)))
-        columns, values = (np.concatenate(parts).ravel() for parts in zip(*entries, strict=True))
-        starts = np.arange(0, len(columns) + 1, 2)
-        forces = np.append(self.below, self.above)
-        columns = np.append(columns, self.layout.kinds * joints + forces)
-        values = np.append(values, np.repeat([1.0, -1.0], [len(self.below), len(self.above)]))
-        starts = np.append(starts, starts[-1] + 1 + np.arange(len(forces)))
-        matrix = sp.csr_array((values, columns, starts), (len(starts) - 1, self.width))
-        matrix.eliminate_zeros()
-        return matrix
+        """All faces but those of sliding, shape (2c + chords + limits, 3c + t): ``R q`` is 2 n₁ of every
+        joint, the paper's n L/2 − m over L/2, then 2 n₂; in space n. Of joints that can crush 2 n₁ − (1 − a) n
+        for each chord of slope a, then 2 n₂ − (1 − a) n; then T of the limited forces bounded below, −T of
+        those bounded above."""
+        points, forces = self.layout.points, np.append(self.below, self.above)
+        signs = np.repeat([1.0, -1.0], [len(self.below), len(self.above)])
+        limited = sp.csr_array(sp.diags_array(signs) @ selection(KINDS * self.joints + forces, self.width))
+        rocking = points * selection(np.arange(points * self.joints), self.width)
+        if not len(self._of_chord):
+            return sp.vstack([rocking, limited], format="csr") if len(forces) else rocking
+        lost = sp.diags_array(np.tile(1 - CHORDS.slope, len(self.crushing)))
+        total = normal_sums(self.layout, self.joints, self.width)[self._of_chord]
+        at_points = [
+            points * selection(point * self.joints + self._of_chord, self.width) for point in range(points)
+        ]
+        return sp.vstack([rocking, *(one - lost @ total for one in at_points), limited], format="csr")
 
     @cached_property
     def L(self) -> sp.csr_array:
         """Rows of R that limit forces, shape (limits, 3c + t)."""
-        return self.R[self.chords.stop - self.chords.start + self.rocks.stop - self.rocks.start :]
-
-    @cached_property
-    def from_edges(self) -> sp.csr_array:
-        """Turns the forces at the first and second edge of each joint, and its shear, into q, shape (3c, 3c):
-        n = x₂ + x₃, m = lever · (x₃ − x₂); in space contact points are edges: q as it is."""
-        if len(self.layout.edges) == 1:
-            return sp.eye_array(self.layout.kinds * len(self.lever), format="csr")
-        one, arm = sp.eye_array(len(self.lever)), sp.diags_array(self.lever)
-        return sp.block_array([[one, one, None], [None, None, one], [-arm, arm, None]], format="csr")
+        return self.R[self.chords.stop - self.slides.stop :]
 
     def C(self, slope: np.ndarray) -> sp.csr_array:
         """Yield conditions with shear limits of that slope, shape (k,): rows over the faces, shape
         (faces, 3c + t)."""
         # Put together by hand: products and sums of sparse matrices would be most of a certificate's time.
         k, rest, (senses, shears) = len(self.sliding), self.R, self.layout.senses.shape
-        entries = np.empty((senses, k, 1 + shears))
-        entries[..., 0] = self.layout.factor * slope
-        entries[..., 1:] = -self.layout.senses[:, None, :]
-        columns = np.add.outer(self.sliding, np.arange(1 + shears) * len(self.half_length))
+        entries = np.empty((senses, k, KINDS))
+        entries[..., :-shears] = self.layout.factor * slope[:, None]
+        entries[..., -shears:] = -self.layout.senses[:, None, :]
+        columns = np.add.outer(self.sliding, np.arange(KINDS) * self.joints)
         matrix = sp.csr_array(
             (
                 np.append(entries.ravel(), rest.data),
                 np.concatenate([np.tile(columns.ravel(), senses), rest.indices]),
                 np.append(
-                    np.arange(0, entries.size, 1 + shears, dtype=rest.indptr.dtype),
+                    np.arange(0, entries.size, KINDS, dtype=rest.indptr.dtype),
                     entries.size + rest.indptr,
                 ),
             ),
@@ -191,25 +174,9 @@ class Faces:
     @cached_property
     def face_joint(self) -> np.ndarray:
         """The joint that each face belongs to, shape (faces − limits,): the last ones are of no joint."""
-        edges, every = len(self.layout.edges), np.arange(len(self.half_length))
+        points, every = self.layout.points, np.arange(self.joints)
         sliding = np.tile(self.sliding, len(self.layout.senses))
-        return np.concatenate([sliding, np.tile(every, edges), np.tile(self._of_chord, edges)])
-
-    @cached_property
-    def face_arm(self) -> np.ndarray:
-        """Divisor that makes a slack a force: 1, or L/2 where it is a moment, shape (faces,)."""
-        arm = np.ones(self.count)
-        joints = slice(self.rocks.start, self.chords.stop)
-        arm[joints] = self.half_length[self.face_joint[joints]]
-        return arm
-
-    @cached_property
-    def face_length(self) -> np.ndarray:
-        """Factor that makes a rate a slip or the opening of an edge, shape (faces,)."""
-        length = np.ones(self.count)
-        joints = slice(self.rocks.start, self.chords.stop)
-        length[joints] = len(self.layout.edges) * self.lever[self.face_joint[joints]]
-        return length
+        return np.concatenate([sliding, np.tile(every, points), np.tile(self._of_chord, points)])
 
     def slip_speed(self, p: np.ndarray) -> np.ndarray:
         """Speed of slip of the joints that can slide, shape (k,), in rates p, shape (faces,)."""
@@ -218,14 +185,24 @@ class Faces:
 
     @cached_property
     def bent(self) -> np.ndarray:
-        """Rocking faces and chords of the joints that can crush, (+) and (−), shape (2, l, chords)."""
-        faces, edges, joints = np.arange(self.count), len(self.layout.edges), len(self.crushing)
-        rocking = faces[self.rocks].reshape(edges, -1)[:, self.crushing, None]
-        chords = faces[self.chords].reshape(edges, joints, len(CHORDS.slope) - 1)
-        return np.concatenate([rocking, chords], axis=2)
+        """Chords of the joints that can crush, at the first and second point, shape (2, l, chords)."""
+        chords = np.arange(self.count)[self.chords]
+        return chords.reshape(self.layout.points, len(self.crushing), len(CHORDS.slope))
+
+    @cached_property
+    def turning(self) -> np.ndarray:
+        """Rocking faces of the joints that can crush, shape (2, l)."""
+        return np.arange(self.count)[self.rocks].reshape(self.layout.points, -1)[:, self.crushing]
 
 
 def selection(columns: np.ndarray, width: int) -> sp.csr_array:
     """Matrix that picks entries of a vector of that width, one a row."""
     count = len(columns)
     return sp.csr_array((np.ones(count), (np.arange(count), columns)), shape=(count, width))
+
+
+def normal_sums(layout: Layout, joints: int, width: int) -> sp.csr_array:
+    """Sums the normal forces of each joint in a vector of that width, shape (c, width)."""
+    columns = np.add.outer(np.arange(joints), joints * np.arange(layout.points)).ravel()
+    starts = np.arange(0, len(columns) + 1, layout.points)
+    return sp.csr_array((np.ones(len(columns)), columns, starts), shape=(joints, width))

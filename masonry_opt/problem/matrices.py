@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
-from masonry_opt.problem.faces import PLANE, Faces, Layout, selection
+from masonry_opt.problem.faces import KINDS, PLANE, Faces, Layout, selection
 
 #: Tables of faces that matrices remember: of the laws that the programs in use are declared under.
 _REMEMBERED = 4
@@ -22,21 +22,20 @@ class Matrices:
     Attributes
     ----------
     B: equilibrium matrix, shape (3b, 3c + t); rows fx, fy, moment about the centroid of each block,
-        columns n (compression > 0) of all joints, then s, then m (about the joint's middle), then the
-        limited forces, each on a line of its own: of ties, props, earth.
-    half_length: L / 2 of each joint, shape (c,); 1 where a corner stands on an edge, whose column m of B is
-        empty: there the two rocking faces say n ≥ 0, and m says nothing.
+        columns n₁ (compression > 0) at the start of all joints, then n₂ at their end, then s, then the
+        limited forces, each on a line of its own: of ties, props, earth. The paper's n is n₁ + n₂, its m,
+        about the joint's middle, L/2 (n₂ − n₁). In space n of all contact points, then s, then t.
+    extent: length of each joint, in space area that a contact point stands for, over the median, which its
+        stiffness grows with, shape (c,); 1 where there is none, as of a corner on an edge.
     length_unit: what a dimensionless length is multiplied by.
-    layout: the numbers 3 and 3 above, and what goes with them.
-    areas: area that each contact point in space stands for, shape (c,); None in the plane.
+    layout: rows of a block and points of a joint, and what goes with them.
     limited: number of limited forces, t.
     """
 
     B: sp.csr_array
-    half_length: np.ndarray
+    extent: np.ndarray
     length_unit: float
     layout: Layout = PLANE
-    areas: np.ndarray | None = None
     limited: int = 0
     _tables: dict[tuple[bytes, ...], Faces] = field(default_factory=dict, init=False, repr=False)
 
@@ -48,22 +47,17 @@ class Matrices:
     @property
     def joints(self) -> int:
         """Number of joints, c."""
-        return (self.B.shape[1] - self.limited) // self.layout.kinds
+        return (self.B.shape[1] - self.limited) // KINDS
 
     @cached_property
     def of_joints(self) -> sp.csr_array:
         """Columns of B that are of joints, shape (3b, 3c)."""
-        return self.B[:, : self.layout.kinds * self.joints] if self.limited else self.B
+        return self.B[:, : KINDS * self.joints] if self.limited else self.B
 
     @cached_property
     def of_limited(self) -> sp.csr_array:
         """Columns of B that are of limited forces, shape (3b, t)."""
-        return self.B[:, self.layout.kinds * self.joints :]
-
-    @property
-    def extent(self) -> np.ndarray:
-        """What the stiffness of joints grows with, shape (c,): their length, or area."""
-        return self.half_length if self.areas is None else self.areas
+        return self.B[:, KINDS * self.joints :]
 
     def faces(
         self, sliding: np.ndarray, crushing: np.ndarray, bounded: tuple[np.ndarray, np.ndarray]
@@ -74,7 +68,7 @@ class Matrices:
         if key not in self._tables:
             for oldest in list(self._tables)[: 1 - _REMEMBERED]:
                 del self._tables[oldest]
-            self._tables[key] = Faces(self.layout, self.half_length, sliding, crushing, bounded)
+            self._tables[key] = Faces(self.layout, self.joints, sliding, crushing, bounded)
         return self._tables[key]
 
     def by_block(self, of_rows: np.ndarray) -> np.ndarray:
@@ -83,7 +77,7 @@ class Matrices:
 
     def by_kind(self, of_columns: np.ndarray) -> np.ndarray:
         """Forces or motions of joints, in those of all columns, shape (3c + t,), by kind, shape (3, c)."""
-        return of_columns[: len(of_columns) - self.limited].reshape(self.layout.kinds, -1)
+        return of_columns[: len(of_columns) - self.limited].reshape(KINDS, -1)
 
     def of_forces(self, of_columns: np.ndarray) -> np.ndarray:
         """Limited forces or their motions, shape (t,), in those of all columns, shape (3c + t,)."""
@@ -106,20 +100,12 @@ class Matrices:
 
     @cached_property
     def longest_arm(self) -> np.ndarray:
-        """Longest arm of a force on each block, half a joint's length at least, shape (b,)."""
+        """Longest arm of a joint's force on each block, shape (b,)."""
         moments = self.by_block(np.arange(self.B.shape[0]))[:, self.layout.dimension :]
-        of_forces = abs(self.B[moments.ravel(), : self.layout.dimension * self.joints])
+        of_forces = abs(self.of_joints[moments.ravel()])
         arms = of_forces.max(axis=1).toarray().reshape(moments.shape).max(axis=1)
-        block, joint = self.touching
-        np.maximum.at(arms, block, self.half_length[joint])
         # Where there is none, as of a block that ties alone hold, the unit of length.
         return np.where(arms > 0, arms, 1.0)
-
-    @cached_property
-    def in_a_point(self) -> np.ndarray:
-        """Whether each joint carries no moment, as a corner on an edge, shape (c,)."""
-        moments = self.of_joints[:, self.layout.dimension * self.joints :].tocsc()
-        return ~np.diff(moments.indptr).reshape(-1, self.joints).any(axis=0)
 
     @cached_property
     def part(self) -> np.ndarray:

@@ -1,11 +1,11 @@
-"""Joints as matrices: their forces act about their middles, in space at the corners of their polygons."""
+"""Joints as matrices: where they press, and along what they slide."""
 
 from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
 
-from masonry_opt.problem.faces import space
+from masonry_opt.problem.faces import KINDS, PLANE, space
 from masonry_opt.problem.loads import moment_of
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.scene.contacts.joints import Joints
@@ -21,46 +21,51 @@ def joint_of(joints: Joints) -> np.ndarray:
     return np.arange(len(joints.first)) if joints.normal.shape[1] == 2 else joints.joint
 
 
+def pressed(joints: Joints) -> np.ndarray:
+    """Contact points at which each of the problem's joints presses, shape (2, c): its start and its end, the
+    same where a corner stands on an edge; in space, (1, c), itself."""
+    if joints.normal.shape[1] == 2:
+        return np.stack([joints.first_point, joints.last_point])
+    return np.arange(len(joints.joint))[None]
+
+
 def matrices(joints: Joints, shapes: Extents, movable: np.ndarray, length_unit: float) -> Matrices:
     """B with lengths in ``length_unit``: rows forces, then moments about the centroid of each movable block.
-    Columns in the plane n and s of all joints, then m, which those without length do not carry; in space n of
-    all contact points, then s along the joint's tangent, then t along normal × tangent. They act on the first
-    block as they are, on the second reversed.
+    Columns are wrenches of unit forces: n₁ at the start of all joints, n₂ at their end, then s along their
+    tangent; in space n at all contact points, then s along the joint's tangent, then t along normal × tangent.
+    They act on the first block as they are, on the second reversed.
 
     Parameters
     ----------
     movable: indices into the scene's blocks, shape (b,).
     """
-    joint = joint_of(joints)
+    joint, at = joint_of(joints), joints.point[pressed(joints)]
     count, dimension = len(joint), joints.normal.shape[1]
     normal, tangent = joints.normal[joint], joints.tangent[joint]
-    long = joints.extent > 0
-    if dimension == 2:
-        place, third, couple = joints.middle, np.zeros_like(normal), long.astype(float)
-    else:
-        place, third, couple = joints.point, np.cross(normal, tangent), np.zeros(3)
+    tangents = [tangent] if dimension == 2 else [tangent, np.cross(normal, tangent)]
+    forces = [*((place, normal) for place in at), *((at.mean(axis=0), along) for along in tangents)]
     of_block = 3 * (dimension - 1)
     row_of = np.full(len(shapes.size), -1)
     row_of[movable] = np.arange(len(movable))
     rows, columns, values = [], [], []
     for of_joint, sign in ((joints.first, 1.0), (joints.second, -1.0)):
         block = of_joint[joint]
-        arm = (place - shapes.centroid[block]) / length_unit
-        for kind, force in enumerate((normal, tangent, third)):
-            moment = moment_of(arm, force) + (couple if kind == 2 else 0.0)
-            entries = sign * np.column_stack([force, moment])
+        for kind, (place, force) in enumerate(forces):
+            arm = (place - shapes.centroid[block]) / length_unit
+            entries = sign * np.column_stack([force, moment_of(arm, force)])
             rows.append(of_block * row_of[block][:, None] + np.arange(of_block))
             columns.append(np.broadcast_to((kind * count + np.arange(count))[:, None], entries.shape))
             values.append(entries)
     row, column, value = (np.concatenate(parts).ravel() for parts in (rows, columns, values))
     # Fixed blocks have no rows; exact zeros (axis-aligned joints) stay out of the pattern.
     kept = (row >= 0) & (value != 0)
-    B = sp.csr_array((value[kept], (row[kept], column[kept])), shape=(of_block * len(movable), 3 * count))
-    if dimension == 2:
-        return Matrices(B, np.where(long, joints.extent / 2 / length_unit, 1.0), length_unit)
+    B = sp.csr_array(
+        (value[kept], (row[kept], column[kept])), shape=(of_block * len(movable), KINDS * count)
+    )
     share = shares(joints, joint)
     usual = float(np.median(share[share > 0])) if share.any() else 1.0
-    return Matrices(B, np.ones(count), length_unit, space(SIDES), np.where(share > 0, share / usual, 1.0))
+    extent = np.where(share > 0, share / usual, 1.0)
+    return Matrices(B, extent, length_unit, PLANE if dimension == 2 else space(SIDES))
 
 
 def shares(joints: Joints, joint: np.ndarray) -> np.ndarray:

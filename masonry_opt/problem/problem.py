@@ -109,13 +109,11 @@ class Problem:
     settled: np.ndarray | None = None
 
     B = _Of[sp.csr_array]("matrices")
-    half_length = _Of[np.ndarray]("matrices")
     length_unit = _Of[float]("matrices")
     layout = _Of[Layout]("matrices")
     blocks = _Of[int]("matrices")
     joints = _Of[int]("matrices")
     touching = _Of[tuple[np.ndarray, np.ndarray]]("matrices")
-    in_a_point = _Of[np.ndarray]("matrices")
     part = _Of[np.ndarray]("matrices")
     of_forces = _Of[_ToArray]("matrices")
     by_block = _Of[_ToArray]("matrices")
@@ -136,12 +134,9 @@ class Problem:
     C = _Of[Callable[[np.ndarray], sp.csr_array]]("table")
     N = _Of[sp.csr_array]("table")
     R = _Of[sp.csr_array]("table")
-    lever = _Of[np.ndarray]("table")
     limit_factors = _Of[sp.csr_array]("table")
     bent = _Of[np.ndarray]("table")
     face_joint = _Of[np.ndarray]("table")
-    face_arm = _Of[np.ndarray]("table")
-    face_length = _Of[np.ndarray]("table")
 
     @cached_property
     def table(self) -> Faces:
@@ -219,10 +214,10 @@ class Problem:
         given: np.ndarray = moved + self.compliance * (q if self.settled is None else q - self.settled)
         return given
 
-    def _motion(self, d: np.ndarray, q: np.ndarray | None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Opening (c,), slip (shears, c), and rotation, 0 where no moment acts, (c,)."""
-        motion, dimension = self.by_kind(self.motion(d, q)), self.layout.dimension
-        return motion[0], motion[1:dimension], motion[dimension:].sum(axis=0)
+    def _motion(self, d: np.ndarray, q: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+        """Opening at the points (points, c) and slip (shears, c) of joints."""
+        motion, points = self.by_kind(self.motion(d, q)), self.layout.points
+        return motion[:points], motion[points:]
 
     @property
     def columns_of_sliding(self) -> np.ndarray:
@@ -247,9 +242,8 @@ class Problem:
     def face_constant(self) -> np.ndarray:
         """Constant part of the chords of crushing and of the limits of forces, zero on all other faces, shape
         (faces,)."""
-        constant, whole = np.zeros(self.faces), self.half_length[self.crushing] * self.crushing_force
-        each = np.outer(whole, CHORDS.constant[1:]).ravel()
-        constant[self.table.chords] = np.tile(each, len(self.layout.edges))
+        constant = np.zeros(self.faces)
+        constant[self.table.bent] = np.outer(self.crushing_force, CHORDS.constant)
         limits = np.append(-self.lowest[self.table.below], self.highest[self.table.above])
         constant[self.table.limits] = limits
         return constant
@@ -269,9 +263,9 @@ class Problem:
             return np.concatenate([sliding, self._rest(q)])
         z = self.true_yield @ q + self.face_cohesion
         if curved and len(self.crushing):
-            n, _, m = self.by_kind(q)[:, self.crushing]
-            most = self.half_length[self.crushing] * parabola(n, self.crushing_force)
-            z[self.bent] = np.stack([most - m, most + m])[..., None]
+            at_points = self.by_kind(q)[: self.layout.points, self.crushing]
+            lost = at_points.sum(axis=0) ** 2 / self.crushing_force
+            z[self.bent] = (self.layout.points * at_points - lost)[..., None]
         return z
 
     def _rest(self, q: np.ndarray) -> np.ndarray:
@@ -290,12 +284,11 @@ class Problem:
         z = self.slacks(q)
         if not curved:
             return float(np.abs(z * p).sum())
-        joints, half = self.crushing, self.half_length[self.crushing]
-        n, _, m = self.by_kind(q)[:, joints]
+        first, second = self.by_kind(q)[: self.layout.points, self.crushing]
         bent = p[self.bent]
-        opening, rotation = (bent.sum(axis=0) * CHORDS.slope).sum(axis=1), (bent[1] - bent[0]).sum(axis=1)
-        given = crushing_energy(opening, rotation) * half * self.crushing_force
-        taken = -n * half * opening - m * rotation
+        opening, turning = (bent.sum(axis=0) * CHORDS.slope).sum(axis=1), (bent[1] - bent[0]).sum(axis=1)
+        given = crushing_energy(opening, turning) * self.crushing_force
+        taken = -(first + second) * opening - (second - first) * turning
         z[self.bent] = 0.0
         return float(np.abs(z * p).sum() + np.abs(given - taken).sum())
 
@@ -304,11 +297,10 @@ class Problem:
     ) -> np.ndarray:
         """Rates p ≥ 0 with which the joints could follow Bᵀd under a flow rule, shape (faces,).
 
-        Slip gives the sliding rates, of one sense only, in space of the two next to its direction; rotation
-        and the opening that sliding does not explain give the rocking rates, in space that opening alone.
-        Where it is too small for p ≥ 0, slip and rotation are kept, and ``Bᵀd − D p`` is the violation of the
-        flow rule. Rates of sliding are slips, as velocities are; of rocking rotations (times length unit), in
-        space openings.
+        Slip gives the sliding rates, of one sense only, in space of the two next to its direction; the opening
+        at its points that sliding does not explain gives the rocking rates. Where that is negative, ``Bᵀd −
+        D p`` is the violation of the flow rule. Rates of sliding are slips, as velocities are; of rocking
+        half the openings, in space openings.
 
         Parameters
         ----------
@@ -317,28 +309,19 @@ class Problem:
         q: forces under which contacts give, shape (3c,), if they do.
         curved: as in ``slacks``.
         """
-        layout, (opening, slip, rotation) = self.layout, self._motion(d, q)
-        slides = layout.rates(slip[:, self.sliding])
-        opening[self.sliding] -= slope * self._sliding(slides, curved)
-        apart, turned = opening / self.lever, np.multiply.outer(layout.edges, rotation)
-        about = np.maximum((apart + turned) / len(turned), 0.0)
-        # Never more than the rotation demands when the joint cannot open that far.
-        rock = np.where(apart >= np.abs(rotation), about, turned)
+        opening, slip = self._motion(d, q)
+        slides = self.layout.rates(slip[:, self.sliding])
+        opening[:, self.sliding] -= slope * self._sliding(slides, curved)
         crush = np.zeros(0)
         if len(joints := self.crushing):
             # A joint that can crush follows every motion.
-            both = chord_rates(opening[joints] / self.half_length[joints], rotation[joints])
-            rock[:, joints], crush = both[..., 0], both[..., 1:].ravel()
+            first, second = opening[:, joints]
+            crush = chord_rates((first + second) / 2, (second - first) / 2).ravel()
+            opening[:, joints] = 0.0
+        rock = opening / self.layout.points
         gives = self.of_forces(self.motion(d, q))
         limits = np.append(gives[self.table.below], -gives[self.table.above])
         return np.maximum(np.concatenate([slides.ravel(), rock.ravel(), crush, limits]), 0.0)
-
-    def edge_forces(self, q: np.ndarray) -> np.ndarray:
-        """Forces at the edges about which joints rock, in force units, shape (2, c): (n ∓ m / lever) / 2; in
-        space at the contact points, shape (1, c): n."""
-        layout, kinds = self.layout, self.by_kind(q)
-        moment = kinds[layout.dimension :].sum(axis=0) / self.lever
-        return (kinds[0] + np.multiply.outer(layout.edges, moment)) / len(layout.edges)
 
     def unbalanced(self, load_factor: float, q: np.ndarray) -> np.ndarray:
         """What joint forces and loads leave of equilibrium, eq. (1), shape (3b,)."""
@@ -374,7 +357,12 @@ class Problem:
 
     def normal_forces(self, q: np.ndarray) -> np.ndarray:
         """Normal forces of all joints, shape (c,), in forces q, shape (3c,)."""
-        return q[: self.joints]
+        total: np.ndarray = self.by_kind(q)[: self.layout.points].sum(axis=0)
+        return total
+
+    def shears(self, q: np.ndarray) -> np.ndarray:
+        """Shears of all joints, shape (1, c), in space (2, c), in forces q, shape (3c,)."""
+        return self.by_kind(q)[self.layout.points :]
 
 
 @dataclass(frozen=True)

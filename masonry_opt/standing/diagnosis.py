@@ -109,7 +109,7 @@ def carries(problem: Problem, q: np.ndarray, most: float = DRIVES) -> bool:
     """Whether forces (3c,) carry the dead load: they leave no more out of balance, in all, and beyond yield;
     by default than a mechanism may have of power. (By duality the greatest is the least that forces leave.)
     """
-    beyond = -float((problem.slacks(q, curved=problem.layout.round) / problem.face_arm).min(initial=0.0))
+    beyond = -float(problem.slacks(q, curved=problem.layout.round).min(initial=0.0))
     return max(float(np.abs(problem.unbalanced(0.0, q)).sum()), beyond) <= most
 
 
@@ -186,7 +186,7 @@ def locking_joints(
         if d is None:
             return none
         departure = problem.departure(d, problem.rates(d, problem.friction), problem.friction)
-        cannot_open = np.abs(problem.by_kind(departure)[0])
+        cannot_open = np.abs(problem.by_kind(departure)[: problem.layout.points]).max(axis=0)
         amount = np.where(problem.slip_speed(d) > SLIDES * np.abs(d).max(), cannot_open, 0.0)
     elif status in (Status.UNLIMITED, Status.JAMMED):
         slope = problem.dilatancy if status is Status.UNLIMITED else problem.friction
@@ -246,7 +246,7 @@ def _finer(problem: Problem, found: tuple[np.ndarray, np.ndarray] | None, senses
     point, along, inside = senses
     if found is not None:
         for vectors in (problem.B.T @ found[0], -found[1]):
-            shears = problem.by_kind(vectors)[1:, problem.sliding]
+            shears = problem.shears(vectors)[:, problem.sliding]
             size = np.hypot(*shears)
             some = np.flatnonzero(size > ROUNDING)
             point, along = np.append(point, some), np.append(along, shears[:, some] / size[some], axis=1)

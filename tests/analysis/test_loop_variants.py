@@ -67,7 +67,7 @@ def test_only_joints_at_yield_are_turned():
     kept = 0
     for before, now in itertools.pairwise(said[1:]):
         limit = before.limits.cohesion + before.limits.slope * (problem.N @ before.state.q)
-        shear = np.abs(problem.by_kind(before.state.q)[1, problem.sliding])
+        shear = np.abs(problem.shears(before.state.q)[0, problem.sliding])
         far = shear < 0.99 * limit
         np.testing.assert_array_equal(now.limits.slope[far], before.limits.slope[far])
         np.testing.assert_array_equal(now.limits.cohesion[far], before.limits.cohesion[far])

@@ -78,8 +78,7 @@ def lifted(plane: Result, thickness: float) -> Answer:
     problem, contacts, shapes = assembly.problem, assembly.joints, assembly.geometry
     of_plane, flat = plane.assembly, plane.assembly.problem
     assert plane.solution.answer is not None
-    n, s, m = flat.by_kind(plane.solution.answer.q) * flat.force_unit
-    m = m * flat.length_unit
+    first, second, s = flat.by_kind(plane.solution.answer.q) * flat.force_unit
     index = {pair: k for k, pair in enumerate(_places(of_plane))}
     q = np.zeros((3, problem.joints))
     for point, joint in enumerate(contacts.joint):
@@ -88,13 +87,14 @@ def lifted(plane: Result, thickness: float) -> Answer:
         assert contacts.normal[joint] == pytest.approx(normal, abs=1e-9)
         along = np.array([normal[2], 0.0, -normal[0]])  # a quarter turn clockwise
         at = contacts.point[point] + shapes.origin - _middle(contacts, shapes, joint)
-        length = of_plane.joints.extent[k]
-        edge = n[k] / 2 + (np.sign(at @ along) * m[k] / length if length else 0.0)
-        q[0, point] = edge / 2
+        length, n = of_plane.joints.extent[k], first[k] + second[k]
+        ends = of_plane.joints.end[k] - of_plane.joints.start[k]
+        at_end = np.sign(at @ along) == np.sign(ends @ along[[0, 2]])
+        q[0, point] = ((second[k] if at_end else first[k]) if length else n / 2) / 2
         points = 4 if length else 2
         cohesion = of_plane.joints.cohesion[k] * length * of_plane.scene.thickness
         friction = min(of_plane.joints.friction[k], 1e9)
-        whole = cohesion + friction * n[k]
+        whole = cohesion + friction * n
         shear = s[k] * (cohesion / points + friction * q[0, point]) / (whole or 1.0) * along
         tangent = contacts.tangent[joint]
         q[1, point], q[2, point] = shear @ tangent, shear @ np.cross(contacts.normal[joint], tangent)

@@ -197,14 +197,15 @@ def test_the_bracket_refuses_what_it_does_not_know():
 
 
 def by_fibres(scene: mo.Scene, fibres: int = 200) -> float:
-    """Largest λ with B q + λ f_L + f_D = 0, |s| ≤ μ n, n = Σ σ ΔL, m = Σ σ ΔL y and 0 ≤ σ ≤ f_c."""
+    """Largest λ with B q + λ f_L + f_D = 0, |s| ≤ μ n, n = Σ σ ΔL, m = Σ σ ΔL y and 0 ≤ σ ≤ f_c: each
+    fibre's force as two at the ends."""
     assembly = assemble(scene)
     problem, c = assembly.problem, assembly.problem.joints
-    y = (np.arange(fibres) + 0.5) / fibres * 2 - 1
+    share = (np.arange(fibres) + 0.5) / fibres
     one = sp.eye_array(c)
-    n_of, m_of = sp.kron(one, np.ones((1, fibres))), sp.kron(sp.diags_array(problem.half_length), y[None, :])
+    n_of, first, second = (sp.kron(one, of[None, :]) for of in (np.ones(fibres), 1 - share, share))
     B = problem.B.tocsc()
-    equal = sp.hstack([B[:, :c] @ n_of + B[:, 2 * c :] @ m_of, B[:, c : 2 * c], problem.live[:, None]])
+    equal = sp.hstack([B[:, :c] @ first + B[:, c : 2 * c] @ second, B[:, 2 * c :], problem.live[:, None]])
     slide = sp.diags_array(problem.friction) @ n_of
     within = sp.vstack([sp.hstack([-slide, sign * one, np.zeros((c, 1))]) for sign in (1, -1)])
     strength = scene.joints.strength * assembly.joints.extent / problem.force_unit / fibres

@@ -51,7 +51,8 @@ def followed(**options: float) -> pd.DataFrame:
     at = list(problem.sliding).index(joint)
     rows = []
     for step in steps:
-        n, s, _ = problem.force_unit * problem.by_kind(step.solved.state.q)[:, joint]
+        q = problem.force_unit * step.solved.state.q
+        n, s = problem.normal_forces(q)[joint], problem.shears(q)[0, joint]
         slope, c = step.solved.limits.slope[at], problem.force_unit * step.solved.limits.cohesion[at]
         rows.append({"λ/μ": step.load_factor / MU, "n": n, "s": abs(s), "slope": slope, "c": c})
     return pd.DataFrame(rows, index=range(1, len(rows) + 1))

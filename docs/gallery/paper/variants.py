@@ -40,7 +40,8 @@ def move_limit(share: float):
 def only_at_yield(turn):
     """Limits of joints that carry less than 0.999 of theirs stay as they were."""
     limits, following = turn.last.limits, turn.limits()
-    n, s, _ = turn.problem.by_kind(turn.last.state.q)[:, turn.problem.sliding]
+    problem, q = turn.problem, turn.last.state.q
+    n, s = (forces[problem.sliding] for forces in (problem.normal_forces(q), *problem.shears(q)))
     stays = np.abs(s) < (1 - 1e-3) * limits.at(n)
     slope, cohesion = (
         np.where(stays, getattr(limits, name), getattr(following, name)) for name in ("slope", "cohesion")

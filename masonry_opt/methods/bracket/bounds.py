@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.sparse as sp
 
 from masonry_opt.answer.acceptance import BEYOND_LIMITS
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
 from masonry_opt.problem.edges import EdgeFactors
+from masonry_opt.problem.faces import normal_sums, selection
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.highs_session import HighsSession
 from masonry_opt.solvers.lp import Verdict
@@ -51,8 +53,8 @@ class StateBounds:
 
     def allow(self, q: np.ndarray, rates: float) -> bool:
         """Whether a state's forces (3c,) and the sum of its rates stay below what is assumed."""
-        forces = np.abs(q.reshape(-1, len(self.normal)))[:2]
-        most = np.stack([self.normal, self.forces[2::3]])
+        first, second, shear = np.abs(q.reshape(3, -1))
+        forces, most = np.stack([first + second, shear]), np.stack([self.normal, self.forces[2::3]])
         within = self.forces_derived or bool((forces <= most + BEYOND_LIMITS * (1 + most)).all())
         return within and (self.rates_derived or rates < self.rates)
 
@@ -98,15 +100,17 @@ def _force_limits(
     session, q = HighsSession(forces.program, effort, _PURPOSE), forces.statics.q
     c, highest = problem.joints, within[1]
     cannot_slide = np.setdiff1d(np.arange(c), problem.sliding)
-    targets = np.concatenate([np.arange(c), c + cannot_slide])
-    steep = max(1.0, float(problem.half_length.max()), float(problem.friction.max(initial=0.0)))
+    width = problem.B.shape[1]
+    of_shears = selection(2 * c + cannot_slide, width)
+    targets = sp.vstack([normal_sums(problem.layout, c, width), of_shears]).toarray()
+    steep = max(1.0, float(problem.friction.max(initial=0.0)))
     # Every force is at most so many times 1 + the sum of the targets.
     share = steep + float(problem.cohesion.max(initial=0.0))
     values, short = np.zeros((2, len(targets)))
     columns = session.columns(q)
-    for number, column in enumerate(targets.tolist()):
-        for sign in (1.0, -1.0) if column >= c else (1.0,):
-            session.set_costs(q, -sign * _unit(problem.B.shape[1], column))
+    for number, target in enumerate(targets):
+        for sign in (1.0, -1.0) if number >= c else (1.0,):
+            session.set_costs(q, -sign * target)
             if session.solve() is not Verdict.OPTIMAL:
                 values[number] = np.inf
                 break

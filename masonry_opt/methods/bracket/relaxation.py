@@ -128,8 +128,8 @@ def _reach(model: PyomoProducts, lp: LinearProgram, highest: float, of: StateBou
     problem, factors = model.problem, model.factors
     of_motion = np.ones(factors.velocities.stop + 1)
     of_motion[:-1] = _FASTEST
-    turning = problem.moments(of_motion[factors.velocities.start : -1])
-    turning /= np.median(2 * problem.half_length)
+    # Rotations over the usual length of a joint, which is two.
+    problem.moments(of_motion[factors.velocities.start : -1])[:] /= 2
     column, of_statics, k = _columns(model, lp, highest, of)
     reach = np.empty(len(lp.cost))
     reach[column] = of_statics * of_motion[k]
@@ -204,6 +204,7 @@ def _proven(
     of_motion = np.bincount(k, of_statics * short[column], factors.velocities.stop + 1)
     rates, velocities = of_motion[: factors.velocities.start], of_motion[factors.velocities.start : -1]
     by_rates = np.abs(velocities_by_rates(problem)).T @ velocities
-    # in_edges turns rates into openings, so what is paid for each unit of opening is divided twice.
-    by_edges = factors.in_edges(by_rates / problem.face_length**2)
+    # in_edges doubles rocking rates into openings, so what is paid for each unit of opening is divided twice.
+    by_rates[problem.table.rocks] /= 4
+    by_edges = factors.in_edges(by_rates)
     return max(of.lowest, value - of_motion[-1] - of.rates * float((rates + by_edges).max()))

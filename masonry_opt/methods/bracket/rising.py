@@ -12,6 +12,7 @@ from masonry_opt.answer.acceptance import CLOSED, SMALLEST
 from masonry_opt.effort import Effort
 from masonry_opt.methods.bracket.bounds import bounds_of, tightened
 from masonry_opt.methods.bracket.relaxation import LEAST_TIME, RADII, BoundStep, Distances, relaxed
+from masonry_opt.problem.edges import EdgeFactors
 from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.lp import LpSize
 
@@ -87,7 +88,7 @@ def assumed_rates(problem: Problem, d: np.ndarray | None) -> float:
 
 def sum_of_rates(problem: Problem, d: np.ndarray) -> float:
     """The sum of slips and edge openings under block velocities (3b,)."""
-    return float(problem.rates(d, problem.dilatancy) @ problem.face_length)
+    return float(EdgeFactors(problem).in_edges(problem.rates(d, problem.dilatancy)).sum())
 
 
 def closed(bound: float, load_factor: float) -> bool:

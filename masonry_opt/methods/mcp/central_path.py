@@ -54,10 +54,8 @@ class CentralPath:
     """Centres of a problem, of the unknowns x = (q, d, λ, w = log p, log τ)."""
 
     def __init__(self, problem: Problem) -> None:
-        arms = sp.diags_array(1 / problem.face_arm)
-        self._limits = (arms @ problem.true_yield).tocsr()
-        self._flow = (problem.D(problem.dilatancy) @ arms).tocsr()
-        self._problem, self._room = problem, problem.face_cohesion / problem.face_arm
+        self._limits, self._flow = problem.true_yield, problem.D(problem.dilatancy)
+        self._problem, self._room = problem, problem.face_cohesion
         self._ends = np.cumsum([problem.B.shape[1], problem.dead.size, 1, problem.faces])
         size = int(self._ends[-1])
         self._tau = np.eye(1, size + 1, size)[0]
@@ -79,7 +77,7 @@ class CentralPath:
         (x, _), along, step = begun, -self._tau, _STEP
         for _ in range(_MOST):
             q, d, load_factor, w, tau = np.split(x, self._ends)
-            state = State(float(load_factor[0]), q, d, np.exp(w) / self._problem.face_arm)
+            state = State(float(load_factor[0]), q, d, np.exp(w))
             yield (centre := Centre(float(np.exp(tau[0])) / energy, state))
             if centre.is_end or w.max() > np.log(_FASTEST):
                 return

@@ -1,4 +1,4 @@
-"""The problem in forces at edges of joints, or contact points: rocking faces become bounds of variables."""
+"""The problem in which rocking faces are bounds of the forces at points."""
 
 from __future__ import annotations
 
@@ -32,8 +32,7 @@ class Iterate:
     Attributes
     ----------
     load_factor: λ.
-    x: forces at the edges of each joint, > 0, and its shears, shape (3, c): in the plane the two edges and
-        one shear, in space a contact point and two.
+    x: forces at the points of each joint, > 0, and its shears, shape (3, c).
     z: slacks of the sliding faces, > 0, shape (senses, k).
     d: block velocities, shape (3b,).
     opening: rates with which the edges open beyond what sliding explains, > 0, shape (e, c).
@@ -85,23 +84,20 @@ class IterateResiduals:
 
 
 class EdgeForm:
-    """With x₂, x₃ the forces at a joint's edges (n = x₂ + x₃, m = h (x₃ − x₂), h = L/2) its rocking slacks
-    are 2h x₂ and 2h x₃ (where joints can crush h is the slope of the first chord, and the others are further
-    rows r + G x ≥ 0, whose rates move edges by Gᵀ):
+    """With x = (n₁, n₂, s) of each joint, and rows r + G x ≥ 0 where joints can crush, whose rates move
+    points by Gᵀ:
 
-        A x + λ f_L + f_D = 0,    z = c + μ (x₂ + x₃) ∓ s,    f_L·d = Σ|f_L|,
-        Aᵀd + ε x = (ψ (p₀ + p₁) + u₂, ψ (p₀ + p₁) + u₃, p₁ − p₀),    x₂ u₂ = x₃ u₃ = z₀ p₀ = z₁ p₁ = 0
+        A x + λ f_L + f_D = 0,    z = c + μ (n₁ + n₂) ∓ s,    f_L·d = Σ|f_L|,
+        Aᵀd + ε x = (ψ (p₀ + p₁) + u₁, ψ (p₀ + p₁) + u₂, p₁ − p₀),    n₁ u₁ = n₂ u₂ = z₀ p₀ = z₁ p₁ = 0
 
-    In space a contact point is the one edge, with two shears, and each sense of sliding e_k has a slack
-    z_k = cos(π/P) (c + μ x₁) − e_k·(s, t).
+    In space x = (n, s, t), and each sense of sliding e_k has a slack z_k = cos(π/P) (c + μ n) − e_k·(s, t).
 
     Attributes
     ----------
-    problem: the problem; its face order is sliding by senses, then the first edges, then the second.
-    edges: edges of a joint, 2 in the plane, 1 in space.
-    from_edges: turns x, flat, into joint forces q, shape (3c, 3c).
+    problem: the problem.
+    edges: points of a joint, 2 in the plane, 1 in space.
     A, At: equilibrium of blocks under x, shape (3b, 3c), and its transpose.
-    G: chords of crushing in the forces at the edges, and −n of joints with a largest normal force, shape
+    G: chords of crushing in the forces at points, and −n of joints with a largest normal force, shape
         (chords, e c).
     sliding: which joints can slide, as an index.
     bounded: indices of the joints that G has rows of.
@@ -114,15 +110,14 @@ class EdgeForm:
     def __init__(self, problem: Problem, most: np.ndarray | None = None) -> None:
         """Of joints with these largest normal forces, shape (c,); None: without any."""
         self.problem = problem
-        self.from_edges = problem.table.from_edges
-        self.A = (problem.B @ self.from_edges).tocsr()
+        self.A = problem.B
         self.At = self.A.T.tocsr()
         # Where all joints can slide a slice takes them, without a copy.
         every = len(problem.sliding) == problem.joints
         self.sliding: np.ndarray | slice = slice(None) if every else problem.sliding
-        self._layout, self.edges = problem.layout, len(problem.layout.edges)
+        self._layout, self.edges = problem.layout, problem.layout.points
         rocking = self.edges * problem.joints
-        self.G = (problem.R[rocking:] @ self.from_edges)[:, :rocking].tocsr()
+        self.G = problem.R[rocking:, :rocking].tocsr()
         self._most_room = problem.face_constant[problem.table.chords]
         self.bounded = problem.crushing
         if most is not None and len(pressed := np.flatnonzero(np.isfinite(most))):
@@ -130,7 +125,6 @@ class EdgeForm:
             self.G = sp.vstack([self.G, sp.hstack(of_edges)], format="csr")
             self._most_room = np.append(self._most_room, most[pressed])
             self.bounded = np.append(problem.crushing, pressed)
-        self._lengths = problem.face_length[problem.table.rocks]
         self.compliance = self.settled = np.zeros((3, 1))
         # Nothing of the joints' law, so that forms under other laws share them.
         least = lsqr(self.A, -problem.dead, atol=1e-8, btol=1e-8, iter_lim=300)[0]
@@ -147,16 +141,10 @@ class EdgeForm:
         (3c,) each."""
         other = copy(self)
         other.problem = replace(self.problem, compliance=compliance, settled=settled)
-        kinds, edges = self.problem.by_kind(compliance), self.edges
-        # The edges of a joint share its normal force.
-        other.compliance = np.stack([*edges * [edges * kinds[0]], *kinds[1 : self._layout.dimension]])
+        other.compliance = self.problem.by_kind(compliance)
         if settled is not None:
-            other.settled = self._edges_and_shear(settled)
+            other.settled = self.problem.by_kind(settled)
         return other
-
-    def _edges_and_shear(self, q: np.ndarray) -> np.ndarray:
-        shears = self.problem.by_kind(q)[1 : self._layout.dimension]
-        return np.concatenate([self.problem.edge_forces(q), shears])
 
     @property
     def cohesion(self) -> np.ndarray:
@@ -213,20 +201,18 @@ class EdgeForm:
 
     def state(self, at: Iterate) -> State:
         """An iterate as a state of the problem."""
-        edges, table = at.opening.ravel() / self._lengths, self.problem.table
-        p = np.concatenate([at.slip.ravel(), edges, at.crushed])[: table.chords.stop]
-        return State(at.load_factor, self.from_edges @ at.x.ravel(), at.d, p)
+        rocks = at.opening.ravel() / self.edges
+        p = np.concatenate([at.slip.ravel(), rocks, at.crushed])[: self.problem.table.chords.stop]
+        return State(at.load_factor, at.x.ravel(), at.d, p)
 
     def iterate(self, state: State) -> Iterate:
         """A state as an iterate, whose slacks are those of its forces."""
         problem, table, p = self.problem, self.problem.table, state.p
-        x = self._edges_and_shear(state.q)
+        x = problem.by_kind(state.q)
         z = self.cohesion + self.slacks(x, problem.friction)
-        edges, slip = (
-            (p[table.rocks] * self._lengths).reshape(self.edges, -1),
-            p[table.slides].reshape(z.shape),
-        )
-        return Iterate(state.load_factor, x, z, state.d, edges, slip, self.room(x), p[table.chords])
+        opening = self.edges * p[table.rocks].reshape(self.edges, -1)
+        slip = p[table.slides].reshape(z.shape)
+        return Iterate(state.load_factor, x, z, state.d, opening, slip, self.room(x), p[table.chords])
 
 
 def moved(at: Iterate, lengths: tuple[float, float], by: Iterate) -> Iterate:

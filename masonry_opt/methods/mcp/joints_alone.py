@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
+from masonry_opt.problem.faces import KINDS
 from masonry_opt.problem.matrices import Matrices
 from masonry_opt.problem.problem import Law, Problem
 from masonry_opt.problem.state import State
@@ -45,15 +46,13 @@ class JointsAlone:
         normal = columns @ sp.diags_array(np.where(free, 0.0, sign))
         shear = columns @ sp.diags_array(free.astype(float))
         own = matrices.of_joints.tocsc()
-        kinds = [own[:, kind] for kind in np.arange(own.shape[1]).reshape(matrices.layout.kinds, -1)]
-        added = [normal[:, varied], shear[:, varied], none]
+        kinds = [own[:, kind] for kind in np.arange(own.shape[1]).reshape(KINDS, -1)]
+        points = matrices.layout.points
+        added = [*points * [normal[:, varied]], shear[:, varied], none][:KINDS]
         B = sp.hstack([part for pair in zip(kinds, added, strict=True) for part in pair], format="csr")
         B.eliminate_zeros()
-        one = np.ones(len(varied))
-        areas = None if matrices.areas is None else np.append(matrices.areas, one)
-        together = Matrices(
-            B, np.append(matrices.half_length, one), matrices.length_unit, matrices.layout, areas
-        )
+        extent = np.append(matrices.extent, np.ones(len(varied)))
+        together = Matrices(B, extent, matrices.length_unit, matrices.layout)
         dead = given.dead + matrices.of_limited @ base
         most = np.append(
             np.full(given.joints, np.inf), np.where(free, 1.0, given.highest - given.lowest)[varied]
@@ -71,7 +70,8 @@ class JointsAlone:
         if not given.matrices.limited:
             return q
         kinds, varied, free = self.problem.by_kind(q), _varied(given), _free(given)
-        normal, shear = kinds[:2, given.joints :]
+        points = given.layout.points
+        normal, shear = kinds[:points, given.joints :].sum(axis=0), kinds[points, given.joints :]
         T = _base(given)
         T[varied] += np.where(free[varied], shear, _sign(given)[varied] * normal)
         return np.append(kinds[:, : given.joints].ravel(), T)
@@ -84,8 +84,9 @@ class JointsAlone:
         varied, free = _varied(given), _free(given)
         T = given.of_forces(q)[varied]
         above = _sign(given)[varied] * (T - _base(given)[varied])
-        kinds = np.zeros((given.layout.kinds, len(varied)))
-        kinds[0], kinds[1] = np.where(free[varied], 0.5, above), np.where(free[varied], T, 0.0)
+        kinds, points = np.zeros((KINDS, len(varied))), given.layout.points
+        kinds[:points] = np.where(free[varied], 0.5, above) / points
+        kinds[points] = np.where(free[varied], T, 0.0)
         return np.concatenate([given.by_kind(q), kinds], axis=1).ravel()
 
     def compliance(self, of_joints: np.ndarray) -> np.ndarray:
@@ -94,8 +95,8 @@ class JointsAlone:
         given = self.given
         if not given.matrices.limited:
             return of_joints
-        kinds, varied = self.problem.by_kind(of_joints), _varied(given)
-        normal, shear = kinds[:2, given.joints :]
+        kinds, varied, points = self.problem.by_kind(of_joints), _varied(given), given.layout.points
+        normal, shear = kinds[0, given.joints :] / points, kinds[points, given.joints :]
         forces = np.full(given.matrices.limited, normal.mean() if len(normal) else 0.0)
         forces[varied] = np.where(_free(given)[varied], shear, normal)
         return np.append(kinds[:, : given.joints].ravel(), forces)

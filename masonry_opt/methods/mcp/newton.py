@@ -18,6 +18,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from masonry_opt.methods.mcp.edge_form import EdgeForm, Iterate
+from masonry_opt.problem.faces import KINDS
 
 #: Stiffnesses are cut off so far above what the gap lets a mechanism have: beyond, the rounding of what
 #: stands still (1e-16 of it) would drown the stiffness of what moves, which falls with the gap. The cut acts
@@ -73,7 +74,7 @@ class Elimination:
         second = np.r_[False, of_joint[1:] == of_joint[:-1]].astype(int)
         ends = np.full((2, c), -1)
         ends[second, of_joint] = touching % b
-        self._levers = np.zeros((c, 2 * of_block, problem.layout.kinds))
+        self._levers = np.zeros((c, 2 * of_block, KINDS))
         end = (block != ends[0, joint]).astype(int)
         self._levers[joint, of_block * end + entries.row % of_block, kind] = entries.data
         self.size = size = problem.dead.size + 1

@@ -18,6 +18,7 @@ from masonry_opt.methods.mcp.joints_alone import JointsAlone
 from masonry_opt.methods.mcp.newton import Elimination
 from masonry_opt.methods.mcp.schedule import BRAKES, LEAST_LOAD, NewtonStep
 from masonry_opt.methods.task import Task
+from masonry_opt.problem.faces import KINDS
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.standing.weightless import weightless
@@ -169,23 +170,19 @@ class Passes:
 
 def unit_compliance(problem: Problem, least_forces: np.ndarray) -> np.ndarray:
     """Compliance of each joint by kind of force, shape (3c,), as motion over force, in the problem's units: a
-    contact of mean length, in space area, moves by one along its normal under the mean contact force. In the
-    plane of (n, s, m) of each joint, that of m as rotation over moment; in space of (n, s, t) of each point.
+    joint of mean length, in space area, moves by one along its normal under the mean force of its points.
 
-    A contact is an edge of a joint, or a contact point. Its stiffness grows with its area, in the plane its
-    length; in shear a joint is half as stiff as along its normal, about as stone is.
+    Its stiffness, which its points share, grows with its area, in the plane its length; in shear it is half
+    as stiff as along its normal, about as stone is.
 
     Parameters
     ----------
-    least_forces: least forces that carry the dead load, shape (3, c): in the plane at the two edges and in
-        shear, in space along the normal and in two shears.
+    least_forces: least forces that carry the dead load, by kind, shape (3, c).
     """
-    layout, extent = problem.layout, problem.matrices.extent
-    edges = len(layout.edges)
-    force = float(np.abs(least_forces[:edges]).mean()) or 1.0
-    each = extent.mean() / extent / force / edges
-    moments = (layout.kinds - layout.dimension) * [each / problem.lever**2]
-    return np.concatenate([each, *(layout.dimension - 1) * [2 * each], *moments])
+    points, extent = problem.layout.points, problem.matrices.extent
+    force = float(np.abs(least_forces[:points]).mean()) or 1.0
+    of_point = extent.mean() / extent / force
+    return np.concatenate([*points * [of_point], *(KINDS - points) * [2 * of_point / points]])
 
 
 def passes_of(task: Task) -> Passes:

@@ -67,24 +67,29 @@ class Joints:
     meets: np.ndarray
 
     @cached_property
-    def _begin(self) -> np.ndarray:
+    def first_point(self) -> np.ndarray:
         """Number of the first contact point of each joint, shape (joints,)."""
         return np.searchsorted(self.joint, np.arange(len(self.first)))
 
+    @property
+    def last_point(self) -> np.ndarray:
+        """Number of the last contact point of each joint, shape (joints,)."""
+        return np.searchsorted(self.joint, np.arange(len(self.first)), side="right") - 1
+
     def most(self, values: np.ndarray) -> np.ndarray:
         """Of values of the contact points the largest of each joint, shape (joints,)."""
-        most: np.ndarray = np.maximum.reduceat(values, self._begin)
+        most: np.ndarray = np.maximum.reduceat(values, self.first_point)
         return most
 
     @property
     def start(self) -> np.ndarray:
         """First contact point of each joint, shape (joints, 2) or (joints, 3)."""
-        return self.point[self._begin]
+        return self.point[self.first_point]
 
     @property
     def end(self) -> np.ndarray:
         """Last contact point of each joint, shape (joints, 2) or (joints, 3)."""
-        return self.point[np.append(self._begin[1:], len(self.point)) - 1]
+        return self.point[self.last_point]
 
     @cached_property
     def middle(self) -> np.ndarray:

@@ -195,13 +195,11 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
 
 def _statics(problem: Problem) -> _Convex:
     """Eq. (9) over (q, λ): equilibrium; the slacks of the faces as forces."""
-    arm = problem.face_arm
-    slacks = sp.diags_array(1 / arm) @ problem.true_yield
     return _Convex(
         A=sp.hstack([problem.B, problem.live[:, None]], format="csr"),
         b=-problem.dead,
-        G=sp.hstack([slacks, sp.csr_array((problem.faces, 1))], format="csr"),
-        g=problem.face_cohesion / arm,
+        G=sp.hstack([problem.true_yield, sp.csr_array((problem.faces, 1))], format="csr"),
+        g=problem.face_cohesion,
         cost=np.append(np.zeros(problem.B.shape[1]), 1.0),
     )
 

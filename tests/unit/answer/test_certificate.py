@@ -34,7 +34,7 @@ def test_an_exact_answer_has_none_and_a_wrong_load_factor_breaks_equilibrium(sol
 def test_shear_beyond_friction_and_tension_break_yield(solved):
     problem, state = solved
     q, joint = state.q.copy(), problem.sliding[0]
-    q[problem.joints + joint] = problem.friction[0] * q[joint] + 0.25
+    problem.shears(q)[0, joint] = problem.friction[0] * problem.normal_forces(q)[joint] + 0.25
     assert certificate(problem, state, q=q).yield_ == pytest.approx(0.25)
     q = state.q.copy()
     q.reshape(3, -1)[:, 0] = [-0.5, 0.0, 0.0]

@@ -163,10 +163,10 @@ def test_sub_problems_have_the_states_that_are_recorded():
         balance = problem.B @ q + step.load_factor * problem.live + problem.dead
         assert np.abs(balance).max() < 1e-8
         limit = limits.cohesion + limits.slope * (problem.N @ q)
-        assert (np.abs(problem.by_kind(q)[1, problem.sliding]) <= limit + 1e-7).all()
+        assert (np.abs(problem.shears(q)[0, problem.sliding]) <= limit + 1e-7).all()
     before, last = said[-2].solved, said[-1].solved
     about = 0.6 * before.state.q + 0.4 * said[-3].solved.state.q
-    update = LimitUpdate(problem, before, last.alpha, last.small_cohesion, about[: problem.joints])
+    update = LimitUpdate(problem, before, last.alpha, last.small_cohesion, problem.normal_forces(about))
     np.testing.assert_allclose(last.limits.slope, update.limits().slope)
     np.testing.assert_allclose(last.limits.cohesion, update.limits().cohesion, rtol=1e-12)
 

@@ -99,8 +99,7 @@ def test_motion_for_slacks(problem):
     d = model.mechanism.d.value
     p = problem.rates(d, problem.dilatancy)
     assert z @ p == pytest.approx(expected, abs=SAME * problem.live_norm)
-    opening, _, rotation = (problem.B.T @ d).reshape(3, -1)
-    assert (opening - problem.half_length * np.abs(rotation)).min() > -SAME
+    assert problem.by_kind(problem.B.T @ d)[:2].min() > -SAME
     found = Refiner(problem, Effort()).mechanism(z)
     assert z @ found[1] == pytest.approx(expected, abs=SAME)
     np.testing.assert_allclose(problem.B.T @ found[0], problem.D(problem.dilatancy) @ found[1], atol=SAME)

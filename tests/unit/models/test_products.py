@@ -107,10 +107,7 @@ def test_edge_factors_are_the_problem_s(name):
     z = problem.slacks(q)
     others = [sum(a * statics[i] for i, a in form.items()) for form in factors.other_slacks.values()]
     np.testing.assert_allclose(others, z[len(problem.sliding) : 2 * len(problem.sliding)], atol=1e-12)
-    # Motion of the first edge, the second, and slip, from opening, slip, rotation.
-    opening, slip, rotation = problem.departure(d, p, problem.dilatancy).reshape(3, -1)
-    turn = problem.half_length * rotation
-    expected = np.stack([opening - turn, opening + turn, slip], axis=1).ravel()
+    expected = problem.departure(d, p, problem.dilatancy).reshape(3, -1).T.ravel()
     left = [sum(a * motion[k] for k, a in form.items()) for form in factors.compatibility()]
     np.testing.assert_allclose(left, expected, atol=1e-12)
     work = sum(a * motion[k] for k, a in factors.live_work().items())

@@ -20,44 +20,41 @@ def problem(request):
 
 
 def slacks_by_hand(problem, q, slope, cohesion, whole):
-    """|s| ≤ c + slope n and |m| ≤ n L / 2, or what chords leave of it where ``whole`` crushes, joint by
-    joint."""
-    n, s, m = q.reshape(3, -1)
-    plus, minus, one_edge, other_edge = [], [], [], []
-    for joint, half in enumerate(problem.half_length):
+    """|s| ≤ c + slope n and |m| ≤ n L / 2 over L / 2, or what chords leave of it where ``whole`` crushes,
+    joint by joint."""
+    first, second, s = q.reshape(3, -1)
+    n, m = first + second, second - first  # m over L / 2
+    plus, minus, start, end = [], [], [], []
+    for joint in range(problem.joints):
         if joint in problem.sliding:
             at = list(problem.sliding).index(joint)
             limit = cohesion[at] + slope[at] * n[joint]
             plus.append(limit - s[joint])
             minus.append(limit + s[joint])
-        arm = half * CHORDS.slope[0] if joint in problem.crushing else half
-        one_edge.append(n[joint] * arm - m[joint])
-        other_edge.append(n[joint] * arm + m[joint])
+        start.append(n[joint] - m[joint])
+        end.append(n[joint] + m[joint])
     crushing = []
     for sense in (-1, 1):
         for joint, force in zip(problem.crushing, whole, strict=True):
-            for lean, constant in zip(CHORDS.slope[1:], CHORDS.constant[1:], strict=True):
-                most = problem.half_length[joint] * (lean * n[joint] + constant * force)
-                crushing.append(most + sense * m[joint])
-    return np.array([*plus, *minus, *one_edge, *other_edge, *crushing])
+            for lean, constant in zip(*CHORDS, strict=True):
+                crushing.append(lean * n[joint] + constant * force + sense * m[joint])
+    return np.array([*plus, *minus, *start, *end, *crushing])
 
 
 def motion_by_hand(problem, p, slope):
-    """Opening, slip and rotation of each joint: sliding opens by the slope, rocking by L / 2."""
+    """Opening of each joint at its start and end, and its slip: sliding opens by the slope, each rate of
+    rocking about the other end."""
     k, c = len(problem.sliding), problem.joints
-    plus, minus, one_edge, other_edge, crushing = np.split(p, [k, 2 * k, 2 * k + c, 2 * k + 2 * c])
-    arm = problem.half_length.copy()
-    arm[problem.crushing] *= CHORDS.slope[0]
-    opening = arm * (one_edge + other_edge)
-    slip, rotation = np.zeros(c), other_edge - one_edge
-    of_chords = crushing.reshape(2, len(problem.crushing), len(CHORDS.slope) - 1)
+    plus, minus, start, end, crushing = np.split(p, [k, 2 * k, 2 * k + c, 2 * k + 2 * c])
+    opening, turning, slip = start + end, start - end, np.zeros(c)
+    of_chords = crushing.reshape(2, len(problem.crushing), len(CHORDS.slope))
     for at, joint in enumerate(problem.crushing):
-        opening[joint] += problem.half_length[joint] * (of_chords[:, at] @ CHORDS.slope[1:]).sum()
-        rotation[joint] += of_chords[1, at].sum() - of_chords[0, at].sum()
+        opening[joint] += (of_chords[:, at] @ CHORDS.slope).sum()
+        turning[joint] += of_chords[0, at].sum() - of_chords[1, at].sum()
     for at, joint in enumerate(problem.sliding):
         slip[joint] = minus[at] - plus[at]
         opening[joint] += slope[at] * (plus[at] + minus[at])
-    return np.concatenate([opening, slip, rotation])
+    return np.concatenate([opening + turning, opening - turning, slip])
 
 
 def test_yield_conditions_are_those_of_each_joint(problem):
@@ -85,17 +82,15 @@ def test_normality(problem):
     D, C = problem.D(problem.friction).toarray(), problem.C(problem.friction).toarray()
     np.testing.assert_array_equal(D, C.T)
     steeper = problem.D(problem.friction + 0.1).toarray()
-    assert np.count_nonzero(steeper != C.T) == 2 * len(problem.sliding)
+    assert np.count_nonzero(steeper != C.T) == 2 * 2 * len(problem.sliding)
 
 
 def test_what_is_said_of_each_face(problem):
     k, c = len(problem.sliding), problem.joints
     every = list(range(c))
-    of_chords = [joint for joint in problem.crushing.tolist() for _ in range(len(CHORDS.slope) - 1)]
+    of_chords = [joint for joint in problem.crushing.tolist() for _ in CHORDS.slope]
     faces = [*problem.sliding, *problem.sliding, *every, *every, *of_chords, *of_chords]
     assert problem.face_joint.tolist() == faces
-    np.testing.assert_array_equal(problem.face_arm[: 2 * k], 1.0)
-    np.testing.assert_array_equal(problem.face_arm[2 * k :], problem.half_length[faces[2 * k :]])
     np.testing.assert_array_equal(problem.face_cohesion[: 2 * k], np.tile(problem.cohesion, 2))
     np.testing.assert_array_equal(problem.face_cohesion[2 * k : 2 * (k + problem.joints)], 0.0)
     p = np.arange(problem.faces, dtype=float)
@@ -116,13 +111,11 @@ def test_rates_give_back_what_moved(sense):
 def test_rates_of_blocks_that_pass_into_each_other_are_never_negative():
     problem = assemble(irregular()).problem
     rng = np.random.default_rng(3)
-    slip = problem.joints + problem.sliding
     for _ in range(20):
         d = rng.normal(size=3 * problem.blocks)
         p, u = problem.rates(d, problem.friction), problem.B.T @ d
         assert p.min() >= 0
-        # Slip and rotation are kept whole; only the opening may fall short.
+        # Slip is kept whole; only what points open may fall short.
         departure = u - problem.D(problem.friction) @ p
-        np.testing.assert_allclose(departure[slip], 0, atol=1e-12)
-        np.testing.assert_allclose(departure[2 * problem.joints :], 0, atol=1e-12)
+        np.testing.assert_allclose(departure[2 * problem.joints + problem.sliding], 0, atol=1e-12)
         assert departure.max() < 1e-12

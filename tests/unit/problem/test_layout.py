@@ -54,8 +54,6 @@ def test_tables_have_the_problem_s_own_numbers():
     problem = box()
     assert (problem.blocks, problem.joints, problem.faces) == (1, 4, 4 * 4 + 4)
     assert problem.face_joint.tolist() == 5 * [0, 1, 2, 3]
-    assert problem.in_a_point.all()
-    np.testing.assert_array_equal(problem.face_arm, 1.0)
     np.testing.assert_array_equal(problem.force_sizes(problem.live), [1.0])
     np.testing.assert_array_equal(problem.moments(problem.live), np.zeros((1, 3)))
     np.testing.assert_allclose(problem.matrices.longest_arm, [1.0])

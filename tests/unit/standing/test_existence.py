@@ -144,15 +144,15 @@ def test_a_search_that_is_cut_short_proves_nothing():
 
 
 def test_residuals_see_what_is_wrong():
-    """Of a block on a floor, pressed down: n = 1, and the same with errors of 0.01 in force and in yield."""
+    """Of a block on a floor, pressed down: n₁ + n₂ = 1, and the same with errors of 0.01 in force and in yield."""
     problem = assemble(pressed_down()).problem
-    n = np.array([problem.live_norm, 0.0, 0.0])
+    n = problem.live_norm * np.array([0.5, 0.5, 0.0])
     assert max(ray_residuals(problem, n, problem.dilatancy)) < 1e-15
     nobody = np.zeros(problem.faces, dtype=bool)
     assert kinematic_residual(problem, n, nobody) < 1e-15
-    short = n * np.array([0.99, 0.0, 0.0])
+    short = 0.99 * n
     assert ray_residuals(problem, short, problem.dilatancy)[0] == pytest.approx(0.01)
-    sheared = n + np.array([0.0, 0.01 * problem.live_norm, 0.0])
+    sheared = n + np.array([0.0, 0.0, 0.01 * problem.live_norm])
     assert ray_residuals(problem, sheared, problem.dilatancy)[1] == pytest.approx(0.01)
     tilting = 0.01 * 1.0 / problem.length_unit  # the shear's moment about the centroid
     assert kinematic_residual(problem, sheared, nobody) == pytest.approx(tilting)
@@ -166,7 +166,7 @@ def test_a_motion_that_gains_no_energy_shows_nothing():
     sinks = np.array([0.0, -1.0, 0.0])
     weight = -problem.dead[1]
     p = problem.rates(sinks, problem.friction)
-    p[-2:] = (problem.B.T @ sinks)[0] / problem.half_length[0] / 2
+    p[-2:] = (problem.B.T @ sinks)[:2] / 2
     held = np.arange(problem.faces) >= problem.faces - 2
     assert weight > 0
     assert static_residual(problem, sinks, p, held) < 1e-12
