@@ -13,7 +13,7 @@ from masonry_opt.answer.motion import fastest, joint_motion, relative_rotation, 
 from masonry_opt.answer.solution import GivingState, Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import HINGES, IDLE
-from masonry_opt.problem.assembly import Assembly, SpaceAssembly
+from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.chords import parabola
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.scene.space.frames import dots, lengths
@@ -50,7 +50,7 @@ def block_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
 def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
     """A row a joint: its blocks, middle, length, forces and rates (NaN without forces, or mechanism); in
     space area, normal and resultants, by components, and where they act."""
-    joints, solid = assembly.joints, isinstance(assembly, SpaceAssembly)
+    joints, solid = assembly.joints, assembly.scene.dimension == 3
     q, u = _known(assembly, solution)
     used = assembly.most_of_joints(np.nan_to_num(_utilisation(assembly.problem, q), nan=-1.0))
     columns = {
@@ -67,7 +67,7 @@ def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
 def contact_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame | None:
     """A row a contact point of a scene in space: its joint and blocks, forces and rates (NaN without forces,
     or mechanism); None in the plane."""
-    if not isinstance(assembly, SpaceAssembly):
+    if assembly.scene.dimension == 2:
         return None
     joints, problem, (q, u) = assembly.joints, assembly.problem, _known(assembly, solution)
     joint, normal, n = joints.joint, joints.normal[joints.joint], problem.normal_forces(q)

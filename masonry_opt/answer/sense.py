@@ -10,7 +10,7 @@ from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import IDLE
-from masonry_opt.problem.assembly import Assembly, SpaceAssembly
+from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.fill import fill_forces
 from masonry_opt.problem.loads import weights
 
@@ -117,23 +117,23 @@ def _small_gaps(assembly: Assembly) -> list[Reason]:
 
 def _corners(assembly: Assembly) -> list[Reason]:
     """Blocks that meet corner on corner, where no joint of each holds it; in space with an edge too."""
-    code = Code.WITHOUT_NORMAL if isinstance(assembly, SpaceAssembly) else Code.CORNERS_MEET
+    code = Code.CORNERS_MEET if assembly.scene.dimension == 2 else Code.WITHOUT_NORMAL
     pairs = [assembly.names(np.array(pair)) for pair in assembly.joints.without_normal]
     return [reason(code, pairs=pairs)] if pairs else []
 
 
 def _turned_faces(assembly: Assembly) -> list[Reason]:
     """Solids whose faces were given turned this way and that."""
-    mixed = assembly.geometry.mixed if isinstance(assembly, SpaceAssembly) else np.zeros(0, dtype=int)
+    mixed = assembly.geometry.mixed
     return [reason(Code.FACES_TURNED, blocks=assembly.names(mixed))] if len(mixed) else []
 
 
 def _bearing_corners(assembly: Assembly, solution: Solution | None) -> list[Reason]:
     """Corners on edges that press where joints have a strength, which limits no force without a length; none
     in space, where joints have no strength."""
-    if solution is None or isinstance(assembly, SpaceAssembly):
-        return []
     problem, joints = assembly.problem, assembly.joints
+    if solution is None or not np.isfinite(joints.strength).any():
+        return []
     limited = (joints.extent == 0) & np.isfinite(joints.strength)
     if solution.load_factor is None or solution.q is None:
         # What no load brings down, crushed corners may.
@@ -236,7 +236,7 @@ def _weights(assembly: Assembly) -> list[Reason]:
         return []
     usual = np.quantile(density[heavy], 0.5, method="lower")
     ratio = np.where(heavy, density / usual, 1.0)
-    per = {"per": "volume"} if isinstance(assembly, SpaceAssembly) else {}
+    per = {} if scene.dimension == 2 else {"per": "volume"}
     found = _differing(assembly, Code.WEIGHTS_DIFFER, ratio, _OTHER_UNITS, _OTHER_UNITS, **per)
     # A light block may carry what is much to it and little to the others, such as a jack's plate.
     weight_near = np.maximum(weight, np.median(weight[heavy]))

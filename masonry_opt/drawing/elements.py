@@ -20,7 +20,7 @@ from masonry_opt.drawing.loads import load_marks
 from masonry_opt.drawing.marks import Marks, joint_marks, moved
 from masonry_opt.drawing.ties import strut_marks
 from masonry_opt.errors import OptionError, printable
-from masonry_opt.problem.assembly import Assembly, SpaceAssembly
+from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
 from masonry_opt.scene.scene import Scene
 from masonry_opt.words.sentences import numeral
@@ -160,7 +160,7 @@ def outlines(shapes: np.ndarray) -> list[list[np.ndarray]]:
 
 def utilisation_label(assembly: Assembly) -> str:
     """What a legend says of the colours of utilisation."""
-    limit = "slide" if isinstance(assembly, SpaceAssembly) else "slide, hinge or crush"
+    limit = "slide, hinge or crush" if assembly.scene.dimension == 2 else "slide"
     return f"utilisation of joints (1: about to {limit})"
 
 
@@ -196,7 +196,7 @@ def result_elements(result: Outcome) -> Elements:
     if result.joints["n"].notna().all():
         ends, joint = assembly.joints.lines()
         used = result.joints["utilisation"].to_numpy()[joint]
-        resultants = resultant_marks if isinstance(assembly, SpaceAssembly) else thrust_marks
+        resultants = thrust_marks if assembly.scene.dimension == 2 else resultant_marks
         earth = pressure_marks(assembly, size, result.pressures["force"].to_numpy())
         layers["thrust"] = [*resultants(result, size, shrink), *earth]
         layers["utilisation"] = list(utilisation_marks(ends, used, shrink))
@@ -213,7 +213,7 @@ def _shrink(assembly: Assembly) -> float:
 
 def _columns(assembly: Assembly) -> int:
     """How many numbers a motion has."""
-    return 6 if isinstance(assembly, SpaceAssembly) else 3
+    return 3 if assembly.scene.dimension == 2 else 6
 
 
 def _motion(result: Outcome, size: float) -> np.ndarray:
@@ -237,7 +237,7 @@ def _mechanism(result: Outcome, motion: np.ndarray, shrink: float) -> Iterable[M
     midway = (motion[joints.first] + motion[joints.second]) / 2
     (ends, joint), width = joints.lines(), 2.3 * shrink
     with_joint = midway[joint]
-    if solid := isinstance(result.assembly, SpaceAssembly):
+    if solid := result.assembly.scene.dimension == 3:
         with_joint = np.concatenate([motion[joints.first[joint]], motion[joints.second[joint]]])
         ends, joint = np.tile(ends, (2, 1, 1)), np.tile(joint, 2)
     for name, label, colour, dashes in (

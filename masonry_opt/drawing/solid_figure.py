@@ -14,7 +14,6 @@ from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.solids import surface
 from masonry_opt.drawing.view import View
 from masonry_opt.errors import OptionError
-from masonry_opt.problem.assembly import SpaceAssembly
 
 #: Units of the figure along the scene's size: coordinates are whole numbers, which keeps large scenes short.
 _UNITS = 20_000
@@ -61,7 +60,6 @@ class Figure:
     def data(self, view: View) -> dict[str, Any]:
         """All that a page draws: see ``page_space.js``."""
         elements, assembly = self.elements, self.elements.assembly
-        assert isinstance(assembly, SpaceAssembly)
         contacts = assembly.joints
         drawn = surface(elements)
         corners = np.concatenate([drawn.triangles.reshape(-1, 3), drawn.edges.reshape(-1, 3)])

@@ -109,7 +109,9 @@ def names_in(program: pyo.ConcreteModel, problem: Problem, labels: Labels) -> di
         "q": joints(*(("n", "s", "t") if space else ("n1", "n2", "s"))) + labels.of_limited("T"),
         "d": block("vx", "vy", *(("vz", "wx", "wy", "wz") if space else ("omega",))),
         "equilibrium": block("fx", "fy", *(("fz", "mx", "my", "mz") if space else ("moment",))),
-        "compatibility": joints(*(("opening", "slip_s", "slip_t") if space else ("opening_1", "opening_2", "slip")))
+        "compatibility": joints(
+            *(("opening", "slip_s", "slip_t") if space else ("opening_1", "opening_2", "slip"))
+        )
         + labels.of_limited("length"),
         "live_work": ["live_work"],
         "raising": ["raising"],

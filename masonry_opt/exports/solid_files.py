@@ -17,7 +17,7 @@ from masonry_opt.drawing.elements import START, result_elements
 from masonry_opt.drawing.marks import moved
 from masonry_opt.errors import OptionError
 from masonry_opt.files import JSON_KEY, MARK, WRITER
-from masonry_opt.problem.assembly import SpaceAssembly, assemble
+from masonry_opt.problem.assembly import Assembly, assemble
 from masonry_opt.result import Result
 from masonry_opt.scene.drawings.meshes import outwards
 from masonry_opt.scene.scene import Scene
@@ -165,7 +165,6 @@ def _compas(what: Scene | Result) -> str:
     points into that block, c_u and c_v along the others), and velocities as displacements."""
     result = what if isinstance(what, Result) else None
     assembly = what.assembly if isinstance(what, Result) else assemble(what)
-    assert isinstance(assembly, SpaceAssembly)
     displaced = np.zeros((len(assembly.scene.blocks), 6))
     attributes: dict[str, Any] = {"name": assembly.scene.title or Path(assembly.scene.origin).stem}
     if result:
@@ -222,13 +221,13 @@ def _mesh(block: Solid) -> dict[str, Any]:
     }
 
 
-def _ends(assembly: SpaceAssembly) -> list[tuple[str, str]]:
+def _ends(assembly: Assembly) -> list[tuple[str, str]]:
     """Nodes of the two blocks of each joint."""
     first, second = (map(repr, assembly.names(of)) for of in (assembly.joints.first, assembly.joints.second))
     return list(zip(first, second, strict=True))
 
 
-def _interfaces(assembly: SpaceAssembly, result: Result | None) -> list[dict[str, Any]]:
+def _interfaces(assembly: Assembly, result: Result | None) -> list[dict[str, Any]]:
     contacts, origin = assembly.joints, assembly.geometry.origin
     other = np.cross(contacts.normal, contacts.tangent)
     force = None

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -18,9 +19,9 @@ from masonry_opt.problem.problem import Law, Problem
 from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.extents import Extents
-from masonry_opt.scene.geometry import Geometry, geometry
+from masonry_opt.scene.geometry import geometry
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.space.shapes import Shapes, shapes
+from masonry_opt.scene.space.shapes import shapes
 
 #: What of a scene matrices depend on, and what loads do beside it; the rest are joint properties and words.
 _OF_GEOMETRY = ("gravity", "tolerance", "contact_tolerance", "thickness", "blocks", "fills", "ties", "props")
@@ -38,7 +39,8 @@ class Assembly:
     ----------
     problem: the matrices.
     scene: the blocks and their names.
-    geometry: polygons and centroids.
+    geometry: the shapes of the blocks: polygons (:class:`~masonry_opt.scene.geometry.Geometry`), in space
+        solids (:class:`~masonry_opt.scene.space.shapes.Shapes`).
     joints: the joints found.
     movable: indices into the scene's blocks of the problem's blocks, shape (b,).
     bare_edge_loads: length of each edge load's line that meets no free edge of a movable block.
@@ -49,7 +51,7 @@ class Assembly:
 
     problem: Problem
     scene: Scene
-    geometry: Geometry
+    geometry: Any
     joints: Joints
     movable: np.ndarray
     bare_edge_loads: tuple[float, ...] = ()
@@ -74,7 +76,9 @@ class Assembly:
     @property
     def of_point(self) -> np.ndarray:
         """Index of the problem's joint that each contact point is part of, rising."""
-        return self.joints.joint
+        of_point = np.empty(len(self.joints.joint), dtype=int)
+        of_point[self.pressed] = np.arange(self.problem.joints)
+        return of_point
 
     def joints_of(self, indices: np.ndarray) -> np.ndarray:
         """Indices of the joints that some of the problem's joints are part of, each once, in their order."""
@@ -95,22 +99,6 @@ class Assembly:
         return [self.names(blocks) for blocks in ends[joints]]
 
 
-@dataclass(frozen=True)
-class SpaceAssembly(Assembly):
-    """The same in space, where the joints of the problem are contact points.
-
-    Attributes
-    ----------
-    geometry: solids, their volumes and centroids.
-    """
-
-    geometry: Shapes  # type: ignore[assignment]
-
-    @property
-    def of_point(self) -> np.ndarray:
-        return np.arange(self.problem.joints)
-
-
 def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     """Find the joints of a scene and assemble eqs (1) to (6).
 
@@ -125,25 +113,19 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
         ``edge_forces`` and ``filled_pieces``, in space ``shapes``), or loads differ by
         more than double precision carries.
     """
-    solid = scene.dimension == 3
-    found = shapes(scene) if solid else geometry(scene)
+    found = (geometry if scene.dimension == 2 else shapes)(scene)
     joints, movable = find_joints(scene, found, floating=floating), _movable(scene)
     # With this unit rocking reads |m| ≤ n at a usual joint: moments weigh as much as forces in the
     # centre that an interior-point solver finds. It matters: see docs/limits.md. Medians, so
     # that a few odd blocks do not move it.
     extents = joints.extent[joints.extent > 0]
     if len(extents):
-        usual = np.sqrt(np.median(extents)) if solid else np.median(extents)
+        usual = np.median(extents) ** (1 / (scene.dimension - 1))
     else:
-        usual = (np.cbrt if solid else np.sqrt)(np.median(found.size[movable]))
+        usual = np.median(found.width[movable])
     length_unit = float(usual) / 2
-    filled: tuple[FilledPiece, ...] = ()
-    bare: tuple[float, ...] = ()
-    pieces: tuple[LoadedPiece, ...] = ()
-    on_edges = None
-    if isinstance(found, Geometry):
-        filled = filled_pieces(scene, found)
-        on_edges, bare, pieces = edge_forces(scene, found, joints)
+    filled = filled_pieces(scene, found)
+    on_edges, bare, pieces = edge_forces(scene, found, joints)
     limited = LimitedForces.of(
         [*struts(scene, found), *pressures(scene, filled)], found.centroid, movable, length_unit
     )
@@ -151,8 +133,7 @@ def assemble(scene: Scene, *, floating: bool = False) -> Assembly:
     law = _law(joints, points.joint_of(joints), scene.thickness, loaded[-1])
     problem = Problem(points.matrices(joints, found, movable, length_unit), law, *loaded)
     problem = _with_limited(scene, problem, limited)
-    of_kind: Callable[..., Assembly] = SpaceAssembly if solid else Assembly
-    return of_kind(problem, scene, found, joints, movable, bare, pieces, filled, limited.each)
+    return Assembly(problem, scene, found, joints, movable, bare, pieces, filled, limited.each)
 
 
 def _with_limited(scene: Scene, problem: Problem, limited: LimitedForces) -> Problem:
@@ -179,19 +160,19 @@ def _loaded(
     shapes: Extents,
     movable: np.ndarray,
     length_unit: float,
-    on_edges: Mapping[str, np.ndarray] | None = None,
-    filled: tuple[FilledPiece, ...] = (),
+    on_edges: Mapping[str, np.ndarray],
+    filled: tuple[FilledPiece, ...],
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Dead and live loads, and the unit of force, as :class:`Problem` has them."""
     given, centroid = loads(scene, shapes, movable), shapes.centroid[movable]
-    dead = given.dead.about(centroid) + given.weight.about(centroid)
-    live = given.live.about(centroid)
-    if on_edges is not None and isinstance(shapes, Geometry):
-        of_fill = fill_forces(scene, shapes, filled)
-        dead, live = (
-            load + (on_edges[kind] + of_fill[kind])[movable].ravel()
-            for load, kind in ((dead, "dead"), (live, "live"))
+    of_fill = fill_forces(scene, shapes, filled)
+    dead, live = (
+        load + (on_edges[kind] + of_fill[kind])[movable].ravel()
+        for load, kind in (
+            (given.dead.about(centroid) + given.weight.about(centroid), "dead"),
+            (given.live.about(centroid), "live"),
         )
+    )
     return _scaled(scene, dead, live, length_unit)
 
 
@@ -204,7 +185,7 @@ def _scaled(
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Dead and live loads in units of force and length, and the unit of force: the median dead load of a
     block, or live load where there is none."""
-    rows, dimension = (6, 3) if scene.dimension == 3 else (3, 2)
+    rows, dimension = 3 * (scene.dimension - 1), scene.dimension
     sizes = (np.hypot.reduce(load.reshape(-1, rows)[:, :dimension], axis=1) for load in (dead, live))
     force_unit = next(filter(None, map(_median_of_positive, sizes)), 1.0)
     # Moments are forces times lengths.
@@ -232,10 +213,8 @@ def on_matrices_of(assembly: Assembly, scene: Scene) -> Assembly | None:
     problem = assembly.problem
     lowest, highest = (getattr(problem.law, name) * problem.force_unit for name in ("lowest", "highest"))
     if any(getattr(scene, name) != getattr(before, name) for name in _OF_LOADS):
-        on_edges = None
-        if not isinstance(assembly, SpaceAssembly):
-            on_edges, bare, pieces = edge_forces(scene, assembly.geometry, assembly.joints)
-            assembly = replace(assembly, bare_edge_loads=bare, loaded_pieces=pieces)
+        on_edges, bare, pieces = edge_forces(scene, assembly.geometry, assembly.joints)
+        assembly = replace(assembly, bare_edge_loads=bare, loaded_pieces=pieces)
         shapes, movable = assembly.geometry, assembly.movable
         loaded = _loaded(scene, shapes, movable, problem.length_unit, on_edges, assembly.filled_pieces)
         dead, live, force_unit = loaded

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from masonry_opt.errors import CaseError
+from masonry_opt.problem.loads import no_loads
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.contacts.sides import LEAN
-from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.load_cases import Kind
 from masonry_opt.scene.loads import EdgeLoad
 from masonry_opt.scene.scene import Scene
@@ -61,7 +62,7 @@ class Segments:
 
 
 def edge_forces(
-    scene: Scene, shapes: Geometry, joints: Joints
+    scene: Scene, shapes: Any, joints: Joints
 ) -> tuple[dict[str, np.ndarray], tuple[float, ...], tuple[LoadedPiece, ...]]:
     """Resolve the scene's edge loads.
 
@@ -80,7 +81,7 @@ def edge_forces(
         If a load meets no free edge of a movable block; the message says what lies there instead. If its
         line is shorter than the tolerance.
     """
-    forces: dict[str, np.ndarray] = {kind: np.zeros((len(scene.blocks), 3)) for kind in ("dead", "live")}
+    forces = no_loads(shapes)
     if not scene.edge_loads:
         return forces, (), ()
     edges, both = Segments(*shapes.edges), np.concatenate([joints.first, joints.second])

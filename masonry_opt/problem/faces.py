@@ -10,7 +10,6 @@ import scipy.sparse as sp
 
 from masonry_opt.problem.chords import CHORDS
 
-
 #: Kinds of force of a joint: two points and a shear, or a point and two.
 KINDS = 3
 
@@ -119,9 +118,9 @@ class Faces:
     @cached_property
     def R(self) -> sp.csr_array:
         """All faces but those of sliding, shape (2c + chords + limits, 3c + t): ``R q`` is 2 n₁ of every
-        joint, the paper's n L/2 − m over L/2, then 2 n₂; in space n. Of joints that can crush 2 n₁ − (1 − a) n
-        for each chord of slope a, then 2 n₂ − (1 − a) n; then T of the limited forces bounded below, −T of
-        those bounded above."""
+        joint, the paper's n L/2 − m over L/2, then 2 n₂; in space n. Of joints that can crush it is
+        2 n₁ − (1 − a) n for each chord of slope a, then 2 n₂ − (1 − a) n; then T of the limited forces
+        bounded below, −T of those bounded above."""
         points, forces = self.layout.points, np.append(self.below, self.above)
         signs = np.repeat([1.0, -1.0], [len(self.below), len(self.above)])
         limited = sp.csr_array(sp.diags_array(signs) @ selection(KINDS * self.joints + forces, self.width))

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from masonry_opt.errors import CaseError
 from masonry_opt.problem.edge_loads import Segments, resultant
 from masonry_opt.problem.limited_forces import Action, LimitedForce, Role
+from masonry_opt.problem.loads import no_loads
 from masonry_opt.scene.geometry import Geometry
 from masonry_opt.scene.load_cases import Kind
 from masonry_opt.scene.profile import Profile, profile_below
@@ -63,7 +65,7 @@ def profile_of(scene: Scene, shapes: Geometry, number: int) -> Profile:
     return profile
 
 
-def filled_pieces(scene: Scene, shapes: Geometry) -> tuple[FilledPiece, ...]:
+def filled_pieces(scene: Scene, shapes: Any) -> tuple[FilledPiece, ...]:
     """The pieces of edges that fills of a scene touch, on fixed blocks too: the uppermost edges below the
     road, and beside an edge that stands higher than the next its upright face.
 
@@ -114,11 +116,11 @@ def _beside(number: int, profile: Profile, shapes: Geometry) -> Iterator[FilledP
             yield FilledPiece(number, block, ends, np.maximum(road[k] - height, 0.0))
 
 
-def fill_forces(scene: Scene, shapes: Geometry, pieces: tuple[FilledPiece, ...]) -> dict[str, np.ndarray]:
+def fill_forces(scene: Scene, shapes: Any, pieces: tuple[FilledPiece, ...]) -> dict[str, np.ndarray]:
     """Force and moment about the centroid that the weight of fills gives each of the scene's blocks, by kind
     "dead" and "live", shape (blocks, 3), in the scene's units; in an earthquake its mass too, where it stands
     on the blocks."""
-    forces: dict[str, np.ndarray] = {kind: np.zeros((len(scene.blocks), 3)) for kind in ("dead", "live")}
+    forces = no_loads(shapes)
     kinds: tuple[Kind, ...] = ("dead", "live")
     factor = {kind: scene.factor(kind, "fill") for kind in kinds}
     per_weight = {kind: times * scene.down for kind, times in factor.items() if times}

@@ -13,13 +13,11 @@ from math import inf
 
 import numpy as np
 import scipy.sparse as sp
-import shapely
 
 from masonry_opt.errors import CaseError
 from masonry_opt.problem.loads import moment_of
-from masonry_opt.scene.geometry import Geometry
+from masonry_opt.scene.extents import Extents
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.space.shapes import Shapes
 from masonry_opt.scene.ties import GROUND, Tie
 
 
@@ -121,7 +119,7 @@ class LimitedForces:
         }
 
 
-def struts(scene: Scene, shapes: Geometry | Shapes) -> list[LimitedForce]:
+def struts(scene: Scene, shapes: Extents) -> list[LimitedForce]:
     """The ties and props of a scene.
 
     Raises CaseError if an end does not lie in its block, or both ends are in one place.
@@ -136,11 +134,11 @@ def struts(scene: Scene, shapes: Geometry | Shapes) -> list[LimitedForce]:
         ends = [number_of.get(name, -1) for name in strut.between]
         points = [np.array(point) - shapes.origin for point in strut.at]
         for name, block, point, given in zip(strut.between, ends, points, strut.at, strict=True):
-            if block >= 0 and _outside(shapes, block, point) > shapes.tolerance:
+            if block >= 0 and shapes.away(block, point) > shapes.tolerance:
                 here = [
                     f"'{other.name}'"
                     for row, other in enumerate(scene.blocks)
-                    if _outside(shapes, row, point) <= shapes.tolerance
+                    if shapes.away(row, point) <= shapes.tolerance
                 ]
                 raise CaseError(
                     f"{scene.origin}: {role} no. {number} between {list(strut.between)}: the end "
@@ -163,15 +161,3 @@ def struts(scene: Scene, shapes: Geometry | Shapes) -> list[LimitedForce]:
         name = strut.name or f"{strut.between[0]}|{strut.between[1]}"
         found.append(LimitedForce(role, name, actions, lowest, highest))
     return found
-
-
-def _outside(shapes: Geometry | Shapes, block: int, point: np.ndarray) -> float:
-    """How far a point lies outside of a block."""
-    if isinstance(shapes, Geometry):
-        return float(shapely.distance(shapes.polygons[block], shapely.Point(point)))
-    parts = shapes.parts
-    nearest = inf
-    for part in np.flatnonzero(parts.block == block):
-        planes = parts.of_plane == part
-        nearest = min(nearest, float((parts.normal[planes] @ point - parts.offset[planes]).max()))
-    return nearest

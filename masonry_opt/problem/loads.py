@@ -40,6 +40,13 @@ class Shapes(Protocol):
     def size(self) -> np.ndarray: ...
 
 
+def no_loads(shapes: Shapes) -> dict[str, np.ndarray]:
+    """Zeros for force and moment about the centroid of each of the scene's blocks, by kind "dead" and "live",
+    shape (blocks, 3), in space (blocks, 6)."""
+    blocks, dimension = shapes.centroid.shape
+    return {kind: np.zeros((blocks, 3 * (dimension - 1))) for kind in ("dead", "live")}
+
+
 @dataclass(frozen=True)
 class Forces:
     """Forces of one kind, none of them zero. Several may act on one block.

@@ -32,8 +32,8 @@ def pressed(joints: Joints) -> np.ndarray:
 def matrices(joints: Joints, shapes: Extents, movable: np.ndarray, length_unit: float) -> Matrices:
     """B with lengths in ``length_unit``: rows forces, then moments about the centroid of each movable block.
     Columns are wrenches of unit forces: n₁ at the start of all joints, n₂ at their end, then s along their
-    tangent; in space n at all contact points, then s along the joint's tangent, then t along normal × tangent.
-    They act on the first block as they are, on the second reversed.
+    tangent; in space n at all contact points, then s along the joint's tangent, then t along normal ×
+    tangent. They act on the first block as they are, on the second reversed.
 
     Parameters
     ----------
@@ -59,9 +59,7 @@ def matrices(joints: Joints, shapes: Extents, movable: np.ndarray, length_unit: 
     row, column, value = (np.concatenate(parts).ravel() for parts in (rows, columns, values))
     # Fixed blocks have no rows; exact zeros (axis-aligned joints) stay out of the pattern.
     kept = (row >= 0) & (value != 0)
-    B = sp.csr_array(
-        (value[kept], (row[kept], column[kept])), shape=(of_block * len(movable), KINDS * count)
-    )
+    B = sp.csr_array((value[kept], (row[kept], column[kept])), shape=(of_block * len(movable), KINDS * count))
     share = shares(joints, joint)
     usual = float(np.median(share[share > 0])) if share.any() else 1.0
     extent = np.where(share > 0, share / usual, 1.0)

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import structural_rank
 
-from masonry_opt.problem.chords import CHORDS, chord_rates, crushing_energy, parabola
+from masonry_opt.problem.chords import CHORDS, chord_rates, crushing_energy
 from masonry_opt.problem.faces import Faces, Layout
 from masonry_opt.problem.matrices import Matrices
 
@@ -297,10 +297,10 @@ class Problem:
     ) -> np.ndarray:
         """Rates p ≥ 0 with which the joints could follow Bᵀd under a flow rule, shape (faces,).
 
-        Slip gives the sliding rates, of one sense only, in space of the two next to its direction; the opening
-        at its points that sliding does not explain gives the rocking rates. Where that is negative, ``Bᵀd −
-        D p`` is the violation of the flow rule. Rates of sliding are slips, as velocities are; of rocking
-        half the openings, in space openings.
+        Slip gives the sliding rates, of one sense only, in space of the two next to its direction; what
+        points open beyond what sliding explains gives the rocking rates. Where that is negative,
+        ``Bᵀd − D p`` is the violation of the flow rule. Rates of sliding are slips, as velocities are; of
+        rocking half the openings, in space openings.
 
         Parameters
         ----------

@@ -39,6 +39,7 @@ class Extents(ABC):
     size: area of each block, in space volume: what a ``unit_weight`` refers to, shape (blocks,).
     centroid: of each block, relative to ``origin``, shape (blocks, 2) or (blocks, 3).
     convex: whether each is convex, in space one convex part, shape (blocks,).
+    mixed: blocks whose faces were not all given turned one way, and were turned; none in the plane.
     """
 
     origin: np.ndarray
@@ -47,6 +48,7 @@ class Extents(ABC):
     size: np.ndarray
     centroid: np.ndarray
     convex: np.ndarray
+    mixed: np.ndarray
 
     @property
     @abstractmethod
@@ -56,6 +58,10 @@ class Extents(ABC):
     @abstractmethod
     def outside(self, blocks: np.ndarray, points: np.ndarray) -> np.ndarray:
         """How far points lie outside of the convex hulls of blocks, one each, shape (points,)."""
+
+    @abstractmethod
+    def away(self, block: int, point: np.ndarray) -> float:
+        """How far a point lies outside of a block."""
 
     @abstractmethod
     def nearest(self, block: int) -> tuple[int, float]:

@@ -45,6 +45,9 @@ class Geometry(Extents):
         distance: np.ndarray = shapely.distance(hulls, shapely.points(points))
         return distance
 
+    def away(self, block: int, point: np.ndarray) -> float:
+        return float(shapely.distance(self.polygons[block], shapely.Point(point)))
+
     def nearest(self, block: int) -> tuple[int, float]:
         distance = shapely.distance(self.polygons[block], self.polygons)
         distance[block] = np.inf
@@ -112,7 +115,7 @@ def geometry(scene: Scene) -> Geometry:
     area = shapely.area(outlines)
     raise_for(np.flatnonzero(area <= tolerance**2), scene, "has no area")
     centroid = shapely.get_coordinates(shapely.centroid(outlines))
-    return Geometry(origin, tolerance, tolerance, area, centroid, convex, polygons)
+    return Geometry(origin, tolerance, tolerance, area, centroid, convex, np.zeros(0, dtype=int), polygons)
 
 
 def _built_up(

@@ -18,7 +18,7 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.mcp.passes import Passes
-from masonry_opt.problem.assembly import SpaceAssembly, assemble
+from masonry_opt.problem.assembly import assemble
 from masonry_opt.words.summary import facts
 
 SCENES = [
@@ -50,7 +50,6 @@ def test_associative_load_factor_is_that_of_a_second_program(kind, seed):
 
 def _for_the_second(result: mo.Result) -> boxes.Pushed:
     assembly = result.assembly
-    assert isinstance(assembly, SpaceAssembly)
     joints, shapes, problem = assembly.joints, assembly.geometry, assembly.problem
     joint = joints.joint
     normal, tangent = joints.normal[joint], joints.tangent[joint]

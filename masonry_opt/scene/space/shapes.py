@@ -31,12 +31,10 @@ class Shapes(Extents):
     ----------
     parts: the convex parts.
     faces: the outer faces.
-    mixed: blocks whose faces were not all given turned one way, and were turned.
     """
 
     parts: Parts
     faces: Faces
-    mixed: np.ndarray
 
     @property
     def corners(self) -> tuple[np.ndarray, np.ndarray]:
@@ -48,6 +46,13 @@ class Shapes(Extents):
             [_from_hull(every[block == one] - at) for one, at in zip(blocks, points, strict=True)],
             dtype=float,
         )
+
+    def away(self, block: int, point: np.ndarray) -> float:
+        parts, nearest = self.parts, np.inf
+        for part in np.flatnonzero(parts.block == block):
+            planes = parts.of_plane == part
+            nearest = min(nearest, float((parts.normal[planes] @ point - parts.offset[planes]).max()))
+        return nearest
 
     def nearest(self, block: int) -> tuple[int, float]:
         return nearest(self.faces, self.boxes, block)
@@ -111,7 +116,7 @@ def shapes(scene: Scene) -> Shapes:
     convex = np.bincount(given.block, minlength=blocks) == 1
     faces = outer_faces(given, flat, tolerance)
     touching = max(tolerance, scene.contact_tolerance or 0.0)
-    return Shapes(origin, tolerance, touching, whole, centroid, convex, parts, faces, given.mixed)
+    return Shapes(origin, tolerance, touching, whole, centroid, convex, given.mixed, parts, faces)
 
 
 class _Masses(NamedTuple):

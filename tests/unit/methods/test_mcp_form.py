@@ -81,9 +81,7 @@ def assert_as_declared(form: EdgeForm, at: Iterate) -> None:
     ours = form.residuals(at)
     declared = residuals(PyomoMcp(problem), form.state(at))
     np.testing.assert_allclose(ours.statics, declared.equilibrium, atol=ROUNDING)
-    np.testing.assert_allclose(
-        ours.motion.ravel(), declared.compatibility, atol=ROUNDING * max(np.abs(at.d))
-    )
+    np.testing.assert_allclose(ours.motion.ravel(), declared.compatibility, atol=ROUNDING * max(np.abs(at.d)))
     assert ours.work == pytest.approx(declared.live_work, abs=ROUNDING)
     # Slacks of sliding and crushing are unknowns of their own; those of rocking are twice the forces.
     np.testing.assert_allclose(at.z.ravel() - ours.yielding.ravel(), declared.z[: 2 * k], atol=ROUNDING)

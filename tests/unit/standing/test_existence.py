@@ -144,7 +144,7 @@ def test_a_search_that_is_cut_short_proves_nothing():
 
 
 def test_residuals_see_what_is_wrong():
-    """Of a block on a floor, pressed down: n₁ + n₂ = 1, and the same with errors of 0.01 in force and in yield."""
+    """Of a block on a floor, pressed down: n₁ + n₂ = 1, and errors of 0.01 in force and in yield."""
     problem = assemble(pressed_down()).problem
     n = problem.live_norm * np.array([0.5, 0.5, 0.0])
     assert max(ray_residuals(problem, n, problem.dilatancy)) < 1e-15
