@@ -75,7 +75,8 @@ class CvxpyMotion:
 def energy_costs(problem: Problem, p: np.ndarray, weight: float) -> tuple[float, np.ndarray]:
     """Costs a and b of λ Σ|f_L| + weight z·p for rates p, shape (faces,), without the constant weight c·p.
 
-    Energy is counted as the certificate counts it. With a large weight λ decides only among forces that leave nearly the same energy. The cost is bounded
-    below where the live load drives the mechanism and the weight is above one.
+    Energy is counted as the certificate counts it. With a large weight λ decides only among forces that leave
+    nearly the same energy. The cost is bounded below where the live load drives the mechanism and the weight
+    is above one.
     """
     return problem.live_norm, weight * (problem.true_yield.T @ (p / problem.steep))

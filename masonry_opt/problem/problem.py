@@ -261,8 +261,8 @@ class Problem:
 
     @cached_property
     def steep(self) -> np.ndarray:
-        """max(1, μ) of faces of sliding, 1 of all others, shape (faces,): what slacks are divided by where they
-        are compared. Under large friction those of sliding are so many times any force."""
+        """max(1, μ) of faces of sliding, 1 of all others, shape (faces,): what slacks are divided by where
+        they are compared. Under large friction those of sliding are so many times any force."""
         return np.maximum(self.limit_factors @ self.friction, 1.0)
 
     def slacks(self, q: np.ndarray, curved: bool = False) -> np.ndarray:
