@@ -36,7 +36,7 @@ class CvxpyForces:
     ) -> None:
         load_factor = cp.Variable(bounds=list(within), name="load_factor") if within else None
         statics = self.statics = Statics(problem, ShearLimits.true(problem), load_factor)
-        self.within_yield = statics.slacks >= 0
+        self.within_yield = cp.multiply(1 / problem.steep, statics.slacks) >= 0
         a, b = costs or (0.0, np.zeros(problem.B.shape[1]))
         cost = b @ statics.q + a * statics.load_factor
         self.program = cp.Problem(cp.Minimize(cost), [statics.equilibrium, self.within_yield])
@@ -75,7 +75,8 @@ class CvxpyMotion:
 def energy_costs(problem: Problem, p: np.ndarray, weight: float) -> tuple[float, np.ndarray]:
     """Costs a and b of λ Σ|f_L| + weight z·p for rates p, shape (faces,), without the constant weight c·p.
 
-    With a large weight λ decides only among forces that leave nearly the same energy. The cost is bounded
-    below where the live load drives the mechanism and the weight is above one.
+    Energy is counted as the certificate counts it. With a large weight λ decides only among forces that leave
+    nearly the same energy. The cost is bounded below where the live load drives the mechanism and the weight
+    is above one.
     """
-    return problem.live_norm, weight * (problem.true_yield.T @ p)
+    return problem.live_norm, weight * (problem.true_yield.T @ (p / problem.steep))

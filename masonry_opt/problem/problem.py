@@ -253,6 +253,12 @@ class Problem:
         """Constant part of each yield condition, shape (faces,)."""
         return self.limit_factors @ self.cohesion + self.face_constant
 
+    @cached_property
+    def steep(self) -> np.ndarray:
+        """max(1, μ) of faces of sliding, 1 of all others, shape (faces,): what slacks are divided by where
+        they are compared. Under large friction those of sliding are so many times any force."""
+        return np.maximum(self.limit_factors @ self.friction, 1.0)
+
     def slacks(self, q: np.ndarray, curved: bool = False) -> np.ndarray:
         """Slack z of each face under forces q and the true friction law, eq. (4), shape (faces,): negative
         is a violation. With ``curved`` joints that crush are held to the parabola, not to its chords, and

@@ -50,6 +50,6 @@ def motion_for(
     if problem.layout.round:
         d, program = cone_motion(problem, q, slope)
     else:
-        motion = CvxpyMotion(problem, np.maximum(problem.slacks(q), 0.0), slope)
+        motion = CvxpyMotion(problem, np.maximum(problem.slacks(q), 0.0) / problem.steep, slope)
         d, program = motion.mechanism.d, motion.program
     return np.asarray(d.value) if has_optimum(program, solver, effort, purpose, nearly=nearly) else None

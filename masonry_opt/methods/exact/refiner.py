@@ -67,7 +67,7 @@ class ExactState:
     Attributes
     ----------
     q, d: joint forces (3c,) and block velocities (3b,).
-    slack: yield slack of each face, shape (faces,).
+    slack: yield slack of each face, over its steepness, shape (faces,).
     rates: of the mechanism, shape (faces,).
     strength: how strongly each face at work holds λ up (the dual of its z = 0), shape (faces,).
     answer: the state with its certificate, once that bears it out.
@@ -164,21 +164,22 @@ class Refiner(Settling):
         self.size = self._statics.size
         self._kinematics = HighsSession(motion, effort, _PURPOSE)
         self._random = _RANDOM * small * np.random.default_rng(0).uniform(0.5, 1.5, problem.faces)
-        self._random_of_forces = problem.true_yield.T @ self._random
+        self._random_of_forces = problem.true_yield.T @ (self._random / problem.steep)
         self.undecided = 0
 
     def under(self, problem: Problem, effort: Effort) -> Refiner:
         """A refiner of a problem that differs in friction, cohesion and dilatancy alone. It shares the
-        declared programs, unless dilatancy differs or a friction is zero, which has no entry in the matrix.
-        """
-        same_motion = np.array_equal(self.problem.dilatancy, problem.dilatancy)
-        if not (same_motion and problem.friction.all() and self.problem.friction.all()):
+        declared programs, unless dilatancy or steepness differs, or a friction is zero, which has no entry in
+        the matrix."""
+        same = [np.array_equal(getattr(self.problem, n), getattr(problem, n)) for n in ("dilatancy", "steep")]
+        if not (all(same) and problem.friction.all() and self.problem.friction.all()):
             return Refiner(problem, effort)
         lp, slides = self._statics.lp, problem.table.slides
         faces = lp.rows[id(self._forces.within_yield)][slides]
         normal = lp.columns[id(self._forces.statics.q)][problem.face_joint[slides]]
-        friction = (problem.limit_factors @ problem.friction)[slides]
-        forces = lp.changed(faces, normal, -friction, problem.face_cohesion[slides])
+        friction, cohesion = problem.limit_factors @ problem.friction, problem.face_cohesion
+        limits = ((of / problem.steep)[slides] for of in (-friction, cohesion))
+        forces = lp.changed(faces, normal, *limits)
         return Refiner(problem, effort, (self._forces, self._motion, forces, self._kinematics.lp))
 
     def mechanism(
@@ -206,7 +207,7 @@ class Refiner(Settling):
             load_factor=float(self._statics.values(statics.load_factor)[0]),
             q=q,
             d=d,
-            slack=self.problem.slacks(q),
+            slack=self.problem.slacks(q) / self.problem.steep,
             rates=rates,
             strength=strength,
         )
@@ -243,7 +244,7 @@ class Refiner(Settling):
         """
         self.why = Code.NO_STATICS
         for at_random in (*[True] * self._small, *[False] * _REPAIRS):
-            cost = np.maximum(self.problem.slacks(q), 0.0)
+            cost = np.maximum(self.problem.slacks(q), 0.0) / self.problem.steep
             found = self.mechanism(cost + cost.mean() * self._random if at_random else cost)
             if found is None:
                 self.why = Code.NO_KINEMATICS

@@ -200,6 +200,9 @@ class _Run:
             end = rough_end(problem, state, self.solver, effort)
         else:
             end = accurate_end(problem, state, corrected(problem, last), self.solver, effort)
+            if end is None and len(problem.crushing):
+                # Its sliding contracts, which joints that crush explain by crushing.
+                end = rough_end(problem, state, self.solver, effort)
         if end is None:
             return None
         ended = self.ending.ended(Status.CONVERGED, Code.SUB_PROBLEMS, count=len(self.history))

@@ -147,6 +147,11 @@ class EdgeForm:
         return other
 
     @property
+    def steep(self) -> np.ndarray:
+        """What slacks of sliding are divided by where they are compared, shape (senses, k)."""
+        return self.problem.steep[self.problem.table.slides].reshape(len(self._layout.senses), -1)
+
+    @property
     def cohesion(self) -> np.ndarray:
         """What cohesion adds to the slack of each sense, shape (k,)."""
         return self._layout.factor * self.problem.cohesion

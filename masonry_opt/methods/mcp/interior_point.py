@@ -93,10 +93,10 @@ def start(form: EdgeForm) -> Iterate:
     return Iterate(
         0.0,
         forces,
-        np.maximum(slacks, least),
+        np.maximum(slacks, least * form.steep),
         np.zeros_like(problem.dead),
         np.full_like(edges, rate),
-        np.full_like(slacks, rate),
+        rate / form.steep,
         room,
         rate * least / room,
     )

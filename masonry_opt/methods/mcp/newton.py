@@ -182,7 +182,8 @@ class NewtonSystem:
         if len(self._form.bounded):
             crushing = sp.diags_array(self.at.crushed / self.at.room)
             self._crushing = (self._form.G.T @ crushing @ self._form.G).tocsr()
-        self._scale = 1 / np.maximum(self.at.z, self.at.slip)
+        steep = self._form.steep
+        self._scale = 1 / np.maximum(self.at.z / steep, self.at.slip * steep)
         cut = _CUT * self.at.energy / max(float(self.at.d @ self.at.d), 1.0)
         self._most = np.inf if self._compliance.all() else cut
 

@@ -125,7 +125,8 @@ class Schedule:
             at.load_factor,
             gap,
             float(np.abs(left.statics).max()) / self._largest,
-            max(float(np.abs(of).max(initial=0.0)) for of in (left.yielding, left.crushing)) / self._largest,
+            max(float(np.abs(of).max(initial=0.0)) for of in (left.yielding / self.form.steep, left.crushing))
+            / self._largest,
             float(np.abs(left.motion).max()) / max(float(np.abs(at.d).max()), 1.0),
             theta,
         )
