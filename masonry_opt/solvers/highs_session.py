@@ -45,7 +45,9 @@ class HighsSession:
         self.size = lp.size
         self._highs = highspy.Highs()
         self._highs.silent()
-        for name, value in {**solver.options, **options}.items():
+        # Simplex may go round in circles for ever: runs that end take fewer iterations than rows and columns.
+        most = {"simplex_iteration_limit": 10 * sum(lp.matrix.shape)}
+        for name, value in {**most, **solver.options, **options}.items():
             self._highs.setOptionValue(name, value)
         self._highs.passModel(_loaded(lp))
 
@@ -83,8 +85,7 @@ class HighsSession:
         """Solve with the present parameters, within so many seconds."""
         ends = time.perf_counter() + seconds
         verdict = self.run(seconds)
-        left = ends - time.perf_counter()
-        if verdict is Verdict.FAILED and left > 0:
+        if verdict is Verdict.FAILED and (left := ends - time.perf_counter()) > 0:
             # A warm start may leave HiGHS undecided: once more, from the beginning.
             self._highs.clearSolver()
             verdict = self.run(left)
@@ -157,8 +158,7 @@ class HighsSession:
 def _loaded(program: LinearProgram) -> highspy.HighsLp:
     lp = highspy.HighsLp()
     lp.num_row_, lp.num_col_ = program.matrix.shape
-    lp.col_cost_ = program.cost
-    lp.col_lower_, lp.col_upper_ = program.low, program.high
+    lp.col_cost_, lp.col_lower_, lp.col_upper_ = program.cost, program.low, program.high
     lp.row_lower_, lp.row_upper_ = program.row_lower, program.row_upper
     lp.a_matrix_.format_ = highspy.MatrixFormat.kColwise
     lp.a_matrix_.start_, lp.a_matrix_.index_ = program.matrix.indptr, program.matrix.indices

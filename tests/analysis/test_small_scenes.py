@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from atlas.random_scenes import random_scene
-from atlas.small_scenes import of_blocks, rectangle
+from atlas.small_scenes import bonded, of_blocks, rectangle
 from scenes import solved, two_blocks, values_of
 
 import masonry_opt as mo
@@ -84,10 +84,13 @@ def moved(scene: mo.Scene, copy: int) -> mo.Scene:
     return scene.replace(blocks=corners)
 
 
-@pytest.mark.parametrize(("seed", "copy"), [(510003, 1), (510019, 2), (510021, 2)])
-def test_corners_moved_by_rounding_leave_the_least_state(seed, copy):
-    """With rates of 1e-9 taken for motion, and ties left to the solver, these end 44 to 255 % higher."""
-    scene = random_scene("wall", seed)
+NOISY = [(random_scene("wall", seed), copy) for seed, copy in ((510003, 1), (510019, 2), (510021, 2))]
+SLIDING = bonded([[0.5, 1, 0.5], [1, 1]] * 2, (4, 1), 0.8074515444156749)(None)
+
+
+@pytest.mark.parametrize(("scene", "copy"), [*NOISY, (SLIDING, 9)])
+def test_corners_moved_by_rounding_leave_the_least_state(scene, copy):
+    """Else walls end 44 to 255 % higher (rates of 1e-9 as motion, ties left to the solver), one never."""
     assert solved(moved(scene, copy)).load_factor == pytest.approx(solved(scene).load_factor, rel=1e-6)
 
 

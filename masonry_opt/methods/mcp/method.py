@@ -96,7 +96,7 @@ def _by_passes(task: Task) -> Solution:
         states.further()
     answer, solution = states.answer, replace(solution, history=tuple(history))
     if answer is None:
-        return _without(task, solution, str(passes.outcome))
+        return _without(task, solution, states.met.lowest, str(passes.outcome))
     told = {"steps": len(history), "attempt": _passes_in(history)}
     solution = replace(solution, found=answer).ended(Status.CONVERGED, Code.ONE_PASS, **told)
     if not solution.is_exact(task.problem):
@@ -144,10 +144,7 @@ class _States:
             self._keep(self._search.start(start.q).state)
         if self._lowest is None:
             found = alternated(self._problem, start.load_factor, start.q, self._effort)
-            if found is not None and not self._tells(found):
-                found = None
-            if found is not None:
-                self.met.lowest = min(self.met.lowest, found.load_factor)
+            found = found if found and self._answers(found) else None
             self._by_programs = _exact_or_lower(self._by_programs, found)
             if self._problem.layout.round:
                 self.met.count(found if found is not None and found.exact else None)
@@ -186,14 +183,15 @@ class _States:
             self._keep(search.start(q).state)
 
     def _keep(self, state: ExactState | None) -> None:
-        if state is not None and self._tells(state):
-            self.met.lowest = min(self.met.lowest, state.load_factor, state.below)
+        if state is not None and self._answers(state, state.below):
             self._lowest = lower_of(self._lowest, state)
 
-    def _tells(self, state: Answer | ExactState) -> bool:
-        """Whether a state tells of the load: one below zero does not where the forces at rest are known."""
-        below = self._problem.settled is not None and state.load_factor < -ZERO
-        return not below and self._passes.tells(state.load_factor, state.d)
+    def _answers(self, state: Answer | ExactState, *below: float) -> bool:
+        """Whether a state tells of the load, at zero or above where the forces at rest are known."""
+        if not self._passes.tells(state.load_factor, state.d):
+            return False
+        self.met.lowest = min(self.met.lowest, state.load_factor, *below)
+        return self._problem.settled is None or state.load_factor >= -ZERO
 
 
 def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:
@@ -254,13 +252,15 @@ class _Starts:
             self.known = replace(self.known, infeasibility=found)
 
 
-def _without(task: Task, solution: Solution, word: str) -> Solution:
-    """The end without a load factor: none was found, or friction jams the blocks, which is not proven; but
-    from rest no multiple of the load brings them down."""
+def _without(task: Task, solution: Solution, lowest: float, word: str) -> Solution:
+    """The end without a load factor: none was found, or all lie below zero, as the lowest; or friction jams
+    the blocks, which is not proven; but from rest no multiple of the load brings them down."""
     found = solution.infeasibility
     endless = found is not None and found.existence is Existence.UNBOUNDED
     if endless and (grows := jams(task)):
         return replace(solution, status=Status.JAMMED, reasons=(grows,))
+    if lowest < -ZERO:
+        return solution.ended(Status.SOLVER_FAILED, Code.BELOW_ZERO, load_factor=lowest)
     attempts = _passes_in(solution.history)
     return solution.ended(Status.SOLVER_FAILED, Code.PASS_STOPPED, word=word, attempts=attempts)
 

@@ -37,9 +37,7 @@ def picture(
     if kind not in bound.results:
         raise OptionError(f"there is no answer of kind '{kind}': choose from {', '.join(bound.results)}")
     row = next(row for row in bound.rows() if row["kind"] == kind)
-    said = "none" if row["reaction"] is None else numeral(row["reaction"], ".6g")
-    if row["reaction"] is None:
-        said += f" ({row['status']})"
+    said = f"none ({row['status']})" if row["reaction"] is None else numeral(row["reaction"], ".6g")
     of = printable(some([repr(name) for name in settlement.supports]))
     return _drawn(bound.results[kind], f"{end} reaction of {of}: {said} ({kind})", names, view)
 
@@ -56,7 +54,6 @@ def page(settlement: Reactions, view: View | None = None) -> str:
 
     Raises OptionError if Jinja2, of the extra "studies", is not installed.
     """
-    some_result = settlement.fallen or next(iter(settlement.ends.values())).result
     ends = list(settlement.ends) or ["least"]
     drawn = {end: b64encode(picture(settlement, end, view=view).image("svg")).decode() for end in ends}
     rows = [
@@ -69,5 +66,5 @@ def page(settlement: Reactions, view: View | None = None) -> str:
         )
         for row in settlement.table.to_dict("records")
     ]
-    title = title_of(some_result.assembly.scene)
+    title = title_of((settlement.fallen or next(iter(settlement.ends.values())).result).assembly.scene)
     return render("settlement.html", title=title, facts=settlement.facts(), pictures=drawn, rows=rows)

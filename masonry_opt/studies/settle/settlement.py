@@ -52,6 +52,11 @@ class Bound:
         return self._reaction(self.with_associative.load_factor)
 
     @property
+    def across_rest(self) -> float | None:
+        """That of a state met on the other side of rest, of other forces there than those at rest, if any."""
+        return self._reaction(below if (below := self.result.solution.below_zero) < 0 else None)
+
+    @property
     def unlimited(self) -> bool:
         """Whether the scene is proven to stand with any reaction on this side."""
         return self.result.solution.carries_any_load
@@ -152,13 +157,10 @@ class Reactions:
         own = ("case", "supports", "direction", "turns", "method", "at_rest")
         told: dict[str, Any] = {name: getattr(self, name) for name in own}
         told |= {"status": str(self.status), "usable": self.usable}
+        numbers = ("reaction", "expected", "associative", "across_rest", "unlimited")
         for name in ("least", "greatest"):
             end = self.ends.get(name)
-            told[name] = end and {
-                "reaction": end.reaction,
-                "expected": end.expected,
-                "associative": end.associative,
-                "unlimited": end.unlimited,
+            told[name] = end and {key: getattr(end, key) for key in numbers} | {
                 "results": {
                     row["kind"]: {"reaction": row["reaction"], "moves": row["moves"]} | of.as_dict()
                     for row, of in zip(end.rows(), end.results.values(), strict=True)
@@ -177,8 +179,8 @@ def _words(end: Bound) -> str:
         said = "unlimited" if end.unlimited else f"not found ({end.result.status})"
     else:
         said = f"{numeral(end.reaction, '.6g')}; moves {some(_moving(end.result))}"
-    others = {"to expect": end.expected, "associative": end.associative}
-    if end.result is end.with_associative:
-        others = {}
+    others = {"with other forces at rest": end.across_rest}
+    if end.result is not end.with_associative:
+        others |= {"to expect": end.expected, "associative": end.associative}
     told = [f"{label} {numeral(value, '.6g')}" for label, value in others.items() if value is not None]
     return " · ".join([said, *told])
