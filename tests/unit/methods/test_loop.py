@@ -46,14 +46,14 @@ def test_loop_changes_nothing_but_the_shear_limits_in_cvxpy():
     assert len(solution.history) > 3
     entries_after, rhs_after, cost_after = compiled_cvxpy(driver)
 
-    # Rows 3b ... 3b + 2k are the shear rows; columns 1 ... c the normal forces.
+    # Rows 3b ... 3b + 2k are the shear rows; columns 1 ... 2c the normal forces.
     b3, k, c = 3 * problem.blocks, len(problem.sliding), problem.joints
     assert [variable.name() for variable in driver.model.program.variables()] == ["load_factor", "q"]
-    shear_rows, normal_columns = range(b3, b3 + 2 * k), range(1, 1 + c)
+    shear_rows, normal_columns = range(b3, b3 + 2 * k), range(1, 1 + 2 * c)
     assert entries.keys() == entries_after.keys()
     changed = {at for at in entries if entries[at] != entries_after[at]}
     allowed = {at for at in entries if at[0] in shear_rows and at[1] in normal_columns}
-    assert len(allowed) == 2 * k
+    assert len(allowed) == 2 * 2 * k
     assert changed == allowed  # every slope was changed, and nothing else
     assert set(np.flatnonzero(rhs != rhs_after)) == set(shear_rows)  # every cohesion, nothing else
     np.testing.assert_array_equal(cost, cost_after)
@@ -83,12 +83,12 @@ def test_loop_changes_nothing_but_the_shear_limits_in_pyomo():
     program = driver.model.program
     shear = list(program.within_yield.values())[: 2 * k]
     shear_rows = {highs._pyomo_con_to_solver_con_map[row] for row in shear}
-    normal = list(program.q.values())[: problem.joints]
+    normal = list(program.q.values())[: 2 * problem.joints]
     normal_columns = {highs._pyomo_var_to_solver_var_map[id(n)] for n in normal}
     assert entries.keys() == entries_after.keys()
     changed = {at for at in entries if entries[at] != entries_after[at]}
     allowed = {at for at in entries if at[0] in shear_rows and at[1] in normal_columns}
-    assert len(allowed) == 2 * k
+    assert len(allowed) == 2 * 2 * k
     assert changed == allowed
     assert set(np.flatnonzero((bounds != bounds_after).any(axis=0))) == shear_rows
     np.testing.assert_array_equal(columns, columns_after)

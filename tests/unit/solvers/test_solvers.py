@@ -134,8 +134,8 @@ def test_the_solver_asked_for_does_everything_that_it_can():
 
 
 def test_a_remedy_s_solver_is_named_beside_the_one_asked_for():
-    """μ = 1e5 in the joints of wall 1: simplex does not end in a sub-problem."""
-    wall = mo.load(WALLS[0]).model_copy(update={"joints": mo.JointDefaults(friction=1e5)})
+    """μ = 3e5 in the joints of wall 2: simplex does not end in a sub-problem."""
+    wall = mo.load(WALLS[1]).replace(friction=3e5)
     result = mo.solve(wall, "nonassociative", solver="highs")
     assert result.solver == "highs"
     assert result.solvers["sub-problems"] == ["highs", "clarabel"]
