@@ -39,7 +39,7 @@ ASSOCIATIVE = 1e-8
 #: Coulomb states are many; this far above the loop's an exact state may lie.
 ABOVE_LOOP = 1e-6
 #: How far above the state that simplex descends to interior points end, where they end in another.
-IN_TURN = {"wall_2": 7e-3, "wall_3": 1.3e-2, "wall_6": 2.1e-2, "cohesion": 4e-3}
+IN_TURN = {"wall_2": 7e-3, "wall_3": 1.3e-2, "wall_4": 0.165, "wall_6": 2.1e-2, "cohesion": 4e-3}
 #: Programs are solved to some 1e-12 of λ on these scenes.
 CLOSED_FORM = 1e-9
 

@@ -127,7 +127,7 @@ def test_joints_of_every_kind(friction, joints, method):
 
 def test_a_state_with_residuals_is_not_called_exact():
     """Joints that contract may sink into each other in both senses at once: no such state is given."""
-    scene = small_wall(4, 3, 0.3, dilatancy=-0.1)
+    scene = small_wall(4, 3, 0.3, dilatancy=-0.2)
     rough = solved(scene, "nonassociative", finish=False)
     assert rough.certificate.worst > 1e-3
     result = mo.solve(scene, "refined", start=rough)
@@ -154,7 +154,7 @@ def refined_from_more_friction(number, more):
 
 
 def test_a_start_without_exact_statics_is_repaired(monkeypatch):
-    """The loop's state on wall 4 with 20 % more friction has none on wall 4 itself."""
+    """The loop's state on wall 2 with 20 % more friction has none on wall 2 itself."""
     repairs = []
     nearest = Refiner._least_energy
 
@@ -163,10 +163,10 @@ def test_a_start_without_exact_statics_is_repaired(monkeypatch):
         return nearest(refiner, rates)
 
     monkeypatch.setattr(Refiner, "_least_energy", counted)
-    result = refined_from_more_friction(4, 1.2)
+    result = refined_from_more_friction(2, 1.2)
     assert repairs
     assert result.certificate.worst < EXACT
-    assert result.load_factor < 0.263737
+    assert result.load_factor < 0.557417
 
 
 @pytest.mark.slow

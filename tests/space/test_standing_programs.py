@@ -106,8 +106,8 @@ def test_small_scenes_of_other_seeds():
 def test_forces_and_mechanisms_are_judged_by_what_they_leave(scene):
     """Of a block on a floor: its weight in the joint, short of it, and beyond friction."""
     problem = assemble(scene).problem
-    n = np.zeros(problem.B.shape[1])
-    n[: problem.joints] = np.abs(problem.dead).max() / problem.joints
+    n, points = np.zeros(problem.B.shape[1]), problem.layout.points * problem.joints
+    n[:points] = np.abs(problem.dead).max() / points
     assert diagnosis.carries(problem, n)
     assert not diagnosis.carries(problem, n * (1 - 1e-6))
     raised = np.zeros_like(problem.dead)

@@ -20,7 +20,7 @@ SLOW = {
         "nonassociative beta=1.0 alpha=0.0 alpha_min=0.0",
         "nonassociative beta=1.0 alpha=0.0 alpha_min=0.0 preset=paper remedies=none",
     },
-    "a solver that ends 'unknown': wall 6": {
+    "the end hangs on the vertex: wall 6": {
         "nonassociative pyomo highs",
         "nonassociative pyomo highs preset=paper remedies=none",
     },

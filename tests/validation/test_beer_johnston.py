@@ -12,6 +12,8 @@ import math
 import pytest
 from scenes import CASES, solved
 
+from masonry_opt.answer.acceptance import CLOSED
+
 RAISES = CASES / "beer_johnston" / "wedge_raises.toml"
 LOWERS = CASES / "beer_johnston" / "wedge_lowers.toml"
 
@@ -68,7 +70,7 @@ def test_load_factors(path, method, expected):
 @pytest.mark.parametrize(("path", "expected"), [(RAISES, raising()), (LOWERS, lowering())])
 def test_no_coulomb_state_is_lower(path, expected):
     result = solved(path, "global")
-    assert result.bound == pytest.approx(expected, rel=1e-6)
+    assert result.bound == pytest.approx(expected, rel=CLOSED)
 
 
 def test_dilatancy_lifts_the_block_that_is_lowered():

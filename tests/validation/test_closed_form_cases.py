@@ -68,13 +68,17 @@ def test_a_stone_pulled_out_beside_a_wall(wall):
 def test_any_friction_of_the_wall_is_an_exact_state(wall):
     """B does not move against the wall, whose friction is what it may be: A slides out at every load factor
     between the least and the associative one."""
-    problem = assemble(mo.load(FOLDER / "pulled_stone.toml")).problem
-    bed, floor, side = range(3)  # A-B, A-floor, B-wall: shear and moment follow the normal forces in q
+    assembly = assemble(mo.load(FOLDER / "pulled_stone.toml"))
+    problem = assembly.problem
+    bed, floor, side = range(3)  # A-B, A-floor, B-wall: n at their starts, at their ends, then shears in q
+    second, shear = 3, 6
     conditions = np.zeros((4, 10))
-    conditions[0, [bed, 3 + bed]] = MU, -1  # A drags B to the right
-    conditions[1, [floor, 3 + floor]] = MU, 1
-    conditions[2, [side, 3 + side]] = wall, -1
-    conditions[3, [side, 6 + side]] = 0.3, 1  # where the wall presses: 0.3 off the middle of its face
+    conditions[0, [bed, second + bed, shear + bed]] = MU, MU, -1  # A drags B to the right
+    conditions[1, [floor, second + floor, shear + floor]] = MU, MU, 1
+    conditions[2, [side, second + side, shear + side]] = wall, wall, -1
+    # Where the wall presses: 0.3 units off the middle of its face, towards the start.
+    off = 0.3 * problem.length_unit / (assembly.joints.extent[side] / 2)
+    conditions[3, [side, second + side]] = off - 1, off + 1
     matrix = np.vstack([np.column_stack([problem.B.toarray(), problem.live]), conditions])
     *q, load_factor = np.linalg.solve(matrix, np.concatenate([-problem.dead, np.zeros(4)]))
     assert load_factor == pytest.approx(pulled(wall), rel=1e-9)

@@ -175,11 +175,12 @@ class Refiner(Settling):
         if not (all(same) and problem.friction.all() and self.problem.friction.all()):
             return Refiner(problem, effort)
         lp, slides = self._statics.lp, problem.table.slides
+        at_points = problem.joints * np.arange(problem.layout.points)
         faces = lp.rows[id(self._forces.within_yield)][slides]
-        normal = lp.columns[id(self._forces.statics.q)][problem.face_joint[slides]]
+        normal = lp.columns[id(self._forces.statics.q)][np.add.outer(at_points, problem.face_joint[slides])]
         friction, cohesion = problem.limit_factors @ problem.friction, problem.face_cohesion
         limits = ((of / problem.steep)[slides] for of in (-friction, cohesion))
-        forces = lp.changed(faces, normal, *limits)
+        forces = lp.changed(*(np.broadcast_to(of, normal.shape).ravel() for of in (faces, normal, *limits)))
         return Refiner(problem, effort, (self._forces, self._motion, forces, self._kinematics.lp))
 
     def mechanism(

@@ -134,13 +134,13 @@ def by_name(result, friction, cohesion=0.0, dilatancy=0.0):
         pair = f"{joint.first}|{joint.second}"
         times_seen[pair] = times_seen.get(pair, 0) + 1
         at = f"[{pair}~{times_seen[pair]}]" if times_seen[pair] > 1 else f"[{pair}]"
-        # A corner on an edge has no length: its rocking faces say n ± m ≥ 0, and it does not resist turning.
-        half, turning = (joint.length / 2 / length, joint.rotation * length) if joint.length else (1.0, 0.0)
-        n, s, m = joint.n / force, joint.s / force, joint.m / force / length
-        values |= {f"n{at}": n, f"s{at}": s, f"m{at}": m}
-        rock = (joint.opening - dilatancy * abs(joint.slip)) / half
-        values |= {f"z_rock_plus{at}": n * half - m, f"z_rock_minus{at}": n * half + m}
-        values |= {f"p_rock_plus{at}": (rock - turning) / 2, f"p_rock_minus{at}": (rock + turning) / 2}
+        # A corner on an edge has no length: it does not resist turning, and its two points are one.
+        half = joint.length / 2
+        n, s, m = joint.n / force, joint.s / force, joint.m / half / force if half else 0.0
+        values |= {f"n1{at}": (n - m) / 2, f"n2{at}": (n + m) / 2, f"s{at}": s}
+        opening, turning = joint.opening - dilatancy * abs(joint.slip), joint.rotation * half
+        values |= {f"z_rock_1{at}": n - m, f"z_rock_2{at}": n + m}
+        values |= {f"p_rock_1{at}": (opening - turning) / 2, f"p_rock_2{at}": (opening + turning) / 2}
         limit = cohesion * joint.length / force + friction * n
         values |= {f"z_slide_plus{at}": limit - s, f"z_slide_minus{at}": limit + s}
         values |= {f"p_slide_plus{at}": max(-joint.slip, 0.0), f"p_slide_minus{at}": max(joint.slip, 0.0)}

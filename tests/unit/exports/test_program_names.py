@@ -59,10 +59,10 @@ def test_highs_reads_every_name(tmp_path, end):
     names = highs.getLp().col_names_
     joints = 2 * len(ODD_NAMES) - 1
     assert len(set(names)) == len(names) == 3 * joints + 1
-    assert {"n{a_b|ground}", "n{a_b|ground~2}", "n{a_b|ground~3}", "n{gr__e__m_|ground}"} <= set(names)
+    assert {"n1{a_b|ground}", "n1{a_b|ground~2}", "n2{a_b|ground~3}", "n2{gr__e__m_|ground}"} <= set(names)
 
 
 def test_names_in_nl_files_are_the_blocks_own(tmp_path):
     path, *_ = mo.export(row_of_stones(), tmp_path / "stones.nl", "static")
     columns = path.with_suffix(".col").read_text(encoding="utf-8").splitlines()
-    assert {"n[a b|ground]", "n[a-b|ground]", "n[größe [m]|ground]", "n[n|a|ground]"} <= set(columns)
+    assert {"n1[a b|ground]", "n1[a-b|ground]", "n2[größe [m]|ground]", "n2[n|a|ground]"} <= set(columns)
