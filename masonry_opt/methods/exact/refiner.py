@@ -291,7 +291,8 @@ class Refiner(Settling):
         if not self._forces_at(-problem.live_norm, problem.N.T @ cost):
             return None
         forces = self._forces
-        return self._statics.values(forces.statics.q), np.abs(self._statics.duals(forces.within_yield))
+        rates = np.abs(self._statics.duals(forces.within_yield)) / problem.steep
+        return self._statics.values(forces.statics.q), rates
 
     def _least_energy(self, rates: np.ndarray) -> np.ndarray | None:
         solved = self._forces_at(*energy_costs(self.problem, rates, WEIGHT))
