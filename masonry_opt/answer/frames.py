@@ -15,7 +15,7 @@ from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import HINGES, IDLE
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.chords import parabola
-from masonry_opt.problem.problem import Problem, ShearLimits
+from masonry_opt.problem.problem import ShearLimits
 from masonry_opt.scene.space.frames import dots, lengths
 from masonry_opt.scene.space.surfaces import sums
 
@@ -52,7 +52,7 @@ def joint_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame:
     space area, normal and resultants, by components, and where they act."""
     joints, solid = assembly.joints, assembly.scene.dimension == 3
     q, u = _known(assembly, solution)
-    used = assembly.most_of_joints(np.nan_to_num(_utilisation(assembly.problem, q), nan=-1.0))
+    used = assembly.most_of_joints(np.nan_to_num(_utilisation(assembly, q), nan=-1.0))
     columns = {
         "first": assembly.names(joints.first),
         "second": assembly.names(joints.second),
@@ -84,7 +84,7 @@ def contact_frame(assembly: Assembly, solution: Solution) -> pd.DataFrame | None
         "slip": lengths(motion - opening[:, None] * normal),
         "opening": opening,
         **_columns("v", motion),
-        "utilisation": _utilisation(problem, q),
+        "utilisation": _utilisation(assembly, q),
     }
     return unsigned(pd.DataFrame(columns))
 
@@ -186,12 +186,14 @@ def _resultants(
     }
 
 
-def _utilisation(problem: Problem, q: np.ndarray) -> np.ndarray:
+def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
     """Largest of |s|, in space |(s, t)|, over the true Coulomb limit (0 where friction is unlimited); in the
     plane of |m| over n L/2 (less what crushing takes) and of n over f_c L. NaN where a joint is idle."""
+    problem, long = assembly.problem, assembly.joints.extent[assembly.joint] > 0
     points, n = problem.by_kind(q)[: problem.layout.points], problem.normal_forces(q)
     s = np.hypot.reduce(np.abs(problem.shears(q)), axis=0)
-    m = points.max(axis=0) - points.min(axis=0)
+    # Of a corner on an edge, whose two points are one, any share of n may be at either.
+    m = np.where(long, points.max(axis=0) - points.min(axis=0), 0.0)
     nothing = IDLE * (np.abs(n).max() or 1.0)  # no limit is taken for smaller
     limit = ShearLimits.true(problem).at(n[problem.sliding])
     most = n.copy()

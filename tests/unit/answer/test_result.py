@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from scenes import block_on_floor, pressed_down, small_wall, two_blocks
+from scenes import KINDS_OF_JOINTS, block_on_floor, pressed_down, small_wall, two_blocks
 
 import masonry_opt as mo
+from masonry_opt.answer.frames import joint_frame
 
 
 @pytest.mark.parametrize(
@@ -101,3 +103,19 @@ def test_required_is_the_load_factor_or_an_error_that_says_why():
     with pytest.raises(mo.MasonryError, match=r"^scene: unlimited: .*no mechanism") as error:
         mo.solve(pressed_down(), "static").required()
     assert error.value.exit_code == 1
+
+
+def test_a_corner_on_an_edge_does_not_rock():
+    """Its two points are one: however they share n, the joint carries no moment and is used as much."""
+    result = mo.solve(KINDS_OF_JOINTS["corner on an edge"], "static")
+    assembly, solution = result.assembly, result.solution
+    corners = assembly.joints.extent == 0
+    assert corners.any()
+    q = solution.q.copy()
+    first, second, _ = assembly.problem.by_kind(q)
+    first[corners] += second[corners]
+    second[corners] = 0.0
+    shifted = joint_frame(assembly, replace(solution, found=replace(solution.found, q=q)))
+    for column in ("n", "m", "utilisation"):
+        assert shifted[column].to_numpy() == pytest.approx(result.joints[column].to_numpy(), nan_ok=True)
+    assert (result.joints["m"][corners] == 0).all()
