@@ -227,8 +227,8 @@ def test_wall_5_from_the_mpec_s_state():
 
 @pytest.mark.slow
 def test_refinement_of_the_792_block_wall():
-    """Exact, below the paper's loop. (Programs of this size leave some 1e-8 of yield: the refiner's own state may
-    miss that, and then the one that it began from stays.)"""
+    """Exact, below the paper's loop. (Programs of this size leave some 1e-8 of yield: the refiner's own state
+    may miss that, and then the one that it began from stays.)"""
     wall = mo.load(CASES / "orduna_lourenco" / "wall.toml")
     refined = solved(wall, "refined")
     assert refined.certificate.worst < EXACT
