@@ -5,7 +5,7 @@ Section 6.4: two variants of the loop
 The paper tried move limits on the normal forces about which shear limits turn ("the required computational
 effort was not reduced", and the risk of too high a load factor "appeared to be increased"), and to turn only
 the limits of joints at yield ("very little difference to the convergence characteristics"). Ours confirm the
-effort, see no rise by move limits, and refute the last.
+effort on the walls, see no rise by move limits, and refute the last.
 """
 
 from dataclasses import replace
@@ -71,9 +71,10 @@ table_summary = by_variant.agg({"sub-problems": "sum", "rise (%)": "max", "λ": 
 print(table.to_string(index=False), table_summary.to_string(), sep="\n\n")
 
 # %%
-# Move limits: no fewer sub-problems, λ nowhere higher by 0.1 % or more. Only at yield: λ higher by 16 % on
-# wall 4 and 6 % on wall 6, none on wall 5.
-programs, rises = table_summary["sub-problems"], table_summary["rise (%)"]
+# Move limits: no fewer sub-problems on the walls (16 to 26 on the façade), λ nowhere higher by 0.1 % or more.
+# Only at yield: λ higher by 16 % on wall 4 and 6 % on wall 6, lower on wall 5.
+walls = table[table["scene"].str.startswith("wall")]
+programs, rises = walls.groupby("variant")["sub-problems"].sum(), table_summary["rise (%)"]
 limited = [f"move limit {share:g}" for share in (0.1, 0.3, 1.0)]
 assert (programs[limited] >= programs["as published"]).all()
 assert (rises[limited] < 0.1).all()
