@@ -7,7 +7,6 @@ import numpy as np
 
 from masonry_opt.models.cvxpy_kinematic import CvxpyKinematic
 from masonry_opt.models.cvxpy_terms import Mechanism, ShearParameters, Statics
-from masonry_opt.problem.faces import normal_sums
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
 
@@ -52,7 +51,7 @@ class CvxpyParabolaStatic(_Sized):
         straight[problem.bent] = straight[problem.table.turning] = False
         self.limits = ShearParameters(limits)
         statics = self.statics = Statics(problem, self.limits)
-        first, second, _ = (statics.q[of_kind + joints] for of_kind in problem.joints * np.arange(3))
+        first, second = (statics.q[of_point + joints] for of_point in (0, problem.joints))
         t = cp.Variable(len(joints), name="t")
         lost = cp.multiply(self.most_lost, t)
         self.within_yield = statics.slacks[straight] >= 0
@@ -89,7 +88,7 @@ class CvxpyParabolaKinematic(_Sized, CvxpyKinematic):
         turning = mechanism.p[one] + mechanism.p[other]
         self.closing = cp.Variable(len(joints), name="w")
         t = cp.Variable(len(joints), name="t")
-        nearer = normal_sums(problem.layout, problem.joints, problem.B.shape[1])[joints].T
+        nearer = problem.table.normal_sums[joints].T
         self.compatibility = mechanism.compatibility.expr + nearer @ self.closing == 0
         crushed = cp.multiply(cp.multiply(problem.crushing_force, self.per_size), self.closing)
         cone = cp.SOC(turning + t, cp.vstack([turning - t, crushed]), axis=0)

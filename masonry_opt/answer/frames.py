@@ -190,7 +190,7 @@ def _utilisation(assembly: Assembly, q: np.ndarray) -> np.ndarray:
     """Largest of |s|, in space |(s, t)|, over the true Coulomb limit (0 where friction is unlimited); in the
     plane of |m| over n L/2 (less what crushing takes) and of n over f_c L. NaN where a joint is idle."""
     problem, long = assembly.problem, assembly.joints.extent[assembly.joint] > 0
-    points, n = problem.by_kind(q)[: problem.layout.points], problem.normal_forces(q)
+    points, n = problem.at_points(q), problem.normal_forces(q)
     s = np.hypot.reduce(np.abs(problem.shears(q)), axis=0)
     # Of a corner on an edge, whose two points are one, any share of n may be at either.
     m = np.where(long, points.max(axis=0) - points.min(axis=0), 0.0)

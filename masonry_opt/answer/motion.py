@@ -55,12 +55,12 @@ def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
     rates = problem.rates(solution.d, slope, solution.q, curved)
     explained[problem.sliding] = slope * problem.slip(rates, curved)
     dimension, of_point = problem.layout.dimension, assembly.of_point
-    motion, points = problem.by_kind(problem.motion(solution.d, solution.q)), problem.layout.points
-    slip = np.hypot.reduce(np.abs(motion[points:]), axis=0)[of_point]
+    motion = problem.motion(solution.d, solution.q)
+    slip = np.hypot.reduce(np.abs(problem.shears(motion)), axis=0)[of_point]
     speed = fastest(assembly, solution.d)
     # Opening of each contact point beside what the flow rule demands.
     apart = np.empty(len(of_point))
-    apart[assembly.pressed] = motion[:points] - explained
+    apart[assembly.pressed] = problem.at_points(motion) - explained
     farthest, nearest = joints.most(apart), -joints.most(-apart)
     # Turning of what has no extent is measured on a joint of usual length.
     turned = relative_rotation(assembly, solution.d)

@@ -111,9 +111,17 @@ class Faces:
         self.rest = slice(self.slides.stop, self.count)
 
     @cached_property
+    def normal_sums(self) -> sp.csr_array:
+        """Sums the normal forces of each joint, shape (c, 3c + t)."""
+        points = self.layout.points
+        columns = np.add.outer(np.arange(self.joints), self.joints * np.arange(points)).ravel()
+        starts = np.arange(0, len(columns) + 1, points)
+        return sp.csr_array((np.ones(len(columns)), columns, starts), shape=(self.joints, self.width))
+
+    @cached_property
     def N(self) -> sp.csr_array:
-        """Sums the normal forces of each joint that can slide, shape (k, 3c + t)."""
-        return normal_sums(self.layout, self.joints, self.width)[self.sliding]
+        """The same of the joints that can slide, shape (k, 3c + t)."""
+        return self.normal_sums[self.sliding]
 
     @cached_property
     def R(self) -> sp.csr_array:
@@ -128,7 +136,7 @@ class Faces:
         if not len(self._of_chord):
             return sp.vstack([rocking, limited], format="csr") if len(forces) else rocking
         lost = sp.diags_array(np.tile(1 - CHORDS.slope, len(self.crushing)))
-        total = normal_sums(self.layout, self.joints, self.width)[self._of_chord]
+        total = self.normal_sums[self._of_chord]
         at_points = [
             points * selection(point * self.joints + self._of_chord, self.width) for point in range(points)
         ]
@@ -198,10 +206,3 @@ def selection(columns: np.ndarray, width: int) -> sp.csr_array:
     """Matrix that picks entries of a vector of that width, one a row."""
     count = len(columns)
     return sp.csr_array((np.ones(count), (np.arange(count), columns)), shape=(count, width))
-
-
-def normal_sums(layout: Layout, joints: int, width: int) -> sp.csr_array:
-    """Sums the normal forces of each joint in a vector of that width, shape (c, width)."""
-    columns = np.add.outer(np.arange(joints), joints * np.arange(layout.points)).ravel()
-    starts = np.arange(0, len(columns) + 1, layout.points)
-    return sp.csr_array((np.ones(len(columns)), columns, starts), shape=(joints, width))

@@ -216,8 +216,8 @@ class Problem:
 
     def _motion(self, d: np.ndarray, q: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Opening at the points (points, c) and slip (shears, c) of joints."""
-        motion, points = self.by_kind(self.motion(d, q)), self.layout.points
-        return motion[:points], motion[points:]
+        motion = self.motion(d, q)
+        return self.at_points(motion), self.shears(motion)
 
     @property
     def columns_of_sliding(self) -> np.ndarray:
@@ -269,7 +269,7 @@ class Problem:
             return np.concatenate([sliding, self._rest(q)])
         z = self.true_yield @ q + self.face_cohesion
         if curved and len(self.crushing):
-            at_points = self.by_kind(q)[: self.layout.points, self.crushing]
+            at_points = self.at_points(q)[:, self.crushing]
             lost = at_points.sum(axis=0) ** 2 / self.crushing_force
             z[self.bent] = (self.layout.points * at_points - lost)[..., None]
         return z
@@ -290,7 +290,7 @@ class Problem:
         z = self.slacks(q)
         if not curved:
             return float(np.abs(z * p).sum())
-        first, second = self.by_kind(q)[: self.layout.points, self.crushing]
+        first, second = self.at_points(q)[:, self.crushing]
         bent = p[self.bent]
         opening, turning = (bent.sum(axis=0) * CHORDS.slope).sum(axis=1), (bent[1] - bent[0]).sum(axis=1)
         given = crushing_energy(opening, turning) * self.crushing_force
@@ -363,8 +363,12 @@ class Problem:
 
     def normal_forces(self, q: np.ndarray) -> np.ndarray:
         """Normal forces of all joints, shape (c,), in forces q, shape (3c,)."""
-        total: np.ndarray = self.by_kind(q)[: self.layout.points].sum(axis=0)
+        total: np.ndarray = self.at_points(q).sum(axis=0)
         return total
+
+    def at_points(self, q: np.ndarray) -> np.ndarray:
+        """Normal forces at the points of joints, shape (2, c), in space (1, c), in forces q, shape (3c,)."""
+        return self.by_kind(q)[: self.layout.points]
 
     def shears(self, q: np.ndarray) -> np.ndarray:
         """Shears of all joints, shape (1, c), in space (2, c), in forces q, shape (3c,)."""

@@ -186,7 +186,7 @@ def locking_joints(
         if d is None:
             return none
         departure = problem.departure(d, problem.rates(d, problem.friction), problem.friction)
-        cannot_open = np.abs(problem.by_kind(departure)[: problem.layout.points]).max(axis=0)
+        cannot_open = np.abs(problem.at_points(departure)).max(axis=0)
         amount = np.where(problem.slip_speed(d) > SLIDES * np.abs(d).max(), cannot_open, 0.0)
     elif status in (Status.UNLIMITED, Status.JAMMED):
         slope = problem.dilatancy if status is Status.UNLIMITED else problem.friction

@@ -15,9 +15,9 @@ ROOT = Path(__file__).parents[2]
 #: Lines of Python that a room may hold. Whoever raises one writes the reason beside it.
 BUDGETS = {
     "scene": 9250,  # how far a point lies outside of a block, which stood in problem
-    "problem": 2315,
+    "problem": 2320,  # forces at points and their sums, which five rooms spelled out
     "solvers": 1083,
-    "methods": 5313,  # live loads without work by two shares, slacks under steep friction
+    "methods": 5312,  # live loads without work by two shares, slacks under steep friction
     "standing": 751,
     "answer": 1983,
     "words": 1107,
@@ -26,7 +26,7 @@ BUDGETS = {
     "exports": 710,  # limits of rates by points
     "studies": 8129,
     "rest": 1769,
-    "models": 1318,  # the energy of chords, said whole
+    "models": 1317,  # the energy of chords, said whole
     "tests": 33251,
 }
 

@@ -11,7 +11,7 @@ from masonry_opt.answer.acceptance import BEYOND_LIMITS
 from masonry_opt.effort import Effort
 from masonry_opt.models.cvxpy_exact import CvxpyForces, CvxpyMotion
 from masonry_opt.problem.edges import EdgeFactors
-from masonry_opt.problem.faces import normal_sums, selection
+from masonry_opt.problem.faces import selection
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.solvers.highs_session import HighsSession
 from masonry_opt.solvers.lp import Verdict
@@ -100,9 +100,8 @@ def _force_limits(
     session, q = HighsSession(forces.program, effort, _PURPOSE), forces.statics.q
     c, highest = problem.joints, within[1]
     cannot_slide = np.setdiff1d(np.arange(c), problem.sliding)
-    width = problem.B.shape[1]
-    of_shears = selection(2 * c + cannot_slide, width)
-    targets = sp.vstack([normal_sums(problem.layout, c, width), of_shears]).toarray()
+    of_shears = selection(2 * c + cannot_slide, problem.table.width)
+    targets = sp.vstack([problem.table.normal_sums, of_shears]).toarray()
     steep = max(1.0, float(problem.friction.max(initial=0.0)))
     # Every force is at most so many times 1 + the sum of the targets.
     share = steep + float(problem.cohesion.max(initial=0.0))

@@ -101,7 +101,7 @@ def standing(scene: Scene) -> Standing:
 def _of_normal(problem: Problem) -> np.ndarray:
     """One in place of each normal force, shape (3c,)."""
     one = np.zeros(problem.B.shape[1])
-    problem.by_kind(one)[: problem.layout.points] = 1 / problem.layout.points
+    problem.at_points(one)[:] = 1 / problem.layout.points
     return one
 
 
