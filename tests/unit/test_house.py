@@ -17,7 +17,7 @@ BUDGETS = {
     "scene": 9250,  # how far a point lies outside of a block, which stood in problem
     "problem": 2320,  # forces at points and their sums, which five rooms spelled out
     "solvers": 1083,
-    "methods": 5312,  # live loads without work by two shares, slacks under steep friction
+    "methods": 5315,  # live loads without work by two shares, slacks under steep friction
     "standing": 751,
     "answer": 1983,
     "words": 1107,

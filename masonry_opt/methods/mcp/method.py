@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 from pydantic import Strict
 
@@ -25,6 +25,8 @@ from masonry_opt.methods.mcp.passes import PASSES_UP_TO, Passes, follow, follow_
 from masonry_opt.methods.mcp.schedule import BRAKES
 from masonry_opt.methods.task import Options, Task
 from masonry_opt.problem.state import State
+
+_State = TypeVar("_State", Answer, ExactState)
 
 #: Joints in the plane up to which simplex makes states exact and descends, and the path of centres is
 #: followed: beyond, either takes longer than all else, and in space there are cones.
@@ -144,7 +146,7 @@ class _States:
             self._keep(self._search.start(start.q).state)
         if self._lowest is None:
             found = alternated(self._problem, start.load_factor, start.q, self._effort)
-            found = found if found and self._answers(found) else None
+            found = found and self._recorded(found)
             self._by_programs = _exact_or_lower(self._by_programs, found)
             if self._problem.layout.round:
                 self.met.count(found if found is not None and found.exact else None)
@@ -183,15 +185,16 @@ class _States:
             self._keep(search.start(q).state)
 
     def _keep(self, state: ExactState | None) -> None:
-        if state is not None and self._answers(state, state.below):
-            self._lowest = lower_of(self._lowest, state)
+        if state is not None:
+            self._lowest = lower_of(self._lowest, self._recorded(state, state.below))
 
-    def _answers(self, state: Answer | ExactState, *below: float) -> bool:
-        """Whether a state tells of the load, at zero or above where the forces at rest are known."""
+    def _recorded(self, state: _State, *below: float) -> _State | None:
+        """Count a state that tells of the load among those met, and return it; None for any other, and for
+        one below zero where the forces at rest are known."""
         if not self._passes.tells(state.load_factor, state.d):
-            return False
+            return None
         self.met.lowest = min(self.met.lowest, state.load_factor, *below)
-        return self._problem.settled is None or state.load_factor >= -ZERO
+        return state if self._problem.settled is None or state.load_factor >= -ZERO else None
 
 
 def _exact_or_lower(one: Answer | None, other: Answer | None) -> Answer | None:
