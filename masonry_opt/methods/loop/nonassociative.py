@@ -23,9 +23,6 @@ from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solver, find_solver, rougher
 from masonry_opt.standing.diagnosis import no_optimum
 
-#: Tolerance that a solver reaches where its own is too tight for a scene.
-_LOOSER = 1e-7
-
 
 @dataclass(frozen=True)
 class Attempt:
@@ -71,13 +68,6 @@ def _cohesive_start(last: Attempt) -> Attempt | None:
     return None if last.parameters.start == "cohesive" else _with(last, start="cohesive")
 
 
-def _looser_solver(last: Attempt) -> Attempt | None:
-    solver = rougher(last.solver, _LOOSER)
-    if solver == last.solver or last.parameters.tolerance is not None:
-        return None
-    return replace(last, solver=solver, remedy=f"tolerance={_LOOSER:.0e}")
-
-
 def _another_solver(last: Attempt) -> Attempt | None:
     name = "clarabel" if last.solver.name != "clarabel" else "highs-ipm"
     return replace(last, solver=find_solver("cvxpy", name), remedy=f"solver={name}")
@@ -94,10 +84,10 @@ def _with(last: Attempt, **changed: Any) -> Attempt:
 REMEDIES: dict[Status | Shortfall, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
     Status.NO_STATE: (*(less_slope,) * 5, _accurately),
-    Status.CYCLING: (_accurately, _more_damping, _another_solver),
+    Status.CYCLING: (_accurately, _more_damping, _more_damping, _another_solver),
     Status.ITERATION_LIMIT: (_accurately,),
     Shortfall.INEXACT: (_accurately, _another_solver),
-    Status.SOLVER_FAILED: (_accurately, _looser_solver, _another_solver),
+    Status.SOLVER_FAILED: (_accurately, _another_solver),
     Shortfall.ROUGH: (_accurately,),
 }
 
