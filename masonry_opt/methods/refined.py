@@ -147,7 +147,7 @@ def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Settling) -
         residuals = {"residuals": refiner.left} if refiner.left else {}
         why = str(Code.RESIDUAL if residuals else refiner.why)
         return first.telling(reason(Code.NOT_REFINED, why=why, **residuals))
-    same_law = first.found.curved == best.answer.curved
+    same_law = first.found.forms == best.answer.forms
     # Programs begun anew from the first state may end above it.
     kept = first.answer if same_law and first.kind is Kind.EXACT else None
     answer = lower_of(best.answer, kept) or best.answer

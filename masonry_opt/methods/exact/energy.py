@@ -1,5 +1,5 @@
 """Forces that leave least energy z·p for given rates, and a mechanism that leaves least for given forces; in
-space by cones of friction."""
+space by cones of friction, if the problem is."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def forces_for(
     its load; None if the solver finds none (``nearly`` as of :func:`~.cvxpy_engine.has_optimum`)."""
     problem = scaled.problem
     statics: Statics
-    if problem.layout.round:
+    if problem.by_friction.conic:
         statics, program = cone_forces(problem, p, weight)
     else:
         forces = CvxpyForces(problem, energy_costs(problem, p, weight))
@@ -47,7 +47,7 @@ def motion_for(
     of its load; None if the solver finds none (``nearly`` as there)."""
     problem = scaled.problem
     slope = problem.dilatancy_at(problem.normal_forces(q))
-    if problem.layout.round:
+    if problem.by_friction.conic:
         d, program = cone_motion(problem, q, slope)
     else:
         motion = CvxpyMotion(problem, np.maximum(problem.slacks(q), 0.0) / problem.steep, slope)

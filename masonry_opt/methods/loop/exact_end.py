@@ -47,7 +47,7 @@ def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) ->
     First the forces of low λ that leave little energy z·p for its rates; then the mechanism of the true flow
     rule that leaves least for those forces (the sub-problem's own if the solver finds none).
     """
-    scaled, solver = in_units_of_load(problem), taking_cones(solver, problem.layout.round)
+    scaled, solver = in_units_of_load(problem.by_cone), taking_cones(solver, problem.layout.round)
     forces = forces_for(scaled, state.p, solver, effort, _PURPOSE)
     if forces is None:
         return None
@@ -65,5 +65,5 @@ def belong_together(answer: Answer) -> bool:
 
 
 def _belonging(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> Answer | None:
-    answer = certified(problem, load_factor, q, d, curved=problem.layout.round)
+    answer = certified(problem.by_cone, load_factor, q, d)
     return answer if belong_together(answer) else None

@@ -110,8 +110,8 @@ def nonassociative(task: Task) -> Solution:
     Where a run of the loop fails, others follow with what ``REMEDIES`` lists for its failure, each recorded
     in the history and the reasons.
     """
-    problem, options = task.problem, task.options or LoopOptions()
-    attempt = Attempt(options.parameters(problem.joints, task.solver), task.solver)
+    given, options = task.problem, task.options or LoopOptions()
+    attempt = Attempt(options.parameters(given.joints, task.solver), task.solver)
     runs: list[_Ran] = []
     left = {failure: list(remedies) for failure, remedies in REMEDIES.items()}
     least: float | None = None
@@ -126,12 +126,13 @@ def nonassociative(task: Task) -> Solution:
     while True:
         before = runs[-1].attempt if runs else None
         if before is None or _sub_problems_of(attempt) != _sub_problems_of(before):
-            driver = _declare(task, attempt)
+            problem = given.by_cone if attempt.solver.entry.conic else given
+            driver = _declare(task, problem, attempt)
         revise = options.revise or LimitUpdate.limits
         solution = run(problem, driver, attempt.parameters, attempt.solver, follow, revise)
         if not solution.history:
             word = solution.reasons[0].values["word"]
-            status, why = no_optimum(problem, word, attempt.solver, task.effort)
+            status, why = no_optimum(given, word, attempt.solver, task.effort)
             solution = replace(solution, status=status, reasons=(why,))
         runs.append(_Ran(attempt, solution, _failure(attempt, solution)))
         following = _next(runs, left, options)
@@ -144,23 +145,22 @@ def nonassociative(task: Task) -> Solution:
 
 def _borne_out(problem: Problem, state: State) -> bool:
     """Whether a sub-problem's state bears its load factor out under the joints' own flow rule."""
-    answer = certified(problem, state.load_factor, state.q, state.d, curved=state.curved)
+    answer = certified(problem, state.load_factor, state.q, state.d)
     return max(answer.residuals.values()) <= BORNE_OUT
 
 
-def _declare(task: Task, attempt: Attempt) -> Driver:
+def _declare(task: Task, problem: Problem, attempt: Attempt) -> Driver:
     rough = attempt.parameters.tolerance
     solver = attempt.solver if rough is None else rougher(attempt.solver, rough)
-    limits = first_limits(task.problem, attempt.parameters)
+    limits = first_limits(problem, attempt.parameters)
     # What is solved roughly is equally rough at every size in units of the load.
     of_load = rough is not None
 
     def declared() -> Driver:
-        curved = solver.entry.conic and task.problem.layout.round
         effort, purpose = task.effort, "sub-problems"
-        return Driver(task.problem, "static", solver, effort, limits, of_load, purpose, True, curved)
+        return Driver(problem, "static", solver, effort, limits, of_load, purpose, repeats=True)
 
-    return task.kept.of(("sub-problems", solver.key, of_load), task.problem, task.effort, declared)
+    return task.kept.of(("sub-problems", solver.key, of_load), problem, task.effort, declared)
 
 
 def _sub_problems_of(attempt: Attempt) -> tuple[Solver, float | None]:

@@ -12,7 +12,8 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import lsqr
 
 from masonry_opt.problem.faces import selection
-from masonry_opt.problem.problem import Law, Problem
+from masonry_opt.problem.laws import Law
+from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 
 

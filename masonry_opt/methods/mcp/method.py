@@ -105,7 +105,7 @@ def _by_passes(task: Task) -> Solution:
         solution = replace(solution, kind=Kind.ONE_PASS)
     else:
         # Passes are by the sides of cones in space: the difference of two laws is no fall.
-        same_law = first is not None and first.curved == answer.curved
+        same_law = answer.forms == task.problem.forms
         fall = first.load_factor - answer.load_factor if first and same_law else None
         solution = solution.telling(reason(Code.EXACT, fall=fall))
     return solution.telling(*states.met.reasons) if states.met.load_factors else solution
@@ -153,8 +153,8 @@ class _States:
         if self.answer is None and self._problem.layout.round:
             # Where nothing slides between the corners of a polygon it is a state of the cone too.
             given = (
-                certified(self._problem, start.load_factor, start.q, start.d, curved=curved)
-                for curved in (True, False)
+                certified(problem, start.load_factor, start.q, start.d)
+                for problem in (self._problem.by_cone, self._problem)
             )
             self._of_sides = next((one for one in given if not one.failing(Kind.ONE_PASS)), None)
 

@@ -15,8 +15,9 @@ from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.faces import space
+from masonry_opt.problem.laws import Law
 from masonry_opt.problem.matrices import Matrices
-from masonry_opt.problem.problem import Law, Problem
+from masonry_opt.problem.problem import Problem
 
 #: Four senses of sliding at a contact point.
 SPACE = space(4)
