@@ -33,6 +33,7 @@ from masonry_opt.methods.task import Task
 from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
+from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.registry import find_solver
 
 #: Work of the live load and energy z·p, over the work of the dead load, up to which they are rounding. (The
@@ -116,8 +117,9 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
     if answer is None or answer.load_factor <= ZERO or not problem.dead.any():
         return None
     driven, solver = in_units_of_load(replace(problem, live=problem.dead)), find_solver("cvxpy", None)
-    q, purpose = answer.q / driven.force, "mechanism without work"
-    d = motion_for(driven, q, solver, task.effort, purpose, nearly=problem.by_friction.conic)
+    nearly, purpose = problem.by_friction.conic, "mechanism without work"
+    solves = partial(has_optimum, solver=solver, effort=task.effort, purpose=purpose, nearly=nearly)
+    d = motion_for(driven, answer.q / driven.force, solves)
     if d is None:
         return None
     slope = problem.dilatancy_at(problem.normal_forces(answer.q))

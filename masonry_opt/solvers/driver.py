@@ -36,13 +36,13 @@ def _declared(language: str, problem: Problem) -> tuple[Any, dict[str, Any]]:
 
 
 class Driver:
-    """A declared formulation and the solver that answers it; limits and states are in the problem's units.
+    """A declared formulation, at first with the joints' own shear limits, and the solver that answers it.
+    Limits and states are in the problem's units.
 
     Parameters
     ----------
     problem: by the cone or the parabola in CVXPY alone, for a solver of conic programs.
     formulation: "static" or "kinematic".
-    limits: the first shear limits; by default the joints' own, with associative flow.
     of_load: whether the program is declared in units of the load, in which it is solved more accurately, not
         in those of the live load alone.
     purpose, repeats: as of :class:`~.cvxpy_engine.CvxpyEngine`.
@@ -54,7 +54,6 @@ class Driver:
         formulation: str,
         solver: Solver,
         effort: Effort,
-        limits: ShearLimits | None = None,
         of_load: bool = False,
         purpose: str = "load factor",
         repeats: bool = False,
@@ -62,13 +61,13 @@ class Driver:
         engine, models = _declared(solver.language, problem)
         self.effort = effort
         self._scaled = (in_units_of_load if of_load else in_units_of_live_load)(problem)
-        limits = limits or ShearLimits.true(problem)
         with effort.measure("build"):
-            self.model = models[formulation](self._scaled.problem, self._scaled.limits(limits))
+            scaled = self._scaled.problem
+            self.model = models[formulation](scaled, ShearLimits.true(scaled))
         self._engine = engine(self.model.program, solver, effort, purpose, repeats=repeats)
         self._resizes = problem.by_strength.conic
 
-    def under(self, problem: Problem, effort: Effort) -> Driver:
+    def again_for(self, problem: Problem, effort: Effort) -> Driver:
         """The same program with the shear limits of another problem (see :class:`~.problem.kept.Kept`)."""
         self.effort = effort
         self._engine.restart(effort)

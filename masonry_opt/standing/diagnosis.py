@@ -57,7 +57,7 @@ class _Standing:
     engine: CvxpyEngine
     forces: np.ndarray | None = None
 
-    def under(self, problem: Problem, effort: Effort) -> _Standing:
+    def again_for(self, problem: Problem, effort: Effort) -> _Standing:
         """The same in another scene (see :class:`~masonry_opt.problem.kept.Kept`)."""
         self.parameters.set(ShearLimits.true(problem))
         self.engine.restart(effort)

@@ -19,6 +19,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.energy import forces_for, motion_for
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
+from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.registry import find_solver
 
 #: Told the last state before each program, None before there is one, and at the end.
@@ -75,7 +76,8 @@ def _in_turn(
             follow(answer)
             # Contact points whose forces are indeterminate often stop Clarabel short of any tolerance.
             nearly = conic and solver is solvers[-1]
-            if (one := program(solver, effort, _PURPOSE, nearly=nearly)) is not None:
+            solves = partial(has_optimum, solver=solver, effort=effort, purpose=_PURPOSE, nearly=nearly)
+            if (one := program(solves=solves)) is not None:
                 return one
         return None
 

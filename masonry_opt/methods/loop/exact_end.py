@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -48,11 +49,12 @@ def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) ->
     rule that leaves least for those forces (the sub-problem's own if the solver finds none).
     """
     scaled, solver = in_units_of_load(problem.by_cone), taking_cones(solver, problem.layout.round)
-    forces = forces_for(scaled, state.p, solver, effort, _PURPOSE)
+    solves = partial(has_optimum, solver=solver, effort=effort, purpose=_PURPOSE)
+    forces = forces_for(scaled, state.p, solves)
     if forces is None:
         return None
     load_factor, q = forces
-    d = motion_for(scaled, q, solver, effort, _PURPOSE)
+    d = motion_for(scaled, q, solves)
     whole = scaled.state(replace(state, load_factor=load_factor, q=q))
     return _belonging(problem, whole.load_factor, whole.q, state.d if d is None else d)
 

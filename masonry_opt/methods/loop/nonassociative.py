@@ -13,24 +13,15 @@ from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.loop.exact_end import belong_together
-from masonry_opt.methods.loop.options import LoopOptions, LoopParameters
+from masonry_opt.methods.loop.options import Attempt, LoopOptions
 from masonry_opt.methods.loop.run import Iteration, run
-from masonry_opt.methods.loop.steps import LimitUpdate, first_limits
+from masonry_opt.methods.loop.steps import LimitUpdate
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solver, find_solver, rougher
 from masonry_opt.standing.diagnosis import no_optimum
-
-
-@dataclass(frozen=True)
-class Attempt:
-    """What a run of the loop works with, and the option that was changed for it, such as "beta=0.3"."""
-
-    parameters: LoopParameters
-    solver: Solver
-    remedy: str = ""
 
 
 class Shortfall(StrEnum):
@@ -129,7 +120,7 @@ def nonassociative(task: Task) -> Solution:
             problem = given.by_cone if attempt.solver.entry.conic else given
             driver = _declare(task, problem, attempt)
         revise = options.revise or LimitUpdate.limits
-        solution = run(problem, driver, attempt.parameters, attempt.solver, follow, revise)
+        solution = run(problem, driver, attempt, follow, revise)
         if not solution.history:
             word = solution.reasons[0].values["word"]
             status, why = no_optimum(given, word, attempt.solver, task.effort)
@@ -152,13 +143,12 @@ def _borne_out(problem: Problem, state: State) -> bool:
 def _declare(task: Task, problem: Problem, attempt: Attempt) -> Driver:
     rough = attempt.parameters.tolerance
     solver = attempt.solver if rough is None else rougher(attempt.solver, rough)
-    limits = first_limits(problem, attempt.parameters)
     # What is solved roughly is equally rough at every size in units of the load.
     of_load = rough is not None
 
     def declared() -> Driver:
         effort, purpose = task.effort, "sub-problems"
-        return Driver(problem, "static", solver, effort, limits, of_load, purpose, repeats=True)
+        return Driver(problem, "static", solver, effort, of_load, purpose, repeats=True)
 
     return task.kept.of(("sub-problems", solver.key, of_load), problem, task.effort, declared)
 

@@ -16,12 +16,11 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import SAME
 from masonry_opt.methods.loop.exact_end import accurate_end, rough_end
-from masonry_opt.methods.loop.options import LoopParameters
+from masonry_opt.methods.loop.options import Attempt
 from masonry_opt.methods.loop.steps import LimitUpdate, Revise, SubProblem, corrected, sub_problems
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.driver import Driver
-from masonry_opt.solvers.registry import Solver
 
 #: Energy by which sliding joints are off the true law, over λ, from which on an early end is tried (on
 #: façades exact forces leave 3e-4 to 7e-4 of λ from there on, and 1e-3 takes two to three times the
@@ -101,8 +100,7 @@ def recorded(problem: Problem, last: SubProblem, before: State | None) -> Iterat
 def run(
     problem: Problem,
     driver: Driver,
-    parameters: LoopParameters,
-    solver: Solver,
+    attempt: Attempt,
     progress: Callable[[Iteration], None] = lambda _: None,
     revise: Revise = LimitUpdate.limits,
 ) -> Solution:
@@ -111,15 +109,16 @@ def run(
     Parameters
     ----------
     driver: of a static model; its shear limits alone are changed.
-    solver: of the exact end.
+    attempt: its parameters, and the solver of the exact end.
     """
-    return _Run(problem, driver, parameters, solver).follow(progress, revise)
+    return _Run(problem, driver, attempt).follow(progress, revise)
 
 
 class _Run:
-    def __init__(self, problem: Problem, driver: Driver, parameters: LoopParameters, solver: Solver) -> None:
-        self.problem, self.driver, self.parameters, self.solver = problem, driver, parameters, solver
-        kind = Kind.LOOP if parameters.finish else Kind.BARE_LOOP
+    def __init__(self, problem: Problem, driver: Driver, attempt: Attempt) -> None:
+        self.problem, self.driver = problem, driver
+        self.parameters, self.solver = attempt.parameters, attempt.solver
+        kind = Kind.LOOP if self.parameters.finish else Kind.BARE_LOOP
         self.ending = Solution(Status.ITERATION_LIMIT, kind)
         self.history: list[Iteration] = []
         self.load_factors: list[float] = []

@@ -104,10 +104,10 @@ def test_static_and_kinematic_programs_agree(language, formulation, of_load):
 
 def test_the_exact_programs_find_the_box_s_state():
     problem = box()
-    settled = Refiner(problem, Effort()).settled(declared(problem).solve().state.q)
-    left = certify(problem, settled.load_factor, settled.q, settled.d, problem.dilatancy)
+    found = Refiner(problem, Effort()).state_near(declared(problem).solve().state.q)
+    left = certify(problem, found.load_factor, found.q, found.d, problem.dilatancy)
     assert left.worst < 1e-8
-    assert problem.slip_speed(settled.d).min() > 0.1
+    assert problem.slip_speed(found.d).min() > 0.1
 
 
 @pytest.mark.parametrize("name", KINDS_OF_JOINTS)
