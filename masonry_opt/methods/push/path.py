@@ -1,12 +1,12 @@
 """The path of contacts that give: straight in each cell, followed from boundary to boundary.
 
-In a cell forces are q = J q~ + const, q~ = q0 - k Bᵀd, and what changes them is either a live load that grows
-with its displacement u (a *push*), or the bonds of contacts, which fall (*settling*):
+In a cell forces are q = J q~ + const, q~ = q0 - k Bᵀd. What changes them is a live load that grows with its
+displacement u (a *push*), or the bonds of contacts, which fall (*settling*):
 
-    B q + λ f + f_D = 0,    f·d = u        d' from  S d' - λ' f = 0,  f·d' = u'
-    B q(t) + f_D = 0                       d' from  S d' = B ∂q/∂t t'            with S = B J k Bᵀ
+    B q + λ f + f_D = 0,  f·d = u          d' from  S d' - λ' f = 0,  f·d' = u'
+    B q(t) + f_D = 0                       d' from  S d' = B ∂q/∂t t'             with S = B J k Bᵀ
 
-Through a boundary the path goes into the next cell: where that lets u fall, it folds.
+Through a boundary the path goes into the next cell: where that makes u or t turn, it folds.
 """
 
 from __future__ import annotations
@@ -23,30 +23,32 @@ import scipy.sparse as sp
 from scipy.linalg import lapack
 from scipy.sparse.linalg import splu
 
-from masonry_opt.methods.push.laws import Cell, Law, Response
-from masonry_opt.problem.matrices import Matrices
+from masonry_opt.methods.push.laws import FORCES, GAPS, Cell, Law
+from masonry_opt.problem.problem import Problem
 
-#: Unknowns up to which matrices are full: LAPACK has no overhead.
-_FULL_UP_TO = 400
+#: Unknowns up to which matrices are full: LAPACK has little overhead.
+_FULL_UP_TO = 300
 
 #: Added to the diagonal of S, over its largest stiffness, for cells in which a block hangs on nothing.
 _REGULARISATION = 1e-15
 
-#: Rate of what is left to a boundary, and of forces, over the largest of trial forces, that is rounding.
-FLAT = 1e-10
+#: Rates over that of the trial forces, of forces, gaps and bonds, that are rounding.
+_FLAT = 1e-10
+
+_Solve = Callable[[np.ndarray], np.ndarray]
 
 
 class End(StrEnum):
-    """How a path ends: at its target; on a ray, on which forces stay, or grow; or without events left."""
+    """How a path ends: where bonds bear nothing; on a ray, on which forces stay, or grow; or before."""
 
-    THERE = "there"
+    FREE = "free"
     RAY = "ray"
     JAM = "jam"
     BUDGET = "budget"
 
 
 class Event(NamedTuple):
-    """A boundary met at u (or t) and λ; the joint, or limited force (c and on), and what it does there."""
+    """A boundary met at u, or t, and λ; the joint, or limited force (c and on), and what it does."""
 
     at: float
     load_factor: float
@@ -55,59 +57,54 @@ class Event(NamedTuple):
 
 
 class Blocks:
-    """The matrix of the blocks, bordered by a load: [[S, -f], [fᵀ, 0]]; where it is none, [[S, 0], [0, 1]]."""
+    """The matrix of the blocks, bordered by a live load: [[S, -f], [fᵀ, 0]]; without one [[S, 0], [0, 1]].
 
-    def __init__(self, matrices: Matrices, live: np.ndarray | None) -> None:
-        self.B, self.Bt = matrices.B.tocsr(), matrices.B.T.tocsr()
-        self._c, size = matrices.joints, matrices.B.shape[0] + 1
-        self.size, columns = size, matrices.B.tocsc()
-        entries = columns.tocoo()
-        # Forces of one joint meet each other: all pairs of B's entries in its columns.
-        group = np.where(entries.col < 3 * self._c, entries.col % self._c, entries.col - 2 * self._c)
-        order = np.argsort(group, kind="stable")
-        row, column, value, group = (of[order] for of in (entries.row, entries.col, entries.data, group))
-        counts = np.bincount(group)[group]
-        first = np.repeat(np.arange(len(row)), counts)
-        start = np.searchsorted(group, group)
-        second = np.arange(len(first)) - np.repeat(np.cumsum(counts) - counts, counts) + start[first]
-        place = row[second] * size + row[first]
-        border = np.arange(size - 1)
-        loaded = [] if live is None else [border * size + size - 1, (size - 1) * size + border]
-        self._places, of_place = np.unique(
-            np.concatenate([place, np.arange(size) * (size + 1), *loaded]), return_inverse=True
-        )
-        stiff = self._stiffnesses(column[first], column[second])
-        pairs = sp.coo_array(
-            (value[first] * value[second], (of_place[: len(place)], stiff)),
-            shape=(len(self._places), 9 * self._c + matrices.limited),
-        )
-        self._from_stiffness = pairs.tocsr()
-        self._fixed, self._diagonal = np.zeros(len(self._places)), of_place[len(place) :][: size - 1]
+    Attributes
+    ----------
+    B: by slider, shape (3b, 3m), and its transpose ``Bt``.
+    """
+
+    def __init__(self, problem: Problem, law: Law, live: np.ndarray | None) -> None:
+        B, m = problem.B.tocoo(), len(law.friction)
+        column = np.flatnonzero(law.of_sliders(np.ones(B.shape[1])))[B.col]
+        self.B = sp.csr_array((B.data, (B.row, column)), shape=(B.shape[0], 3 * m))
+        self.Bt, self.size = self.B.T.tocsr(), B.shape[0] + 1
+        # Every two entries of B in columns of one slider, and the entry of S that they add to.
+        order = np.argsort(column % m, kind="stable")
+        row, kind, slider, value = B.row[order], column[order] // m, column[order] % m, B.data[order]
+        count = np.bincount(slider, minlength=m)[slider]
+        one = np.repeat(np.arange(len(row)), count)
+        start = np.searchsorted(slider, slider) - np.cumsum(count) + count
+        other = np.arange(len(one)) + np.repeat(start, count)
+        at = [row[other] * self.size + row[one]]
+        border = np.arange(self.size - 1)
+        at += [border * (self.size + 1), border * self.size + border[-1] + 1, (border[-1] + 1) * self.size + border]
+        at += [np.array([self.size**2 - 1])]
+        self._places, place = np.unique(np.concatenate(at), return_inverse=True)
+        place, self._diagonal, right, below, corner = np.split(place, np.cumsum([len(of) for of in at[:-1]]))
+        self._fixed = np.zeros(len(self._places))
         if live is None:
-            self._fixed[of_place[len(place) + size - 1]] = 1.0
+            self._fixed[corner] = 1.0
         else:
-            self._fixed[of_place[len(place) + size :]] = np.concatenate([live, -live])
-        self._indices, self._starts = (
-            (self._places % size).astype(np.int32),
-            np.searchsorted(self._places // size, np.arange(size + 1)).astype(np.int32),
+            self._fixed[right], self._fixed[below] = live, -live
+        entry = (3 * kind[one] + kind[other]) * m + slider[one]
+        self._of_stiffness = sp.csr_array(
+            (value[one] * value[other], (place, entry)), shape=(len(self._places), 9 * m)
         )
+        self._rows = (self._places % self.size).astype(np.int32)
+        ends = np.arange(self.size + 1) * self.size
+        self._starts = np.searchsorted(self._places, ends).astype(np.int32)
 
-    def _stiffnesses(self, of: np.ndarray, by: np.ndarray) -> np.ndarray:
-        """Index of the stiffness by which one force answers to another's motion."""
-        c = self._c
-        joints = 3 * (of // c) * c + (by // c) * c + of % c
-        return np.where(of < 3 * c, joints, of + 6 * c)
-
-    def factors(self, stiffness: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-        """What solves, of stiffnesses (3, 3, c) and (t,) in turn."""
-        values = self._from_stiffness @ stiffness + self._fixed
+    def factors(self, stiffness: np.ndarray) -> _Solve:
+        """What solves for a right-hand side, of sliders' stiffnesses, shape (3, 3, m)."""
+        values = self._of_stiffness @ stiffness.ravel() + self._fixed
         values[self._diagonal] += _REGULARISATION * np.abs(stiffness).max()
+        shape = (self.size, self.size)
         if self.size > _FULL_UP_TO:
-            shape = (self.size, self.size)
-            return splu(sp.csc_matrix((values, self._indices, self._starts), shape=shape)).solve
-        full = np.zeros(self.size * self.size)
+            return splu(sp.csc_matrix((values, self._rows, self._starts), shape=shape)).solve
+        full = np.zeros(self.size**2)
         full[self._places] = values
-        lu, pivots, _ = lapack.dgetrf(full.reshape(self.size, self.size).T, overwrite_a=True)
+        lu, pivots, _ = lapack.dgetrf(full.reshape(shape).T, overwrite_a=True)
         return lambda right: lapack.dgetrs(lu, pivots, right)[0]
 
 
@@ -117,15 +114,14 @@ class Path:
 
     Attributes
     ----------
-    law: of the contacts.
-    blocks: their matrix.
-    rest: forces q0 that they give from, shape (3c + t,).
+    law, blocks: of the contacts.
+    rest: forces q0 that contacts give from, shape (3, m).
     dead, live: loads, shape (3b,); without a live load contacts settle, as bonds fall.
     cell: of the point.
-    d, load: displacements and λ.
+    d, load_factor: displacements, shape (3b,), and λ.
     drive: u, or the tension t that bonds bear.
-    events, peak: what was met, and the largest λ.
-    ahead: direction of d, λ and of the drive, when the path has come to a ray.
+    events: that were met.
+    ahead: d' at the end, shape (3b,), and u'.
     """
 
     law: Law
@@ -135,69 +131,67 @@ class Path:
     live: np.ndarray | None
     cell: Cell
     d: np.ndarray
-    load: float
-    drive: float
+    load_factor: float = 0.0
+    drive: float = 0.0
     events: list[Event] = field(default_factory=list)
-    peak: float = -inf
-    factorisations: int = 0
+    ahead: tuple[np.ndarray, float] | None = None
 
     def __post_init__(self) -> None:
-        self._stiffness: np.ndarray | None = None
+        self._table = self.law.table(self.cell)
         self._factorise()
-        self.correct()
+        self._correct()
 
     @property
-    def bonded(self) -> float:
-        """The tension that bonds bear."""
+    def _bonds(self) -> float:
         return self.drive if self.live is None else 0.0
 
-    def trial(self, d: np.ndarray) -> np.ndarray:
-        """Trial forces at displacements, shape (3c + t,)."""
-        return self.rest - self.law.stiffness * (self.blocks.Bt @ d)
+    @property
+    def trial(self) -> np.ndarray:
+        """Trial forces, shape (3, m)."""
+        return self.rest + self._trial_rate(self.d)
+
+    def _trial_rate(self, d: np.ndarray) -> np.ndarray:
+        rate: np.ndarray = -self.law.stiffness * (self.blocks.Bt @ d).reshape(3, -1)
+        return rate
+
+    def _by_table(self, trial: np.ndarray, bonds: float, one: float, rows: slice) -> np.ndarray:
+        """Forces, or what is left to boundaries, by the law of the cell, shape (rows, m); rates of them."""
+        known = np.empty((5, trial.shape[1]))
+        known[:3], known[3], known[4] = trial, bonds, one
+        return np.einsum("rkm,km->rm", self._table[rows], known)
 
     def _factorise(self) -> None:
-        joints, limited = self.law.slope(self.cell)
-        c = self.law.joints
-        k = self.law.stiffness
-        stiffness = np.concatenate([(joints * k[: 3 * c].reshape(3, c)).ravel(), limited * k[3 * c :]])
-        if self._stiffness is None or not np.array_equal(stiffness, self._stiffness):
-            self._stiffness, self._solve = stiffness, self.blocks.factors(stiffness)
-            self.factorisations += 1
+        self._solve = self.blocks.factors(self._table[FORCES, :3] * self.law.stiffness)
 
-    def correct(self) -> None:
-        """Bring the point onto the path, at the same u or t, by its cell's equations."""
-        q = self.law.response(self.cell, self.trial(self.d), self.bonded).q
-        left, work = self.blocks.B @ q + self.dead, -self.load
+    def _correct(self) -> None:
+        """Bring the point onto the path, at the same u or t, by the equations of its cell."""
+        q = self._by_table(self.trial, self._bonds, 1.0, FORCES)
+        left, work = self.blocks.B @ q.ravel() + self.dead, -self.load_factor
         if self.live is not None:
-            left += self.load * self.live
-            work = self.drive - self.live @ self.d
+            left, work = left + self.load_factor * self.live, self.drive - self.live @ self.d
         moved = self._solve(np.append(left, work))
         self.d = self.d + moved[:-1]
-        self.load += moved[-1]
+        self.load_factor += float(moved[-1])
 
-    def without(self, rest: np.ndarray, dead: np.ndarray) -> tuple[np.ndarray, float]:
-        """Forces, shape (3c + t,), and λ in the cell that the path has come to, of contacts that give from
-        other forces under another dead load; on a ray these are the same at all u."""
-        point = replace(self, rest=rest, dead=dead, d=np.zeros_like(self.d), load=0.0, drive=0.0)
-        point.correct()
-        return self.law.response(self.cell, point.trial(point.d), 0.0).q, point.load
-
-    def _direction(self) -> tuple[np.ndarray, float, Response]:
-        """d' and λ', drive's rate, and rates of what is left to boundaries; trial forces change by one at most."""
-        law, right = self.law, np.zeros(self.blocks.size)
-        if self.live is None:
-            still = np.zeros(len(self.rest))
-            right[:-1] = self.blocks.B @ law.response(self.cell, still, 1.0, rate=True).q
+    def _direction(self, entered: int | None, way: int) -> tuple[np.ndarray, float, np.ndarray, np.ndarray]:
+        """d' and λ', the drive's rate, and rates of forces and of what is left to boundaries, per unit of the
+        largest rate of trial forces: away from the boundary by which the cell was entered."""
+        right, settles = np.zeros(self.blocks.size), self.live is None
+        if settles:
+            still = np.zeros_like(self.rest)
+            right[:-1] = self.blocks.B @ self._by_table(still, 1.0, 0.0, FORCES).ravel()
         else:
             right[-1] = 1.0
         along = self._solve(right)
-        trial = -law.stiffness * (self.blocks.Bt @ along[:-1])
-        size = max(np.abs(trial).max(), 1e-300)
-        gives = 1 / size if self.live is None else 0.0
-        return along / size, 1 / size, law.response(self.cell, trial / size, gives, rate=True)
+        trial = self._trial_rate(along[:-1])
+        rate = self._by_table(trial, float(settles), 0.0, slice(None))
+        if entered is not None:
+            way = 1 if rate[GAPS].flat[entered] > 0 else -1
+        drive = way / max(np.abs(trial).max(), float(settles))
+        return drive * along, drive, drive * rate[FORCES], drive * rate[GAPS].ravel()
 
-    def follow(self, way: int, target: float, most: int, until: float = inf) -> End:
-        """Follow the path to a target of its drive, or a ray, for so many events at most.
+    def follow(self, way: int, most: int, until: float = inf) -> End:
+        """Follow the path to its end, or for so many events at most.
 
         Parameters
         ----------
@@ -205,35 +199,40 @@ class Path:
         until: time, by ``perf_counter``, to end at.
         """
         entered = None
-        if self.drive == target:
-            return End.THERE
+        settles = self.live is None
+        if settles and self.drive == 0:
+            return End.FREE
         while len(self.events) < most and perf_counter() < until:
-            along, drive, rate = self._direction()
-            if entered is not None:
-                way = 1 if rate.gaps[entered] > 0 else -1
-            along, drive, rates, q = way * along, way * drive, way * rate.gaps, way * rate.q
-            gaps = self.law.response(self.cell, self.trial(self.d), self.bonded).gaps
-            nears = rates < -FLAT
-            steps = np.full(len(gaps), inf)
-            steps[nears] = np.maximum(gaps[nears], 0.0) / -rates[nears]
-            boundary = int(steps.argmin())
-            step = steps[boundary]
-            left = (target - self.drive) / drive
-            if 0 < left <= step and left < inf:
-                self._move(along, target, left)
-                return End.THERE
+            along, drive, forces, rates = self._direction(entered, way)
+            nears = np.flatnonzero(rates < -_FLAT)
+            gaps = self._by_table(self.trial, self._bonds, 1.0, GAPS).ravel()[nears]
+            steps = np.maximum(gaps, 0.0) / -rates[nears]
+            nearest = int(steps.argmin()) if len(nears) else -1
+            step = float(steps[nearest]) if len(nears) else inf
+            if settles and drive < -_FLAT and self.drive <= -drive * step:
+                self._move(along, 0.0, -self.drive / drive)
+                return End.FREE
             if step == inf:
-                self.ahead = along, q
-                return End.RAY if np.abs(q).max() < FLAT else End.JAM
+                self.ahead = along[:-1], drive
+                return End.RAY if np.abs(forces).max() < _FLAT else End.JAM
             self._move(along, self.drive + step * drive, step)
-            self.cell, entered, joint, what = self.law.across(self.cell, boundary, self.bonded)
-            self._factorise()
-            self.correct()
-            self.peak = max(self.peak, self.load)
-            self.events.append(Event(self.drive, self.load, joint, what))
+            self.cell, entered, slider, what = self.law.across(self.cell, int(nears[nearest]), self._bonds)
+            of, before = [slider], self._table[FORCES, :3, slider].copy()
+            self._table[..., of] = self.law.table(self.cell, of)
+            if not np.array_equal(self._table[FORCES, :3, slider], before):
+                self._factorise()
+            self._correct()
+            self.events.append(Event(self.drive, self.load_factor, slider, what))
         return End.BUDGET
 
     def _move(self, along: np.ndarray, drive: float, step: float) -> None:
         self.d = self.d + step * along[:-1]
-        self.load += step * along[-1]
+        self.load_factor += step * along[-1]
         self.drive = drive
+
+    def at_end(self, rest: np.ndarray, dead: np.ndarray) -> tuple[np.ndarray, float]:
+        """Forces, shape (3, m), and λ in the cell of the end, without bonds, of contacts that give from other
+        forces under another dead load; on a ray these are the same at all u."""
+        point = replace(self, rest=rest, dead=dead, d=np.zeros_like(self.d), load_factor=0.0, drive=0.0)
+        point._correct()
+        return point._by_table(point.trial, 0.0, 1.0, FORCES), point.load_factor

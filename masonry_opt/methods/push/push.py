@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import inf
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
@@ -21,21 +22,24 @@ from masonry_opt.problem.problem import Problem
 #: Events of settling and of the push, each, at most.
 EVENTS = 40_000
 
-#: Random forces that contacts give from, over the largest dead load of a block: no two events coincide. They are
-#: taken off at the end. The next where that leaves a state that is none.
+#: Random forces that contacts give from, over the largest dead load of a block, so that no two events coincide:
+#: they are taken off at the end. The second where that leaves forces beyond limits.
 NOISE = 1e-7, 1e-9
 
-#: Violation of yield, over the same, that a state may have.
+#: Forces beyond limits, over the same, that a state may have.
 EXACT = 1e-9
 
 
 class Ended(StrEnum):
-    """How a push ends."""
+    """How a push ends: on a ray on which the scene collapses, or friction jams, or the live load is drawn back;
+    without a state under the dead load; before an end is found; in rounding."""
 
     RAY = "ray"
     JAM = "jam"
+    BACK = "back"
     NOT_SETTLED = "not settled"
     BUDGET = "budget"
+    LOST = "lost"
 
 
 @dataclass(frozen=True)
@@ -44,13 +48,13 @@ class Pushed:
 
     Attributes
     ----------
-    ended: on a ray on which forces stay (collapse) or grow (friction jams), before it, or before it began.
+    ended: how.
     load_factor: λ at the ray; None where there is none.
     peak: largest λ on the way.
-    q, d: forces, shape (3c + t,), and mechanism, shape (3b,), scaled so that f_L·d = Σ|f_L|.
+    q, d: forces, shape (3c + t,), and mechanism, shape (3b,), scaled so that f_L·d = Σ|f_L|, of an exact state.
     settled: forces under the dead load, shape (3c + t,).
-    violation: of the laws by these forces.
-    settling, events: what was met.
+    beyond: largest force beyond a limit, in these and in q.
+    settling, events: what was met, the first at tensions of bonds, the second at displacements.
     seconds: taken.
     """
 
@@ -60,82 +64,64 @@ class Pushed:
     q: np.ndarray | None = None
     d: np.ndarray | None = None
     settled: np.ndarray | None = None
-    violation: float = inf
+    beyond: float = 0.0
     settling: tuple[Event, ...] = ()
     events: tuple[Event, ...] = ()
     seconds: float = 0.0
 
     @property
     def folds(self) -> int:
-        """How often u turned."""
-        u = np.diff([0.0, *(event.at for event in self.events)])
-        way = np.sign(u[u != 0])
+        """How often the displacement turned."""
+        moves = np.diff([0.0, *(event.at for event in self.events)])
+        way = np.sign(moves[moves != 0])
         return int((way[1:] != way[:-1]).sum())
 
 
-def push(problem: Problem, events: int = EVENTS, seconds: float = inf) -> Pushed:
+def push(problem: Problem, events: int = EVENTS, seconds: float = inf, seed: int = 0) -> Pushed:
     """Settle and push a problem that the laws take, for so many events or seconds at most."""
     began, law = perf_counter(), Law.of(problem, compliance(problem))
     unit = float(problem.force_sizes(problem.dead).max() or np.abs(problem.live).max())
-    rng, until = np.random.default_rng(0), began + seconds
-    noise = rng.choice([-1, 1], len(law.stiffness)) * rng.uniform(0.5, 1, len(law.stiffness))
+    noise = unit * np.random.default_rng(seed).uniform(0.5, 1, law.stiffness.shape)
     for share in NOISE:
-        found = _pushed(problem, law, share * unit * noise, unit, events, until)
-        if found.ended is Ended.BUDGET or found.violation <= EXACT * unit:
-            break
-    return replace(found, seconds=perf_counter() - began)
+        found = _pushed(problem, law, share * noise, unit, events, began + seconds)
+        if found.beyond <= EXACT * unit:
+            return replace(found, seconds=perf_counter() - began)
+    return replace(found, ended=Ended.LOST, seconds=perf_counter() - began)
 
 
-def _pushed(
-    problem: Problem, law: Law, noise: np.ndarray, unit: float, events: int, until: float
-) -> Pushed:
-    settled, settling_events, violation = np.zeros(len(noise)), (), 0.0
+def _pushed(problem: Problem, law: Law, noise: np.ndarray, unit: float, most: int, until: float) -> Pushed:
+    told: dict[str, Any] = {"settled": np.zeros(problem.B.shape[1])}
     if problem.dead.any():
         path = settling(problem, law, noise)
-        end = path.follow(-1, 0.0, events, until)
-        settling_events = tuple(path.events)
-        if end is not End.THERE:
-            ended = Ended.BUDGET if end is End.BUDGET else Ended.NOT_SETTLED
-            return Pushed(ended, settling=settling_events, violation=0.0)
-        settled = path.without(np.zeros(len(noise)), problem.dead)[0]
-        violation = violated(problem, settled)
-    rest = pressed_a_little(law, settled, noise, unit)
-    held = law.response(law.cell(rest), rest, 0.0).q
-    live = problem.live / problem.live_norm
-    blocks, still = Blocks(problem.matrices, live), np.zeros(problem.dead.size)
-    path = Path(law, blocks, rest, -(problem.B @ held), live, law.cell(rest), still, 0.0, 0.0)
-    end = path.follow(1, inf, events, until)
-    told = {
-        "peak": path.peak / problem.live_norm,
-        "settled": settled,
-        "settling": settling_events,
-        "events": tuple(path.events),
-    }
-    if end is End.BUDGET:
-        return Pushed(Ended.BUDGET, **told)
-    if end is End.JAM:
-        return Pushed(Ended.JAM, violation=violation, **told)
-    q, load = path.without(settled, problem.dead)
+        end = path.follow(-1, most, until)
+        told["settling"] = tuple(path.events)
+        if end is not End.FREE:
+            return Pushed(Ended.BUDGET if end is End.BUDGET else Ended.NOT_SETTLED, **{**told, "settled": None})
+        told["settled"] = law.of_problem(path.at_end(np.zeros_like(noise), problem.dead)[0])
+    settled = law.of_sliders(told["settled"])
+    rest, live = _inside(law, settled, noise, unit), problem.live / problem.live_norm
+    blocks, cell, still = Blocks(problem, law, live), law.cell(rest), np.zeros(problem.dead.size)
+    path = Path(law, blocks, rest, -(blocks.B @ rest.ravel()), live, cell, still)
+    end = path.follow(1, most, until)
+    peak = max((event.load_factor for event in path.events), default=0.0) / problem.live_norm
+    told |= {"peak": peak, "events": tuple(path.events), "beyond": _beyond(problem, told["settled"])}
+    if end is not End.RAY:
+        return Pushed(Ended.BUDGET if end is End.BUDGET else Ended.JAM, **told)
+    forces, load = path.at_end(settled, problem.dead)
     along, drive = path.ahead
-    d = along[:-1] / (live @ along[:-1])
-    return Pushed(
-        Ended.RAY,
-        load_factor=load / problem.live_norm,
-        q=q,
-        d=d,
-        violation=max(violation, violated(problem, q)),
-        **told,
-    )
+    told |= {"load_factor": load / problem.live_norm, "q": law.of_problem(forces), "d": along / drive}
+    told["beyond"] = max(told["beyond"], _beyond(problem, told["q"]))
+    return Pushed(Ended.RAY if drive > 0 else Ended.BACK, **told)
 
 
-def violated(problem: Problem, q: np.ndarray) -> float:
-    """Largest violation of yield, as a force."""
+def _inside(law: Law, settled: np.ndarray, noise: np.ndarray, unit: float) -> np.ndarray:
+    """Forces that contacts give from, shape (3, m), a little inside of all limits."""
+    rest = settled + noise
+    rest[:2, law.joints :] = 0.0
+    rest[2] = settled[2] * (1 - noise[2] / unit) + np.minimum(law.friction, 1) * noise[2] / 2
+    return rest
+
+
+def _beyond(problem: Problem, q: np.ndarray) -> float:
+    """Largest force beyond a limit."""
     return max(0.0, -float((problem.slacks(q) / problem.steep).min()))
-
-
-def pressed_a_little(law: Law, settled: np.ndarray, noise: np.ndarray, unit: float) -> np.ndarray:
-    """Forces that contacts give from, a little inside of all limits."""
-    normal, shear, T = law.parts(settled)
-    more, along, of_limited = law.parts(noise)
-    inside = shear * (1 - np.abs(along) / unit) + np.minimum(law.friction, 1) * along / 2
-    return np.concatenate([(normal + np.abs(more)).ravel(), inside, T])

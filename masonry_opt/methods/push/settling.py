@@ -14,18 +14,17 @@ def settling(problem: Problem, law: Law, noise: np.ndarray) -> Path:
 
     Parameters
     ----------
-    noise: forces that contacts give from, shape (3c + t,), small and random: no two events coincide.
+    noise: forces that contacts give from, shape (3, m), small and random: no two events coincide.
     """
-    blocks, still = Blocks(problem.matrices, None), np.zeros(problem.dead.size)
-    path = Path(law, blocks, noise, problem.dead, None, law.holds_all, still, 0.0, 0.0)
-    path.drive = _needed(law, path.trial(path.d))
+    still = np.zeros(problem.dead.size)
+    path = Path(law, Blocks(problem, law, None), noise, problem.dead, None, law.bonded, still)
+    path.drive = _needed(law, path.trial)
     return path
 
 
-def _needed(law: Law, q: np.ndarray) -> float:
-    """A tension of bonds that holds forces, shape (3c + t,): twice the least."""
-    normal, shear, T = law.parts(q)
-    tension = 2 * law.friction + law.bond
-    beyond = np.abs(shear) - law.cohesion - law.friction * normal.sum(axis=0)
-    slides = beyond[law.sliding] / tension[law.sliding]
-    return 2 * max(0.0, *(of.max(initial=0.0) for of in (-normal, slides, law.lowest - T, T - law.highest)))
+def _needed(law: Law, forces: np.ndarray) -> float:
+    """A tension of bonds that holds forces, shape (3, m): twice the least."""
+    limited = np.isfinite(law.limits)
+    beyond = np.stack([forces[2], -forces[2]]) - law.limits - law.friction * forces[:2].sum(axis=0)
+    least = np.divide(beyond, 2 * law.friction + law.bond, out=np.zeros_like(beyond), where=limited)
+    return 2 * float(max(-forces[:2].min(), least.max(), 0.0))
