@@ -12,7 +12,7 @@ friction does not widen so, of smooth sliders and of limited forces, are wider b
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -73,6 +73,7 @@ class Law:
     friction, dilatancy: μ and ψ, zero where nothing slides, shape (m,).
     limits: largest s, and -s, without normal force, ``inf`` where there is none, shape (2, m).
     bond: what a tension of one adds to both, but for friction's part, shape (m,).
+    tension: that points bear besides that of bonds, shape (2, m).
     """
 
     joints: int
@@ -81,6 +82,7 @@ class Law:
     dilatancy: np.ndarray
     limits: np.ndarray
     bond: np.ndarray
+    tension: np.ndarray
 
     @classmethod
     def of(cls, problem: Problem, compliance: np.ndarray) -> Law:
@@ -93,9 +95,13 @@ class Law:
         limits[:, c:] = problem.highest, -problem.lowest
         bond[np.isfinite(limits).any(axis=0) & (friction < _SMOOTH)] = 1.0
         stiffness = np.ones((3, m))
-        law = cls(c, stiffness, friction, dilatancy, limits, bond)
+        law = cls(c, stiffness, friction, dilatancy, limits, bond, np.zeros((2, m)))
         stiffness[:] = 1 / law.of_sliders(compliance, 1.0)
         return law
+
+    def loosened(self, by: np.ndarray) -> Law:
+        """The law with limits wider by that much of points and of what bonds widen, shape (3, m)."""
+        return replace(self, tension=by[:2], limits=self.limits + self.bond * by[2])
 
     def of_sliders(self, q: np.ndarray, none: float = 0.0) -> np.ndarray:
         """Forces of a problem, shape (3c + t,), by slider, shape (3, m)."""
@@ -120,7 +126,7 @@ class Law:
         presses, slides = self.bonded
         sense = np.where(trial[2] < 0, -1, 1)
         limit = np.where(sense > 0, *self.limits)
-        normal, k, slip = trial[:2], self.stiffness[:2], np.zeros(len(sense))
+        normal, k, slip = trial[:2] + self.tension, self.stiffness[:2], np.zeros(len(sense))
         for _ in range(_GUESSES):
             presses[:, : self.joints] = (normal + k * self.dilatancy * slip > 0)[:, : self.joints]
             beyond = sense * trial[2] - limit - self.friction * (presses * normal).sum(axis=0)
@@ -149,13 +155,15 @@ class Law:
         # Limit of the shear in either sense, and the slip by which it is kept.
         most = np.zeros((2, 5, len(slides)))
         most[:, :2], most[:, 3] = friction * presses, bond + friction * presses.sum(axis=0)
-        most[:, 4] = np.where(finite, limits, 0.0)
+        tension = self.tension[:, of]
+        most[:, 4] = np.where(finite, limits, 0.0) + friction * (presses * tension).sum(axis=0)
         slip = slides * unit[2] - np.where(slides > 0, *most)
         slip *= (slides != 0) / self._slips(cell.presses)[of]
         table = np.zeros((7, 5, len(slides)))
         for point in range(2):
-            reached = unit[point] + unit[3] + k[point] * self.dilatancy[of] * slip
-            table[point] = points * (presses[point] * reached - unit[3])
+            loose = unit[3] + unit[4] * tension[point]
+            reached = unit[point] + loose + k[point] * self.dilatancy[of] * slip
+            table[point] = points * (presses[point] * reached - loose)
             table[3 + point] = points * np.where(presses[point] > 0, reached, -reached)
         table[2] = unit[2] - slides * k[2] * slip
         for row, sense in enumerate((1, -1)):

@@ -230,9 +230,9 @@ class Path:
         self.load_factor += step * along[-1]
         self.drive = drive
 
-    def at_end(self, rest: np.ndarray, dead: np.ndarray) -> tuple[np.ndarray, float]:
-        """Forces, shape (3, m), and λ in the cell of the end, without bonds, of contacts that give from other
-        forces under another dead load; on a ray these are the same at all u."""
-        point = replace(self, rest=rest, dead=dead, d=np.zeros_like(self.d), load_factor=0.0, drive=0.0)
+    def by(self, law: Law) -> tuple[np.ndarray, float]:
+        """Forces, shape (3, m), and λ in the cell of the end, by a law without bonds; on a ray these are the
+        same at all u."""
+        point = replace(self, law=law, d=np.zeros_like(self.d), load_factor=0.0, drive=0.0)
         point._correct()
         return point._by_table(point.trial, 0.0, 1.0, FORCES), point.load_factor

@@ -22,8 +22,8 @@ from masonry_opt.problem.problem import Problem
 #: Events of settling and of the push, each, at most.
 EVENTS = 40_000
 
-#: Random forces that contacts give from, over the largest dead load of a block, so that no two events coincide:
-#: they are taken off at the end. The second where that leaves forces beyond limits.
+#: By how much limits are looser at random, over the largest dead load of a block, so that no two events
+#: coincide. It is taken off at the end; the second where that leaves forces beyond limits.
 NOISE = 1e-7, 1e-9
 
 #: Forces beyond limits, over the same, that a state may have.
@@ -83,43 +83,35 @@ def push(problem: Problem, events: int = EVENTS, seconds: float = inf, seed: int
     unit = float(problem.force_sizes(problem.dead).max() or np.abs(problem.live).max())
     noise = unit * np.random.default_rng(seed).uniform(0.5, 1, law.stiffness.shape)
     for share in NOISE:
-        found = _pushed(problem, law, share * noise, unit, events, began + seconds)
+        found = _pushed(problem, law, share * noise, events, began + seconds)
         if found.beyond <= EXACT * unit:
             return replace(found, seconds=perf_counter() - began)
     return replace(found, ended=Ended.LOST, seconds=perf_counter() - began)
 
 
-def _pushed(problem: Problem, law: Law, noise: np.ndarray, unit: float, most: int, until: float) -> Pushed:
+def _pushed(problem: Problem, law: Law, noise: np.ndarray, most: int, until: float) -> Pushed:
+    loose = law.loosened(noise)
     told: dict[str, Any] = {"settled": np.zeros(problem.B.shape[1])}
     if problem.dead.any():
-        path = settling(problem, law, noise)
+        path = settling(problem, loose)
         end = path.follow(-1, most, until)
         told["settling"] = tuple(path.events)
         if end is not End.FREE:
-            return Pushed(Ended.BUDGET if end is End.BUDGET else Ended.NOT_SETTLED, **{**told, "settled": None})
-        told["settled"] = law.of_problem(path.at_end(np.zeros_like(noise), problem.dead)[0])
-    settled = law.of_sliders(told["settled"])
-    rest, live = _inside(law, settled, noise, unit), problem.live / problem.live_norm
-    blocks, cell, still = Blocks(problem, law, live), law.cell(rest), np.zeros(problem.dead.size)
-    path = Path(law, blocks, rest, -(blocks.B @ rest.ravel()), live, cell, still)
+            return Pushed(Ended.BUDGET if end is End.BUDGET else Ended.NOT_SETTLED, **told | {"settled": None})
+        told["settled"] = law.of_problem(path.by(law)[0])
+    rest, live = law.of_sliders(told["settled"]), problem.live / problem.live_norm
+    still = np.zeros(problem.dead.size)
+    path = Path(loose, Blocks(problem, law, live), rest, problem.dead, live, loose.cell(rest), still)
     end = path.follow(1, most, until)
     peak = max((event.load_factor for event in path.events), default=0.0) / problem.live_norm
     told |= {"peak": peak, "events": tuple(path.events), "beyond": _beyond(problem, told["settled"])}
     if end is not End.RAY:
         return Pushed(Ended.BUDGET if end is End.BUDGET else Ended.JAM, **told)
-    forces, load = path.at_end(settled, problem.dead)
+    forces, load = path.by(law)
     along, drive = path.ahead
     told |= {"load_factor": load / problem.live_norm, "q": law.of_problem(forces), "d": along / drive}
     told["beyond"] = max(told["beyond"], _beyond(problem, told["q"]))
     return Pushed(Ended.RAY if drive > 0 else Ended.BACK, **told)
-
-
-def _inside(law: Law, settled: np.ndarray, noise: np.ndarray, unit: float) -> np.ndarray:
-    """Forces that contacts give from, shape (3, m), a little inside of all limits."""
-    rest = settled + noise
-    rest[:2, law.joints :] = 0.0
-    rest[2] = settled[2] * (1 - noise[2] / unit) + np.minimum(law.friction, 1) * noise[2] / 2
-    return rest
 
 
 def _beyond(problem: Problem, q: np.ndarray) -> float:

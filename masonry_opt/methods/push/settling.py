@@ -9,15 +9,10 @@ from masonry_opt.methods.push.path import Blocks, Path
 from masonry_opt.problem.problem import Problem
 
 
-def settling(problem: Problem, law: Law, noise: np.ndarray) -> Path:
-    """The path that begins where bonds hold everything, and contacts are elastic.
-
-    Parameters
-    ----------
-    noise: forces that contacts give from, shape (3, m), small and random: no two events coincide.
-    """
-    still = np.zeros(problem.dead.size)
-    path = Path(law, Blocks(problem, law, None), noise, problem.dead, None, law.bonded, still)
+def settling(problem: Problem, law: Law) -> Path:
+    """The path that begins where bonds hold everything, and contacts are elastic."""
+    rest, still = np.zeros_like(law.stiffness), np.zeros(problem.dead.size)
+    path = Path(law, Blocks(problem, law, None), rest, problem.dead, None, law.bonded, still)
     path.drive = _needed(law, path.trial)
     return path
 
