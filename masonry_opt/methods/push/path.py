@@ -27,7 +27,7 @@ from masonry_opt.methods.push.laws import FORCES, GAPS, Cell, Law
 from masonry_opt.problem.problem import Problem
 
 #: Unknowns up to which matrices are full: LAPACK has little overhead.
-_FULL_UP_TO = 300
+_FULL_UP_TO = 250
 
 #: Added to the diagonal of S, over its largest stiffness, for cells in which a block hangs on nothing.
 _REGULARISATION = 1e-15
