@@ -1,44 +1,44 @@
 """The law of contacts that give, under a trial motion: cells, in which forces are linear, and their boundaries.
 
-Trial forces q~ = q0 - Bᵀd / E are what contacts would bear if they held everything. A point bears
-n = max(0, n~ + k ψ P); a slider s = s~ ∓ k P, with P > 0 the slip that brings s to its limit ± (c + μ (n1 + n2))
-if s~ is beyond it, else P = 0. Joint by joint that is z = C q + c ≥ 0, p ≥ 0, z·p = 0, Bᵀd + E (q - q0) = D p;
-with the normal forces found first it has no corner in which a joint is singular. A limited force is a slider
-without points, between limits of its own. A *cell* says which points press and which sliders are at a limit.
+Trial forces q~ = q0 - Bᵀd / E are what contacts would bear if they held everything. Normal forces (n1, n2) of a
+joint are n~ + k ψ P (1, 1) brought back to the nearest that it can bear: n ≥ 0, or between chords of crushing.
+The shear is s~ ∓ k P, with P > 0 the slip that brings it to its limit ± (c + μ (n1 + n2)) if s~ is beyond it, else
+P = 0. Joint by joint that is z = C q + c ≥ 0, p ≥ 0, z·p = 0, Bᵀd + E (q - q0) = D p; with the normal forces found
+first it has no corner in which a joint is singular. A limited force is a slider without points, between limits of
+its own. A *cell* says which faces of normal forces are at work, and which sliders are at a limit.
 
-*Bonded* contacts bear a tension t at each point: n ≥ -t, and c + μ (n1 + n2 + 2 t) limits the shear. Limits that
-friction does not widen so, of smooth sliders and of limited forces, are wider by t.
+*Bonded* contacts bear a tension t at each point: n + t takes the place of n, so that c + μ (n1 + n2 + 2 t) limits
+the shear. Limits that this does not widen, of smooth sliders, of crushing and of limited forces, are wider by t.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from scipy.sparse.linalg import lsqr
 
+from masonry_opt.problem.chords import CHORDS
 from masonry_opt.problem.problem import Problem
 
 #: Friction below which bonds are a slider's cohesion.
 _SMOOTH = 1e-3
 
-#: Guesses of which points press as a joint dilates: the slip falls to its value, past three corners at most.
-_GUESSES = 5
+#: Rows of a table that are forces; what follows is left to boundaries.
+FORCES = slice(3)
 
-#: Rows and columns of a table: forces, then what is left to boundaries; trial forces, the bond, one.
-FORCES, GAPS = slice(3), slice(3, 7)
+#: Rows of what is one of the five columns.
+_ONE = np.eye(5)
 
 
 def takes(problem: Problem) -> bool:
-    """Whether this is the law of the problem's joints: in the plane, of any strength, of constant dilatancy,
-    and without forces that have no limit (which stand for supports)."""
+    """Whether this is the law of the problem's joints: in the plane, of constant dilatancy, and without forces
+    that have no limit (which stand for supports)."""
     free = np.isinf(problem.lowest) & np.isinf(problem.highest)
     contracts = problem.friction * problem.dilatancy <= -1
-    crushes = len(problem.crushing) > 0
-    return not (
-        problem.layout.round or crushes or problem.dilatancy_depends_on_stress or free.any() or contracts.any()
-    )
+    return not (problem.layout.round or problem.dilatancy_depends_on_stress or free.any() or contracts.any())
 
 
 def compliance(problem: Problem) -> np.ndarray:
@@ -53,10 +53,10 @@ def compliance(problem: Problem) -> np.ndarray:
 
 
 class Cell(NamedTuple):
-    """Which points press, shape (2, m), and the limit, 1 or -1, that sliders are at, 0 where they hold, shape
-    (m,)."""
+    """Which faces of normal forces are at work, shape (faces, m), and the limit, 1 or -1, that sliders are at, 0
+    where they hold, shape (m,)."""
 
-    presses: np.ndarray
+    faces: np.ndarray
     slides: np.ndarray
 
 
@@ -69,10 +69,12 @@ class Law:
     Attributes
     ----------
     joints: their number c.
-    stiffness: 1/E, shape (3, m).
+    stiffness: 1/E, shape (3, m), the same at both points of a joint.
     friction, dilatancy: μ and ψ, zero where nothing slides, shape (m,).
     limits: largest s, and -s, without normal force, ``inf`` where there is none, shape (2, m).
     bond: what a tension of one adds to both, but for friction's part, shape (m,).
+    normals, room: faces of normal forces, normals · n + room ≥ 0, shapes (faces, 2, m) and (faces, m), zero
+        where there is none.
     tension: that points bear besides that of bonds, shape (2, m).
     """
 
@@ -82,6 +84,8 @@ class Law:
     dilatancy: np.ndarray
     limits: np.ndarray
     bond: np.ndarray
+    normals: np.ndarray
+    room: np.ndarray
     tension: np.ndarray
 
     @classmethod
@@ -94,14 +98,26 @@ class Law:
         limits[:, problem.sliding] = problem.cohesion
         limits[:, c:] = problem.highest, -problem.lowest
         bond[np.isfinite(limits).any(axis=0) & (friction < _SMOOTH)] = 1.0
-        stiffness = np.ones((3, m))
-        law = cls(c, stiffness, friction, dilatancy, limits, bond, np.zeros((2, m)))
+        faces = 2 * len(CHORDS.slope) if len(problem.crushing) else 2
+        normals, room, stiffness = np.zeros((faces, 2, m)), np.zeros((faces, m)), np.ones((3, m))
+        normals[:2, :, :c] = np.eye(2)[:, :, None]
+        both = np.stack([1 + CHORDS.slope, CHORDS.slope - 1], axis=1)
+        for joint, force in zip(problem.crushing, problem.crushing_force, strict=True):
+            normals[:, :, joint] = np.concatenate([both, both[:, ::-1]])
+            room[:, joint] = np.tile(force * CHORDS.constant, 2)
+        law = cls(c, stiffness, friction, dilatancy, limits, bond, normals, room, np.zeros((2, m)))
         stiffness[:] = 1 / law.of_sliders(compliance, 1.0)
         return law
 
     def loosened(self, by: np.ndarray) -> Law:
-        """The law with limits wider by that much of points and of what bonds widen, shape (3, m)."""
-        return replace(self, tension=by[:2], limits=self.limits + self.bond * by[2])
+        """The law with limits wider by that much, shape (3, m), of points and of what bonds widen."""
+        room = self.room + self._widened * by[:2].max(axis=0)
+        return replace(self, tension=by[:2], limits=self.limits + self.bond * by[2], room=room)
+
+    @cached_property
+    def _widened(self) -> np.ndarray:
+        """What a tension of one adds to the room of faces, which else it may take away, shape (faces, m)."""
+        return 2.0 * (self.room > 0)
 
     def of_sliders(self, q: np.ndarray, none: float = 0.0) -> np.ndarray:
         """Forces of a problem, shape (3c + t,), by slider, shape (3, m)."""
@@ -115,77 +131,74 @@ class Law:
         return np.concatenate([forces[:2, : self.joints].ravel(), forces[2]])
 
     @property
-    def bonded(self) -> Cell:
-        """The cell in which bonds hold everything."""
-        presses, slides = np.zeros((2, len(self.friction)), bool), np.zeros(len(self.friction), int)
-        presses[:, : self.joints] = True
-        return Cell(presses, slides)
+    def inside(self) -> Cell:
+        """The cell inside of all limits."""
+        return Cell(np.zeros(self.room.shape, bool), np.zeros(len(self.friction), int))
 
-    def cell(self, trial: np.ndarray) -> Cell:
-        """The cell that trial forces, shape (3, m), lie in, without bonds."""
-        presses, slides = self.bonded
-        sense = np.where(trial[2] < 0, -1, 1)
-        limit = np.where(sense > 0, *self.limits)
-        normal, k, slip = trial[:2] + self.tension, self.stiffness[:2], np.zeros(len(sense))
-        for _ in range(_GUESSES):
-            presses[:, : self.joints] = (normal + k * self.dilatancy * slip > 0)[:, : self.joints]
-            beyond = sense * trial[2] - limit - self.friction * (presses * normal).sum(axis=0)
-            slip = np.maximum(beyond, 0.0) / self._slips(presses)
-        return Cell(presses, np.where((slip > 0) | self._loose(presses, 0.0), sense, slides))
+    def table(self, cell: Cell) -> np.ndarray:
+        """What all sliders do in a cell, shape (5 + faces, 5, m): see :meth:`column`."""
+        return np.stack([self.column(cell, slider) for slider in range(len(self.friction))], axis=2)
 
-    def _slips(self, presses: np.ndarray) -> np.ndarray:
-        """Shear beyond its limit per unit of slip, shape (m,)."""
-        wedged: np.ndarray = (presses * self.stiffness[:2]).sum(axis=0)
-        return self.stiffness[2] + self.friction * self.dilatancy * wedged
-
-    def _loose(self, presses: np.ndarray, bonds: float) -> np.ndarray:
-        """Whether limits leave a slider no room throughout a cell, shape (m,): it is always at one of them."""
-        room = self.limits.sum(axis=0) + bonds * self.bond
-        return (room == 0) & ((self.friction == 0) | ~presses.any(axis=0))
-
-    def table(self, cell: Cell, of: np.ndarray | slice = slice(None)) -> np.ndarray:
-        """What sliders do in a cell, shape (7, 5, m): by row n1, n2, s, then what is left to boundaries, ≥ 0
-        inside: of the points, and at the upper and the lower limit; per unit of n1~, n2~, s~, of the bond, and
-        in all. Zero where there is no boundary."""
-        presses, slides = cell.presses[:, of].astype(float), cell.slides[of]
-        friction, bond, limits = self.friction[of], self.bond[of], self.limits[:, of]
-        k, unit = self.stiffness[:, of], np.eye(5)[:, :, None]
-        points = np.broadcast_to(np.arange(len(self.friction)) < self.joints, len(self.friction))[of]
-        finite = np.isfinite(limits)
-        # Limit of the shear in either sense, and the slip by which it is kept.
-        most = np.zeros((2, 5, len(slides)))
-        most[:, :2], most[:, 3] = friction * presses, bond + friction * presses.sum(axis=0)
-        tension = self.tension[:, of]
-        most[:, 4] = np.where(finite, limits, 0.0) + friction * (presses * tension).sum(axis=0)
-        slip = slides * unit[2] - np.where(slides > 0, *most)
-        slip *= (slides != 0) / self._slips(cell.presses)[of]
-        table = np.zeros((7, 5, len(slides)))
-        for point in range(2):
-            loose = unit[3] + unit[4] * tension[point]
-            reached = unit[point] + loose + k[point] * self.dilatancy[of] * slip
-            table[point] = points * (presses[point] * reached - loose)
-            table[3 + point] = points * np.where(presses[point] > 0, reached, -reached)
-        table[2] = unit[2] - slides * k[2] * slip
+    def column(self, cell: Cell, slider: int) -> np.ndarray:
+        """What a slider does in a cell, shape (5 + faces, 5): by row n1, n2, s, then what is left to boundaries,
+        ≥ 0 inside: to the faces, and to the upper and the lower limit; per unit of n1~, n2~, s~, of the bonds'
+        tension, and in all. Zero where there is no boundary."""
+        at, slides, k = cell.faces[:, slider], cell.slides[slider], self.stiffness[:, slider]
+        normals, friction = self.normals[:, :, slider], self.friction[slider]
+        table = np.zeros((5 + len(at), 5))
+        loose = np.zeros((2, 5))
+        loose[:, 3], loose[:, 4] = float(slider < self.joints), self.tension[:, slider]
+        n = _ONE[:2] * loose[0, 3] + loose
+        room = np.zeros((len(at), 5))
+        room[:, 3], room[:, 4] = self._widened[:, slider], self.room[:, slider]
+        # Forces brought back to the faces at work, one or the two of a corner.
+        faces, dilates = normals[at], k[0] * self.dilatancy[slider]
+        back = np.linalg.inv(faces) if len(faces) == 2 else faces.T / np.maximum((faces**2).sum(), 1)
+        free = np.zeros((2, 2)) if len(faces) == 2 else np.eye(2) - back @ faces
+        rates = -back.T @ (n + back @ room[at])
+        n = free @ n - back @ room[at]
+        wedge = dilates * free.sum(axis=1)
+        limits = np.zeros((2, 5))
+        limits[:] = friction * n.sum(axis=0)
+        limits[:, 3] += self.bond[slider]
+        limits[:, 4] += np.where(np.isfinite(self.limits[:, slider]), self.limits[:, slider], 0.0)
+        slip = slides * _ONE[2] - limits[0 if slides > 0 else 1]
+        slip *= (slides != 0) / (k[2] + friction * wedge.sum())
+        n = n + np.outer(wedge, slip)
+        rates = rates - np.outer(dilates * back.sum(axis=0), slip)
+        table[:2], table[2] = n - loose, _ONE[2] - slides * k[2] * slip
+        table[3:-2] = normals @ n + room
+        table[3:-2][at] = rates
         for row, sense in enumerate((1, -1)):
-            holds = finite[row] * (slides == 0)
-            table[5 + row] = np.where(slides == sense, slip, holds * (most[row] - sense * unit[2]))
+            if slides == sense:
+                table[row - 2] = slip
+            elif slides == 0 and np.isfinite(self.limits[row, slider]):
+                table[row - 2] = limits[row] - sense * _ONE[2]
         return table
 
-    def across(self, cell: Cell, boundary: int, bonds: float) -> tuple[Cell, int, int, str]:
-        """The cell beyond a boundary, by its index among the gaps, shape (4, m); the boundary's index there;
-        the slider that it is of, and what it does."""
-        m = len(self.friction)
-        row, slider = divmod(boundary, m)
-        presses, slides = cell.presses.copy(), cell.slides.copy()
-        if row < 2:
-            presses[row, slider] = not presses[row, slider]
-            if slides[slider] == 0 and self._loose(presses, bonds)[slider]:
+    def _no_room(self, faces: np.ndarray, slider: int) -> bool:
+        """Whether the shear limits of a slider with these faces at work, shape (faces,), leave it no room, at the
+        tip of a cone without cohesion: it is always at one of them."""
+        corner = faces.sum() == 2 and not self.room[faces, slider].any()
+        return bool(corner and not self.limits[:, slider].any())
+
+    def across(self, cell: Cell, boundary: int) -> tuple[Cell, int, int, str]:
+        """The cell beyond a boundary, by its index among those of all sliders, shape (faces + 2, m); the
+        boundary's index there; the slider that it is of, and what it does."""
+        row, slider = divmod(boundary, m := len(self.friction))
+        faces, slides = cell.faces.copy(), cell.slides.copy()
+        beyond = Cell(faces, slides)
+        if row < len(faces):
+            faces[row, slider] = not faces[row, slider]
+            if slides[slider] == 0 and self._no_room(faces[:, slider], slider):
                 slides[slider] = 1
-            return Cell(presses, slides), boundary, slider, "closes" if presses[row, slider] else "opens"
-        sense = 1 if row == 2 else -1
-        if self._loose(presses, bonds)[slider]:
+            crushes = self.room[row, slider] > 0
+            words = ("holds", "crushes") if crushes else ("closes", "opens")
+            return beyond, boundary, slider, words[int(faces[row, slider])]
+        sense = 1 if row == len(faces) else -1
+        if self._no_room(faces[:, slider], slider):
             slides[slider], boundary = -sense, boundary + sense * m
         else:
             slides[slider] = 0 if slides[slider] else sense
         words = ("sticks", "slides") if slider < self.joints else ("holds", "yields")
-        return Cell(presses, slides), boundary, slider, words[int(slides[slider] != 0)]
+        return beyond, boundary, slider, words[int(slides[slider] != 0)]

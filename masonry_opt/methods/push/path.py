@@ -23,7 +23,7 @@ import scipy.sparse as sp
 from scipy.linalg import lapack
 from scipy.sparse.linalg import splu
 
-from masonry_opt.methods.push.laws import FORCES, GAPS, Cell, Law
+from masonry_opt.methods.push.laws import FORCES, Cell, Law
 from masonry_opt.problem.problem import Problem
 
 #: Unknowns up to which matrices are full: LAPACK has little overhead.
@@ -186,9 +186,9 @@ class Path:
         trial = self._trial_rate(along[:-1])
         rate = self._by_table(trial, float(settles), 0.0, slice(None))
         if entered is not None:
-            way = 1 if rate[GAPS].flat[entered] > 0 else -1
+            way = 1 if rate[3:].flat[entered] > 0 else -1
         drive = way / max(np.abs(trial).max(), float(settles))
-        return drive * along, drive, drive * rate[FORCES], drive * rate[GAPS].ravel()
+        return drive * along, drive, drive * rate[FORCES], drive * rate[3:].ravel()
 
     def follow(self, way: int, most: int, until: float = inf) -> End:
         """Follow the path to its end, or for so many events at most.
@@ -205,7 +205,7 @@ class Path:
         while len(self.events) < most and perf_counter() < until:
             along, drive, forces, rates = self._direction(entered, way)
             nears = np.flatnonzero(rates < -_FLAT)
-            gaps = self._by_table(self.trial, self._bonds, 1.0, GAPS).ravel()[nears]
+            gaps = self._by_table(self.trial, self._bonds, 1.0, slice(3, None)).ravel()[nears]
             steps = np.maximum(gaps, 0.0) / -rates[nears]
             nearest = int(steps.argmin()) if len(nears) else -1
             step = float(steps[nearest]) if len(nears) else inf
@@ -216,9 +216,9 @@ class Path:
                 self.ahead = along[:-1], drive
                 return End.RAY if np.abs(forces).max() < _FLAT else End.JAM
             self._move(along, self.drive + step * drive, step)
-            self.cell, entered, slider, what = self.law.across(self.cell, int(nears[nearest]), self._bonds)
-            of, before = [slider], self._table[FORCES, :3, slider].copy()
-            self._table[..., of] = self.law.table(self.cell, of)
+            self.cell, entered, slider, what = self.law.across(self.cell, int(nears[nearest]))
+            before = self._table[FORCES, :3, slider].copy()
+            self._table[..., slider] = self.law.column(self.cell, slider)
             if not np.array_equal(self._table[FORCES, :3, slider], before):
                 self._factorise()
             self._correct()

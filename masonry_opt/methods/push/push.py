@@ -101,7 +101,7 @@ def _pushed(problem: Problem, law: Law, noise: np.ndarray, most: int, until: flo
         told["settled"] = law.of_problem(path.by(law)[0])
     rest, live = law.of_sliders(told["settled"]), problem.live / problem.live_norm
     still = np.zeros(problem.dead.size)
-    path = Path(loose, Blocks(problem, law, live), rest, problem.dead, live, loose.cell(rest), still)
+    path = Path(loose, Blocks(problem, law, live), rest, problem.dead, live, law.inside, still)
     end = path.follow(1, most, until)
     peak = max((event.load_factor for event in path.events), default=0.0) / problem.live_norm
     told |= {"peak": peak, "events": tuple(path.events), "beyond": _beyond(problem, told["settled"])}

@@ -12,7 +12,7 @@ from masonry_opt.problem.problem import Problem
 def settling(problem: Problem, law: Law) -> Path:
     """The path that begins where bonds hold everything, and contacts are elastic."""
     rest, still = np.zeros_like(law.stiffness), np.zeros(problem.dead.size)
-    path = Path(law, Blocks(problem, law, None), rest, problem.dead, None, law.bonded, still)
+    path = Path(law, Blocks(problem, law, None), rest, problem.dead, None, law.inside, still)
     path.drive = _needed(law, path.trial)
     return path
 
