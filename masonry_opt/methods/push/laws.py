@@ -111,11 +111,11 @@ class Law:
 
     def loosened(self, by: np.ndarray) -> Law:
         """The law with limits wider by that much, shape (3, m), of points and of what bonds widen."""
-        room = self.room + self._widened * by[:2].max(axis=0)
+        room = self.room + self.widened * by[:2].max(axis=0)
         return replace(self, tension=by[:2], limits=self.limits + self.bond * by[2], room=room)
 
     @cached_property
-    def _widened(self) -> np.ndarray:
+    def widened(self) -> np.ndarray:
         """What a tension of one adds to the room of faces, which else it may take away, shape (faces, m)."""
         return 2.0 * (self.room > 0)
 
@@ -150,7 +150,7 @@ class Law:
         loose[:, 3], loose[:, 4] = float(slider < self.joints), self.tension[:, slider]
         n = _ONE[:2] * loose[0, 3] + loose
         room = np.zeros((len(at), 5))
-        room[:, 3], room[:, 4] = self._widened[:, slider], self.room[:, slider]
+        room[:, 3], room[:, 4] = self.widened[:, slider], self.room[:, slider]
         # Forces brought back to the faces at work, one or the two of a corner.
         faces, dilates = normals[at], k[0] * self.dilatancy[slider]
         back = np.linalg.inv(faces) if len(faces) == 2 else faces.T / np.maximum((faces**2).sum(), 1)

@@ -121,6 +121,7 @@ class Path:
     d, load_factor: displacements, shape (3b,), and λ.
     drive: u, or the tension t that bonds bear.
     events: that were met.
+    highest: λ, the cell and the drive of the event with the largest λ.
     ahead: d' at the end, shape (3b,), and u'.
     """
 
@@ -134,6 +135,7 @@ class Path:
     load_factor: float = 0.0
     drive: float = 0.0
     events: list[Event] = field(default_factory=list)
+    highest: tuple[float, Cell, float] | None = None
     ahead: tuple[np.ndarray, float] | None = None
 
     def __post_init__(self) -> None:
@@ -223,6 +225,8 @@ class Path:
                 self._factorise()
             self._correct()
             self.events.append(Event(self.drive, self.load_factor, slider, what))
+            if self.highest is None or self.load_factor > self.highest[0]:
+                self.highest = self.load_factor, self.cell, self.drive
         return End.BUDGET
 
     def _move(self, along: np.ndarray, drive: float, step: float) -> None:
@@ -230,9 +234,10 @@ class Path:
         self.load_factor += step * along[-1]
         self.drive = drive
 
-    def by(self, law: Law) -> tuple[np.ndarray, float]:
-        """Forces, shape (3, m), and λ in the cell of the end, by a law without bonds; on a ray these are the
-        same at all u."""
-        point = replace(self, law=law, d=np.zeros_like(self.d), load_factor=0.0, drive=0.0)
+    def by(self, law: Law, cell: Cell | None = None, drive: float = 0.0) -> tuple[np.ndarray, float]:
+        """Forces, shape (3, m), and λ in a cell, by default that of the end, by a law without bonds. On a ray
+        these are the same at all u."""
+        still = np.zeros_like(self.d)
+        point = replace(self, law=law, cell=cell or self.cell, d=still, load_factor=0.0, drive=drive)
         point._correct()
         return point._by_table(point.trial, 0.0, 1.0, FORCES), point.load_factor

@@ -103,8 +103,9 @@ def _pushed(problem: Problem, law: Law, noise: np.ndarray, most: int, until: flo
     still = np.zeros(problem.dead.size)
     path = Path(loose, Blocks(problem, law, live), rest, problem.dead, live, law.inside, still)
     end = path.follow(1, most, until)
-    peak = max((event.load_factor for event in path.events), default=0.0) / problem.live_norm
-    told |= {"peak": peak, "events": tuple(path.events), "beyond": _beyond(problem, told["settled"])}
+    told |= {"events": tuple(path.events), "beyond": _beyond(problem, told["settled"])}
+    if path.highest is not None:
+        told["peak"] = path.by(law, *path.highest[1:])[1] / problem.live_norm
     if end is not End.RAY:
         return Pushed(Ended.BUDGET if end is End.BUDGET else Ended.JAM, **told)
     forces, load = path.by(law)

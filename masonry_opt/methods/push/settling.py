@@ -19,7 +19,8 @@ def settling(problem: Problem, law: Law) -> Path:
 
 def _needed(law: Law, forces: np.ndarray) -> float:
     """A tension of bonds that holds forces, shape (3, m): twice the least."""
-    limited = np.isfinite(law.limits)
     beyond = np.stack([forces[2], -forces[2]]) - law.limits - law.friction * forces[:2].sum(axis=0)
-    least = np.divide(beyond, 2 * law.friction + law.bond, out=np.zeros_like(beyond), where=limited)
-    return 2 * float(max(-forces[:2].min(), least.max(), 0.0))
+    crushed = -np.einsum("fpm,pm->fm", law.normals, forces[:2]) - law.room
+    short = np.concatenate([np.where(np.isfinite(beyond), beyond, 0.0), crushed])
+    held = np.concatenate([2 * [2 * law.friction + law.bond], law.normals.sum(axis=1) + law.widened])
+    return 2 * float(np.divide(short, held, out=np.zeros_like(short), where=held > 0).max(initial=0.0))
