@@ -139,6 +139,7 @@ class Path:
     ahead: tuple[np.ndarray, float] | None = None
 
     def __post_init__(self) -> None:
+        self._entered: int | None = None
         self._table = self.law.table(self.cell)
         self._factorise()
         self._correct()
@@ -151,6 +152,11 @@ class Path:
     def trial(self) -> np.ndarray:
         """Trial forces, shape (3, m)."""
         return self.rest + self._trial_rate(self.d)
+
+    @property
+    def forces(self) -> np.ndarray:
+        """Forces, shape (3, m), by the law of the cell."""
+        return self._by_table(self.trial, self._bonds, 1.0, FORCES)
 
     def _trial_rate(self, d: np.ndarray) -> np.ndarray:
         rate: np.ndarray = -self.law.stiffness * (self.blocks.Bt @ d).reshape(3, -1)
@@ -167,15 +173,14 @@ class Path:
 
     def _correct(self) -> None:
         """Bring the point onto the path, at the same u or t, by the equations of its cell."""
-        q = self._by_table(self.trial, self._bonds, 1.0, FORCES)
-        left, work = self.blocks.B @ q.ravel() + self.dead, -self.load_factor
+        left, work = self.blocks.B @ self.forces.ravel() + self.dead, -self.load_factor
         if self.live is not None:
             left, work = left + self.load_factor * self.live, self.drive - self.live @ self.d
         moved = self._solve(np.append(left, work))
         self.d = self.d + moved[:-1]
         self.load_factor += float(moved[-1])
 
-    def _direction(self, entered: int | None, way: int) -> tuple[np.ndarray, float, np.ndarray, np.ndarray]:
+    def _direction(self, way: int) -> tuple[np.ndarray, float, np.ndarray, np.ndarray]:
         """d' and λ', the drive's rate, and rates of forces and of what is left to boundaries, per unit of the
         largest rate of trial forces: away from the boundary by which the cell was entered."""
         right, settles = np.zeros(self.blocks.size), self.live is None
@@ -187,25 +192,24 @@ class Path:
         along = self._solve(right)
         trial = self._trial_rate(along[:-1])
         rate = self._by_table(trial, float(settles), 0.0, slice(None))
-        if entered is not None:
-            way = 1 if rate[3:].flat[entered] > 0 else -1
+        if self._entered is not None:
+            way = 1 if rate[3:].flat[self._entered] > 0 else -1
         drive = way / max(np.abs(trial).max(), float(settles))
         return drive * along, drive, drive * rate[FORCES], drive * rate[3:].ravel()
 
     def follow(self, way: int, most: int, until: float = inf) -> End:
-        """Follow the path to its end, or for so many events at most.
+        """Follow the path, or go on following it, to its end, or until there are so many events.
 
         Parameters
         ----------
         way: whether the drive grows at first, 1, or falls, -1.
         until: time, by ``perf_counter``, to end at.
         """
-        entered = None
         settles = self.live is None
         if settles and self.drive == 0:
             return End.FREE
         while len(self.events) < most and perf_counter() < until:
-            along, drive, forces, rates = self._direction(entered, way)
+            along, drive, forces, rates = self._direction(way)
             nears = np.flatnonzero(rates < -_FLAT)
             gaps = self._by_table(self.trial, self._bonds, 1.0, slice(3, None)).ravel()[nears]
             steps = np.maximum(gaps, 0.0) / -rates[nears]
@@ -218,7 +222,7 @@ class Path:
                 self.ahead = along[:-1], drive
                 return End.RAY if np.abs(forces).max() < _FLAT else End.JAM
             self._move(along, self.drive + step * drive, step)
-            self.cell, entered, slider, what = self.law.across(self.cell, int(nears[nearest]))
+            self.cell, self._entered, slider, what = self.law.across(self.cell, int(nears[nearest]))
             before = self._table[FORCES, :3, slider].copy()
             self._table[..., slider] = self.law.column(self.cell, slider)
             if not np.array_equal(self._table[FORCES, :3, slider], before):
@@ -234,10 +238,8 @@ class Path:
         self.load_factor += step * along[-1]
         self.drive = drive
 
-    def by(self, law: Law, cell: Cell | None = None, drive: float = 0.0) -> tuple[np.ndarray, float]:
-        """Forces, shape (3, m), and λ in a cell, by default that of the end, by a law without bonds. On a ray
-        these are the same at all u."""
+    def by(self, law: Law, cell: Cell | None = None, drive: float = 0.0) -> Path:
+        """The point at u or t by the equations of a cell, by default that of the end, of another law. On a ray
+        its forces and λ are the same at all u."""
         still = np.zeros_like(self.d)
-        point = replace(self, law=law, cell=cell or self.cell, d=still, load_factor=0.0, drive=drive)
-        point._correct()
-        return point._by_table(point.trial, 0.0, 1.0, FORCES), point.load_factor
+        return replace(self, law=law, cell=cell or self.cell, d=still, load_factor=0.0, drive=drive)

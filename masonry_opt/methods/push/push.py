@@ -98,19 +98,19 @@ def _pushed(problem: Problem, law: Law, noise: np.ndarray, most: int, until: flo
         told["settling"] = tuple(path.events)
         if end is not End.FREE:
             return Pushed(Ended.BUDGET if end is End.BUDGET else Ended.NOT_SETTLED, **told | {"settled": None})
-        told["settled"] = law.of_problem(path.by(law)[0])
+        told["settled"] = law.of_problem(path.by(law).forces)
     rest, live = law.of_sliders(told["settled"]), problem.live / problem.live_norm
     still = np.zeros(problem.dead.size)
     path = Path(loose, Blocks(problem, law, live), rest, problem.dead, live, law.inside, still)
     end = path.follow(1, most, until)
     told |= {"events": tuple(path.events), "beyond": _beyond(problem, told["settled"])}
     if path.highest is not None:
-        told["peak"] = path.by(law, *path.highest[1:])[1] / problem.live_norm
+        told["peak"] = path.by(law, *path.highest[1:]).load_factor / problem.live_norm
     if end is not End.RAY:
         return Pushed(Ended.BUDGET if end is End.BUDGET else Ended.JAM, **told)
-    forces, load = path.by(law)
-    along, drive = path.ahead
-    told |= {"load_factor": load / problem.live_norm, "q": law.of_problem(forces), "d": along / drive}
+    (along, drive), ray = path.ahead, path.by(law)
+    told |= {"load_factor": ray.load_factor / problem.live_norm, "d": along / drive}
+    told["q"] = law.of_problem(ray.forces)
     told["beyond"] = max(told["beyond"], _beyond(problem, told["q"]))
     return Pushed(Ended.RAY if drive > 0 else Ended.BACK, **told)
 
