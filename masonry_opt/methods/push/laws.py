@@ -32,6 +32,9 @@ FORCES = slice(3)
 #: Rows of what is one of the five columns.
 _ONE = np.eye(5)
 
+#: A shear as the upper and the lower limit see it.
+_SENSES = np.stack([_ONE[2], -_ONE[2]])
+
 
 def takes(problem: Problem) -> bool:
     """Whether this is the law of the problem's joints: in the plane, of constant dilatancy, and without forces
@@ -119,6 +122,17 @@ class Law:
         """What a tension of one adds to the room of faces, which else it may take away, shape (faces, m)."""
         return 2.0 * (self.room > 0)
 
+    @cached_property
+    def _inside(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """By slider what is tension in n~ + t, shape (m, 2, 5), room of faces (m, faces, 5), both limits without
+        normal force (m, 2, 5), per unit of what a table has, and whether there are such limits (m, 2)."""
+        m, finite = len(self.friction), np.isfinite(self.limits)
+        loose, room, most = np.zeros((m, 2, 5)), np.zeros((m, len(self.room), 5)), np.zeros((m, 2, 5))
+        loose[: self.joints, :, 3], loose[:, :, 4] = 1.0, self.tension.T
+        room[..., 3], room[..., 4] = self.widened.T, self.room.T
+        most[..., 3], most[..., 4] = self.bond[:, None], np.where(finite, self.limits, 0.0).T
+        return loose, room, most, finite.T
+
     def of_sliders(self, q: np.ndarray, none: float = 0.0) -> np.ndarray:
         """Forces of a problem, shape (3c + t,), by slider, shape (3, m)."""
         c, m = self.joints, len(self.friction)
@@ -143,37 +157,41 @@ class Law:
         """What a slider does in a cell, shape (5 + faces, 5): by row n1, n2, s, then what is left to boundaries,
         ≥ 0 inside: to the faces, and to the upper and the lower limit; per unit of n1~, n2~, s~, of the bonds'
         tension, and in all. Zero where there is no boundary."""
-        at, slides, k = cell.faces[:, slider], cell.slides[slider], self.stiffness[:, slider]
-        normals, friction = self.normals[:, :, slider], self.friction[slider]
+        loose, room, most, finite = (of[slider] for of in self._inside)
+        at, slides, (k, _, h) = cell.faces[:, slider], cell.slides[slider], self.stiffness[:, slider]
+        normals, friction, dilates = self.normals[:, :, slider], self.friction[slider], k * self.dilatancy[slider]
         table = np.zeros((5 + len(at), 5))
-        loose = np.zeros((2, 5))
-        loose[:, 3], loose[:, 4] = float(slider < self.joints), self.tension[:, slider]
-        n = _ONE[:2] * loose[0, 3] + loose
-        room = np.zeros((len(at), 5))
-        room[:, 3], room[:, 4] = self.widened[:, slider], self.room[:, slider]
-        # Forces brought back to the faces at work, one or the two of a corner.
-        faces, dilates = normals[at], k[0] * self.dilatancy[slider]
-        back = np.linalg.inv(faces) if len(faces) == 2 else faces.T / np.maximum((faces**2).sum(), 1)
-        free = np.zeros((2, 2)) if len(faces) == 2 else np.eye(2) - back @ faces
-        rates = -back.T @ (n + back @ room[at])
-        n = free @ n - back @ room[at]
-        wedge = dilates * free.sum(axis=1)
-        limits = np.zeros((2, 5))
-        limits[:] = friction * n.sum(axis=0)
-        limits[:, 3] += self.bond[slider]
-        limits[:, 4] += np.where(np.isfinite(self.limits[:, slider]), self.limits[:, slider], 0.0)
-        slip = slides * _ONE[2] - limits[0 if slides > 0 else 1]
-        slip *= (slides != 0) / (k[2] + friction * wedge.sum())
-        n = n + np.outer(wedge, slip)
-        rates = rates - np.outer(dilates * back.sum(axis=0), slip)
-        table[:2], table[2] = n - loose, _ONE[2] - slides * k[2] * slip
+        n, rates, free, back = loose.copy(), None, _ONE[:2, :2], None
+        if slider < self.joints:
+            n += _ONE[:2]
+        if at.any():
+            # Forces brought back to the faces at work, one or the two of a corner.
+            faces, short = normals[at], room[at]
+            if len(faces) == 2:
+                back, free = np.linalg.inv(faces), 0.0 * free
+            else:
+                back = faces.T / (faces @ faces.T)
+                free = free - back @ faces
+            rates = -back.T @ (n + back @ short)
+            n = free @ n - back @ short
+        limits = most + friction * (n[0] + n[1])
+        table[2] = _ONE[2]
+        if slides:
+            wedge = dilates * free.sum(axis=1)
+            slip = slides * _ONE[2] - limits[0 if slides > 0 else 1]
+            slip /= h + friction * (wedge[0] + wedge[1])
+            table[2] -= slides * h * slip
+            table[-2 if slides > 0 else -1] = slip
+            if dilates:
+                n += wedge[:, None] * slip
+                if rates is not None:
+                    rates -= dilates * back.sum(axis=0)[:, None] * slip
+        else:
+            table[-2:] = (limits - _SENSES) * finite[:, None]
+        table[:2] = n - loose
         table[3:-2] = normals @ n + room
-        table[3:-2][at] = rates
-        for row, sense in enumerate((1, -1)):
-            if slides == sense:
-                table[row - 2] = slip
-            elif slides == 0 and np.isfinite(self.limits[row, slider]):
-                table[row - 2] = limits[row] - sense * _ONE[2]
+        if rates is not None:
+            table[3:-2][at] = rates
         return table
 
     def _no_room(self, faces: np.ndarray, slider: int) -> bool:
