@@ -35,6 +35,12 @@ _REGULARISATION = 1e-15
 #: Rates over that of the trial forces, of forces, gaps and bonds, that are rounding.
 _FLAT = 1e-10
 
+#: Sliders whose change is added to factors, before these are made anew; from so many unknowns on.
+_ADDED, _ADDED_FROM = 20, 100
+
+#: Forces out of balance, over those that change, up to which what was added may leave a direction.
+_BALANCED = 1e-11
+
 _Solve = Callable[[np.ndarray], np.ndarray]
 
 
@@ -95,6 +101,14 @@ class Blocks:
         ends = np.arange(self.size + 1) * self.size
         self._starts = np.searchsorted(self._places, ends).astype(np.int32)
 
+    def columns(self, slider: int) -> np.ndarray:
+        """Columns of B of a slider, shape (3, 3b + 1)."""
+        columns, m = np.zeros((3, self.size)), self.B.shape[1] // 3
+        for kind in range(3):
+            row = slice(*self.Bt.indptr[kind * m + slider :][:2])
+            columns[kind, self.Bt.indices[row]] = self.Bt.data[row]
+        return columns
+
     def factors(self, stiffness: np.ndarray) -> _Solve:
         """What solves for a right-hand side, of sliders' stiffnesses, shape (3, 3, m)."""
         values = self._of_stiffness @ stiffness.ravel() + self._fixed
@@ -106,6 +120,49 @@ class Blocks:
         full[self._places] = values
         lu, pivots, _ = lapack.dgetrf(full.reshape(shape).T, overwrite_a=True)
         return lambda right: lapack.dgetrs(lu, pivots, right)[0]
+
+
+class Factors:
+    """Factors of the blocks' matrix, and changes of single sliders since, (M + L D Lᵀ)⁻¹ by M⁻¹ L."""
+
+    def __init__(self, blocks: Blocks, stiffness: np.ndarray) -> None:
+        self._blocks, self._stiffness = blocks, stiffness.copy()
+        self._base, self._sliders = blocks.factors(stiffness), []
+        # L and M⁻¹ L, three columns a slider; D; and 1 + D Lᵀ M⁻¹ L.
+        self._columns, self._solved = np.zeros((2, 3 * _ADDED, blocks.size))
+        self._change, self._matrix = np.zeros((0, 3, 3)), np.zeros((0, 0))
+
+    @property
+    def fresh(self) -> bool:
+        """Whether nothing was added."""
+        return not self._sliders
+
+    def add(self, slider: int, stiffness: np.ndarray) -> bool:
+        """Whether stiffnesses (3, 3, m), which differ from those before in a slider, are taken."""
+        if slider not in self._sliders:
+            if self._blocks.size < _ADDED_FROM or len(self._sliders) == _ADDED:
+                return False
+            new = slice(3 * len(self._sliders), 3 * len(self._sliders) + 3)
+            self._columns[new] = self._blocks.columns(slider)
+            self._solved[new] = self._base(self._columns[new].T).T
+            self._sliders.append(slider)
+        of = self._sliders
+        self._change = (stiffness[..., of] - self._stiffness[..., of]).transpose(2, 0, 1)
+        meets = self._columns[: 3 * len(of)] @ self._solved[: 3 * len(of)].T
+        self._matrix = np.eye(3 * len(of)) + self._changed(meets)
+        return True
+
+    def _changed(self, of: np.ndarray) -> np.ndarray:
+        return (self._change @ of.reshape(len(self._change), 3, -1)).reshape(of.shape)
+
+    def solve(self, right: np.ndarray) -> np.ndarray:
+        """The solution for a right-hand side."""
+        solution = self._base(right)
+        if self._sliders:
+            new = slice(3 * len(self._sliders))
+            moved = self._changed(self._columns[new] @ solution)
+            solution = solution - np.linalg.solve(self._matrix, moved) @ self._solved[new]
+        return solution
 
 
 @dataclass
@@ -169,14 +226,14 @@ class Path:
         return np.einsum("rkm,km->rm", self._table[rows], known)
 
     def _factorise(self) -> None:
-        self._solve = self.blocks.factors(self._table[FORCES, :3] * self.law.stiffness)
+        self._factors = Factors(self.blocks, self._table[FORCES, :3] * self.law.stiffness)
 
     def _correct(self) -> None:
         """Bring the point onto the path, at the same u or t, by the equations of its cell."""
         left, work = self.blocks.B @ self.forces.ravel() + self.dead, -self.load_factor
         if self.live is not None:
             left, work = left + self.load_factor * self.live, self.drive - self.live @ self.d
-        moved = self._solve(np.append(left, work))
+        moved = self._factors.solve(np.append(left, work))
         self.d = self.d + moved[:-1]
         self.load_factor += float(moved[-1])
 
@@ -189,12 +246,18 @@ class Path:
             right[:-1] = self.blocks.B @ self._by_table(still, 1.0, 0.0, FORCES).ravel()
         else:
             right[-1] = 1.0
-        along = self._solve(right)
+        along = self._factors.solve(right)
         trial = self._trial_rate(along[:-1])
         rate = self._by_table(trial, float(settles), 0.0, slice(None))
         if self._entered is not None:
             way = 1 if rate[3:].flat[self._entered] > 0 else -1
         drive = way / max(np.abs(trial).max(), float(settles))
+        if not self._factors.fresh:
+            left = self.blocks.B @ rate[:3].ravel() + (0.0 if settles else along[-1] * self.live)
+            if not np.abs(drive * left).max() < _BALANCED:
+                self._factorise()
+                self._correct()
+                return self._direction(way)
         return drive * along, drive, drive * rate[FORCES], drive * rate[3:].ravel()
 
     def follow(self, way: int, most: int, until: float = inf) -> End:
@@ -218,6 +281,9 @@ class Path:
             if settles and drive < -_FLAT and self.drive <= -drive * step:
                 self._move(along, 0.0, -self.drive / drive)
                 return End.FREE
+            if step == inf and not self._factors.fresh:
+                self._factorise()
+                continue
             if step == inf:
                 self.ahead = along[:-1], drive
                 return End.RAY if np.abs(forces).max() < _FLAT else End.JAM
@@ -226,7 +292,8 @@ class Path:
             before = self._table[FORCES, :3, slider].copy()
             self._table[..., slider] = self.law.column(self.cell, slider)
             if not np.array_equal(self._table[FORCES, :3, slider], before):
-                self._factorise()
+                if not self._factors.add(slider, self._table[FORCES, :3] * self.law.stiffness):
+                    self._factorise()
             self._correct()
             self.events.append(Event(self.drive, self.load_factor, slider, what))
             if self.highest is None or self.load_factor > self.highest[0]:
