@@ -159,7 +159,11 @@ class Law:
         tension, and in all. Zero where there is no boundary."""
         loose, room, most, finite = (of[slider] for of in self._inside)
         at, slides, (k, _, h) = cell.faces[:, slider], cell.slides[slider], self.stiffness[:, slider]
-        normals, friction, dilates = self.normals[:, :, slider], self.friction[slider], k * self.dilatancy[slider]
+        normals, friction, dilates = (
+            self.normals[:, :, slider],
+            self.friction[slider],
+            k * self.dilatancy[slider],
+        )
         table = np.zeros((5 + len(at), 5))
         n, rates, free, back = loose.copy(), None, _ONE[:2, :2], None
         if slider < self.joints:

@@ -84,7 +84,11 @@ class Blocks:
         other = np.arange(len(one)) + np.repeat(start, count)
         at = [row[other] * self.size + row[one]]
         border = np.arange(self.size - 1)
-        at += [border * (self.size + 1), border * self.size + border[-1] + 1, (border[-1] + 1) * self.size + border]
+        at += [
+            border * (self.size + 1),
+            border * self.size + border[-1] + 1,
+            (border[-1] + 1) * self.size + border,
+        ]
         at += [np.array([self.size**2 - 1])]
         self._places, place = np.unique(np.concatenate(at), return_inverse=True)
         place, self._diagonal, right, below, corner = np.split(place, np.cumsum([len(of) for of in at[:-1]]))

@@ -92,12 +92,16 @@ def push(problem: Problem, events: int = EVENTS, seconds: float = inf, seed: int
 def _pushed(problem: Problem, law: Law, noise: np.ndarray, most: int, until: float) -> Pushed:
     loose = law.loosened(noise)
     told: dict[str, Any] = {"settled": np.zeros(problem.B.shape[1])}
-    if problem.dead.any():
+    if problem.settled is not None:
+        told["settled"] = problem.settled
+    elif problem.dead.any():
         path = settling(problem, loose)
         end = path.follow(-1, most, until)
         told["settling"] = tuple(path.events)
         if end is not End.FREE:
-            return Pushed(Ended.BUDGET if end is End.BUDGET else Ended.NOT_SETTLED, **told | {"settled": None})
+            return Pushed(
+                Ended.BUDGET if end is End.BUDGET else Ended.NOT_SETTLED, **told | {"settled": None}
+            )
         told["settled"] = law.of_problem(path.by(law).forces)
     rest, live = law.of_sliders(told["settled"]), problem.live / problem.live_norm
     still = np.zeros(problem.dead.size)
