@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import textwrap
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -123,6 +124,27 @@ def refuse_picture(path: str | Path, force: bool = False) -> None:
     if _ending(path) not in FORMATS:
         raise OptionError(f"{path}: a picture's name ends in {', '.join('.' + f for f in FORMATS)}")
     refuse_unwritable(Path(path), force)
+
+
+def refuse_file(path: str | Path, force: bool = False) -> None:
+    """Raise OptionError if neither picture nor page could be written there: to be asked before long work."""
+    if not is_page(path) and _ending(path) not in FORMATS:
+        known = ", ".join(f".{name}" for name in (*FORMATS, "html"))
+        raise OptionError(f"{path}: the name of a picture or page ends in {known}")
+    refuse_unwritable(Path(path), force)
+
+
+def save_as(path: str | Path, force: bool, page: Callable[[], str], picture: Callable[[], Picture]) -> None:
+    """Write what can be shown as a page or as a picture, whole or not at all, as the path's ending says."""
+    refuse_file(path, force)
+    if is_page(path):
+        write_whole(path, page())
+    else:
+        picture().save(path, force)
+
+
+def is_page(path: str | Path) -> bool:
+    return _ending(path) == "html"
 
 
 def _ending(path: str | Path) -> str:

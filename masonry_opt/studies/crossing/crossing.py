@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,6 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.errors import CaseError, OptionError
-from masonry_opt.files import write_whole
 from masonry_opt.methods.registry import DEFAULT
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.problem import Problem
@@ -28,7 +28,6 @@ from masonry_opt.studies.crossing.answer import Crossed, Crossings
 from masonry_opt.studies.crossing.moving_load import MovingLoad
 from masonry_opt.studies.crossing.passage import Passage
 from masonry_opt.studies.crossing.search import Solve, Solving, least_associative, least_coulomb
-from masonry_opt.studies.writing import refuse_saving
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -60,7 +59,6 @@ class Crossing(Crossings):
         """
         from masonry_opt.studies.crossing.picture import picture
 
-        self._refuse_nothing()
         return picture(self)
 
     def save(self, path: str | Path, force: bool = False) -> None:
@@ -70,18 +68,10 @@ class Crossing(Crossings):
         Raises OptionError if the file's name has another ending, it cannot be written or replaced (``force``
         replaces what was not written here), or the scene does not stand.
         """
+        from masonry_opt.drawing.figure import save_as
         from masonry_opt.studies.crossing.picture import page, picture
 
-        refuse_saving(path, force)
-        self._refuse_nothing()
-        if Path(path).suffix.lower() == ".html":
-            write_whole(path, page(self))
-        else:
-            picture(self).save(path, force)
-
-    def _refuse_nothing(self) -> None:
-        if not self.passages:
-            raise OptionError(f"{self.worst.case}: {self.worst.status}: no axle was moved, none can be drawn")
+        save_as(path, force, partial(page, self), partial(picture, self))
 
 
 def crossing(

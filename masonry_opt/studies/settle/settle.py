@@ -15,7 +15,6 @@ from masonry_opt.analysis import prepare
 from masonry_opt.answer.thresholds import ZERO
 from masonry_opt.effort import Effort, Phases
 from masonry_opt.errors import OptionError
-from masonry_opt.files import write_whole
 from masonry_opt.methods.associative import associative
 from masonry_opt.methods.mcp.passes import PASSES_UP_TO, Passes
 from masonry_opt.methods.registry import DEFAULT
@@ -27,7 +26,6 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.standing.diagnosis import carries
 from masonry_opt.studies.settle.freed import freed
 from masonry_opt.studies.settle.settlement import Bound, Reactions
-from masonry_opt.studies.writing import refuse_saving
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -85,13 +83,10 @@ class Settlement(Reactions):
         Raises OptionError if the file's name has another ending, it cannot be written or replaced (``force``
         replaces what was not written here), or as ``plot``.
         """
+        from masonry_opt.drawing.figure import save_as
         from masonry_opt.studies.settle.picture import page, picture
 
-        refuse_saving(path, force)
-        if Path(path).suffix.lower() == ".html":
-            write_whole(path, page(self, view))
-        else:
-            picture(self, end, kind, view=view).save(path, force)
+        save_as(path, force, partial(page, self, view), partial(picture, self, end, kind, view=view))
 
 
 def settle(
