@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-Shape = Literal["line", "arrow", "bar", "dot", "point", "square", "cross"]
+MarkShape = Literal["line", "arrow", "bar", "dot", "point", "square", "cross"]
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ class Marks:
 
     name: str
     label: str
-    shape: Shape
+    shape: MarkShape
     colour: str
     width: float
     points: np.ndarray

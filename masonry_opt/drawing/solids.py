@@ -10,7 +10,7 @@ import shapely
 from masonry_opt.drawing.elements import Elements, reach, size_of
 from masonry_opt.drawing.marks import moved
 from masonry_opt.problem.assembly import Assembly
-from masonry_opt.scene.space.frames import Faces, Frames, dots
+from masonry_opt.scene.space.frames import Frames, OuterFaces, dots
 from masonry_opt.scene.space.shapes import Shapes
 
 #: How far supports are shown beyond the movable blocks, and the distance of the lines that hatch them, over
@@ -77,7 +77,7 @@ def surface(elements: Elements) -> Surface:
     )
 
 
-def _triangles(faces: Faces) -> tuple[np.ndarray, np.ndarray]:
+def _triangles(faces: OuterFaces) -> tuple[np.ndarray, np.ndarray]:
     """Triangles of the faces, shape (triangles, 3, 3), and the face of each."""
     found = shapely.constrained_delaunay_triangles(faces.polygon)
     flat, face = shapely.get_parts(found, return_index=True)
@@ -89,7 +89,7 @@ def _triangles(faces: Faces) -> tuple[np.ndarray, np.ndarray]:
     return at, face
 
 
-def _hatching(faces: Faces, step: float) -> np.ndarray:
+def _hatching(faces: OuterFaces, step: float) -> np.ndarray:
     """Lines at 45° to the first axis of each face."""
     lines = [np.empty((0, 2, 3))]
     for number, polygon in enumerate(faces.polygon):
@@ -105,7 +105,7 @@ def _hatching(faces: Faces, step: float) -> np.ndarray:
     return np.concatenate(lines)
 
 
-def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> Faces:
+def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> OuterFaces:
     """All faces, those of blocks to cut by a box, and what the box's sides cut."""
     faces, parts = shapes.faces, shapes.parts
     if not len(cut):
@@ -126,8 +126,8 @@ def _cut(shapes: Shapes, cut: np.ndarray, low: np.ndarray, high: np.ndarray) -> 
             block.append(parts.block[part])
             number.append(side)
             section.append(_within(inside, sides, side, normal, offset))
-    cuts = Faces(np.array(block), sides.where(np.array(number)), np.array(section))
-    every = kept.then(Faces(own.block, own.frame, np.array(polygon)), cuts)
+    cuts = OuterFaces(np.array(block), sides.where(np.array(number)), np.array(section))
+    every = kept.then(OuterFaces(own.block, own.frame, np.array(polygon)), cuts)
     return every.where(shapely.area(every.polygon) > 0)
 
 

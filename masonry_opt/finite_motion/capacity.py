@@ -15,7 +15,7 @@ import pandas as pd
 from masonry_opt.answer.reasons import Code, Reason
 from masonry_opt.errors import NoLoadFactorError, OptionError, printable
 from masonry_opt.finite_motion.kinematic_check import KinematicCheck, kinematic_check
-from masonry_opt.finite_motion.path import Path, Step
+from masonry_opt.finite_motion.path import HingingPath, Step
 from masonry_opt.finite_motion.point_forces import PointForces, placed, point_forces
 from masonry_opt.result import Result
 from masonry_opt.words.names import some
@@ -87,7 +87,7 @@ def capacity(
         raise OptionError(f"steps must be a number of states, 2 or more (found {steps!r})")
     dead, live = point_forces(assembly)
     control = _control(result, live, block, point)
-    path = Path(result, dead, live, steps)
+    path = HingingPath(result, dead, live, steps)
     found = Capacity(result, path.end, tuple(path.steps), path.motion, dead, live, control)
     if path.motion.any() and abs(found.control_rate) <= _STILL * found.live_rates.max():
         raise OptionError(f"block '{block}' does not move along the live load: name another block or point")

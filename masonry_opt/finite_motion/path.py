@@ -10,8 +10,8 @@ from masonry_opt.answer.motion import joint_motion
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.thresholds import ZERO, same
 from masonry_opt.effort import Effort
-from masonry_opt.finite_motion.chain import Chain, Point
-from masonry_opt.finite_motion.contacts import Contacts
+from masonry_opt.finite_motion.chain import Chain, PathPoint
+from masonry_opt.finite_motion.moved_joints import MovedJoints
 from masonry_opt.finite_motion.point_forces import PointForces
 from masonry_opt.finite_motion.statics import Borne, statics
 from masonry_opt.result import Result
@@ -74,7 +74,7 @@ class _Stretch:
 
     chain: Chain
     touch: np.ndarray
-    point: Point
+    point: PathPoint
     row: np.ndarray
 
     @property
@@ -90,7 +90,7 @@ class _Ended(Exception):
     """The path ends; its argument is the reason."""
 
 
-class Path:
+class HingingPath:
     """The path after the onset that a result found.
 
     Attributes
@@ -112,11 +112,11 @@ class Path:
         force = float(max(np.hypot(*loads[:, :2].T).max() for loads in (self.dead, self.live)))
         self.dead /= force
         self.live /= force
-        self.contacts, self.effort = Contacts.of(self.assembly, force), Effort()
-        corners = self.contacts.corner.reshape(-1, 2)
+        self.joints, self.effort = MovedJoints.of(self.assembly, force), Effort()
+        corners = self.joints.corner.reshape(-1, 2)
         self.size = 2 * float(np.hypot(*(corners - corners.mean(axis=0)).T).max())
         self.motion = np.zeros((problem.blocks + 1, 3))
-        self.steps = [Step(0 * self.motion, onset, self.contacts.at_rest)]
+        self.steps = [Step(0 * self.motion, onset, self.joints.at_rest)]
         try:
             self._onset(result)
             self._follow()
@@ -136,7 +136,7 @@ class Path:
 
     def _follow(self) -> None:
         """Stretch after stretch, each to its event, until one ends the path."""
-        opens, hint, idle = ~self.steps[0].touch & self.contacts.at_rest, self.motion, 0
+        opens, hint, idle = ~self.steps[0].touch & self.joints.at_rest, self.motion, 0
         while True:
             last = self.steps[-1]
             stretch, event = self._to_event(self._stretch(last, opens, hint))
@@ -167,11 +167,11 @@ class Path:
         return Step(stretch.poses, self.unit * stretch.point.load_factor, touch, event)
 
     def _statics(self, touch: np.ndarray, poses: np.ndarray, load_factor: float | None) -> Borne | None:
-        return statics(self.contacts, touch, poses, self.dead, self.live, load_factor, self.effort)
+        return statics(self.joints, touch, poses, self.dead, self.live, load_factor, self.effort)
 
     def _opened(self, touch: np.ndarray, poses: np.ndarray, found: Borne) -> np.ndarray:
         """Which corners go on touching in the motion that statics found: some open, and none slides."""
-        stays, slides = self.contacts.after(touch, poses, found.motion, found.pressed)
+        stays, slides = self.joints.after(touch, poses, found.motion, found.pressed)
         if slides.any():
             raise _Ended(reason(Code.JOINTS_SLIDE, pairs=self.assembly.pairs(np.flatnonzero(slides))))
         if (stays == touch).all():
@@ -181,26 +181,26 @@ class Path:
     def _stretch(self, step: Step, opens: np.ndarray, hint: np.ndarray) -> _Stretch:
         """The bodies of a state, and the way on: that in which corners open, if any do, else that of the
         motion before, or back."""
-        chain = Chain(self.contacts, step.touch, self.dead, self.live)
+        chain = Chain(self.joints, step.touch, self.dead, self.live)
         stretch = self._onward(chain, step.touch, chain.start(step.poses), hint)
         if stretch is None:
             raise _Ended(reason(Code.LOCKS))
         back = replace(stretch, row=-stretch.row)
         if opens.any():
-            opening, _ = self.contacts.relative(stretch.poses, stretch.motion)
+            opening, _ = self.joints.relative(stretch.poses, stretch.motion)
             return stretch if (opening * opens).sum() > 0 else back
         # A joint that has closed stays so in one sense only, which may be the way back.
         event, _ = self._try(stretch, _PROBE)
         return back if event and not self._try(back, _PROBE)[0] else stretch
 
-    def _onward(self, chain: Chain, touch: np.ndarray, point: Point, hint: np.ndarray) -> _Stretch | None:
+    def _onward(self, chain: Chain, touch: np.ndarray, point: PathPoint, hint: np.ndarray) -> _Stretch | None:
         """A point and its direction, that of a motion of the blocks; None where nothing moves."""
         found = chain.tangents(point)
         if len(found) > 1:
             raise _Ended(reason(Code.BRANCHES))
         for row in found:
             poses, motion = (chain.of_blocks(of) for of in (point.poses, row[:-1].reshape(-1, 3)))
-            fastest = self.contacts.fastest(poses, motion)
+            fastest = self.joints.fastest(poses, motion)
             if fastest > _MOVES:
                 sense = 1.0 if (motion * hint).sum() >= 0 else -1.0
                 return _Stretch(chain, touch, point, sense * self.size / fastest * row)
@@ -244,10 +244,10 @@ class Path:
         poses, point = ahead.poses, ahead.point
         if point.load_factor < 0:
             return _Event(Code.REACHES_ZERO)
-        closed = self.contacts.opening_angle(ahead.touch, poses) < -_CLOSED
+        closed = self.joints.opening_angle(ahead.touch, poses) < -_CLOSED
         if closed.any():
             return _Event(Code.JOINT_CLOSES, tuple(np.flatnonzero(closed).tolist()))
-        if over := self.contacts.overlap(poses, self.assembly.problem.length_unit):
+        if over := self.joints.overlap(poses, self.assembly.problem.length_unit):
             return _Event(Code.BLOCKS_MEET, over)
         borne = self._statics(ahead.touch, poses, point.load_factor)
         if borne is None:

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 from masonry_opt.answer.thresholds import IDLE
 from masonry_opt.effort import Effort
-from masonry_opt.finite_motion.contacts import Contacts
+from masonry_opt.finite_motion.moved_joints import MovedJoints
 from masonry_opt.finite_motion.point_forces import turned
 from masonry_opt.solvers.highs_lp import LinearProgram
 from masonry_opt.solvers.highs_session import HighsSession
@@ -43,7 +43,7 @@ def moments_turned(loads: np.ndarray, angle: np.ndarray, about: np.ndarray | Non
 
 
 def statics(
-    contacts: Contacts,
+    joints: MovedJoints,
     touch: np.ndarray,
     poses: np.ndarray,
     dead: np.ndarray,
@@ -67,16 +67,16 @@ def statics(
     blocks = len(dead)
     joint, corner = np.nonzero(touch)
     shears = np.flatnonzero(touch.any(axis=1))
-    place = np.concatenate([contacts.corner[joint, corner], contacts.corner[shears, touch[shears].argmax(1)]])
+    place = np.concatenate([joints.corner[joint, corner], joints.corner[shears, touch[shears].argmax(1)]])
     of, along = (
         np.concatenate([joint, shears]),
-        np.concatenate([contacts.normal[joint], contacts.tangent[shears]]),
+        np.concatenate([joints.normal[joint], joints.tangent[shears]]),
     )
-    force = turned(along, poses[contacts.ends[of, 0]])
+    force = turned(along, poses[joints.ends[of, 0]])
     places, values, columns = [], [], np.arange(len(of))
     for side, sign in enumerate((1.0, -1.0)):
-        block = contacts.ends[of, side]
-        arm = turned(place - contacts.centroid[block], poses[block])
+        block = joints.ends[of, side]
+        arm = turned(place - joints.centroid[block], poses[block])
         moment = arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
         places.append(3 * block[:, None] + np.arange(3))
         values.append(sign * np.column_stack([force, moment]))
@@ -89,9 +89,9 @@ def statics(
     )
     balance = sp.csr_array(sp.coo_array(entries, shape=(3 * blocks + 3, len(of))))[: 3 * blocks]
     # Moments about the centroids: about a common origin they would be differences of large numbers.
-    middle = turned(contacts.centroid[:-1], poses[:-1])
+    middle = turned(joints.centroid[:-1], poses[:-1])
     f_dead, f_live = (moments_turned(loads, poses[:-1, 2], middle).ravel() for loads in (dead, live))
-    limits, cohesion = _limits(contacts, touch, poses, joint, corner, shears)
+    limits, cohesion = _limits(joints, touch, poses, joint, corner, shears)
     # Columns: forces, then λ, or by how much equilibrium (from both sides) and yield are missed: hinges leave
     # the forces of given λ no room, so that without it rounding would make the program infeasible.
     seeks, rows, yields = load_factor is None, 3 * blocks, len(cohesion)
@@ -123,7 +123,7 @@ def statics(
 
 
 def _limits(
-    contacts: Contacts,
+    joints: MovedJoints,
     touch: np.ndarray,
     poses: np.ndarray,
     joint: np.ndarray,
@@ -137,22 +137,22 @@ def _limits(
     width = len(joint) + len(shears)
     coefficients: list[tuple[list[int], list[float]]] = []
     constants: list[float] = []
-    angle = poses[contacts.ends, 2]
+    angle = poses[joints.ends, 2]
     of_joint: dict[int, list[int]] = {}
     for column, j in enumerate(joint.tolist()):
         of_joint.setdefault(j, []).append(column)
     for j, normals in of_joint.items():
-        mu, shear = float(contacts.friction[j]), int(row_of_shear[j])
+        mu, shear = float(joints.friction[j]), int(row_of_shear[j])
         if len(normals) == 2:
             coefficients += [([column], [1.0]) for column in normals]
             constants += [0.0, 0.0]
             if np.isfinite(mu):
                 coefficients += [([*normals, shear], [mu, mu, sense]) for sense in (1.0, -1.0)]
-                constants += 2 * [float(contacts.cohesion[j])]
+                constants += 2 * [float(joints.cohesion[j])]
             continue
         turn = float(angle[j, 1] - angle[j, 0])
         for side, back in enumerate((0.0, turn)):
-            if not contacts.faces[j, corner[normals[0]], side]:
+            if not joints.faces[j, corner[normals[0]], side]:
                 continue
             # Force along normal and tangent of this block's edge, turned from the first one's.
             cos, sin = float(np.cos(back)), float(np.sin(back))

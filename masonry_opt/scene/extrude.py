@@ -22,7 +22,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.solids import Solid, prism
 from masonry_opt.scene.ties import Prop, Tie
 
-_Vector = tuple[float, float, float]
+_Vector3 = tuple[float, float, float]
 _S = TypeVar("_S", Tie, Prop)
 
 
@@ -87,7 +87,7 @@ def _quake(scene: Scene, quake: Earthquake | None) -> Earthquake | None:
     return quake.replace(direction=_in_space(sideways.tolist()))
 
 
-def _in_space(vector: Any, at: float = 0.0) -> _Vector:
+def _in_space(vector: Any, at: float = 0.0) -> _Vector3:
     x, y = vector
     return (x, at, y)
 

@@ -60,7 +60,7 @@ class Cuts:
     exclude: bool = False
 
 
-class _Search:
+class _BranchAndCut:
     def __init__(self, problem: Problem, most_programs: int, effort: Effort, purpose: str) -> None:
         self.problem, self.effort, self.cuts = problem, effort, Cuts()
         self._most_programs = effort.lp_solves + most_programs
@@ -172,7 +172,7 @@ class _Search:
 def combinatorial_cuts(problem: Problem, most_programs: int, effort: Effort, purpose: str) -> Cuts:
     """Cuts that exclude every Coulomb state with λ ≥ 0, as far as they are found within ``most_programs``
     linear programs, of a scene that stands, in units of its load."""
-    search = _Search(problem, most_programs, effort, purpose)
+    search = _BranchAndCut(problem, most_programs, effort, purpose)
     try:
         search.exclude({})
     except _Undecided:

@@ -9,11 +9,11 @@ import pytest
 from scenes import block_on_floor
 
 from masonry_opt.methods.how_to_solve import HowToSolve
-from masonry_opt.studies.many.runs import COLUMNS, Run, Solves, Study, row
+from masonry_opt.studies.many.runs import COLUMNS, Solves, Study, StudyRun, row
 from masonry_opt.studies.runner import REFUSED, Workers
 
 STUDY = Study(block_on_floor(), HowToSolve("static"))
-RUNS = [Run({"joints.friction": 0.1 + 0.05 * number}) for number in range(12)]
+RUNS = [StudyRun({"joints.friction": 0.1 + 0.05 * number}) for number in range(12)]
 
 
 def rows(ends):
@@ -49,8 +49,8 @@ def test_a_lost_worker_costs_nothing_but_time(alone, tmp_path):
 
 
 def test_what_cannot_be_a_scene_is_a_row():
-    wrong = [(STUDY, Run({"joints.friction": -1.0}), "joints.friction = -1")]
-    wrong += [(Study(None, HowToSolve("static")), Run({"x": 1.0}, block_on_floor(live=(0.0, 0.0))), "live")]
+    wrong = [(STUDY, StudyRun({"joints.friction": -1.0}), "joints.friction = -1")]
+    wrong += [(Study(None, HowToSolve("static")), StudyRun({"x": 1.0}, block_on_floor(live=(0, 0))), "live")]
     for study, run, said in wrong:
         with Workers(partial(Solves, study), 1) as workers:
             ((_, end),) = workers.map([run])

@@ -26,7 +26,7 @@ _ROUNDING = 1e-7
 
 
 @dataclass(frozen=True)
-class Facing(sides.Facing):
+class FacingFaces(sides.Facing):
     """Polygons onto which two faces project, in the planes that bisect them.
 
     Attributes
@@ -80,7 +80,7 @@ class Facing(sides.Facing):
         return np.hypot(shapely.distance(flat, self.polygon[number]), self.frame.above(points, number))
 
 
-def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> Facing:
+def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> FacingFaces:
     """The polygons that faces of pairs of blocks share, nowhere farther apart than ``far``, shape (pairs,).
 
     Each connected piece is one polygon; pieces, and ends of them, narrower than ten tolerances are left out.
@@ -100,7 +100,7 @@ def facing(scene: Scene, shapes: Shapes, pairs: np.ndarray, far: np.ndarray) -> 
     return _shared(shapes, pair, i, j, far[pair])
 
 
-def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far: np.ndarray) -> Facing:
+def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far: np.ndarray) -> FacingFaces:
     """What face i of the first and j of the second block of each pair share, nowhere farther apart than
     ``far``."""
     faces, narrowest = shapes.faces, NARROWEST * shapes.tolerance
@@ -124,7 +124,7 @@ def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far:
     height = _height(frame, other, points, number[piece]) - _height(frame, one, points, number[piece])
     start = np.searchsorted(piece, np.arange(len(pieces)))
     least, most = (bound.reduceat(height, start) for bound in (np.minimum, np.maximum))
-    found = Facing(pair[number], most, frame.where(number), pieces)
+    found = FacingFaces(pair[number], most, frame.where(number), pieces)
     return found.where((least >= -shapes.contact_tolerance) & (most <= far[number]))
 
 

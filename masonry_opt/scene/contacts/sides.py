@@ -134,7 +134,7 @@ class Touches(Rows):
         return to_line(points, self.start[number], self.end[number])
 
 
-class Corners(ABC):
+class BlockCorners(ABC):
     """Corners of blocks, what they meet without a normal, and where blocks touch at them.
 
     Attributes

@@ -16,7 +16,7 @@ from masonry_opt.errors import CaseError, OutputError
 from masonry_opt.files import MARK, refuse_replacing, write_whole
 from masonry_opt.scene.blocks import Block, Name, Positive
 from masonry_opt.scene.drawings import dxf_curves
-from masonry_opt.scene.drawings.outlines import Shape, closed_outlines, shapes
+from masonry_opt.scene.drawings.outlines import Outline, closed_outlines, shapes
 from masonry_opt.scene.drawings.stones import FlatDrawing, block_name, drawing_path, scene_of
 from masonry_opt.scene.drawings.supports import FIXED, listed
 from masonry_opt.scene.extrude import extrude
@@ -164,7 +164,7 @@ def _known(entities: list[Any]) -> str:
     return f" (layers drawn on: {listed(layers)})" if layers else " (it is empty)"
 
 
-def _names(found: Sequence[Shape], entities: list[Any], scale: float) -> list[str]:
+def _names(found: Sequence[Outline], entities: list[Any], scale: float) -> list[str]:
     """Names of the blocks, from the texts that stand in them, else from layer and handle."""
     said: dict[int, list[str]] = {}
     outer = np.array([shapely.Polygon(shape.polygon.exterior) for shape in found], dtype=object)
@@ -187,14 +187,14 @@ def _names(found: Sequence[Shape], entities: list[Any], scale: float) -> list[st
     ]
 
 
-def _pushes(found: Sequence[Shape], drawing: DxfDrawing) -> list[tuple[float, ...]]:
+def _pushes(found: Sequence[Outline], drawing: DxfDrawing) -> list[tuple[float, ...]]:
     """The live load of each block, over its weight."""
     live = {layer.casefold(): force for layer, force in drawing.live_layers.items()}
     return [live.get(shape.curve.layer.casefold(), drawing.live) for shape in found]
 
 
 def _blocks(
-    found: Sequence[Shape], names: Sequence[str], drawing: DxfDrawing, pushes: Sequence[tuple[float, ...]]
+    found: Sequence[Outline], names: Sequence[str], drawing: DxfDrawing, pushes: Sequence[tuple[float, ...]]
 ) -> list[Block]:
     words = [word.casefold() for word in drawing.fixed_layers]
     blocks, loaded = [], set()

@@ -68,7 +68,7 @@ class Side:
 
 
 @dataclass(frozen=True)
-class Polyhedron:
+class MeshSolid:
     """Corners, shape (points, 3), and the plane sides between them."""
 
     points: np.ndarray
@@ -132,7 +132,7 @@ def area_vector(corners: np.ndarray) -> np.ndarray:
     return np.cross(around, np.roll(around, -1, axis=0)).sum(axis=0) / 2
 
 
-def polyhedron(mesh: Mesh, tolerance: float) -> Polyhedron:
+def polyhedron(mesh: Mesh, tolerance: float) -> MeshSolid:
     """The block with corners nearer than the tolerance joined, faces turned one way, outwards, those that are
     not flat cut into triangles, and those of one plane merged, within the tolerance.
 
@@ -142,7 +142,7 @@ def polyhedron(mesh: Mesh, tolerance: float) -> Polyhedron:
     faces = [flat for face in faces for flat in _flat(points, face, tolerance)]
     if not faces:
         raise ValueError(f"is smaller than the tolerance of {tolerance:.3g}: is it drawn in another unit?")
-    return Polyhedron(points, _sides(points, faces, tolerance))
+    return MeshSolid(points, _sides(points, faces, tolerance))
 
 
 def outwards(points: np.ndarray, faces: list[list[int]]) -> list[list[int]]:

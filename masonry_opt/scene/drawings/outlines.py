@@ -38,7 +38,7 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Shape:
+class Outline:
     """An outline with its holes, and the curve that is its outline."""
 
     polygon: shapely.Polygon
@@ -143,7 +143,7 @@ def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list
     return loops
 
 
-def shapes(outlines: Sequence[Curve], tolerance: float, overlap: float) -> list[Shape]:
+def shapes(outlines: Sequence[Curve], tolerance: float, overlap: float) -> list[Outline]:
     """Blocks with their holes: an outline inside one other, but for an overlap, is a hole of it, one inside a
     hole a block, and so on in turns. Of two outlines that are the same the first is the outer one.
 
@@ -169,7 +169,7 @@ def shapes(outlines: Sequence[Curve], tolerance: float, overlap: float) -> list[
             )
         holes[parent].append(polygons[index].exterior)
     return [
-        Shape(shapely.Polygon(polygons[index].exterior, holes[index]), outlines[index])
+        Outline(shapely.Polygon(polygons[index].exterior, holes[index]), outlines[index])
         for index in np.flatnonzero(depth % 2 == 0).tolist()
     ]
 

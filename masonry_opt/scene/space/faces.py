@@ -10,7 +10,7 @@ import shapely
 from masonry_opt.scene.combinations import ranges
 from masonry_opt.scene.geometry import STRAIGHT
 from masonry_opt.scene.space.clipping import GRID, sound, valid
-from masonry_opt.scene.space.frames import Faces, Frames, dots, lengths
+from masonry_opt.scene.space.frames import Frames, OuterFaces, dots, lengths
 from masonry_opt.scene.space.outlines import plain, wide, without_cracks, without_slivers
 from masonry_opt.scene.space.surfaces import Surfaces
 
@@ -96,7 +96,7 @@ def planes(surfaces: Surfaces, tolerance: float) -> Planes:
     return Planes(frame, block[leads], of_face, outwards)
 
 
-def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> Faces:
+def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> OuterFaces:
     """The outer faces of the blocks.
 
     Raises
@@ -145,4 +145,4 @@ def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> Faces:
     sign = np.where(inwards, -1.0, 1.0)[:, None]
     frame = planes.frame.where(plane)
     frame = Frames(frame.base, frame.u, sign * frame.v, sign * frame.normal)
-    return Faces(planes.block[plane], frame, polygons)
+    return OuterFaces(planes.block[plane], frame, polygons)

@@ -63,7 +63,7 @@ class Frames(Rows):
 
 
 @dataclass(frozen=True)
-class Faces(Rows):
+class OuterFaces(Rows):
     """Plane outer faces of the blocks in turn.
 
     Attributes

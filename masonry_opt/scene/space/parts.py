@@ -15,7 +15,7 @@ from masonry_opt.scene.space.surfaces import Surfaces
 
 
 @dataclass(frozen=True)
-class Parts:
+class ConvexParts:
     """Convex parts of the blocks in turn.
 
     Attributes
@@ -37,7 +37,7 @@ class Parts:
     high: np.ndarray
 
     @classmethod
-    def of(cls, surfaces: Surfaces, planes: Planes) -> Parts:
+    def of(cls, surfaces: Surfaces, planes: Planes) -> ConvexParts:
         """The parts that the surfaces bound, if they are convex."""
         at, corner = np.unique(surfaces.vertex, return_index=True)
         points, of_point = surfaces.points[at], surfaces.part[surfaces.face[corner]]
@@ -79,7 +79,7 @@ class Parts:
 
 
 def overlapping(
-    parts: Parts, one: np.ndarray, other: np.ndarray, tolerance: float
+    parts: ConvexParts, one: np.ndarray, other: np.ndarray, tolerance: float
 ) -> Iterator[tuple[int, Common]]:
     """Numbers of the pairs of parts that overlap by more than the tolerance, and what they have in common."""
     inside = np.minimum(parts.high[one], parts.high[other]) - np.maximum(parts.low[one], parts.low[other])
@@ -93,7 +93,7 @@ def overlapping(
             yield int(pair), both
 
 
-def _common(parts: Parts, one: int, other: int) -> Common:
+def _common(parts: ConvexParts, one: int, other: int) -> Common:
     """What two parts have in common, as deep as the largest ball in it is wide; 0 if they do not overlap."""
     # Few pairs come here, and half a second is much for the others to wait.
     from scipy.optimize import linprog

@@ -18,7 +18,7 @@ from masonry_opt.errors import CaseError
 from masonry_opt.scene.case_file import load
 from masonry_opt.scene.geometry import geometry
 from masonry_opt.scene.scene import Scene
-from masonry_opt.studies.charts import Drawing, script
+from masonry_opt.studies.charts import NamedChart, script
 from masonry_opt.studies.compare import frames
 from masonry_opt.studies.compare.accuracy import CertifiedBounds
 from masonry_opt.studies.compare.answer import REPEATED_BELOW, Comparison
@@ -106,7 +106,7 @@ class SceneRow:
 _UNKNOWN = Cell("–", look="plain")
 
 
-def page(comparison: Comparison, charts: Sequence[Drawing]) -> str:
+def page(comparison: Comparison, charts: Sequence[NamedChart]) -> str:
     """The report of a comparison, its charts inside."""
     summary = comparison.summary
     about = machine() | {f"version of {name}": release for name, release in versions().items()}

@@ -12,7 +12,7 @@ import shapely
 
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.road import Road
-from masonry_opt.scene.axles import Axles, Direction
+from masonry_opt.scene.axles import Axles, TravelDirection
 from masonry_opt.scene.loads import Load
 from masonry_opt.scene.scene import Scene
 
@@ -33,7 +33,7 @@ class Passage:
     """
 
     axles: Axles
-    direction: Direction
+    direction: TravelDirection
     assembly: Assembly
     road: Road
 

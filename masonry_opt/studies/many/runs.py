@@ -67,7 +67,7 @@ class Study:
 
 
 @dataclass(frozen=True)
-class Run:
+class StudyRun:
     """Values by name, and the scene that they make where the study has none."""
 
     values: Mapping[str, float]
@@ -87,7 +87,7 @@ class Solves:
         self._parameters = None if study.scene is None else Parameters(study.scene)
         self._session = Session(study.how, Kept(keeps=True))
 
-    def __call__(self, run: Run) -> dict[str, Any]:
+    def __call__(self, run: StudyRun) -> dict[str, Any]:
         """The columns of a run's solution."""
         scene = run.scene
         if scene is None:
@@ -96,7 +96,7 @@ class Solves:
         return columns(*self._session.answer(scene, lambda _: None, Effort()))
 
 
-def row(run: Run, end: End) -> dict[str, Any]:
+def row(run: StudyRun, end: End) -> dict[str, Any]:
     """The row of a run: its values, then COLUMNS; of a run that did not finish, the reason."""
     without = {"status": end.how, "reason": end.how, "message": end.reason}
     found = end.value if end.how == FINISHED else without

@@ -30,7 +30,7 @@ from masonry_opt.words.summary import summary
 
 
 @dataclass(frozen=True)
-class Standing:
+class DeadLoadMargin:
     """How a scene stands under its dead load alone.
 
     Attributes
@@ -61,7 +61,7 @@ class _UnderDeadLoad(Result):
         return self.summary
 
 
-def standing(scene: Scene) -> Standing:
+def standing(scene: Scene) -> DeadLoadMargin:
     """How a scene stands under its dead load alone, without its live loads.
 
     The margin is the load factor λ of a live load that takes a median block weight off the normal force of
@@ -95,7 +95,7 @@ def standing(scene: Scene) -> Standing:
     result = make_result(dead, solution, effort, method="static", model=solver.language, solver=solver.name)
     told = numeral(margin, ".6g") + " median block weights" if certificate else "none"
     given = {own.name: getattr(result, own.name) for own in fields(Result)}
-    return Standing(margin, certificate, _UnderDeadLoad(**given, margin=told))
+    return DeadLoadMargin(margin, certificate, _UnderDeadLoad(**given, margin=told))
 
 
 def _of_normal(problem: Problem) -> np.ndarray:

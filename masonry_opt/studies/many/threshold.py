@@ -29,7 +29,7 @@ class Trial:
     ----------
     holds: whether the scene stands, or carries the load.
     number: load factor, or margin under dead load; -inf where the scene falls, inf where it carries any load.
-    result: state and mechanism; under dead load see :class:`~.standing.Standing`.
+    result: state and mechanism; under dead load see :class:`~.standing.DeadLoadMargin`.
     certificate: residuals of ``number``; None where it is not finite.
     """
 

@@ -18,7 +18,7 @@ STAYS = 1e-6
 
 
 @dataclass(frozen=True)
-class Contacts:
+class MovedJoints:
     """The joints of a scene in the plane, in the problem's units, by the movable block they belong to; all
     fixed blocks are one more, the last.
 
@@ -47,7 +47,7 @@ class Contacts:
     tolerance: float
 
     @classmethod
-    def of(cls, assembly: Assembly, force: float) -> Contacts:
+    def of(cls, assembly: Assembly, force: float) -> MovedJoints:
         """The joints of an assembly, with forces in such a unit, in the problem's."""
         problem, joints, geometry = assembly.problem, assembly.joints, assembly.geometry
         row = np.full(len(assembly.scene.blocks), len(assembly.movable))
