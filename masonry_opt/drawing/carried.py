@@ -131,7 +131,7 @@ def utilisation_marks(ends: np.ndarray, used: np.ndarray, shrink: float) -> Iter
 
     Parameters
     ----------
-    ends: lines of joints, as :func:`joint_marks` takes them.
+    ends: of the joints, or in space of the sides of their outlines, shape (lines, 2, 2) or (lines, 2, 3).
     used: utilisation of the joint of each, shape (lines,).
     """
     steps = len(UTILISATION)
@@ -140,4 +140,5 @@ def utilisation_marks(ends: np.ndarray, used: np.ndarray, shrink: float) -> Iter
         label, name = ("idle joint", "idle") if number < 0 else ("", "used")
         # Wider too where more is used, for readers of grey prints.
         width = 1.6 if number < 0 else 2.0 + 1.6 * number / (steps - 1)
-        yield from joint_marks(name, label, colour, width * shrink, ends[step == number])
+        lines = Marks(name, label, "line", colour, width * shrink, ends[step == number])
+        yield from joint_marks(lines)

@@ -246,17 +246,17 @@ def _mechanism(result: Outcome, motion: np.ndarray, shrink: float) -> Iterable[M
         ("crushes", "crushing joint", CRUSHES, ()),
     ):
         which = getattr(moves, name)[joint]
-        yield from joint_marks(name, label, colour, width, ends[which], with_joint[which], dashes)
+        lines = Marks(name, label, "line", colour, width, ends[which], with_joint[which], dashes)
+        yield from joint_marks(lines)
     # Colour alone cannot be told apart in grey.
     if (which := moves.crushes).any():
         middle = ends[which].mean(axis=1, keepdims=True)
         yield Marks("crosses", "crushing joint", "cross", CRUSHES, 6.0 * shrink, middle, midway[which])
     if (which := moves.hinges).any():
         if solid:
-            opens = (which & ~moves.slides)[joint]
-            yield from joint_marks(
-                "opens", "hinging joint", HINGES, 0.4 * width, ends[opens], with_joint[opens]
-            )
+            opens, thin = (which & ~moves.slides)[joint], 0.4 * width
+            lines = Marks("opens", "hinging joint", "line", HINGES, thin, ends[opens], with_joint[opens])
+            yield from joint_marks(lines)
         at = moves.hinge[which][:, None]
         yield Marks("hinges", "hinging joint", "dot", HINGES, 5.2 * shrink, at, midway[which])
 

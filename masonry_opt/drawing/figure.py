@@ -86,10 +86,9 @@ def finish(
     axes: Axes,
     handles: list[Handle],
     notes: tuple[str, ...] = (),
-    colours: ScalarMappable | None = None,
-    label: str = "",
+    colours: tuple[ScalarMappable, str] | None = None,
 ) -> None:
-    """Put a colour bar with its label, the legend and notes below the axes, and size the figure for them."""
+    """Put a bar of colours and what they say, the legend and notes below the axes, and size the figure."""
     letters = sum(len(str(handle.get_label())) for handle in handles)
     columns = 4 if len(handles) <= 4 and letters <= _ROW else 3
     rows = -(-len(handles) // columns)
@@ -105,7 +104,7 @@ def finish(
     width, height = figure.get_size_inches()
     if colours is not None:
         bar = figure.add_axes((0.2, (below - along - 0.12) / height, 0.6, 0.12 / height))
-        figure.colorbar(colours, cax=bar, orientation="horizontal", label=label)
+        figure.colorbar(colours[0], cax=bar, orientation="horizontal", label=colours[1])
     figure.legend(
         handles=handles,
         loc="upper center",

@@ -141,10 +141,11 @@ def elements_picture(
         if kind in ("thrust", "utilisation") and not marks:
             middle = axes.text(0.5, 0.5, NO_FORCES, transform=axes.transAxes, zorder=8)
             middle.set(ha="center", va="center", bbox={"facecolor": "white", "edgecolor": "black"})
-        colours = (
-            ScalarMappable(cmap=ListedColormap(UTILISATION)) if kind == "utilisation" and marks else None
-        )
-        finish(made, axes, handles(marks), notes, colours, utilisation_label(elements.assembly))
+        colours = None
+        if kind == "utilisation" and marks:
+            looks = ScalarMappable(cmap=ListedColormap(UTILISATION))
+            colours = looks, utilisation_label(elements.assembly)
+        finish(made, axes, handles(marks), notes, colours)
     return made
 
 

@@ -14,7 +14,7 @@ import pandas as pd
 
 from masonry_opt.answer.reasons import Code, Reason
 from masonry_opt.errors import NoLoadFactorError, OptionError, printable
-from masonry_opt.finite_motion.kinematic_check import KinematicCheck, kinematic_check
+from masonry_opt.finite_motion.kinematic_check import KinematicCheck, Oscillator, kinematic_check
 from masonry_opt.finite_motion.path import HingingPath, Step
 from masonry_opt.finite_motion.point_forces import PointForces, placed, point_forces
 from masonry_opt.result import Result
@@ -292,21 +292,16 @@ class Capacity:
                 f"this one is {share:.3g} times the weight of the blocks that it pushes, or not level: give "
                 "'live_per_weight = [1, 0]', or a level [earthquake]"
             )
-        return kinematic_check(
-            np.hypot(*self.live.force.T),
-            self.live_rates,
-            self.control_rate,
-            self.table[["displacement", "load_factor"]].to_numpy(),
-            self.reaches_zero,
-            spectrum,
-            {
-                "behaviour_factor": behaviour_factor,
-                "confidence_factor": confidence_factor,
-                "gravity": gravity,
-                "ultimate": ultimate,
-                "secant": secant,
-            },
-        )
+        weights, curve = np.hypot(*self.live.force.T), self.table[["displacement", "load_factor"]].to_numpy()
+        of = Oscillator.of(weights, self.live_rates, self.control_rate, curve, self.reaches_zero)
+        values = {
+            "behaviour_factor": behaviour_factor,
+            "confidence_factor": confidence_factor,
+            "gravity": gravity,
+            "ultimate": ultimate,
+            "secant": secant,
+        }
+        return kinematic_check(of, spectrum, values)
 
     def _share_of_weight(self) -> float | None:
         """The live load over the weight of the blocks that it pushes; None if it is that, and level."""

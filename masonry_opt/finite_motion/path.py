@@ -13,7 +13,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.finite_motion.chain import Chain, PathPoint
 from masonry_opt.finite_motion.moved_joints import MovedJoints
 from masonry_opt.finite_motion.point_forces import PointForces
-from masonry_opt.finite_motion.statics import Borne, statics
+from masonry_opt.finite_motion.statics import Borne, ForceProgram
 from masonry_opt.result import Result
 
 #: Violation of equilibrium and yield that is rounding.
@@ -112,7 +112,8 @@ class HingingPath:
         force = float(max(np.hypot(*loads[:, :2].T).max() for loads in (self.dead, self.live)))
         self.dead /= force
         self.live /= force
-        self.joints, self.effort = MovedJoints.of(self.assembly, force), Effort()
+        self.joints = MovedJoints.of(self.assembly, force)
+        self.forces = ForceProgram(self.joints, self.dead, self.live, Effort())
         corners = self.joints.corner.reshape(-1, 2)
         self.size = 2 * float(np.hypot(*(corners - corners.mean(axis=0)).T).max())
         self.motion = np.zeros((problem.blocks + 1, 3))
@@ -126,7 +127,7 @@ class HingingPath:
     def _onset(self, result: Result) -> None:
         """The mechanism of greatest λ at rest, which must be that of the result, and must hinge."""
         first = self.steps[0]
-        found = self._statics(first.touch, first.poses, None)
+        found = self.forces.solve(first.touch, first.poses, None)
         if found is None or not same(self.unit * found.value, first.load_factor):
             slides = np.flatnonzero(joint_motion(self.assembly, result.solution).slides)
             associative = None if found is None else self.unit * found.value
@@ -165,9 +166,6 @@ class HingingPath:
 
     def _step(self, stretch: _Stretch, touch: np.ndarray, event: Reason | None = None) -> Step:
         return Step(stretch.poses, self.unit * stretch.point.load_factor, touch, event)
-
-    def _statics(self, touch: np.ndarray, poses: np.ndarray, load_factor: float | None) -> Borne | None:
-        return statics(self.joints, touch, poses, self.dead, self.live, load_factor, self.effort)
 
     def _opened(self, touch: np.ndarray, poses: np.ndarray, found: Borne) -> np.ndarray:
         """Which corners go on touching in the motion that statics found: some open, and none slides."""
@@ -249,7 +247,7 @@ class HingingPath:
             return _Event(Code.JOINT_CLOSES, tuple(np.flatnonzero(closed).tolist()))
         if over := self.joints.overlap(poses, self.assembly.problem.length_unit):
             return _Event(Code.BLOCKS_MEET, over)
-        borne = self._statics(ahead.touch, poses, point.load_factor)
+        borne = self.forces.solve(ahead.touch, poses, point.load_factor)
         if borne is None:
             raise _Ended(reason(Code.SOLVER_STOPPED, word="statics"))
         if borne.value > _BORNE:

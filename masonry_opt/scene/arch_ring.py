@@ -204,10 +204,8 @@ class ArchRing(AnyGenerator):
         return [*left, *(shape.mirrored() for shape in reversed(left))]
 
     def _wedges(self, joints: list[float], angle: float) -> list[Voussoir]:
-        return [
-            wedge(self._radius, self.thickness, begin, end, angle, self.weights)
-            for begin, end in pairwise(joints)
-        ]
+        shape = self._radius, self.thickness
+        return [wedge(*shape, pair, angle, self.weights) for pair in pairwise(joints)]
 
     def _abutment(self, inner: Point, outer: Point, angle: float, turn: float) -> list[Point]:
         """A square on the far side of the springing, or a rectangle under the skewback."""
