@@ -5,15 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
-import scipy.sparse as sp
 import shapely
-from scipy.sparse.csgraph import connected_components
 
 from masonry_opt.answer.outcome import Outcome
 from masonry_opt.answer.thresholds import IDLE as CARRIES_NOTHING
 from masonry_opt.drawing.colours import AT_POINT, IDLE, THRUST, UTILISATION
 from masonry_opt.drawing.marks import Marks, joint_marks
 from masonry_opt.problem.assembly import Assembly
+from masonry_opt.scene.rows import linked
 
 #: Blocks in a row, each between two others, from which their points of thrust make a line.
 _CHAIN = 3
@@ -57,11 +56,8 @@ def chains(assembly: Assembly, acts: np.ndarray) -> np.ndarray:
     movable = np.zeros(count, dtype=bool)
     movable[assembly.movable] = True
     between &= movable
-    linked = between[joints.first] & between[joints.second]
-    links = sp.coo_array(
-        (np.ones(linked.sum()), (joints.first[linked], joints.second[linked])), shape=(count, count)
-    )
-    _, row = connected_components(links, directed=False)
+    along = between[joints.first] & between[joints.second]
+    row = linked(count, joints.first[along], joints.second[along])
     in_chain = between & (np.bincount(row)[row] >= _CHAIN)
     order = np.argsort(sides, kind="stable")
     return number[order][in_chain[sides[order]]].reshape(-1, 2)

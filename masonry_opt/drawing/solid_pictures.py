@@ -115,8 +115,7 @@ class Solids:
             colours = 1 - (1 - colours) * (1 - _PALE)
         # Beyond the last triangle: where there is none.
         table = np.vstack([np.column_stack([colours, np.ones(len(colours))]), np.zeros(4)])
-        found: np.ndarray = table[self.raster.triangle]
-        return found
+        return table[self.raster.triangle]
 
     def _lines(self, lines: np.ndarray, colour: str, width: float, order: float) -> None:
         pieces, _ = self.raster.visible(lines)

@@ -116,8 +116,7 @@ class Raster:
         column = ((points[:, 0] - self.left) / self.pixel).astype(int).clip(0, columns - 1)
         row = ((points[:, 1] - self.bottom) / self.pixel).astype(int).clip(0, rows - 1)
         bias = _DEPTH * self.pixel * max(rows, columns)
-        seen: np.ndarray = points[:, 2] + bias >= farthest[row, column]
-        return seen
+        return points[:, 2] + bias >= farthest[row, column]
 
 
 def raster(triangles: np.ndarray, box: np.ndarray, pixels: int) -> Raster:

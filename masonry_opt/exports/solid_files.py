@@ -140,13 +140,11 @@ def _gltf(bodies: list[_NamedParts], binary: bool) -> str | bytes:
 
     gltf = importlib.import_module("trimesh.exchange.gltf")
     if binary:
-        written: bytes = gltf.export_glb(scene, tree_postprocessor=sign)
-        return written
+        return gltf.export_glb(scene, tree_postprocessor=sign)
     (content,) = gltf.export_gltf(
         scene, tree_postprocessor=sign, merge_buffers=True, embed_buffers=True
     ).values()
-    text: str = content.decode()
-    return text
+    return content.decode()
 
 
 _MESHES: dict[str, Callable[[list[_NamedParts]], str | bytes]] = {

@@ -170,8 +170,7 @@ class Capacity:
         """Where the movable blocks are in a row of the table: turned by θ about the geometry's origin, then
         shifted by (x, y), shape (b, 3), in the case's units."""
         unit = self.result.assembly.problem.length_unit
-        poses: np.ndarray = self.steps[row].poses[:-1] * [unit, unit, 1.0]
-        return poses
+        return self.steps[row].poses[:-1] * [unit, unit, 1.0]
 
     def _all_poses(self, row: int) -> np.ndarray:
         assembly = self.result.assembly
@@ -369,8 +368,7 @@ class Capacity:
 
 
 def _along(of: PointForces, moved: np.ndarray) -> np.ndarray:
-    along: np.ndarray = (of.force * moved).sum(axis=1) / np.hypot(*of.force.T)
-    return along
+    return (of.force * moved).sum(axis=1) / np.hypot(*of.force.T)
 
 
 def _mean_along(of: PointForces, moved: np.ndarray) -> float:

@@ -73,8 +73,7 @@ class Chain:
 
     def of_blocks(self, of_bodies: np.ndarray) -> np.ndarray:
         """Poses, or their rates, of the blocks and the ground, shape (blocks + 1, 3)."""
-        spread: np.ndarray = np.vstack([of_bodies, np.zeros(3)])[self.body]
-        return spread
+        return np.vstack([of_bodies, np.zeros(3)])[self.body]
 
     def tangents(self, point: PathPoint) -> np.ndarray:
         """Directions in which the line goes on, rates of poses then of λ, shape (k, 3 · bodies + 1): one,
@@ -85,8 +84,7 @@ class Chain:
         null = rows[rank:].T
         moves = null[[*range(3 * self.count), slope.shape[1] - 1]]
         left, sizes, _ = np.linalg.svd(moves, full_matrices=False)
-        found: np.ndarray = left[:, sizes > _DEPENDENT].T
-        return found
+        return left[:, sizes > _DEPENDENT].T
 
     def corrected(self, start: PathPoint, row: np.ndarray, value: float) -> PathPoint | None:
         """The point of the line at which row · (poses, λ) has a value; None if Newton steps find none."""

@@ -181,8 +181,7 @@ class Processes:
         if not self._pool.active:  # a process that dies idle breaks the pool
             self.close()
             self._pool = self._opened()
-        future: Future[End] = self._pool.schedule(_in_process, (task,), timeout=time_limit)
-        return future
+        return self._pool.schedule(_in_process, (task,), timeout=time_limit)
 
     def room(self) -> int:
         return _AHEAD * self._count
@@ -219,8 +218,7 @@ class _Cluster:
                     f"the Dask scheduler at '{self._address}' has no worker: start one with 'dask worker "
                     f"{self._address}'; runs already made are kept where 'out' is given"
                 ) from None
-        future: Future[End] = self._executor.submit(_made, self._scattered, task)
-        return future
+        return self._executor.submit(_made, self._scattered, task)
 
     def room(self) -> int:
         return _AHEAD * max(1, sum(self._client.nthreads().values()))

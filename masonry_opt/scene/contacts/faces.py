@@ -9,9 +9,10 @@ import shapely
 
 from masonry_opt.scene.contacts import sides
 from masonry_opt.scene.contacts.sides import Items, near_items, stacked
+from masonry_opt.scene.rows import dots, lengths
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.clipping import common_to
-from masonry_opt.scene.space.frames import Frames, dots, lengths
+from masonry_opt.scene.space.frames import Frames
 from masonry_opt.scene.space.outlines import plain, rolled, wide, without_slivers
 from masonry_opt.scene.space.shapes import Shapes
 

@@ -13,8 +13,8 @@ from masonry_opt.scene.contacts.joints import Joints, joint_properties, outline_
 from masonry_opt.scene.contacts.pairs import near_pairs, refuse_overlaps
 from masonry_opt.scene.contacts.sides import LEAN, BlockCorners, Facing, Touches, nearest
 from masonry_opt.scene.extents import Extents
+from masonry_opt.scene.rows import lengths
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.space.frames import lengths
 
 #: By dimension: what faces what, and what touches beside it.
 _KINDS: dict[int, tuple[Callable[..., Facing], Callable[..., BlockCorners]]] = {

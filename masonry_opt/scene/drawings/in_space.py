@@ -91,9 +91,8 @@ def _slab(mesh: Mesh, standing: np.ndarray) -> Mesh:
         raise ValueError(f"block '{mesh.name}' is a face without area: take it away")
     towards = np.sign((standing - top.mean(axis=0)) @ area) or 1.0
     bottom = top - towards * _SLAB * area / np.sqrt(size)
-    return replace(
-        mesh, points=np.concatenate([top, bottom]), faces=prism(top.tolist(), bottom.tolist())["faces"]
-    )
+    faces = prism(top.tolist(), bottom.tolist())["faces"]
+    return replace(mesh, points=np.concatenate([top, bottom]), faces=faces)
 
 
 def _tolerance(standing: Sequence[np.ndarray]) -> float:

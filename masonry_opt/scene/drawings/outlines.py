@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.sparse as sp
 import shapely
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
+
+from masonry_opt.scene.rows import linked
 
 #: Chords of one arc: no drawing of masonry needs more.
 _MOST_CHORDS = 2000
@@ -106,9 +106,7 @@ def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list
     free = np.arange(len(ends))
     for tolerance in tolerances:
         tree = cKDTree(ends[free])
-        pairs = tree.query_pairs(tolerance, output_type="ndarray")
-        links = sp.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(free), len(free)))
-        _, node = connected_components(links, directed=False)
+        node = linked(len(free), *tree.query_pairs(tolerance, output_type="ndarray").T)
         meeting = np.bincount(node)[node]
         by_node = np.argsort(node, kind="stable")
         for a, b in free[by_node[meeting[by_node] == 2]].reshape(-1, 2).tolist():

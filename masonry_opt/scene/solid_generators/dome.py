@@ -108,8 +108,8 @@ class Dome(SolidGenerator):
         if self.base:
             # Below the foot and square to it.
             down = self.thickness * math.sin(first), -self.thickness * math.cos(first)
-            under = [(r + down[0], z + down[1]) for r, z in beds[0]]
-            parts = [self._part(under, beds[0], sector) for sector in range(self._sectors)]
+            below = [(r + down[0], z + down[1]) for r, z in beds[0]]
+            parts = [self._part(below, beds[0], sector) for sector in range(self._sectors)]
             built.append(self._support("base", *parts))
         return built
 

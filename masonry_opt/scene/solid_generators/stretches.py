@@ -101,9 +101,8 @@ def crossed(stretches: list[WallStretch], toothed: bool) -> list[WallStretch]:
     for (i, one), (j, other) in combinations(enumerate(stretches), 2):
         if not _meet(one, other, near):
             continue
-        ends = [
-            near >= min(abs(a.start - b.line), abs(a.end - b.line)) for a, b in permutations((one, other))
-        ]
+        both = permutations((one, other))
+        ends = [near >= min(abs(a.start - b.line), abs(a.end - b.line)) for a, b in both]
         # Butted, what ends there lies against what goes on, and else the second named.
         first = not ends[0] or ends[1]
         passes = ((True, False), (False, True)) if toothed else ((first, first), (not first, not first))

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import shapely
 
-from masonry_opt.scene.space.frames import OuterFaces, dots, lengths
+from masonry_opt.scene.rows import dots, lengths
+from masonry_opt.scene.space.frames import OuterFaces
 
 
 def nearest(faces: OuterFaces, boxes: tuple[np.ndarray, np.ndarray], block: int) -> tuple[int, float]:

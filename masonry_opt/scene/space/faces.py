@@ -9,8 +9,9 @@ import shapely
 
 from masonry_opt.scene.combinations import ranges
 from masonry_opt.scene.geometry import STRAIGHT
+from masonry_opt.scene.rows import dots, lengths
 from masonry_opt.scene.space.clipping import GRID, sound, valid
-from masonry_opt.scene.space.frames import Frames, OuterFaces, dots, lengths
+from masonry_opt.scene.space.frames import Frames, OuterFaces
 from masonry_opt.scene.space.outlines import plain, wide, without_cracks, without_slivers
 from masonry_opt.scene.space.surfaces import Surfaces
 

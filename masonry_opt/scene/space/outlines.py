@@ -6,7 +6,7 @@ import numpy as np
 import shapely
 
 from masonry_opt.scene.combinations import ranges
-from masonry_opt.scene.space.surfaces import sums
+from masonry_opt.scene.rows import sums
 
 #: Mitres of offset outlines are cut off beyond so many offsets: sharper corners than 1° are none.
 _MITRE = 100.0

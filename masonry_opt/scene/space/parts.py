@@ -9,8 +9,8 @@ import numpy as np
 
 from masonry_opt.scene.combinations import chunks, combine, ranges
 from masonry_opt.scene.extents import Common
+from masonry_opt.scene.rows import dots
 from masonry_opt.scene.space.faces import Planes
-from masonry_opt.scene.space.frames import dots
 from masonry_opt.scene.space.surfaces import Surfaces
 
 
@@ -55,9 +55,7 @@ class ConvexParts:
     def beyond(self, one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """How far the nearest and the farthest corner of the other parts lie outside, at the plane of the one
         parts where that is most; negative inside. Shape (pairs,) each."""
-        planes, points = (
-            np.bincount(owner, minlength=len(self.block)) for owner in (self.of_plane, self.of_point)
-        )
+        planes, points = (np.bincount(of, minlength=len(self.block)) for of in (self.of_plane, self.of_point))
         first_plane, first_point = np.cumsum(planes) - planes, np.cumsum(points) - points
         nearest, farthest = np.empty(len(one)), np.empty(len(one))
         for some in chunks(planes[one] * points[other]):

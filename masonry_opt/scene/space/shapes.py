@@ -12,12 +12,13 @@ from scipy.optimize import nnls
 from masonry_opt.scene.combinations import combine
 from masonry_opt.scene.extents import Common, Extents
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, raise_for
+from masonry_opt.scene.rows import dots, lengths, sums
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.distance import nearest
 from masonry_opt.scene.space.faces import outer_faces, planes
-from masonry_opt.scene.space.frames import OuterFaces, dots, lengths
+from masonry_opt.scene.space.frames import OuterFaces
 from masonry_opt.scene.space.parts import ConvexParts, overlapping
-from masonry_opt.scene.space.surfaces import Surfaces, place, reversed_faces, sums, surfaces
+from masonry_opt.scene.space.surfaces import Surfaces, place, reversed_faces, surfaces
 
 #: Weight of the condition that the corners' shares in the nearest point of their hull sum to one.
 _WHOLE = 1e6

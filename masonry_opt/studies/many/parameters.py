@@ -59,7 +59,7 @@ class Parameters:
     def __init__(self, scene: Scene) -> None:
         case = scene.case
         # A changed copy of a scene differs from its file.
-        unchanged = isinstance(case, CaseFile) and case.scene().under(scene.load_case) == scene
+        unchanged = isinstance(case, CaseFile) and case.scene().with_load_case(scene.load_case) == scene
         self.scene = scene
         self._source: SceneKeys = case if unchanged and case is not None else scene
         self._ways = dict(_numbers(self._source))

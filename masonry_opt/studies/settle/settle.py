@@ -213,8 +213,7 @@ def _unit(scene: Scene, direction: Sequence[float]) -> np.ndarray:
             f"{scene.origin}: direction: needs {needed}, not all of them zero (found {direction!r})"
         )
     vector = vector / np.abs(vector).max()
-    unit: np.ndarray = vector / np.linalg.norm(vector)
-    return unit
+    return vector / np.linalg.norm(vector)
 
 
 def _refuse_idle(assembly: Assembly, freed_of: Assembly, supports: np.ndarray) -> None:
