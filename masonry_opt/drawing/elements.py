@@ -136,11 +136,11 @@ def legend(marks: Iterable[Marks]) -> dict[str, list[Marks]]:
 
 def size_of(assembly: Assembly) -> float:
     """The largest side of the box round the movable blocks at rest."""
-    low, high = reach(assembly)
+    low, high = movable_box(assembly)
     return float((high - low).max())
 
 
-def reach(assembly: Assembly) -> tuple[np.ndarray, np.ndarray]:
+def movable_box(assembly: Assembly) -> tuple[np.ndarray, np.ndarray]:
     """Least and largest coordinates of the movable blocks at rest, shape (2,) or (3,) each."""
     low, high = assembly.geometry.boxes
     return low[assembly.movable].min(axis=0), high[assembly.movable].max(axis=0)

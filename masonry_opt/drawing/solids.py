@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import shapely
 
-from masonry_opt.drawing.elements import Elements, reach, size_of
+from masonry_opt.drawing.elements import Elements, movable_box, size_of
 from masonry_opt.drawing.marks import moved
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.scene.rows import dots
@@ -53,7 +53,7 @@ def surface(elements: Elements) -> Surface:
     assembly: Assembly = elements.assembly
     shapes, size = assembly.geometry, size_of(assembly)
     assert isinstance(shapes, Shapes)
-    low, high = reach(assembly)
+    low, high = movable_box(assembly)
     low, high = low - _BEYOND * size, high + _BEYOND * size
     points, block = shapes.corners
     beyond = np.unique(block[((points < low) | (points > high)).any(axis=1)])

@@ -1,4 +1,4 @@
-"""What is seen of solids from one side: faces by a raster of depths, lines by what that leaves of them."""
+"""What is seen of solids from one side: a raster of depths, and the pieces of lines that it does not hide."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import minimum_filter
 
-from masonry_opt.drawing.elements import Elements, reach
+from masonry_opt.drawing.elements import Elements, movable_box
 from masonry_opt.errors import OptionError
 from masonry_opt.scene.combinations import ranges
 from masonry_opt.scene.scene import Scene
@@ -57,7 +57,7 @@ def axes_of(view: View) -> np.ndarray:
 
 def best_view(elements: Elements) -> View:
     """The view that shows the scene's wider side, and its mechanism coming nearer."""
-    low, high = reach(elements.assembly)
+    low, high = movable_box(elements.assembly)
     wide = (high - low)[:2] / (high - low)[:2].max()
     motion, centroid = elements.motion, elements.assembly.geometry.centroid
     moves = (motion[:, :3] + np.cross(motion[:, 3:], centroid)).sum(axis=0)

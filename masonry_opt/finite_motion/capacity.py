@@ -315,12 +315,12 @@ class Capacity:
     def plot(self, row: int | None = None) -> Picture:
         """Draw the curve, or the blocks as they are in a row of the table, as a matplotlib figure. Raises
         OptionError if there is no such row."""
-        from masonry_opt.finite_motion.pictures import curve_picture, displaced_picture
+        from masonry_opt.finite_motion.pictures import capacity_picture, displaced_picture
 
         assembly, table = self.result.assembly, self.table
         if row is None:
             of = "the live load" if self.control is self.live else "the control point"
-            return curve_picture(assembly.scene, table, of, self.message)
+            return capacity_picture(assembly.scene, table, of, self.message)
         if not isinstance(row, int) or not -len(table) <= row < len(table):
             raise OptionError(f"there is no row {row!r}: the table has {len(table)}, the first is 0")
         return displaced_picture(assembly, table.iloc[row], self._all_poses(row), self.joints(row))

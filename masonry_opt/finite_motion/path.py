@@ -13,7 +13,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.finite_motion.chain import Chain, PathPoint
 from masonry_opt.finite_motion.moved_joints import MovedJoints
 from masonry_opt.finite_motion.point_forces import PointForces
-from masonry_opt.finite_motion.statics import Borne, ForceProgram
+from masonry_opt.finite_motion.statics import ForceOptimum, ForceProgram
 from masonry_opt.result import Result
 
 #: Violation of equilibrium and yield that is rounding.
@@ -64,7 +64,7 @@ class _Event:
 
     code: Code
     which: tuple[int, ...] = ()
-    borne: Borne | None = None
+    borne: ForceOptimum | None = None
 
 
 @dataclass(frozen=True)
@@ -167,7 +167,7 @@ class HingingPath:
     def _step(self, stretch: _Stretch, touch: np.ndarray, event: Reason | None = None) -> Step:
         return Step(stretch.poses, self.unit * stretch.point.load_factor, touch, event)
 
-    def _opened(self, touch: np.ndarray, poses: np.ndarray, found: Borne) -> np.ndarray:
+    def _opened(self, touch: np.ndarray, poses: np.ndarray, found: ForceOptimum) -> np.ndarray:
         """Which corners go on touching in the motion that statics found: some open, and none slides."""
         stays, slides = self.joints.after(touch, poses, found.motion, found.pressed)
         if slides.any():

@@ -17,7 +17,7 @@ from masonry_opt.solvers.lp import Verdict
 
 
 @dataclass(frozen=True)
-class Borne:
+class ForceOptimum:
     """An optimum of statics.
 
     Attributes
@@ -56,7 +56,7 @@ class ForceProgram:
     live: np.ndarray
     effort: Effort
 
-    def solve(self, touch: np.ndarray, poses: np.ndarray, load_factor: float | None) -> Borne | None:
+    def solve(self, touch: np.ndarray, poses: np.ndarray, load_factor: float | None) -> ForceOptimum | None:
         """Linear program of equilibrium of the displaced blocks and yield of the corners that touch; None if
         the load factor has no limit.
 
@@ -118,7 +118,7 @@ class ForceProgram:
         motion[:-1, :2] += motion[:-1, 2:] * np.column_stack([middle[:, 1], -middle[:, 0]])
         sizes = np.zeros(len(touch))
         np.maximum.at(sizes, of, np.abs(x[:-1]))
-        return Borne(float(x[-1]), motion, sizes > IDLE * sizes.max(initial=0.0))
+        return ForceOptimum(float(x[-1]), motion, sizes > IDLE * sizes.max(initial=0.0))
 
 
 def _limits(joints: MovedJoints, touch: np.ndarray, poses: np.ndarray) -> tuple[sp.csr_array, np.ndarray]:

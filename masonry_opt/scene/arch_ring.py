@@ -1,4 +1,4 @@
-"""The ring of an arch: what gives the plane's ``[arch]`` and a barrel vault, and their stones in section."""
+"""The ring of an arch, of which ``[arch]`` and ``[barrel]`` are built, and its stones in section."""
 
 from __future__ import annotations
 

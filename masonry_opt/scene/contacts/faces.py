@@ -13,7 +13,7 @@ from masonry_opt.scene.rows import dots, lengths
 from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.clipping import common_to
 from masonry_opt.scene.space.frames import Frames
-from masonry_opt.scene.space.outlines import plain, rolled, wide, without_slivers
+from masonry_opt.scene.space.outlines import rolled, wide, without_slivers, without_straight_corners
 from masonry_opt.scene.space.shapes import Shapes
 
 #: Polygons narrower than so many tolerances are nothing.
@@ -120,7 +120,7 @@ def _shared(shapes: Shapes, pair: np.ndarray, i: np.ndarray, j: np.ndarray, far:
     number = at[number]
     kept = wide(pieces, narrowest)
     pieces, number = _without_tails(pieces[kept], number[kept], narrowest)
-    pieces = plain(pieces, shapes.tolerance / 2)
+    pieces = without_straight_corners(pieces, shapes.tolerance / 2)
     points, piece = shapely.get_coordinates(pieces, return_index=True)
     height = _height(frame, other, points, number[piece]) - _height(frame, one, points, number[piece])
     start = np.searchsorted(piece, np.arange(len(pieces)))

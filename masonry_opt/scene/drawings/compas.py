@@ -13,7 +13,7 @@ from masonry_opt.scene.blocks import Block, Number
 from masonry_opt.scene.drawings import compas_data
 from masonry_opt.scene.drawings.in_space import SolidDrawing, scene_in_space
 from masonry_opt.scene.drawings.meshes import Mesh
-from masonry_opt.scene.drawings.prisms import SideView, directions, seen_along
+from masonry_opt.scene.drawings.prisms import SideView, prism_directions, seen_along
 from masonry_opt.scene.drawings.stones import FlatDrawing, drawing_path, scene_of
 from masonry_opt.scene.drawings.supports import Supports, with_supports
 from masonry_opt.scene.scene import Scene
@@ -151,7 +151,7 @@ def _seen(solids: Sequence[Mesh], drawing: CompasDrawing) -> SideView:
             )
         return view
     views, whys = {}, []
-    for direction in directions(solids):
+    for direction in prism_directions(solids):
         name = _said(direction)
         try:
             view = seen_along(solids, direction, drawing.tolerance)

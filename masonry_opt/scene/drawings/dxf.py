@@ -16,7 +16,7 @@ from masonry_opt.errors import CaseError, OutputError
 from masonry_opt.files import MARK, refuse_replacing, write_whole
 from masonry_opt.scene.blocks import Block, Name, Positive
 from masonry_opt.scene.drawings import dxf_curves
-from masonry_opt.scene.drawings.outlines import Outline, closed_outlines, shapes
+from masonry_opt.scene.drawings.outlines import Outline, closed_outlines, outlines_with_holes
 from masonry_opt.scene.drawings.stones import FlatDrawing, block_name, drawing_path, scene_of
 from masonry_opt.scene.drawings.supports import FIXED, listed
 from masonry_opt.scene.extrude import extrude
@@ -128,7 +128,7 @@ def read_dxf(
         apart = drawing.tolerance or rounding
         short = drawing.outline_tolerance or apart
         outlines = closed_outlines(curves, short, min(rounding, short))
-        found = shapes(outlines, short, overlap=max(short, apart))
+        found = outlines_with_holes(outlines, short, overlap=max(short, apart))
         if not found:
             raise ValueError(f"has no closed outline in its model space{_known(shown)}")
         pushes = _pushes(found, drawing)

@@ -141,7 +141,7 @@ def _loops(curves: list[tuple[int, Curve]], tolerances: Sequence[float]) -> list
     return loops
 
 
-def shapes(outlines: Sequence[Curve], tolerance: float, overlap: float) -> list[Outline]:
+def outlines_with_holes(outlines: Sequence[Curve], tolerance: float, overlap: float) -> list[Outline]:
     """Blocks with their holes: an outline inside one other, but for an overlap, is a hole of it, one inside a
     hole a block, and so on in turns. Of two outlines that are the same the first is the outer one.
 

@@ -1,4 +1,4 @@
-"""Prisms along one direction, seen along it."""
+"""Solids that are prisms along one direction, and their outlines seen along it."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def _axes(direction: np.ndarray) -> np.ndarray:
     return np.array([across + 0.0, [0.0, 0.0, 1.0]])
 
 
-def directions(solids: Sequence[Mesh]) -> list[np.ndarray]:
+def prism_directions(solids: Sequence[Mesh]) -> list[np.ndarray]:
     """Directions along which the solids may be prisms: y, x, and level normals of the first one's faces; of
     polygons also z."""
     x, y, z = np.eye(3)

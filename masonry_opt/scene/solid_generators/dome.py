@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field, Strict
 
 from masonry_opt.scene.blocks import Number, Positive, YesNo
-from masonry_opt.scene.solid_generators.generator import ConvexPart, SolidGenerator, polar
+from masonry_opt.scene.solid_generators.generator import PartKeys, SolidGenerator, polar
 from masonry_opt.scene.solids import Solid, prism
 from masonry_opt.scene.walls import Count
 
@@ -122,7 +122,7 @@ class Dome(SolidGenerator):
         # As whole numbers of sectors, so that neighbours have the same corners to the last digit.
         return polar(place[0], 2 * math.pi * (meridian % self._sectors) / self._sectors, place[1])
 
-    def _part(self, low: list[_Place], high: list[_Place], sector: int) -> ConvexPart:
+    def _part(self, low: list[_Place], high: list[_Place], sector: int) -> PartKeys:
         """Between two bed joints and the meridians of a sector."""
         faces = ([self._corner(place, at) for place in (*low, *high[::-1])] for at in (sector, sector + 1))
         return prism(*faces)

@@ -12,7 +12,7 @@ from masonry_opt.scene.geometry import STRAIGHT
 from masonry_opt.scene.rows import dots, lengths
 from masonry_opt.scene.space.clipping import GRID, sound, valid
 from masonry_opt.scene.space.frames import Frames, OuterFaces
-from masonry_opt.scene.space.outlines import plain, wide, without_cracks, without_slivers
+from masonry_opt.scene.space.outlines import wide, without_cracks, without_slivers, without_straight_corners
 from masonry_opt.scene.space.surfaces import Surfaces
 
 
@@ -133,7 +133,8 @@ def outer_faces(surfaces: Surfaces, planes: Planes, tolerance: float) -> OuterFa
         outer = sound(shapely.difference, both, both[::-1], grid=grid)
         merged[index : index + 2] = without_slivers(outer, 2 * tolerance)
     polygons, of_side = shapely.get_parts(merged, return_index=True)
-    polygons, part = shapely.get_parts(valid(plain(polygons, STRAIGHT * tolerance)), return_index=True)
+    simple = valid(without_straight_corners(polygons, STRAIGHT * tolerance))
+    polygons, part = shapely.get_parts(simple, return_index=True)
     of_side = of_side[part]
     kept = wide(polygons, tolerance)
     polygons, of_side = polygons[kept], of_side[kept]

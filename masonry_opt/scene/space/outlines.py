@@ -12,7 +12,7 @@ from masonry_opt.scene.rows import sums
 _MITRE = 100.0
 
 
-def plain(polygons: np.ndarray, tolerance: float) -> np.ndarray:
+def without_straight_corners(polygons: np.ndarray, tolerance: float) -> np.ndarray:
     """The polygons, counter-clockwise, holes clockwise, without corners that lie within the tolerance of the
     outline without them; empty ones where nothing is left."""
     rings, polygon = shapely.get_rings(polygons, return_index=True)

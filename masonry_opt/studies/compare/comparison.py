@@ -139,7 +139,7 @@ def run_plan(
     """Make the runs that ``folder`` does not hold yet, and judge all (see :func:`compare`)."""
     known = best_known(scenes)
     notes: list[str] = []
-    made = _Made(Journal(folder, {"columns": digest(COLUMNS)}), limits, progress, notes)
+    made = _JournalRuns(Journal(folder, {"columns": digest(COLUMNS)}), limits, progress, notes)
     bounds: dict[str, CertifiedBounds] = {}
     to_expect: dict[str, float | None] = {}
     coulomb = any(question_of(pair.method) == COULOMB for pair in plan.pairs)
@@ -175,8 +175,8 @@ def run_plan(
 
 
 @dataclass(frozen=True)
-class _Made:
-    """What a journal keeps of runs, and makes where it has none; notes of what could not be made."""
+class _JournalRuns:
+    """Runs read from a journal, or made and kept there; notes of what could not be made."""
 
     journal: Journal
     limits: RunLimits

@@ -24,10 +24,10 @@ from masonry_opt.scene.blocks import Point
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.scene.scene import Scene
 from masonry_opt.session import Session
-from masonry_opt.studies.crossing.answer import Crossed, Crossings
+from masonry_opt.studies.crossing.answer import CrossedPassage, Crossings
 from masonry_opt.studies.crossing.moving_load import MovingLoad
 from masonry_opt.studies.crossing.passage import Passage
-from masonry_opt.studies.crossing.search import Solve, Solving, least_associative, least_coulomb
+from masonry_opt.studies.crossing.search import PassageSolver, Solve, least_associative, least_coulomb
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -143,8 +143,8 @@ def crossing(
     for passage in passages:
         solve = _solve(many, passage, effort)
         plain = proves and model is None and solver is None and not len(passage.assembly.problem.crushing)
-        solving = Solving(passage, associative if plain else solve, progress)
-        envelope = solving if proves else Solving(passage, associative)
+        solving = PassageSolver(passage, associative if plain else solve, progress)
+        envelope = solving if proves else PassageSolver(passage, associative)
         try:
             beside = least_associative(envelope, _longest(passage), WITHIN)
             found = beside if proves else least_coulomb(solving, beside, WITHIN)
@@ -152,7 +152,7 @@ def crossing(
             interrupted, found = True, solving.found()
             beside = found if proves else envelope.found()
         if found.trials:
-            crossed.append(Crossed(passage, found, beside))
+            crossed.append(CrossedPassage(passage, found, beside))
         if interrupted:
             break
     if not crossed:

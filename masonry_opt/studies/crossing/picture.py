@@ -1,4 +1,4 @@
-"""The picture of a crossing, λ over the position above the bridge that moves, and its page."""
+"""Picture and page of a crossing: λ over the position, and below it the mechanism at the worst one."""
 
 from __future__ import annotations
 

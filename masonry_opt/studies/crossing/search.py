@@ -48,7 +48,7 @@ class PositionTrial:
 
 
 @dataclass(frozen=True)
-class PassageAnswer:
+class PassageTrials:
     """Trials of a passage, by rising position.
 
     Attributes
@@ -82,7 +82,7 @@ class PassageAnswer:
 _UNLOADED = Solution(Status.UNLIMITED, Kind.ASSOCIATIVE, (reason(Code.NO_MECHANISM),))
 
 
-class Solving:
+class PassageSolver:
     """Trials of a passage so far, each position solved once; whoever is interrupted finds them here."""
 
     def __init__(
@@ -100,11 +100,11 @@ class Solving:
             self._progress(position, trial.load_factor)
         return self.trials[position].load_factor
 
-    def found(self, bound: float | None = None) -> PassageAnswer:
-        return PassageAnswer([self.trials[position] for position in sorted(self.trials)], bound)
+    def found(self, bound: float | None = None) -> PassageTrials:
+        return PassageTrials([self.trials[position] for position in sorted(self.trials)], bound)
 
 
-def least_associative(solved: Solving, longest: float, within: float) -> PassageAnswer:
+def least_associative(solved: PassageSolver, longest: float, within: float) -> PassageTrials:
     """The least associative load factor of a passage, and a bound below it, no farther than ``within``
     (relative) where one can be had.
 
@@ -133,7 +133,7 @@ def least_associative(solved: Solving, longest: float, within: float) -> Passage
     return solved.found(1 / most if 0 < most < math.inf else None)
 
 
-def _needed(solved: Solving, start: float, end: float) -> float:
+def _needed(solved: PassageSolver, start: float, end: float) -> float:
     """What 1/λ does not exceed between two positions; NaN where a load that says so has no answer."""
     first, quarter, middle, last = (
         solved.passage.live(start + share * (end - start)) for share in (0.0, 0.25, 0.5, 1.0)
@@ -155,7 +155,7 @@ def _inverse(load_factor: float) -> float:
     return 1 / max(load_factor, 1e-300) if math.isfinite(load_factor) else 0.0
 
 
-def least_coulomb(solved: Solving, associative: PassageAnswer, within: float) -> PassageAnswer:
+def least_coulomb(solved: PassageSolver, associative: PassageTrials, within: float) -> PassageTrials:
     """The least load factor of a method that nothing bounds from below, where it may be.
 
     It is asked at a few positions, and then wherever it could be the least if its share of the associative
@@ -181,12 +181,12 @@ def least_coulomb(solved: Solving, associative: PassageAnswer, within: float) ->
     return solved.found()
 
 
-def _known(solved: Solving, position: float) -> float:
+def _known(solved: PassageSolver, position: float) -> float:
     trial = solved.trials.get(float(position))
     return math.nan if trial is None else trial.load_factor
 
 
-def _estimates(at: np.ndarray, most: np.ndarray, known: list[int], solved: Solving) -> np.ndarray:
+def _estimates(at: np.ndarray, most: np.ndarray, known: list[int], solved: PassageSolver) -> np.ndarray:
     """λ at each position if it has the lesser share of the associative one that its known neighbours have,
     less half of what theirs differ."""
     if not known:
@@ -202,7 +202,7 @@ def _estimates(at: np.ndarray, most: np.ndarray, known: list[int], solved: Solvi
     return np.where(np.isfinite(most), np.minimum(lesser, 1.0) * np.where(np.isfinite(most), most, 0.0), own)
 
 
-def _halve(solved: Solving, at: np.ndarray, within: float) -> None:
+def _halve(solved: PassageSolver, at: np.ndarray, within: float) -> None:
     """Ask between the least and the positions beside it, while that finds less."""
     for _ in range(_ROUNDS):
         decided = {

@@ -80,7 +80,7 @@ class StudyRun:
         return digest((values, None if self.scene is None else _of_scene(self.scene)))
 
 
-class Solves:
+class RunSolver:
     """Solves the runs of one study in one process, and keeps what does not change between them."""
 
     def __init__(self, study: Study) -> None:

@@ -17,7 +17,7 @@ from masonry_opt.errors import CaseError, OptionError, counted
 from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.journal import NAME, Journal
 from masonry_opt.studies.many.parameters import is_of_joints
-from masonry_opt.studies.many.runs import COLUMNS, Solves, Study, StudyRun, row
+from masonry_opt.studies.many.runs import COLUMNS, RunSolver, Study, StudyRun, row
 from masonry_opt.studies.runner import FINISHED, REFUSED, End, Workers
 from masonry_opt.studies.writing import csv_text, write_files
 
@@ -99,7 +99,7 @@ class ManyRuns:
                 else:
                     rows[index] = found
 
-        with Workers(partial(Solves, self.study), workers, dask) as made:
+        with Workers(partial(RunSolver, self.study), workers, dask) as made:
             for number, end in made.map(missing()):
                 index, run = under_way[number]
                 under_way[number] = (index, StudyRun({}))  # scenes are not kept
