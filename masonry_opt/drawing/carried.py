@@ -32,7 +32,7 @@ def thrust(result: Outcome) -> tuple[np.ndarray, np.ndarray]:
     """
     joints, frame = result.assembly.joints, result.joints
     n, s, m = (frame[name].to_numpy() for name in ("n", "s", "m"))
-    # The direction of s. Where a joint has length it runs from start to end.
+    # The direction of s: from the start of a joint that has length to its end.
     along = np.column_stack([joints.normal[:, 1], -joints.normal[:, 0]])
     force = n[:, None] * joints.normal + s[:, None] * along
     pressed = n > CARRIES_NOTHING * np.abs(n).max(initial=0.0)

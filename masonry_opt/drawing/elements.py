@@ -223,7 +223,7 @@ def _motion(result: Outcome, size: float) -> np.ndarray:
         assert result.solution.d is not None
         rates = result.blocks.filter(regex="^(v|w|omega)").to_numpy()
         centroid = assembly.geometry.centroid[assembly.movable]
-        # Of the point of each block that lies in the origin, and of its turning.
+        # Velocity of the point of each block that lies in the origin, and the block's angular velocity.
         velocity = np.column_stack([moved(-centroid, rates) + centroid, rates[:, centroid.shape[1] :]])
         motion[assembly.movable] = FULL * size / fastest(assembly, result.solution.d) * velocity
     return motion

@@ -204,7 +204,7 @@ def _joints(result: Outcome) -> dict[str, list[float | None]]:
     joints, frame = result.assembly.joints, result.joints
     beside: dict[str, float] = {}
     if result.assembly.scene.dimension == 3:
-        # What is zero in all joints is rounding beside forces, and beside the fastest motion.
+        # Where a column is zero but for rounding, forces and the fastest motion show that it is.
         force, length = float(frame["n"].abs().max()), 2 * result.assembly.problem.length_unit
         speed = 1.0 if result.solution.d is None else fastest(result.assembly, result.solution.d)
         beside = {"s": force, "torsion": force * length, "slip": speed, "opening": speed}

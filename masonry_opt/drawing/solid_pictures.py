@@ -62,7 +62,7 @@ class Solids:
         most = _AXES * side
         power = 10.0 ** np.floor(np.log10(most))
         self.unit = max(digit * power for digit in (1, 2, 5) if digit * power <= most)
-        # In the lower left corner, or below what is drawn there.
+        # The axes stand in the lower left corner, or below it where something is drawn there.
         around = 2 * _LETTERS * self.unit
         corner = np.s_[: int(around / self.raster.pixel), : int(around / self.raster.pixel)]
         if (self.raster.triangle[corner] >= 0).any():
@@ -113,7 +113,7 @@ class Solids:
         colours = colours * (_SHADE + (1 - _SHADE) * light)[:, None]
         if not self.share:
             colours = 1 - (1 - colours) * (1 - _PALE)
-        # Beyond the last triangle: where there is none.
+        # The last row, for pixels without a triangle (-1), is transparent.
         table = np.vstack([np.column_stack([colours, np.ones(len(colours))]), np.zeros(4)])
         return table[self.raster.triangle]
 

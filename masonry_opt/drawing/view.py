@@ -111,7 +111,7 @@ class Raster:
     def sees(self, points: np.ndarray) -> np.ndarray:
         """Whether points, shape (points, 3) in the picture's axes, are not hidden."""
         rows, columns = self.depth.shape
-        # By the farthest of the pixels around: an edge lies between two faces.
+        # Against the farthest depth of the pixels around: an edge lies between two faces.
         farthest = minimum_filter(self.depth, size=3, mode="nearest")
         column = ((points[:, 0] - self.left) / self.pixel).astype(int).clip(0, columns - 1)
         row = ((points[:, 1] - self.bottom) / self.pixel).astype(int).clip(0, rows - 1)

@@ -131,7 +131,7 @@ def _rings(block: Block, shapes: Geometry, index: int) -> list[list[Point]]:
         pieces = [shapely.get_coordinates(polygon)[:-1]]
     else:
         pieces = convex_pieces(polygon, shapes.tolerance)
-    # Corners to the digit as they are given; where outlines cross there is none.
+    # Corners as they were given, to the last digit; where outlines cross none was given.
     given = np.array([point for ring in [*block.rings, *block.holes] for point in ring], dtype=float)
     own = dict(zip(map(tuple, given - shapes.origin), map(tuple, given.tolist()), strict=True))
     return [

@@ -203,7 +203,7 @@ def _blocks(
         fixed = any(word in layer for word in words)
         if not fixed:
             loaded.add(layer)
-        # What is extruded gets its live load in space.
+        # Blocks to be extruded get their live load after that, in space.
         own = {} if drawing.thickness else {"live_per_weight": push}
         blocks.append(drawing.block(name, shape.polygon, fixed, **own))
     layers = f"layers of blocks: {listed(sorted({shape.curve.layer for shape in found}))}"

@@ -216,7 +216,7 @@ def _success(summary: pd.DataFrame) -> list[NamedChart]:
     """How the scenes ended, a bar a pair and tolerance, and the time of its certified answers."""
     table = frames.success(summary)
     least, most = int(table["scenes"].min()), int(table["scenes"].max())
-    # An interrupted comparison lacks some.
+    # After an interrupt some pairs lack scenes.
     scenes = counted(most, "scene") if least == most else f"{least} to {most} scenes"
     rungs = zip(table["pair"], table["tolerance"], strict=True)
     # In two lines, to leave room beside them on a narrow screen.

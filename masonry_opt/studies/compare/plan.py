@@ -83,7 +83,7 @@ def content_of(scene: Scene) -> str:
     a multiple of the block's weight has the hash of its force.
     """
     keys = scene.model_dump(exclude=_WORDS, exclude_defaults=True)
-    # A load may say another weight, which the multiple follows.
+    # Not beside loads: one may give another weight, which the multiple follows.
     for block in [] if scene.loads else keys["blocks"]:
         if "weight" in block and "live" not in block and (times := block.pop("live_per_weight", None)):
             block["live"] = tuple(part * block["weight"] for part in times)

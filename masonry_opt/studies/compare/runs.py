@@ -71,7 +71,7 @@ def run_pair(path: Path, pair: Pair, time_limit: float) -> dict[str, Any]:
         else:
             solve(_WARM_UP, pair.method, **chosen)
     start = time.perf_counter()
-    # Its time is to be the method's own.
+    # Without the load to expect: the time measured is the method's own.
     result = solve(path, pair.method, expected=False, **chosen, **options)
     wall = time.perf_counter() - start
     told = result.as_dict()

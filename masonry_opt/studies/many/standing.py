@@ -86,7 +86,7 @@ def standing(scene: Scene) -> DeadLoadMargin:
         else:
             falls = found.ended(Status.UNSTABLE, Code.FALLS, blocks=moving_names(assembly, answer.d))
             solution = replace(falls, found=Found(d=answer.d, slope=answer.slope))
-    # Without a load factor the result has no live load, tilt or reference.
+    # The result has no load factor, and so no live load, tilt or published value.
     dead = replace(
         assembly,
         problem=replace(problem, live=np.zeros_like(problem.live)),

@@ -249,7 +249,7 @@ def _at_rest(held: Problem, settling: Problem, own: int) -> np.ndarray | None:
 def _reaction(settling: Problem, q: np.ndarray) -> float:
     """What forces press on the supports, over the live load."""
     reaction = float(settling.B @ q @ settling.live / (settling.live @ settling.live))
-    # Rounding of a reaction that is none: solvers measure loads by it.
+    # What is rounding counts as zero: solvers would measure loads by it.
     return reaction if abs(reaction) > ZERO else 0.0
 
 
