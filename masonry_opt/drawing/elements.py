@@ -88,8 +88,8 @@ class Elements:
         """Indices of the blocks that are supports: those that are fixed, and those that settle."""
         assembly = self.assembly
         forces = [force for force in assembly.limited if force.role is Role.SUPPORT]
-        settling = {action.block for force in forces for action in force.actions}
-        moves = np.setdiff1d(assembly.movable, list(settling))
+        freed = {action.block for force in forces for action in force.actions}
+        moves = np.setdiff1d(assembly.movable, list(freed))
         return np.setdiff1d(np.arange(len(assembly.scene.blocks)), moves)
 
     @property

@@ -19,7 +19,7 @@ import psutil
 from pebble import ProcessPool
 
 from masonry_opt.errors import MasonryError, OptionError
-from masonry_opt.studies.process import Context, cores, settle_in
+from masonry_opt.studies.process import Context, cores, prepare_process
 
 #: Ends of a task: a value; a MasonryError; any other error; the death of its process; a limit.
 FINISHED, REFUSED, CRASHED, DIED = "finished", "refused", "crashed", "died"
@@ -248,7 +248,7 @@ _kept = threading.local()
 
 def _begin(prepare: Prepare | None) -> None:
     global _given
-    settle_in()
+    prepare_process()
     _given = prepare
 
 
