@@ -166,7 +166,7 @@ def shells(mesh: Mesh) -> list[Mesh]:
     links: list[list[int]] = []
     for edge, having in _by_edge(faces).items():
         links += _through_inside(at, edge, having, faces) if len(having) > 2 else [having[:1] + having[-1:]]
-    group = linked(len(faces), *np.array(links).T)
+    group = linked(len(faces), *np.array(links, dtype=int).reshape(-1, 2).T)
     if not group.any():
         return [mesh]
     apart: list[list[list[int]]] = [[] for _ in range(group.max() + 1)]
