@@ -59,7 +59,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class _Event:
+class _PathEvent:
     """What ends a step: its code, the joints or blocks concerned, and the statics that found it."""
 
     code: Code
@@ -86,7 +86,7 @@ class _Stretch:
         return self.chain.of_blocks(self.row[:-1].reshape(-1, 3))
 
 
-class _Ended(Exception):
+class _PathEnded(Exception):
     """The path ends; its argument is the reason."""
 
 
@@ -121,7 +121,7 @@ class HingingPath:
         try:
             self._onset(result)
             self._follow()
-        except _Ended as end:
+        except _PathEnded as end:
             self.end: Reason = end.args[0]
 
     def _onset(self, result: Result) -> None:
@@ -130,8 +130,8 @@ class HingingPath:
         found = self.forces.solve(first.touch, first.poses, None)
         if found is None or not same(self.unit * found.value, first.load_factor):
             slides = np.flatnonzero(joint_motion(self.assembly, result.solution).slides)
-            associative = None if found is None else self.unit * found.value
-            raise _Ended(reason(Code.NOT_HINGING, associative=associative, pairs=self.assembly.pairs(slides)))
+            associative, pairs = found and self.unit * found.value, self.assembly.pairs(slides)
+            raise _PathEnded(reason(Code.NOT_HINGING, associative=associative, pairs=pairs))
         self.steps = [replace(first, touch=self._opened(first.touch, first.poses, found))]
         self.motion = found.motion
 
@@ -144,12 +144,12 @@ class HingingPath:
             # Several events in one place are one after the other; without an end they lead nowhere.
             idle = 0 if np.abs(stretch.poses - last.poses).max() > _CLOSED else idle + 1
             if idle > _MOST_EVENTS:
-                raise _Ended(reason(Code.LOCKS))
+                raise _PathEnded(reason(Code.LOCKS))
             touch, hint = stretch.touch.copy(), stretch.motion
             if event.borne:
                 try:
                     touch, hint = self._opened(touch, stretch.poses, event.borne), event.borne.motion
-                except _Ended as end:
+                except _PathEnded as end:
                     self._add(self._step(stretch, touch, end.args[0]))
                     raise
             else:
@@ -161,7 +161,7 @@ class HingingPath:
 
     def _add(self, step: Step) -> None:
         if len(self.steps) >= _MOST:
-            raise _Ended(reason(Code.STILL_CARRIES, steps=len(self.steps)))
+            raise _PathEnded(reason(Code.STILL_CARRIES, steps=len(self.steps)))
         self.steps.append(step)
 
     def _step(self, stretch: _Stretch, touch: np.ndarray, event: Reason | None = None) -> Step:
@@ -171,9 +171,9 @@ class HingingPath:
         """Which corners go on touching in the motion that statics found: some open, and none slides."""
         stays, slides = self.joints.after(touch, poses, found.motion, found.pressed)
         if slides.any():
-            raise _Ended(reason(Code.JOINTS_SLIDE, pairs=self.assembly.pairs(np.flatnonzero(slides))))
+            raise _PathEnded(reason(Code.JOINTS_SLIDE, pairs=self.assembly.pairs(np.flatnonzero(slides))))
         if (stays == touch).all():
-            raise _Ended(reason(Code.LOCKS))
+            raise _PathEnded(reason(Code.LOCKS))
         return stays
 
     def _stretch(self, step: Step, opens: np.ndarray, hint: np.ndarray) -> _Stretch:
@@ -182,7 +182,7 @@ class HingingPath:
         chain = Chain(self.joints, step.touch, self.dead, self.live)
         stretch = self._onward(chain, step.touch, chain.start(step.poses), hint)
         if stretch is None:
-            raise _Ended(reason(Code.LOCKS))
+            raise _PathEnded(reason(Code.LOCKS))
         back = replace(stretch, row=-stretch.row)
         if opens.any():
             opening, _ = self.joints.relative(stretch.poses, stretch.motion)
@@ -195,7 +195,7 @@ class HingingPath:
         """A point and its direction, that of a motion of the blocks; None where nothing moves."""
         found = chain.tangents(point)
         if len(found) > 1:
-            raise _Ended(reason(Code.BRANCHES))
+            raise _PathEnded(reason(Code.BRANCHES))
         for row in found:
             poses, motion = (chain.of_blocks(of) for of in (point.poses, row[:-1].reshape(-1, 3)))
             fastest = self.joints.fastest(poses, motion)
@@ -204,7 +204,7 @@ class HingingPath:
                 return _Stretch(chain, touch, point, sense * self.size / fastest * row)
         return None
 
-    def _to_event(self, stretch: _Stretch) -> tuple[_Stretch, _Event]:
+    def _to_event(self, stretch: _Stretch) -> tuple[_Stretch, _PathEvent]:
         """Go on to the next event: the last state before it."""
         step = self._first_step(stretch)
         while True:
@@ -216,7 +216,7 @@ class HingingPath:
             elif event is None:
                 step /= 4
                 if step < _SHORTEST:
-                    raise _Ended(reason(Code.LOCKS))
+                    raise _PathEnded(reason(Code.LOCKS))
             else:
                 return self._enclosed(stretch, step, event)
 
@@ -224,7 +224,7 @@ class HingingPath:
         """What changes λ by its share of the onset's, along the tangent."""
         return min(_LONGEST, max(_SHORTEST, 1 / self.count / max(abs(stretch.row[-1]), _MOVES)))
 
-    def _try(self, stretch: _Stretch, step: float) -> tuple[_Event | None, _Stretch | None]:
+    def _try(self, stretch: _Stretch, step: float) -> tuple[_PathEvent | None, _Stretch | None]:
         """A step: what would happen on it, and where it ends; neither if no such state is found."""
         row = np.append(stretch.row[:-1], 0.0)
         poses = stretch.point.poses + step * stretch.row[:-1].reshape(-1, 3)
@@ -237,24 +237,24 @@ class HingingPath:
         ahead = self._onward(stretch.chain, stretch.touch, point, stretch.motion)
         return (None, None) if ahead is None else (self._event(ahead), ahead)
 
-    def _event(self, ahead: _Stretch) -> _Event | None:
+    def _event(self, ahead: _Stretch) -> _PathEvent | None:
         """What has happened before a state, if anything has."""
         poses, point = ahead.poses, ahead.point
         if point.load_factor < 0:
-            return _Event(Code.REACHES_ZERO)
+            return _PathEvent(Code.REACHES_ZERO)
         closed = self.joints.opening_angle(ahead.touch, poses) < -_CLOSED
         if closed.any():
-            return _Event(Code.JOINT_CLOSES, tuple(np.flatnonzero(closed).tolist()))
+            return _PathEvent(Code.JOINT_CLOSES, tuple(np.flatnonzero(closed).tolist()))
         if over := self.joints.overlap(poses, self.assembly.problem.length_unit):
-            return _Event(Code.BLOCKS_MEET, over)
+            return _PathEvent(Code.BLOCKS_MEET, over)
         borne = self.forces.solve(ahead.touch, poses, point.load_factor)
         if borne is None:
-            raise _Ended(reason(Code.SOLVER_STOPPED, word="statics"))
+            raise _PathEnded(reason(Code.SOLVER_STOPPED, word="statics"))
         if borne.value > _BORNE:
-            return _Event(Code.JOINT_OPENS, (), borne)
+            return _PathEvent(Code.JOINT_OPENS, (), borne)
         return None
 
-    def _enclosed(self, stretch: _Stretch, step: float, event: _Event) -> tuple[_Stretch, _Event]:
+    def _enclosed(self, stretch: _Stretch, step: float, event: _PathEvent) -> tuple[_Stretch, _PathEvent]:
         """The last state before an event within a step, by bisection, and the event; at λ = 0, and where
         blocks meet, the path ends. What is violated after a joint has opened grows from zero: the secant of
         two states finds from where."""
@@ -281,7 +281,7 @@ class HingingPath:
             blocks = self.assembly.names(np.array(event.which, dtype=int))
             said = reason(event.code, **({"blocks": blocks} if blocks else {}))
             self._add(self._step(before, before.touch, said))
-            raise _Ended(said)
+            raise _PathEnded(said)
         return before, event
 
     def _at_zero(self, before: _Stretch) -> _Stretch | None:

@@ -27,7 +27,7 @@ from masonry_opt.session import Session
 from masonry_opt.studies.crossing.answer import CrossedPassage, Crossings
 from masonry_opt.studies.crossing.moving_load import MovingLoad
 from masonry_opt.studies.crossing.passage import Passage
-from masonry_opt.studies.crossing.search import PassageSolver, Solve, least_associative, least_coulomb
+from masonry_opt.studies.crossing.search import PassageSolver, SolveLive, least_associative, least_coulomb
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -166,7 +166,7 @@ def _longest(passage: Passage) -> float:
     return _LONGEST * float(passage.road.breaks[-1] - passage.road.breaks[0])
 
 
-def _solve(session: Session, passage: Passage, effort: Effort) -> Solve:
+def _solve(session: Session, passage: Passage, effort: Effort) -> SolveLive:
     """The method itself, on the scene's own matrices, of a scene that stands."""
     assembly = passage.assembly
 

@@ -16,7 +16,7 @@ from masonry_opt.answer.status import Status
 from masonry_opt.studies.crossing.passage import Passage
 
 #: The answer under a live load, shape (3b,).
-Solve = Callable[[np.ndarray], Solution]
+SolveLive = Callable[[np.ndarray], Solution]
 
 #: Called with a position and the load factor found there (NaN without one).
 PositionProgress = Callable[[float, float], None]
@@ -86,7 +86,7 @@ class PassageSolver:
     """Trials of a passage so far, each position solved once; whoever is interrupted finds them here."""
 
     def __init__(
-        self, passage: Passage, solve: Solve, progress: PositionProgress = lambda position, load_factor: None
+        self, passage: Passage, solve: SolveLive, progress: PositionProgress = lambda *_: None
     ) -> None:
         self.passage, self.solve, self._progress = passage, solve, progress
         self.trials: dict[float, PositionTrial] = {}

@@ -21,7 +21,7 @@ from masonry_opt.session import Session
 from masonry_opt.studies.journal import digest
 from masonry_opt.studies.machine import versions
 from masonry_opt.studies.many.parameters import Parameters
-from masonry_opt.studies.runner import FINISHED, End
+from masonry_opt.studies.runner import FINISHED, TaskEnd
 from masonry_opt.words.sentences import message
 
 #: Columns of a row beside the values, in order, and their types in a table. ``seconds`` alone depends on
@@ -96,7 +96,7 @@ class RunSolver:
         return columns(*self._session.answer(scene, lambda _: None, Effort()))
 
 
-def row(run: StudyRun, end: End) -> dict[str, Any]:
+def row(run: StudyRun, end: TaskEnd) -> dict[str, Any]:
     """The row of a run: its values, then COLUMNS; of a run that did not finish, the reason."""
     without = {"status": end.how, "reason": end.how, "message": end.reason}
     found = end.value if end.how == FINISHED else without

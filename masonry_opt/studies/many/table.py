@@ -18,7 +18,7 @@ from masonry_opt.scene.scene import Scene
 from masonry_opt.studies.journal import NAME, Journal
 from masonry_opt.studies.many.parameters import is_of_joints
 from masonry_opt.studies.many.runs import COLUMNS, RunSolver, Study, StudyRun, row
-from masonry_opt.studies.runner import FINISHED, REFUSED, End, Workers
+from masonry_opt.studies.runner import FINISHED, REFUSED, TaskEnd, Workers
 from masonry_opt.studies.writing import csv_text, write_files
 
 #: Called with how many runs are done, and of how many.
@@ -90,7 +90,7 @@ class ManyRuns:
                 try:
                     run = StudyRun(values, make(values) if make else None)
                 except CaseError as error:
-                    rows[index] = row(StudyRun(values), End(REFUSED, str(error)))
+                    rows[index] = row(StudyRun(values), TaskEnd(REFUSED, str(error)))
                     continue
                 found = journal.find(run.key) if journal else None
                 if found is None:
