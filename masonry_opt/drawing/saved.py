@@ -7,7 +7,7 @@ from pathlib import Path
 from masonry_opt.drawing.elements import refuse_kind
 from masonry_opt.drawing.figure import is_page, refuse_file
 from masonry_opt.drawing.solid_figure import three
-from masonry_opt.drawing.view import View, refuse_view
+from masonry_opt.drawing.view import ViewAngles, refuse_view
 from masonry_opt.errors import OptionError
 from masonry_opt.scene.scene import Scene
 
@@ -18,7 +18,7 @@ def refuse_saving(
     kind: str,
     names: bool = False,
     force: bool = False,
-    view: View | None = None,
+    view: ViewAngles | None = None,
 ) -> None:
     """Raise OptionError if a result of a scene could not be written so, before long work."""
     refuse_kind(kind, names)

@@ -15,7 +15,7 @@ from masonry_opt.drawing.elements import INSIDE, Elements
 from masonry_opt.drawing.mark_artists import draw_marks
 from masonry_opt.drawing.marks import Marks
 from masonry_opt.drawing.solids import surface
-from masonry_opt.drawing.view import Raster, View, axes_of, raster
+from masonry_opt.drawing.view import Raster, ViewAngles, axes_of, raster
 from masonry_opt.errors import printable
 
 #: Pixels along the longer side of the image of faces.
@@ -46,7 +46,9 @@ class Solids:
     share: of the full motion.
     """
 
-    def __init__(self, axes: Axes, elements: Elements, marks: list[Marks], share: float, view: View) -> None:
+    def __init__(
+        self, axes: Axes, elements: Elements, marks: list[Marks], share: float, view: ViewAngles
+    ) -> None:
         self.axes, self.elements, self.marks, self.share, self.view = axes, elements, marks, share, view
         self.turned = axes_of(view)
         self.surface = surface(elements)

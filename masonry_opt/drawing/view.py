@@ -14,7 +14,7 @@ from masonry_opt.scene.combinations import ranges
 from masonry_opt.scene.scene import Scene
 
 #: Azimuth and elevation, in degrees.
-View = tuple[float, float]
+ViewAngles = tuple[float, float]
 
 #: Of the view of a scene for which none is asked: elevation, and azimuths among which the best is taken, the
 #: usual ones first.
@@ -47,7 +47,7 @@ def refuse_view(scene: Scene, view: object) -> None:
         raise OptionError(f"the elevation of a view lies between -90 and 90 degrees (found {view[1]:g})")
 
 
-def axes_of(view: View) -> np.ndarray:
+def axes_of(view: ViewAngles) -> np.ndarray:
     """Directions in which a picture's right, its upper side and the eye lie, shape (3, 3): rows."""
     azimuth, elevation = np.radians(view)
     (east, north), (out, up) = ((np.cos(angle), np.sin(angle)) for angle in (azimuth, elevation))
@@ -55,7 +55,7 @@ def axes_of(view: View) -> np.ndarray:
     return np.stack([right, np.cross(towards, right), towards])
 
 
-def best_view(elements: Elements) -> View:
+def best_view(elements: Elements) -> ViewAngles:
     """The view that shows the scene's wider side, and its mechanism coming nearer."""
     low, high = movable_box(elements.assembly)
     wide = (high - low)[:2] / (high - low)[:2].max()

@@ -33,7 +33,7 @@ def _three_intervals(value: Any) -> Any:
 #: A point, force, moment or direction in space.
 Vector = Annotated[tuple[Number, Number, Number], BeforeValidator(_three)]
 #: In the plane or in space, as the blocks of a scene are.
-Direction = Annotated[
+PlaneOrSpaceVector = Annotated[
     Annotated[Point, Tag("<plane>")] | Annotated[Vector, Tag("<space>")],
     Discriminator(
         lambda value: "<space>" if isinstance(value, list | tuple) and len(value) > 2 else "<plane>"

@@ -22,7 +22,7 @@ from masonry_opt.scene.drawings.supports import FIXED, listed
 from masonry_opt.scene.extrude import extrude
 from masonry_opt.scene.geometry import RELATIVE_TOLERANCE, geometry
 from masonry_opt.scene.scene import Scene
-from masonry_opt.scene.solids import Direction
+from masonry_opt.scene.solids import PlaneOrSpaceVector
 from masonry_opt.scene.tables import reason
 
 
@@ -31,7 +31,7 @@ class DxfDrawing(FlatDrawing):
 
     model_config = ConfigDict(title="a DXF drawing")
 
-    live_layers: dict[Name, Direction] = {}
+    live_layers: dict[Name, PlaneOrSpaceVector] = {}
     thickness: Positive | None = None
     layers: list[Name] | None = Field(default=None, min_length=1)
     fixed_layers: list[Name] = list(FIXED)
