@@ -33,13 +33,13 @@ _FULL_UP_TO = 250
 _REGULARISATION = 1e-15
 
 #: Rates over that of the trial forces, of forces, gaps and bonds, that are rounding.
-_FLAT = 1e-10
+_FLAT = 1e-12
 
 #: Sliders whose change is added to factors, before these are made anew; from so many unknowns on.
 _ADDED, _ADDED_FROM = 20, 100
 
-#: Forces out of balance, over those that change, up to which what was added may leave a direction.
-_BALANCED = 1e-11
+#: With sliders added, share by which a second solve may change a direction, and least rate of the nearest gap.
+_TRUSTED = 1e-6
 
 _Solve = Callable[[np.ndarray], np.ndarray]
 
@@ -232,36 +232,37 @@ class Path:
     def _factorise(self) -> None:
         self._factors = Factors(self.blocks, self._table[FORCES, :3] * self.law.stiffness)
 
+    def _solved(self, at: np.ndarray, one: float) -> np.ndarray:
+        """d and λ, shape (3b + 1,), after a step by the equations of the cell, at the same u or t; with zero for
+        ``one``, d' and λ' per unit of these. Of a point on the path what is left is rounding, which it takes off:
+        S itself, a sum over joints, has lost stiffnesses that are small beside their own."""
+        drive, settles = self.drive if one else 1.0, self.live is None
+        trial = one * self.rest + self._trial_rate(at[:-1])
+        forces = self._by_table(trial, drive if settles else 0.0, one, FORCES)
+        left, work = self.blocks.B @ forces.ravel() + one * self.dead, -at[-1]
+        if not settles:
+            left, work = left + at[-1] * self.live, drive - self.live @ at[:-1]
+        solved: np.ndarray = at + self._factors.solve(np.append(left, work))
+        return solved
+
     def _correct(self) -> None:
-        """Bring the point onto the path, at the same u or t, by the equations of its cell."""
-        left, work = self.blocks.B @ self.forces.ravel() + self.dead, -self.load_factor
-        if self.live is not None:
-            left, work = left + self.load_factor * self.live, self.drive - self.live @ self.d
-        moved = self._factors.solve(np.append(left, work))
-        self.d = self.d + moved[:-1]
-        self.load_factor += float(moved[-1])
+        """Bring the point onto the path."""
+        at = self._solved(np.append(self.d, self.load_factor), 1.0)
+        self.d, self.load_factor = at[:-1], float(at[-1])
 
     def _direction(self, way: int) -> tuple[np.ndarray, float, np.ndarray, np.ndarray]:
         """d' and λ', the drive's rate, and rates of forces and of what is left to boundaries, per unit of the
         largest rate of trial forces: away from the boundary by which the cell was entered."""
-        right, settles = np.zeros(self.blocks.size), self.live is None
-        if settles:
-            still = np.zeros_like(self.rest)
-            right[:-1] = self.blocks.B @ self._by_table(still, 1.0, 0.0, FORCES).ravel()
-        else:
-            right[-1] = 1.0
-        along = self._factors.solve(right)
-        trial = self._trial_rate(along[:-1])
-        rate = self._by_table(trial, float(settles), 0.0, slice(None))
+        once = self._solved(np.zeros(self.blocks.size), 0.0)
+        along = self._solved(once, 0.0)
+        if not self._factors.fresh and not np.abs(along - once).max() < _TRUSTED * np.abs(along).max():
+            self._factorise()
+            return self._direction(way)
+        settles, trial = float(self.live is None), self._trial_rate(along[:-1])
+        rate = self._by_table(trial, settles, 0.0, slice(None))
         if self._entered is not None:
             way = 1 if rate[3:].flat[self._entered] > 0 else -1
-        drive = way / max(np.abs(trial).max(), float(settles))
-        if not self._factors.fresh:
-            left = self.blocks.B @ rate[:3].ravel() + (0.0 if settles else along[-1] * self.live)
-            if not np.abs(drive * left).max() < _BALANCED:
-                self._factorise()
-                self._correct()
-                return self._direction(way)
+        drive = way / max(np.abs(trial).max(), settles)
         return drive * along, drive, drive * rate[FORCES], drive * rate[3:].ravel()
 
     def follow(self, way: int, most: int, until: float = inf) -> End:
@@ -285,7 +286,7 @@ class Path:
             if settles and drive < -_FLAT and self.drive <= -drive * step:
                 self._move(along, 0.0, -self.drive / drive)
                 return End.FREE
-            if step == inf and not self._factors.fresh:
+            if not self._factors.fresh and (step == inf or rates[nears[nearest]] > -_TRUSTED):
                 self._factorise()
                 continue
             if step == inf:
