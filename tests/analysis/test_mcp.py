@@ -99,9 +99,8 @@ def no_giving_ends(monkeypatch):
 
 @pytest.fixture
 def all_stall(monkeypatch):
-    """No patience: a pass is given up after the first step at which the gap has not halved. Nor any path."""
+    """No patience: a pass is given up after the first step at which the gap has not halved. Nor a push."""
     monkeypatch.setattr(Schedule, "lingers", lambda *_: True)
-    monkeypatch.setattr(method, "follow_path", lambda *_: None)
     monkeypatch.setattr(compliant, "by_push", lambda _: None)
 
 

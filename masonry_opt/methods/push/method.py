@@ -16,8 +16,8 @@ from masonry_opt.methods.task import Task
 from masonry_opt.standing.weightless import weightless
 
 #: Joints up to which a path is followed from event to event: beyond, passes come near its end sooner. Of a
-#: joint so many events at most: on rubble 2 to 11, on walls 2 to 4.
-PATH_UP_TO, EVENTS_A_JOINT = 350, 60
+#: joint so many events at most: on rubble of 60 and 120 stones there are 3 to 11, on walls 2 to 4.
+PATH_UP_TO, EVENTS_A_JOINT = 500, 25
 
 
 def by_push(task: Task) -> Solution | None:
