@@ -38,7 +38,7 @@ _FLAT = 1e-12
 #: Sliders whose change is added to factors, before these are made anew; from so many unknowns on.
 _ADDED, _ADDED_FROM = 20, 100
 
-#: With sliders added, share by which a second solve may change a direction, and least rate of the nearest gap.
+#: With sliders added: share by which a second solve may change a direction, and least rate at a boundary.
 _TRUSTED = 1e-6
 
 _Solve = Callable[[np.ndarray], np.ndarray]
@@ -82,17 +82,17 @@ class Blocks:
         one = np.repeat(np.arange(len(row)), count)
         start = np.searchsorted(slider, slider) - np.cumsum(count) + count
         other = np.arange(len(one)) + np.repeat(start, count)
-        at = [row[other] * self.size + row[one]]
-        border = np.arange(self.size - 1)
-        at += [border * (self.size + 1), border * self.size + border[-1] + 1, (border[-1] + 1) * self.size + border]
-        at += [np.array([self.size**2 - 1])]
+        last, diagonal = self.size - 1, (self.size + 1) * np.arange(self.size)
+        border = self.size * np.arange(last) + last, self.size * last + np.arange(last)
+        at = [row[other] * self.size + row[one], diagonal, *border]
         self._places, place = np.unique(np.concatenate(at), return_inverse=True)
-        place, self._diagonal, right, below, corner = np.split(place, np.cumsum([len(of) for of in at[:-1]]))
+        place, diagonal, below, right = np.split(place, np.cumsum([len(of) for of in at[:-1]]))
+        self._diagonal = diagonal[:-1]
         self._fixed = np.zeros(len(self._places))
         if live is None:
-            self._fixed[corner] = 1.0
+            self._fixed[diagonal[-1]] = 1.0
         else:
-            self._fixed[right], self._fixed[below] = live, -live
+            self._fixed[below], self._fixed[right] = live, -live
         entry = (3 * kind[one] + kind[other]) * m + slider[one]
         self._of_stiffness = sp.csr_array(
             (value[one] * value[other], (place, entry)), shape=(len(self._places), 9 * m)
@@ -127,7 +127,8 @@ class Factors:
 
     def __init__(self, blocks: Blocks, stiffness: np.ndarray) -> None:
         self._blocks, self._stiffness = blocks, stiffness.copy()
-        self._base, self._sliders = blocks.factors(stiffness), []
+        self._base = blocks.factors(stiffness)
+        self._sliders: list[int] = []
         # L and M⁻¹ L, three columns a slider; D; and 1 + D Lᵀ M⁻¹ L.
         self._columns, self._solved = np.zeros((2, 3 * _ADDED, blocks.size))
         self._change, self._matrix = np.zeros((0, 3, 3)), np.zeros((0, 0))
@@ -140,6 +141,8 @@ class Factors:
     def add(self, slider: int, stiffness: np.ndarray) -> bool:
         """Whether stiffnesses (3, 3, m), which differ from those before in a slider, are taken."""
         if slider not in self._sliders:
+            if np.array_equal(stiffness[..., slider], self._stiffness[..., slider]):
+                return True
             if self._blocks.size < _ADDED_FROM or len(self._sliders) == _ADDED:
                 return False
             new = slice(3 * len(self._sliders), 3 * len(self._sliders) + 3)
@@ -229,9 +232,9 @@ class Path:
         self._factors = Factors(self.blocks, self._table[FORCES, :3] * self.law.stiffness)
 
     def _solved(self, at: np.ndarray, one: float) -> np.ndarray:
-        """d and λ, shape (3b + 1,), after a step by the equations of the cell, at the same u or t; with zero for
-        ``one``, d' and λ' per unit of these. Of a point on the path what is left is rounding, which it takes off:
-        S itself, a sum over joints, has lost stiffnesses that are small beside their own."""
+        """d and λ, shape (3b + 1,), after a step by the equations of the cell, at the same u or t; with zero
+        for ``one``, d' and λ' per unit of these. A second step takes off rounding: S, a sum over joints, has
+        lost what is small beside their stiffnesses, the joints' own equations have not."""
         drive, settles = self.drive if one else 1.0, self.live is None
         trial = one * self.rest + self._trial_rate(at[:-1])
         forces = self._by_table(trial, drive if settles else 0.0, one, FORCES)
@@ -290,11 +293,9 @@ class Path:
                 return End.RAY if np.abs(forces).max() < _FLAT else End.JAM
             self._move(along, self.drive + step * drive, step)
             self.cell, self._entered, slider, what = self.law.across(self.cell, int(nears[nearest]))
-            before = self._table[FORCES, :3, slider].copy()
             self._table[..., slider] = self.law.column(self.cell, slider)
-            if not np.array_equal(self._table[FORCES, :3, slider], before):
-                if not self._factors.add(slider, self._table[FORCES, :3] * self.law.stiffness):
-                    self._factorise()
+            if not self._factors.add(slider, self._table[FORCES, :3] * self.law.stiffness):
+                self._factorise()
             self._correct()
             self.events.append(Event(self.drive, self.load_factor, slider, what))
             if self.highest is None or self.load_factor > self.highest[0]:
@@ -307,7 +308,7 @@ class Path:
         self.drive = drive
 
     def by(self, law: Law, cell: Cell | None = None, drive: float = 0.0) -> Path:
-        """The point at u or t by the equations of a cell, by default that of the end, of another law. On a ray
-        its forces and λ are the same at all u."""
+        """The point at u or t by the equations of a cell, by default that of the end, of another law. On a
+        ray its forces and λ are the same at all u."""
         still = np.zeros_like(self.d)
         return replace(self, law=law, cell=cell or self.cell, d=still, load_factor=0.0, drive=drive)
