@@ -22,8 +22,9 @@ from scenes import (
 
 import masonry_opt as mo
 from masonry_opt.answer.answer import certified
+from masonry_opt.methods.push.blocks import Blocks
 from masonry_opt.methods.push.laws import FORCES, Cell, Law, compliance, takes
-from masonry_opt.methods.push.path import Blocks, End, Path
+from masonry_opt.methods.push.path import End, Path
 from masonry_opt.methods.push.push import Ended, push
 from masonry_opt.methods.push.settling import settling
 from masonry_opt.problem.assembly import assemble

@@ -3,7 +3,7 @@
 Trial forces q~ = q0 - Bᵀd / E are what contacts would bear if they held everything. Normal forces (n1, n2) of
 a joint are n~ + k ψ P (1, 1) brought back to the nearest that it can bear: n ≥ 0, or between chords of
 crushing. The shear is s~ ∓ k P, with P > 0 the slip that brings it to its limit ± (c + μ (n1 + n2)) if s~ is
-beyond it, else P = 0. Joint by joint that is z = C q + c ≥ 0, p ≥ 0, z·p = 0, Bᵀd + E (q - q0) = D p; with the
+beyond it, else P = 0. Joint by joint that is z = C q + c ≥ 0, p ≥ 0, z·p = 0, Bᵀd + E (q - q0) = D p; with
 normal forces found first it has no corner in which a joint is singular. A limited force is a slider without
 points, between limits of its own. A *cell* says which faces of normal forces are at work, and which sliders
 are at a limit.
@@ -164,7 +164,7 @@ class Law:
         normals, friction = self.normals[:, :, slider], self.friction[slider]
         dilates = k * self.dilatancy[slider]
         table = np.zeros((5 + len(at), 5))
-        n, rates, free, back = loose.copy(), None, _ONE[:2, :2], None
+        n, rates, free, back = loose.copy(), _ONE[:0], _ONE[:2, :2], _ONE[:2, :0]
         if slider < self.joints:
             n += _ONE[:2]
         if at.any():
@@ -187,14 +187,12 @@ class Law:
             table[-2 if slides > 0 else -1] = slip
             if dilates:
                 n += wedge[:, None] * slip
-                if rates is not None:
-                    rates -= dilates * back.sum(axis=0)[:, None] * slip
+                rates = rates - dilates * back.sum(axis=0)[:, None] * slip
         else:
             table[-2:] = (limits - _SENSES) * finite[:, None]
         table[:2] = n - loose
         table[3:-2] = normals @ n + room
-        if rates is not None:
-            table[3:-2][at] = rates
+        table[3:-2][at] = rates
         return table
 
     def _no_room(self, faces: np.ndarray, slider: int) -> bool:

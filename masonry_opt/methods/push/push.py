@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from masonry_opt.methods.push.blocks import Blocks
 from masonry_opt.methods.push.laws import Law, compliance
-from masonry_opt.methods.push.path import Blocks, End, Event, Path
+from masonry_opt.methods.push.path import End, Event, Path
 from masonry_opt.methods.push.settling import settling
 from masonry_opt.problem.problem import Problem
 
