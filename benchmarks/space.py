@@ -36,6 +36,7 @@ from masonry_opt.answer.status import Status
 from masonry_opt.effort import Effort
 from masonry_opt.problem import points
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import find_solver
 
@@ -157,12 +158,12 @@ def sides(asked: argparse.Namespace) -> None:
     own = points.SIDES
     for blocks, friction in itertools.product((20, 42, 100), (0.6, 0.4)):
         scene = corner_wall(*CORNERS[blocks], friction)
-        cones, seconds = associative_of(scene, curved=True)
+        cones, seconds = associative_of(assemble(scene).problem.by_cone)
         row(blocks, friction, "cones", cones, 0.0, round(seconds, 2))
         found = drawn[blocks, friction] = {0: (0.0, seconds)}
         for count in (8, 16, own, 32):
             points.SIDES = count
-            polygons, seconds = associative_of(scene, curved=False)
+            polygons, seconds = associative_of(assemble(scene).problem)
             soft, soft_seconds = timed(scene, "compliant")
             found[count] = 100 * (1 - polygons / cones), seconds
             told = soft.load_factor, soft.iterations, round(soft_seconds, 2)
@@ -172,11 +173,11 @@ def sides(asked: argparse.Namespace) -> None:
         chart(drawn)
 
 
-def associative_of(scene: mo.Scene, *, curved: bool) -> tuple[float, float]:
-    """Associative load factor by cones or by polygons, and the time to declare, compile and solve."""
-    problem, clarabel = assemble(scene).problem, find_solver("cvxpy", None)
+def associative_of(problem: Problem) -> tuple[float, float]:
+    """Associative load factor by its laws, and the time to declare, compile and solve."""
+    clarabel = find_solver("cvxpy", None)
     began = time.process_time()
-    driver = Driver(problem, "static", clarabel, Effort(), of_load=True, curved=curved)
+    driver = Driver(problem, "static", clarabel, Effort(), of_load=True)
     state = driver.solve().state
     assert state is not None
     return state.load_factor, time.process_time() - began

@@ -113,9 +113,9 @@ def check(scene: Scene | str | Path) -> DualityReport:
     result.required()
     problem = result.assembly.problem
 
-    def solved(formulation: str, language: str, curved: bool = False) -> State:
+    def solved(problem: Problem, formulation: str, language: str) -> State:
         solver = find_solver(language, None, _SOLVER_TOLERANCE)
-        driver = Driver(problem, formulation, solver, Effort(), of_load=True, curved=curved)
+        driver = Driver(problem, formulation, solver, Effort(), of_load=True)
         answer = driver.solve(nearly=True)
         if answer.state is None:
             raise NoLoadFactorError(
@@ -124,7 +124,8 @@ def check(scene: Scene | str | Path) -> DualityReport:
         return answer.state
 
     rows = [
-        {"formulation": formulation, "model": language} | _row(problem, solved(formulation, language))
+        {"formulation": formulation, "model": language}
+        | _row(problem, solved(problem, formulation, language))
         for language in LANGUAGES
         for formulation in ("static", "kinematic")
     ]
@@ -134,7 +135,7 @@ def check(scene: Scene | str | Path) -> DualityReport:
     friction = by_sides(problem.layout) if problem.layout.round and len(problem.sliding) else ""
     cones = None
     if problem.layout.round:
-        static, kinematic = (solved(each, "cvxpy", curved=True) for each in ("static", "kinematic"))
+        static, kinematic = (solved(problem.by_cone, each, "cvxpy") for each in ("static", "kinematic"))
         cones = static.load_factor, kinematic.load_factor
     crushing = bool(result.crushing)
     fills = tuple(of_fills(result.assembly))

@@ -103,7 +103,7 @@ class Session:
         solution = _judged(assembly, task, solution)
         if solution.status is Status.SOLVER_FAILED:
             # Nothing bears out what forces and velocities say.
-            return replace(solution, found=Found(curved=solution.found.curved))
+            return replace(solution, found=Found(forms=solution.found.forms))
         return solution
 
     def _assembled(self, scene: Scene) -> Assembly:
@@ -139,7 +139,7 @@ class Session:
             falling = as_it_falls(assembly, falling, own)
             falls = reason(Code.FALLS, blocks=moving_names(assembly, falling))
             holds = what_would_hold(assembly, falling, solver, own)
-        found = Found(d=falling, curved=problem.layout.round)
+        found = Found(d=falling, forms=problem.by_cone.forms)
         return replace(solution, found=found, reasons=(falls, *holds))
 
     def _to_expect(self, assembly: Assembly, effort: Effort) -> Solution | None:

@@ -120,8 +120,8 @@ class CvxpyConeStatic:
     def read(self) -> State:
         """The state at the optimum: velocities are the duals of equilibrium."""
         d = self.statics.equilibrium.dual_value
-        p = self._problem.rates(d, np.asarray(self.limits.slope.value), curved=True)
-        return State(*self.statics.forces(), d, p, curved=True)
+        p = self._problem.rates(d, np.asarray(self.limits.slope.value))
+        return State(*self.statics.forces(), d, p)
 
 
 class CvxpyConeKinematic:
@@ -144,8 +144,8 @@ class CvxpyConeKinematic:
         mechanism = self.mechanism
         d, slope = mechanism.d.value, np.asarray(self.limits.slope.value)
         load_factor, q = -mechanism.live_work.dual_value, -mechanism.compatibility.dual_value
-        p = self._problem.rates(d, slope, curved=True)
-        return State(float(load_factor), q, d, p, curved=True)
+        p = self._problem.rates(d, slope)
+        return State(float(load_factor), q, d, p)
 
 
 def cone_forces(problem: Problem, p: np.ndarray, weight: float) -> tuple[ConeStatics, cp.Problem]:

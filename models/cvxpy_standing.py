@@ -13,7 +13,7 @@ from masonry_opt.problem.problem import Problem, ShearLimits
 
 def by_cones(problem: Problem) -> bool:
     """Whether these programs have cones of friction."""
-    return problem.layout.round and len(problem.sliding) > 0
+    return problem.by_friction.conic and len(problem.sliding) > 0
 
 
 class CvxpyStanding:

@@ -76,7 +76,10 @@ def declared(
     of_load: bool = False,
 ) -> Driver:
     """Eq. (9) or eq. (10) of a problem, with an effort of its own."""
-    return Driver(problem, formulation, find_solver(language, solver), Effort(), limits, of_load)
+    driver = Driver(problem, formulation, find_solver(language, solver), Effort(), of_load)
+    if limits is not None:
+        driver.set_shear_limits(limits)
+    return driver
 
 
 def forces_of(assembly: Assembly, which: str = "dead") -> np.ndarray:

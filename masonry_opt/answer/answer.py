@@ -8,6 +8,7 @@ import numpy as np
 
 from masonry_opt.answer.acceptance import LIMITS, Kind
 from masonry_opt.answer.certificate import Certificate, certify, residuals
+from masonry_opt.problem.laws import BY_FACES, Forms
 from masonry_opt.problem.problem import Problem
 
 
@@ -19,13 +20,13 @@ class Found:
     ----------
     q, d: joint forces (3c,) and block velocities (3b,).
     slope: opening per unit slip under the flow rule of the velocities, shape (k,).
-    curved: whether friction was limited by the cone and crushing by the parabola, not by sides and chords.
+    forms: by which laws friction and strength limited them.
     """
 
     q: np.ndarray | None = None
     d: np.ndarray | None = None
     slope: np.ndarray | None = None
-    curved: bool = False
+    forms: Forms = BY_FACES
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -59,14 +60,13 @@ class Answer(Found):
         """Whether it is an exact state."""
         return not self.failing(Kind.EXACT)
 
-    def under(self, problem: Problem, slope: np.ndarray, curved: bool | None = None) -> Answer:
-        """The same state under a flow rule, shape (k,), the contacts of a problem, and cone and parabola or
-        their sides and chords (by default its own): itself if all are its own."""
-        curved = self.curved if curved is None else curved
-        same = self.compliance is problem.compliance and self.curved == curved
+    def certified_by(self, problem: Problem, slope: np.ndarray) -> Answer:
+        """The same state under a flow rule, shape (k,), and the contacts and laws of a problem: itself if all
+        are its own."""
+        same = self.compliance is problem.compliance and self.forms == problem.forms
         if same and np.array_equal(self.slope, slope):
             return self
-        return certified(problem, self.load_factor, self.q, self.d, slope, curved)
+        return certified(problem, self.load_factor, self.q, self.d, slope)
 
 
 def certified(
@@ -75,21 +75,20 @@ def certified(
     q: np.ndarray,
     d: np.ndarray,
     slope: np.ndarray | None = None,
-    curved: bool = False,
 ) -> Answer:
     """A state under a flow rule, by default the joints' own at these forces, with its certificate.
 
     Parameters are those of :func:`~.certificate.certify`.
     """
     slope = problem.dilatancy_at(problem.normal_forces(q)) if slope is None else slope
-    certificate = certify(problem, load_factor, q, d, slope, curved)
+    certificate = certify(problem, load_factor, q, d, slope)
     return Answer(
         load_factor=load_factor,
         q=q,
         d=d,
         slope=slope,
-        curved=curved,
+        forms=problem.forms,
         compliance=problem.compliance,
         certificate=certificate,
-        residuals=residuals(problem, certificate, load_factor, q, d, curved),
+        residuals=residuals(problem, certificate, load_factor, q, d),
     )

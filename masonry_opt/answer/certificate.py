@@ -52,7 +52,6 @@ def certify(
     q: np.ndarray,
     d: np.ndarray,
     slope: np.ndarray,
-    curved: bool = False,
 ) -> Certificate:
     """Residuals of an answer under a flow rule.
 
@@ -61,19 +60,17 @@ def certify(
     q, d: joint forces (3c,) and block velocities (3b,).
     slope: opening per unit slip that the flow rule demands of the joints that can slide, shape (k,): μ for
         associative flow, tan φ₀ for the joints' own.
-    curved: whether friction in space is limited by the cone and crushing by the parabola, not by their sides
-        and chords.
     """
     total_dead = problem.force_sizes(problem.dead).sum() or problem.live_norm
-    z, p = problem.slacks(q, curved), problem.rates(d, slope, q, curved)
+    z, p = problem.slacks(q), problem.rates(d, slope, q)
     # With μ = 1e6 slip of 1e-14, rounding, would waste 1e-8 of a force.
     steep = problem.steep / np.maximum(problem.limit_factors @ slope, 1.0)
     live_work = float(problem.live @ d) or problem.live_norm
     return Certificate(
         equilibrium=float(np.abs(problem.unbalanced(load_factor, q)).max() / total_dead),
         yield_=max(0.0, -float(z.min())),
-        flow=float(np.abs(problem.departure(d, p, slope, q, curved)).max() / (np.abs(d).max() or 1.0)),
-        complementarity=problem.energy(q, p / steep, curved) / abs(live_work),
+        flow=float(np.abs(problem.departure(d, p, slope, q)).max() / (np.abs(d).max() or 1.0)),
+        complementarity=problem.energy(q, p / steep) / abs(live_work),
     )
 
 
@@ -83,7 +80,6 @@ def residuals(
     load_factor: float,
     q: np.ndarray,
     d: np.ndarray,
-    curved: bool = False,
 ) -> dict[str, float]:
     """Everything that :class:`~.acceptance.Limits` limit: a state's certificate, with complementarity as a
     share of |λ|, and its residuals block by block.
@@ -100,7 +96,7 @@ def residuals(
         # A live load that drives nothing: its entries are below what the solver takes for zero.
         "work": over_load_factor(wasted / work, load_factor) if work > 0 else inf,
         "block": _balance(problem, unbalanced, acting),
-        "joint": _yielding(problem, problem.slacks(q, curved), q, acting),
+        "joint": _yielding(problem, problem.slacks(q), q, acting),
     }
 
 

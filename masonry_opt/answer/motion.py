@@ -45,15 +45,14 @@ def joint_motion(assembly: Assembly, solution: Solution) -> JointMotion:
     some points than at others that touch, and separates if none touches.
     """
     assert solution.d is not None
-    problem, joints = assembly.problem, assembly.joints
+    problem, joints = assembly.problem.by(solution.found.forms), assembly.joints
     # Blocks that fall under their dead load do so by associative flow.
     own = problem.friction if solution.load_factor is None else problem.dilatancy
     slope = own if solution.found.slope is None else solution.found.slope
-    curved = solution.found.curved
     explained = np.zeros(problem.joints)
     # By sides a point that slides between two of their senses opens by less than by the cone.
-    rates = problem.rates(solution.d, slope, solution.q, curved)
-    explained[problem.sliding] = slope * problem.slip(rates, curved)
+    rates = problem.rates(solution.d, slope, solution.q)
+    explained[problem.sliding] = slope * problem.slip(rates)
     dimension, of_point = problem.layout.dimension, assembly.of_point
     motion = problem.motion(solution.d, solution.q)
     slip = np.hypot.reduce(np.abs(problem.shears(motion)), axis=0)[of_point]

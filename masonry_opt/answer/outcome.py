@@ -19,6 +19,7 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.problem.assembly import Assembly
 from masonry_opt.problem.limited_forces import Role
+from masonry_opt.problem.problem import Problem
 from masonry_opt.solvers.registry import MATRICES
 
 if TYPE_CHECKING:
@@ -267,18 +268,20 @@ class Outcome:
     def crushing(self) -> str:
         """How joints of limited strength crush here: by the "parabola", or by "chords" inside it, whose
         moments are up to 0.65 % less; "" where none is limited."""
-        law = "parabola" if self.solution.found.curved else "chords"
-        return law if len(self.assembly.problem.crushing) else ""
+        return self._law.by_strength.word if len(self.assembly.problem.crushing) else ""
 
     @property
     def friction_law(self) -> str:
         """How friction is limited in space: by the "cone", or by a "polygon of P sides" inside it, which have
         cos(π/P) of its friction at least; "" in the plane, where friction is unlimited, and of no state."""
-        problem, found = self.assembly.problem, self.solution.found
+        found = self.solution.found
         nothing = found.q is None and found.d is None
-        if nothing or not (problem.layout.round and len(problem.sliding)):
-            return ""
-        return "cone" if found.curved else f"polygon of {len(problem.layout.senses)} sides"
+        return "" if nothing or not len(self._law.sliding) else self._law.by_friction.word
+
+    @property
+    def _law(self) -> Problem:
+        """The problem by the laws of what was found."""
+        return self.assembly.problem.by(self.solution.found.forms)
 
     @property
     def tilt_angle(self) -> float | None:

@@ -152,7 +152,7 @@ class Solution:
         answer = self.answer
         if answer is None:
             return False
-        return answer.under(problem, problem.dilatancy, answer.curved or problem.layout.round).exact
+        return answer.certified_by(problem.by(answer.forms).by_cone, problem.dilatancy).exact
 
     def ended(self, status: Status, code: Code, **values: Any) -> Self:
         """The same with this status, and one reason for it."""
@@ -169,7 +169,7 @@ class Solution:
     def withdrawn(self, status: Status, code: Code, **values: Any) -> Self:
         """The same, with the status and the one reason for which what was found is no answer."""
         found = self.found
-        kept = Found(q=found.q, d=found.d, slope=found.slope, curved=found.curved)
+        kept = Found(q=found.q, d=found.d, slope=found.slope, forms=found.forms)
         return replace(self.ended(status, code, load_factor=self.load_factor, **values), found=kept)
 
     def failing(self) -> dict[str, float | None]:

@@ -10,6 +10,7 @@ from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.task import Task
+from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.lp import LpAnswer, LpSize
@@ -26,18 +27,19 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
     by_chords: whether joints crush by chords, as in every Coulomb answer, also where the solver takes the
         parabola.
     """
-    problem, crushes = task.problem, bool(len(task.problem.crushing)) and not by_chords
-    curved = task.solver.entry.conic and (crushes or problem.layout.round)
-    answer, found, size = _solved(task, formulation, curved)
+    problem = task.problem
+    if task.solver.entry.conic:
+        problem = problem.by_cone if by_chords else problem.by_cone.by_parabola
+    answer, found, size = _solved(task, problem, formulation)
     reasons = []
     if _is_short(answer, found):
         dual = "kinematic" if formulation == "static" else "static"
-        of_dual, beside, _ = _solved(task, dual, curved)
+        of_dual, beside, _ = _solved(task, problem, dual)
         if not _is_short(of_dual, beside):
             answer, found = of_dual, beside
             reasons.append(reason(Code.BY_DUAL, formulation=dual))
     if found is None:
-        status, why = no_optimum(problem, answer.solved.status, task.solver, task.effort)
+        status, why = no_optimum(task.problem, answer.solved.status, task.solver, task.effort)
         reasons = [why]
     else:
         status = Status.OPTIMAL
@@ -47,32 +49,30 @@ def associative(task: Task, formulation: str = "static", by_chords: bool = False
         status,
         Kind.ASSOCIATIVE,
         tuple(reasons),
-        found or Found(curved=curved),
+        found or Found(forms=problem.forms),
         size=size,
         solver=task.solver,
     )
 
 
-def _solved(task: Task, formulation: str, curved: bool) -> tuple[LpAnswer, Answer | None, LpSize]:
+def _solved(task: Task, problem: Problem, formulation: str) -> tuple[LpAnswer, Answer | None, LpSize]:
     """What a solver ends with, with its certificate if it is a state, and the program's size."""
-    problem, repeats = task.problem, task.kept.keeps
+    repeats = task.kept.keeps
 
     def declared() -> Driver:
-        return Driver(
-            problem, formulation, task.solver, task.effort, of_load=True, repeats=repeats, curved=curved
-        )
+        return Driver(problem, formulation, task.solver, task.effort, of_load=True, repeats=repeats)
 
     def certificate(state: State | None) -> Answer | None:
         if state is None:
             return None
-        return certified(problem, state.load_factor, state.q, state.d, problem.friction, curved)
+        return certified(problem, state.load_factor, state.q, state.d, problem.friction)
 
-    key = ("associative", formulation, task.solver.key, curved)
+    key = ("associative", formulation, task.solver.key, problem.forms)
     driver = task.kept.of(key, problem, task.effort, declared)
     # A solver may reach the optimum but for its last digits.
     answer = driver.solve(nearly=True)
     found = certificate(answer.state)
-    if curved and found and (answer.solved.failed or _is_short(answer, found)) and len(problem.crushing):
+    if problem.by_strength.conic and found and (answer.solved.failed or _is_short(answer, found)):
         # Once more with parabolas scaled by the forces that were found.
         again = driver.solve(nearly=True, near=found.q)
         if again.state is not None:

@@ -33,6 +33,7 @@ from masonry_opt.methods.task import Task
 from masonry_opt.problem.kept import Kept
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
+from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.registry import find_solver
 
 #: Work of the live load and energy z·p, over the work of the dead load, up to which they are rounding. (The
@@ -110,18 +111,19 @@ def _associative_and_work(task: Task) -> tuple[float, float] | None:
     """The associative load factor, and the live load's work at it over the dead load's in a mechanism of the
     joints' own flow rule that goes with its forces; None unless the dead load drives one in which the live
     load does no work."""
-    problem, in_space = task.problem, task.problem.layout.round
-    upper = associative(Task(problem, kept=task.kept), by_chords=True)
+    problem = task.problem.by_cone
+    upper = associative(Task(task.problem, kept=task.kept), by_chords=True)
     answer = upper.accepted().answer
     if answer is None or answer.load_factor <= ZERO or not problem.dead.any():
         return None
     driven, solver = in_units_of_load(replace(problem, live=problem.dead)), find_solver("cvxpy", None)
-    q, purpose = answer.q / driven.force, "mechanism without work"
-    d = motion_for(driven, q, solver, task.effort, purpose, nearly=in_space)
+    nearly, purpose = problem.by_friction.conic, "mechanism without work"
+    solves = partial(has_optimum, solver=solver, effort=task.effort, purpose=purpose, nearly=nearly)
+    d = motion_for(driven, answer.q / driven.force, solves)
     if d is None:
         return None
     slope = problem.dilatancy_at(problem.normal_forces(answer.q))
-    energy = problem.energy(answer.q, problem.rates(d, slope, curved=in_space), curved=in_space)
+    energy = problem.energy(answer.q, problem.rates(d, slope))
     work = _live_work(problem, answer.load_factor, d)
     if max(energy / float(problem.dead @ d), work) > _ROUNDING:
         return None

@@ -14,7 +14,7 @@ from masonry_opt.answer.reasons import Code, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.exact.cone_refiner import ConeRefiner
-from masonry_opt.methods.exact.refiner import ExactState, OutOfTime, Settling, refiner_of
+from masonry_opt.methods.exact.refiner import ExactState, OutOfTime, StateFinder, refiner_of
 from masonry_opt.methods.exact.search import Candidate, Met, Search, lower_of
 from masonry_opt.methods.mcp.method import mcp
 from masonry_opt.methods.mcp.passes import passes_of
@@ -84,7 +84,7 @@ def refined(task: Task) -> Solution:
         first = of_same_scene(options.start, problem)
     if first.proven_none or (first.q is None and options.search is None):
         return first
-    refiner: Settling = ConeRefiner(problem, task.effort) if problem.layout.round else refiner_of(task)
+    refiner: StateFinder = ConeRefiner(problem, task.effort) if problem.layout.round else refiner_of(task)
     lowest = _Lowest(task, refiner)
     search = Search(refiner, passes_of(task).over, lowest.met)
     if options.search is not None:
@@ -116,7 +116,7 @@ class _Lowest:
     interrupted: whether the user ended the search.
     """
 
-    def __init__(self, task: Task, refiner: Settling) -> None:
+    def __init__(self, task: Task, refiner: StateFinder) -> None:
         self._task, self._refiner, self._began = task, refiner, time.perf_counter()
         self.state: ExactState | None = None
         self.stationary: bool | None = None
@@ -140,14 +140,14 @@ class _Lowest:
         self._task.progress(self.history[-1])
 
 
-def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: Settling) -> Solution:
+def _solution(task: Task, first: Solution, lowest: _Lowest, refiner: StateFinder) -> Solution:
     """The lowest state as a solution; the first solution where there is none."""
     best = lowest.state
     if best is None or best.answer is None:
         residuals = {"residuals": refiner.left} if refiner.left else {}
         why = str(Code.RESIDUAL if residuals else refiner.why)
         return first.telling(reason(Code.NOT_REFINED, why=why, **residuals))
-    same_law = first.found.curved == best.answer.curved
+    same_law = first.found.forms == best.answer.forms
     # Programs begun anew from the first state may end above it.
     kept = first.answer if same_law and first.kind is Kind.EXACT else None
     answer = lower_of(best.answer, kept) or best.answer

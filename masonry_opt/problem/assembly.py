@@ -13,9 +13,10 @@ from masonry_opt.errors import CaseError
 from masonry_opt.problem import points
 from masonry_opt.problem.edge_loads import LoadedPiece, edge_forces
 from masonry_opt.problem.fill import FilledPiece, fill_forces, filled_pieces, pressures
+from masonry_opt.problem.laws import Law
 from masonry_opt.problem.limited_forces import LimitedForce, LimitedForces, struts
 from masonry_opt.problem.loads import loads
-from masonry_opt.problem.problem import Law, Problem
+from masonry_opt.problem.problem import Problem
 from masonry_opt.scene.contacts.find import find_joints
 from masonry_opt.scene.contacts.joints import Joints
 from masonry_opt.scene.extents import Extents

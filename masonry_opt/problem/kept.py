@@ -12,7 +12,7 @@ from masonry_opt.problem.problem import Problem
 class Keepable(Protocol):
     """Programs or factors that serve for other friction, cohesion and dilatancy."""
 
-    def under(self, problem: Problem, effort: Effort) -> Self:
+    def again_for(self, problem: Problem, effort: Effort) -> Self:
         """The same for a problem of which :meth:`~.problem.Problem.same_program` holds, solved from a cold
         start and counted in another effort."""
 
@@ -40,7 +40,7 @@ class Kept:
         matrices, loads or strengths."""
         before, held = self._held.get(key, (None, None))
         if before is not None and problem.same_program(before):
-            return cast(_T, held).under(problem, effort)
+            return cast(_T, held).again_for(problem, effort)
         built = build()
         if self.keeps:
             self._held[key] = problem, built

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from math import inf
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -111,7 +112,7 @@ class LimitedForces:
                         columns[at + row, number] += acts[row]
         return cls(tuple(each), columns.tocsr())
 
-    def limits(self, force_unit: float) -> dict[str, np.ndarray]:
+    def limits(self, force_unit: float) -> dict[str, Any]:
         """``lowest`` and ``highest`` of a law, in units of force."""
         return {
             name: np.array([getattr(of, name) for of in self.each]) / force_unit

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from operator import attrgetter
 from typing import Any, Generic, TypeVar
@@ -12,53 +12,13 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.csgraph import structural_rank
 
-from masonry_opt.problem.chords import CHORDS, chord_rates, crushing_energy
+from masonry_opt.problem.chords import CHORDS
 from masonry_opt.problem.faces import Faces, Layout
+from masonry_opt.problem.laws import Chords, Cone, Forms, Law, Parabola, Sides
 from masonry_opt.problem.matrices import Matrices
 
 _T = TypeVar("_T")
 _ToArray = Callable[[np.ndarray], np.ndarray]
-
-
-@dataclass(frozen=True)
-class Law:
-    """Friction and strength of the joints that have any limit, and limits of forces.
-
-    Attributes
-    ----------
-    sliding: indices of the joints that can slide (friction is limited), shape (k,).
-    friction, dilatancy: μ and tan φ₀ of the joints that can slide, shape (k,).
-    cohesion: of the joints that can slide, as a force (per unit length × L), shape (k,).
-    dilatancy_force: normal forces up to which the dilatancy is whole and from which there is none (``inf``
-        where it does not depend on them), shape (k, 2).
-    crushing: indices of the joints of limited strength, shape (l,).
-    crushing_force: f_c L, the normal force that crushes all of such a joint, shape (l,).
-    lowest, highest: limits of the limited forces, ±``inf`` where there is none, shape (t,).
-    """
-
-    sliding: np.ndarray
-    friction: np.ndarray
-    cohesion: np.ndarray
-    dilatancy: np.ndarray
-    dilatancy_force: np.ndarray
-    crushing: np.ndarray
-    crushing_force: np.ndarray
-    lowest: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    highest: np.ndarray = field(default_factory=lambda: np.zeros(0))
-
-    @property
-    def dilatancy_depends_on_stress(self) -> bool:
-        """Whether the dilatancy of any joint falls with its normal force."""
-        return bool((np.isfinite(self.dilatancy_force[:, 1]) & (self.dilatancy != 0)).any())
-
-    def dilatancy_at(self, n: np.ndarray) -> np.ndarray:
-        """tan φ₀ of the joints that can slide, shape (k,), under normal forces n of all joints, shape (c,)
-        (section 6.5)."""
-        depends = np.isfinite(self.dilatancy_force[:, 1])
-        full, none = self.dilatancy_force[depends].T
-        share = np.ones(len(self.sliding))
-        share[depends] = np.clip((none - n[self.sliding][depends]) / (none - full), 0.0, 1.0)
-        return self.dilatancy * share
 
 
 class _Of(Generic[_T]):
@@ -128,6 +88,7 @@ class Problem:
     crushing_force = _Of[np.ndarray]("law")
     lowest = _Of[np.ndarray]("law")
     highest = _Of[np.ndarray]("law")
+    forms = _Of[Forms]("law")
     dilatancy_depends_on_stress = _Of[bool]("law")
     dilatancy_at = _Of[_ToArray]("law")
 
@@ -152,14 +113,16 @@ class Problem:
         limits = ("crushing_force", "lowest", "highest")
         same_strength = all(np.array_equal(getattr(self, name), getattr(other, name)) for name in limits)
         same_contacts = self.compliance is other.compliance and self.settled is other.settled
-        return self.table is other.table and same_loads and same_strength and same_contacts
+        same_forms = self.forms == other.forms and self.table is other.table
+        return same_forms and same_loads and same_strength and same_contacts
 
     @property
     def recession_cone(self) -> Problem:
         """The same joints without cohesion and strength, and forces with limits of zero: its yield conditions
         are those of forces that can be added without end."""
         finite = ("cohesion", "crushing_force", "lowest", "highest")
-        none = {name: np.where(np.isfinite(of := getattr(self, name)), 0.0, of) for name in finite}
+        limits = ((name, getattr(self, name)) for name in finite)
+        none: dict[str, Any] = {name: np.where(np.isfinite(of), 0.0, of) for name, of in limits}
         return replace(self, law=replace(self.law, **none))
 
     @cached_property
@@ -196,10 +159,37 @@ class Problem:
         shape (b, 1), in a load or motion, shape (3b,); in space (b, 3), about the axes, of (6b,)."""
         return self.by_block(load)[:, self.layout.dimension :]
 
-    def _cone(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Shear limits c + μ n, shape (k,), and shears, shape (2, k), of the points that can slide."""
-        kinds = self.by_kind(q)[:, self.sliding]
-        return self.cohesion + self.friction * kinds[0], kinds[1:]
+    @cached_property
+    def by_friction(self) -> Sides:
+        """The law of friction."""
+        return self.forms.friction(self.layout, self.law)
+
+    @cached_property
+    def by_strength(self) -> Chords:
+        """The law of strength."""
+        return self.forms.strength(self.layout, self.law)
+
+    def by(self, forms: Forms) -> Problem:
+        """The same problem by these laws; itself if they are its own."""
+        return self if forms == self.forms else replace(self, law=replace(self.law, forms=forms))
+
+    @cached_property
+    def by_cone(self) -> Problem:
+        """The same with friction by the cone; itself in the plane."""
+        return self.by(self.forms._replace(friction=Cone)) if self.layout.round else self
+
+    @cached_property
+    def by_parabola(self) -> Problem:
+        """The same with strength by the parabola; itself where none is limited."""
+        return self.by(self.forms._replace(strength=Parabola)) if len(self.crushing) else self
+
+    def _by_sense(self, of_faces: np.ndarray) -> np.ndarray:
+        """Slacks or rates of sliding, shape (senses, k), in those of all faces, shape (faces,)."""
+        return of_faces[self.table.slides].reshape(len(self.layout.senses), -1)
+
+    def _of_sliders(self, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Normal forces, shape (k,), and shears, shape (shears, k), of the joints that can slide."""
+        return self.at_points(q)[:, self.sliding].sum(axis=0), self.shears(q)[:, self.sliding]
 
     def slip_speed(self, d: np.ndarray) -> np.ndarray:
         """Speed of slip in each joint, shape (c,), under block velocities, shape (3b,)."""
@@ -259,48 +249,29 @@ class Problem:
         they are compared. Under large friction those of sliding are so many times any force."""
         return np.maximum(self.limit_factors @ self.friction, 1.0)
 
-    def slacks(self, q: np.ndarray, curved: bool = False) -> np.ndarray:
-        """Slack z of each face under forces q and the true friction law, eq. (4), shape (faces,): negative
-        is a violation. With ``curved`` joints that crush are held to the parabola, not to its chords, and
-        contact points in space to the cone of friction, not to its sides."""
-        if curved and self.layout.round:
-            limit, shears = self._cone(q)
-            sliding = np.tile(limit - np.hypot(*shears), len(self.layout.senses))
-            return np.concatenate([sliding, self._rest(q)])
-        z = self.true_yield @ q + self.face_cohesion
-        if curved and len(self.crushing):
-            at_points = self.at_points(q)[:, self.crushing]
-            lost = at_points.sum(axis=0) ** 2 / self.crushing_force
-            z[self.bent] = (self.layout.points * at_points - lost)[..., None]
+    def slacks(self, q: np.ndarray) -> np.ndarray:
+        """Slack z of each face under forces q, the true friction and strength, eq. (4), shape (faces,):
+        negative is a violation. Under the cone and the parabola, theirs in the place of those of their sides
+        and chords."""
+        z: np.ndarray = self.true_yield @ q + self.face_cohesion
+        if self.by_friction.conic:
+            slides = self.table.slides
+            z[slides] = self.by_friction.slacks(self._by_sense(z), *self._of_sliders(q)).ravel()
+        if self.by_strength.conic:
+            z[self.bent] = self.by_strength.slacks(z[self.bent], self.at_points(q)[:, self.crushing])
         return z
 
-    def _rest(self, q: np.ndarray) -> np.ndarray:
-        """Slacks of all faces but those of sliding, shape (faces − slides,)."""
-        slacks: np.ndarray = self.R @ q + self.face_constant[self.table.rest]
-        return slacks
+    def energy(self, q: np.ndarray, p: np.ndarray) -> float:
+        """Σ |z p|: energy of faces that move without being at yield, in rates p, shape (faces,)."""
+        z, table = self.true_yield @ q + self.face_cohesion, self.table
+        others = np.abs(z * p)
+        others[table.slides] = others[table.chords] = 0.0
+        sliding = self.by_friction.energy(self._by_sense(z), self._by_sense(p), *self._of_sliders(q))
+        at_points = self.at_points(q)[:, self.crushing]
+        crushing = self.by_strength.energy(z[self.bent], p[self.bent], at_points) if at_points.size else 0.0
+        return sliding + crushing + float(others.sum())
 
-    def energy(self, q: np.ndarray, p: np.ndarray, curved: bool = False) -> float:
-        """Σ |z p|: energy of faces that move without being at yield, in rates p, shape (faces,);
-        ``curved`` as in ``slacks``."""
-        if curved and self.layout.round:
-            limit, shears = self._cone(q)
-            slips = p[self.table.slides].reshape(len(self.layout.senses), -1)
-            wasted = limit * self.slip(p, curved) - (shears * (self.layout.senses.T @ slips)).sum(axis=0)
-            return float(np.abs(wasted).sum() + np.abs(self._rest(q) * p[self.table.rest]).sum())
-        z = self.slacks(q)
-        if not curved:
-            return float(np.abs(z * p).sum())
-        first, second = self.at_points(q)[:, self.crushing]
-        bent = p[self.bent]
-        opening, turning = (bent.sum(axis=0) * CHORDS.slope).sum(axis=1), (bent[1] - bent[0]).sum(axis=1)
-        given = crushing_energy(opening, turning) * self.crushing_force
-        taken = -(first + second) * opening - (second - first) * turning
-        z[self.bent] = 0.0
-        return float(np.abs(z * p).sum() + np.abs(given - taken).sum())
-
-    def rates(
-        self, d: np.ndarray, slope: np.ndarray, q: np.ndarray | None = None, curved: bool = False
-    ) -> np.ndarray:
+    def rates(self, d: np.ndarray, slope: np.ndarray, q: np.ndarray | None = None) -> np.ndarray:
         """Rates p ≥ 0 with which the joints could follow Bᵀd under a flow rule, shape (faces,).
 
         Slip gives the sliding rates, of one sense only, in space of the two next to its direction; what
@@ -313,16 +284,13 @@ class Problem:
         d: block velocities, shape (3b,), in space (6b,).
         slope: opening per unit slip, shape (k,).
         q: forces under which contacts give, shape (3c,), if they do.
-        curved: as in ``slacks``.
         """
         opening, slip = self._motion(d, q)
         slides = self.layout.rates(slip[:, self.sliding])
-        opening[:, self.sliding] -= slope * self._sliding(slides, curved)
+        opening[:, self.sliding] -= slope * self.by_friction.speed(slides)
         crush = np.zeros(0)
         if len(joints := self.crushing):
-            # A joint that can crush follows every motion.
-            first, second = opening[:, joints]
-            crush = chord_rates((first + second) / 2, (second - first) / 2).ravel()
+            crush = self.by_strength.rates(opening[:, joints]).ravel()
             opening[:, joints] = 0.0
         rock = opening / self.layout.points
         gives = self.of_forces(self.motion(d, q))
@@ -334,32 +302,20 @@ class Problem:
         return self.B @ q + load_factor * self.live + self.dead
 
     def departure(
-        self,
-        d: np.ndarray,
-        p: np.ndarray,
-        slope: np.ndarray,
-        q: np.ndarray | None = None,
-        curved: bool = False,
+        self, d: np.ndarray, p: np.ndarray, slope: np.ndarray, q: np.ndarray | None = None
     ) -> np.ndarray:
         """What velocities and rates leave of the flow rule with that slope, Bᵀd − D p, shape (3c,), and what
-        elastic contacts give under forces q, shape (3c,); ``curved`` as in ``slacks``."""
+        elastic contacts give under forces q, shape (3c,)."""
         flow = self.true_yield if slope is self.friction else self.C(slope)
         left = self.motion(d, q) - flow.T @ p
-        if curved and self.layout.round:
-            left[self.sliding] += slope * (self.slip(p) - self.slip(p, curved))
+        if self.by_friction.conic:
+            of_sides = self.limit_factors.T @ p
+            left[self.sliding] += slope * (of_sides - self.slip(p))
         return left
 
-    def slip(self, p: np.ndarray, curved: bool = False) -> np.ndarray:
-        """Sliding in all senses, shape (k,), in rates p, shape (faces,): what the shear limit dissipates;
-        ``curved`` as in ``slacks``."""
-        return self._sliding(p[self.table.slides].reshape(len(self.layout.senses), -1), curved)
-
-    def _sliding(self, slides: np.ndarray, curved: bool) -> np.ndarray:
-        """The same of rates of the senses, shape (senses, k)."""
-        if curved and self.layout.round:
-            return np.hypot(*(self.layout.senses.T @ slides))
-        sliding: np.ndarray = self.layout.factor * slides.sum(axis=0)
-        return sliding
+    def slip(self, p: np.ndarray) -> np.ndarray:
+        """Sliding in all senses, shape (k,), in rates p, shape (faces,): what the shear limit dissipates."""
+        return self.by_friction.speed(self._by_sense(p))
 
     def normal_forces(self, q: np.ndarray) -> np.ndarray:
         """Normal forces of all joints, shape (c,), in forces q, shape (3c,)."""

@@ -17,11 +17,9 @@ class State:
     q: joint forces, n of all joints, then s, then m, shape (3c,).
     d: block velocities vx, vy, ω in turn, scaled so that f_L·d = Σ|f_L|, shape (3b,).
     p: rates ≥ 0 of the faces, shape (faces,).
-    curved: whether they are those of a cone in space, which the faces are sides of.
     """
 
     load_factor: float
     q: np.ndarray
     d: np.ndarray
     p: np.ndarray
-    curved: bool = False

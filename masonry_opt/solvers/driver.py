@@ -13,7 +13,7 @@ from masonry_opt.solvers.lp import LpAnswer, LpSize, Verdict
 from masonry_opt.solvers.registry import Solver
 
 
-def _declared(language: str, curved: bool, in_space: bool) -> tuple[Any, dict[str, Any]]:
+def _declared(language: str, problem: Problem) -> tuple[Any, dict[str, Any]]:
     """The engine, and the models by formulation. Each language takes a second or more to import: only the one
     that is used is."""
     if language == "pyomo":
@@ -28,25 +28,24 @@ def _declared(language: str, curved: bool, in_space: bool) -> tuple[Any, dict[st
     from masonry_opt.models.cvxpy_static import CvxpyStatic
     from masonry_opt.solvers.cvxpy_engine import CvxpyEngine
 
-    if curved and in_space:
+    if problem.by_friction.conic:
         return CvxpyEngine, {"static": CvxpyConeStatic, "kinematic": CvxpyConeKinematic}
-    if curved:
+    if problem.by_strength.conic:
         return CvxpyEngine, {"static": CvxpyParabolaStatic, "kinematic": CvxpyParabolaKinematic}
     return CvxpyEngine, {"static": CvxpyStatic, "kinematic": CvxpyKinematic}
 
 
 class Driver:
-    """A declared formulation and the solver that answers it; limits and states are in the problem's units.
+    """A declared formulation, at first with the joints' own shear limits, and the solver that answers it.
+    Limits and states are in the problem's units.
 
     Parameters
     ----------
+    problem: by the cone or the parabola in CVXPY alone, for a solver of conic programs.
     formulation: "static" or "kinematic".
-    limits: the first shear limits; by default the joints' own, with associative flow.
     of_load: whether the program is declared in units of the load, in which it is solved more accurately, not
         in those of the live load alone.
     purpose, repeats: as of :class:`~.cvxpy_engine.CvxpyEngine`.
-    curved: whether friction in space is declared by cones and crushing as a parabola (in CVXPY, for a solver
-        of conic programs), not by sides and chords.
     """
 
     def __init__(
@@ -55,22 +54,20 @@ class Driver:
         formulation: str,
         solver: Solver,
         effort: Effort,
-        limits: ShearLimits | None = None,
         of_load: bool = False,
         purpose: str = "load factor",
         repeats: bool = False,
-        curved: bool = False,
     ) -> None:
-        engine, models = _declared(solver.language, curved, problem.layout.round)
+        engine, models = _declared(solver.language, problem)
         self.effort = effort
         self._scaled = (in_units_of_load if of_load else in_units_of_live_load)(problem)
-        limits = limits or ShearLimits.true(problem)
         with effort.measure("build"):
-            self.model = models[formulation](self._scaled.problem, self._scaled.limits(limits))
+            scaled = self._scaled.problem
+            self.model = models[formulation](scaled, ShearLimits.true(scaled))
         self._engine = engine(self.model.program, solver, effort, purpose, repeats=repeats)
-        self._resizes = curved and not problem.layout.round
+        self._resizes = problem.by_strength.conic
 
-    def under(self, problem: Problem, effort: Effort) -> Driver:
+    def again_for(self, problem: Problem, effort: Effort) -> Driver:
         """The same program with the shear limits of another problem (see :class:`~.problem.kept.Kept`)."""
         self.effort = effort
         self._engine.restart(effort)

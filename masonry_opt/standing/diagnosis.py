@@ -57,7 +57,7 @@ class _Standing:
     engine: CvxpyEngine
     forces: np.ndarray | None = None
 
-    def under(self, problem: Problem, effort: Effort) -> _Standing:
+    def again_for(self, problem: Problem, effort: Effort) -> _Standing:
         """The same in another scene (see :class:`~masonry_opt.problem.kept.Kept`)."""
         self.parameters.set(ShearLimits.true(problem))
         self.engine.restart(effort)
@@ -88,7 +88,7 @@ def falling_mechanism(
 
     def declared() -> _Standing:
         parameters = ShearParameters(limits)
-        model = CvxpyStanding(problem, parameters)
+        model = CvxpyStanding(problem.by_cone, parameters)
         engine = CvxpyEngine(model.program, chosen, effort, DEAD_LOAD, repeats=kept.keeps)
         return _Standing(model, parameters, engine)
 
@@ -109,17 +109,17 @@ def carries(problem: Problem, q: np.ndarray, most: float = DRIVES) -> bool:
     """Whether forces (3c,) carry the dead load: they leave no more out of balance, in all, and beyond yield;
     by default than a mechanism may have of power. (By duality the greatest is the least that forces leave.)
     """
-    beyond = -float(problem.slacks(q, curved=problem.layout.round).min(initial=0.0))
+    beyond = -float(problem.by_cone.slacks(q).min(initial=0.0))
     return max(float(np.abs(problem.unbalanced(0.0, q)).sum()), beyond) <= most
 
 
 def _drives(problem: Problem, d: np.ndarray) -> bool:
     """Whether the dead load drives a motion (3b,) of associative flow, beside what is rounding of either."""
-    curved = problem.layout.round
-    p = problem.rates(d, problem.friction, curved=curved)
-    resisted = problem.cohesion @ problem.slip(p, curved) + problem.face_constant @ p
+    problem = problem.by_cone
+    p = problem.rates(d, problem.friction)
+    resisted = problem.cohesion @ problem.slip(p) + problem.face_constant @ p
     power = float(problem.dead @ d - resisted)
-    departure = float(np.abs(problem.departure(d, p, problem.friction, curved=curved)).max())
+    departure = float(np.abs(problem.departure(d, p, problem.friction)).max())
     return power > DRIVES and departure <= max(DEPARTS * power, ROUNDING)
 
 
@@ -136,7 +136,7 @@ def as_it_falls(assembly: Assembly, falling: np.ndarray, effort: Effort) -> np.n
     gyration = np.sqrt(across / 12) / problem.length_unit
     inertia = float(problem.force_sizes(problem.dead) @ problem.by_block(falling**2).sum(axis=1))
     scale = min(max(inertia / float(problem.dead @ falling), 1.0), 1 / DRIVES)
-    model = CvxpyFalling(problem, ShearLimits.true(problem), gyration, scale)
+    model = CvxpyFalling(problem.by_cone, ShearLimits.true(problem), gyration, scale)
     if not has_optimum(model.program, in_cvxpy(find_solver("cvxpy", None)), effort, DEAD_LOAD):
         return falling
     return np.asarray(model.mechanism.d.value) / scale
@@ -190,7 +190,7 @@ def locking_joints(
         amount = np.where(problem.slip_speed(d) > SLIDES * np.abs(d).max(), cannot_open, 0.0)
     elif status in (Status.UNLIMITED, Status.JAMMED):
         slope = problem.dilatancy if status is Status.UNLIMITED else problem.friction
-        loaded = _of_live_load(problem, slope)
+        loaded = _of_live_load(problem.by_cone, slope)
         carrying = CvxpyStanding(loaded, ShearLimits.true(loaded))
         if has_optimum(carrying.program, taking_cones(solver, problem.layout.round), effort, DIAGNOSIS):
             q = carrying.statics.forces()[1]
@@ -221,7 +221,8 @@ def _driven(problem: Problem, solver: Solver, effort: Effort, purpose: str) -> n
     DeadLoadUndecided
         If neither is borne out.
     """
-    solver, senses = taking_cones(solver, problem.layout.round), None
+    problem, senses = problem.by_cone, None
+    solver = taking_cones(solver, problem.by_friction.conic)
     for program in range(_MOST_PROGRAMS if problem.joints <= _SIMPLEX_UP_TO else 1):
         model = CvxpyDriven(problem, ShearLimits.true(problem), senses)
         solved = CvxpyEngine(model.program, solver, effort, purpose).solve()

@@ -210,7 +210,7 @@ def test_a_start_that_is_not_exact_is_replaced_by_the_state_of_a_program(monkeyp
 def test_a_bound_without_a_state_is_no_answer(monkeypatch):
     loop = mo.solve(WEDGES, "nonassociative")
     monkeypatch.setattr(bracket, "refined", lambda task: loop.solution)
-    monkeypatch.setattr(Refiner, "settled", lambda *_: None)
+    monkeypatch.setattr(Refiner, "state_near", lambda *_: None)
     result = mo.solve(WEDGES, "global")
     assert result.load_factor is None
     assert result.reasons[0].code is Code.NO_EXACT_STATE

@@ -10,7 +10,7 @@ from paper_scripts import definitions
 from scenes import WALLS, declared
 
 import masonry_opt as mo
-from masonry_opt.methods.loop.options import LoopOptions
+from masonry_opt.methods.loop.options import Attempt, LoopOptions
 from masonry_opt.methods.loop.run import run
 from masonry_opt.methods.loop.steps import LimitUpdate
 from masonry_opt.problem.assembly import assemble
@@ -28,7 +28,7 @@ def steps(path, revise=LimitUpdate.limits):
     problem = assemble(mo.load(path)).problem
     parameters = LoopOptions(**PAPER).parameters(problem.joints, CLARABEL)
     said = []
-    run(problem, declared(problem), parameters, CLARABEL, said.append, revise)
+    run(problem, declared(problem), Attempt(parameters, CLARABEL), said.append, revise)
     return problem, [step.solved for step in said]
 
 

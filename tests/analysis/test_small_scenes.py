@@ -66,7 +66,7 @@ def test_the_default_takes_the_state_that_programs_prove_the_least(scene, known,
     rising = Rising(problem, known, 100.0, Effort())
     refiner = Refiner(problem, Effort())
     _, _, forces = next(rising.programs())
-    states = [state for q in forces if (state := refiner.settled(q))]
+    states = [state for q in forces if (state := refiner.state_near(q))]
     rising.best = min(state.load_factor for state in states)
     assert rising.best == pytest.approx(least, rel=1e-5)
     for _ in rising.programs():

@@ -9,7 +9,7 @@ from scenes_in_space import corner_wall
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
-from masonry_opt.methods.exact import energy
+from masonry_opt.methods.exact import alternation
 from masonry_opt.methods.exact.cone_refiner import ConeRefiner
 from masonry_opt.methods.exact.refiner import OutOfTime
 
@@ -22,23 +22,23 @@ def start():
 
 
 def test_it_ends_after_the_program_in_which_its_deadline_passes(monkeypatch, start):
-    refiner, programs, solved = ConeRefiner(start.assembly.problem, Effort()), [], energy.has_optimum
+    refiner, programs, solved = ConeRefiner(start.assembly.problem, Effort()), [], alternation.has_optimum
 
     def last(*arguments, **options):
         refiner.deadline = 0.0
         programs.append(solved(*arguments, **options))
         return programs[-1]
 
-    monkeypatch.setattr(energy, "has_optimum", last)
+    monkeypatch.setattr(alternation, "has_optimum", last)
     with pytest.raises(OutOfTime):
-        refiner.settled(start.solution.q)
+        refiner.state_near(start.solution.q)
     assert len(programs) == 1
 
 
 def test_it_tells_that_no_program_ended(monkeypatch, start):
-    monkeypatch.setattr(energy, "has_optimum", lambda *_, **__: False)
+    monkeypatch.setattr(alternation, "has_optimum", lambda *_, **__: False)
     refiner = ConeRefiner(start.assembly.problem, Effort())
-    assert refiner.settled(start.solution.q) is None
+    assert refiner.state_near(start.solution.q) is None
     assert (refiner.why, refiner.left) == (Code.NO_PROGRAM, {})
 
 

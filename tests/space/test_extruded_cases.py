@@ -103,7 +103,7 @@ def lifted(plane: Result, thickness: float) -> Answer:
     d[:, 4] = -velocity[:, 2]  # from x to z is from z to x turned back: about -y
     d[:, 3:] *= problem.length_unit
     load_factor = plane.solution.answer.load_factor
-    return certified(problem, load_factor, q.ravel() / problem.force_unit, d.ravel(), curved=True)
+    return certified(problem.by_cone, load_factor, q.ravel() / problem.force_unit, d.ravel())
 
 
 def _middle(contacts, shapes, joint: int) -> np.ndarray:

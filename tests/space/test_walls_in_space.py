@@ -19,6 +19,7 @@ from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.alternation import alternated
 from masonry_opt.problem.assembly import assemble
+from masonry_opt.problem.laws import Cone
 
 #: The greatest walls of fast tests, and of all, in blocks.
 FAST, MOST = 20, 100
@@ -95,7 +96,7 @@ def test_default_is_exact_and_as_low_as_the_lowest_known(reference):
     """At or below 1.10 times the lowest exact states that are known, and never the associative value."""
     result = solved(scene(reference), expected=True)
     answer = result.solution.answer
-    assert answer.curved
+    assert answer.forms.friction is Cone
     assert not answer.failing(Kind.ONE_PASS)
     assert answer.slope == pytest.approx(0)
     assert result.load_factor < reference.associative + 1e-6
@@ -116,5 +117,5 @@ def test_a_facade_of_231_blocks_is_exact():
     soft = mo.solve(scenes_in_space.facade(*size, 0.6), "compliant", give=1e-2)
     answer = alternated(soft.assembly.problem, soft.load_factor, soft.solution.q, Effort())
     assert answer is not None
-    assert answer.curved
+    assert answer.forms.friction is Cone
     assert not answer.failing(Kind.EXACT)

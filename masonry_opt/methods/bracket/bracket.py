@@ -92,7 +92,7 @@ def _raised(task: Task, solution: Solution, rising: Rising, began: float) -> Sol
         task.progress(step)
         solution = replace(solution, size=size)
         for q in forces if problem.joints <= _MANY_JOINTS else []:
-            state = refiner.settled(q) if time.perf_counter() < ends else None
+            state = refiner.state_near(q) if time.perf_counter() < ends else None
             answer = state.answer if state else None
             if answer is None or lower_of(solution.answer, answer) is not answer:
                 continue

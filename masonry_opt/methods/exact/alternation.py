@@ -19,6 +19,7 @@ from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.energy import forces_for, motion_for
 from masonry_opt.problem.load_units import in_units_of_load
 from masonry_opt.problem.problem import Problem
+from masonry_opt.solvers.cvxpy_engine import has_optimum
 from masonry_opt.solvers.registry import find_solver
 
 #: Told the last state before each program, None before there is one, and at the end.
@@ -46,10 +47,11 @@ _PURPOSE = "exact state"
 def alternated(
     problem: Problem, load_factor: float, q: np.ndarray, effort: Effort, follow: Follow = lambda _: None
 ) -> Answer | None:
-    """The state that λ and forces (3c,) lead to, exact but for an energy z·p up to 1e-5 of λ; None if there
-    is none."""
+    """The state that λ and forces (3c,) lead to, in space of the cone, exact but for an energy z·p up to 1e-5
+    of λ; None if there is none."""
     effort.begins("exact state")
-    tried = _WEIGHTS_IN_SPACE if problem.layout.round else _WEIGHTS
+    problem = problem.by_cone
+    tried = _WEIGHTS_IN_SPACE if problem.by_friction.conic else _WEIGHTS
     found = (_in_turn(problem, load_factor, q, effort, weights, follow) for weights in tried)
     return next((one for one in found if one is not None), None)
 
@@ -63,9 +65,9 @@ def _in_turn(
     follow: Follow,
 ) -> Answer | None:
     """The last state within the limits that these weights lead to; of those that are exact, if any is."""
-    scaled, curved = in_units_of_load(problem), problem.layout.round
+    scaled, conic = in_units_of_load(problem), problem.by_friction.conic
     solvers = [
-        find_solver("cvxpy", None, tolerance) for tolerance in (_TOLERANCES if curved else _TOLERANCES[:1])
+        find_solver("cvxpy", None, tolerance) for tolerance in (_TOLERANCES if conic else _TOLERANCES[:1])
     ]
     answer: Answer | None = None
 
@@ -73,8 +75,9 @@ def _in_turn(
         for solver in solvers:
             follow(answer)
             # Contact points whose forces are indeterminate often stop Clarabel short of any tolerance.
-            nearly = curved and solver is solvers[-1]
-            if (one := program(solver, effort, _PURPOSE, nearly=nearly)) is not None:
+            nearly = conic and solver is solvers[-1]
+            solves = partial(has_optimum, solver=solver, effort=effort, purpose=_PURPOSE, nearly=nearly)
+            if (one := program(solves=solves)) is not None:
                 return one
         return None
 
@@ -87,13 +90,13 @@ def _in_turn(
         if d is None:
             break
         load_factor, q = scaled.load_factor * forces[0], scaled.force * forces[1]
-        answer = certified(problem, load_factor, q, d, curved=curved)
+        answer = certified(problem, load_factor, q, d)
         left = over_load_factor(answer.certificate.complementarity, answer.load_factor)
         if left <= _LEFT and not answer.failing(Kind.ONE_PASS):
             rougher = found is not None and found.exact and not answer.exact
             found = found if rougher else answer
         if weight is not None:
-            p = problem.rates(d, problem.dilatancy, curved=curved)
+            p = problem.rates(d, problem.dilatancy)
             forces = solved(partial(forces_for, scaled, p, weight=weight))
     follow(answer)
     return found

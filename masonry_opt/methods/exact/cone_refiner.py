@@ -8,13 +8,13 @@ from masonry_opt.answer.acceptance import Kind
 from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.reasons import Code
 from masonry_opt.methods.exact.alternation import alternated
-from masonry_opt.methods.exact.refiner import ExactState, Settling
+from masonry_opt.methods.exact.refiner import ExactState, StateFinder
 
 
-class ConeRefiner(Settling):
+class ConeRefiner(StateFinder):
     """By alternation: what holds λ up is not known, states have no neighbours."""
 
-    def settled(self, q: np.ndarray) -> ExactState | None:
+    def state_near(self, q: np.ndarray) -> ExactState | None:
         problem = self.problem
         # Forces of contacts that give, or of other loads, need not balance: the load that fits best.
         unbalanced = problem.unbalanced(0.0, q)

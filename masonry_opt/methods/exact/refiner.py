@@ -107,7 +107,7 @@ def _programs(problem: Problem) -> _Programs:
     return forces, motion, LinearProgram.of(forces.program), LinearProgram.of(motion.program)
 
 
-class Settling(ABC):
+class StateFinder(ABC):
     """What leads forces to exact states.
 
     Attributes
@@ -128,7 +128,7 @@ class Settling(ABC):
         self.size: LpSize | None = None
 
     @abstractmethod
-    def settled(self, q: np.ndarray) -> ExactState | None:
+    def state_near(self, q: np.ndarray) -> ExactState | None:
         """The exact state that forces (3c,) lead to; None if they lead to none."""
 
     def least(self, rates: np.ndarray, d: np.ndarray) -> ExactState | None:
@@ -147,7 +147,7 @@ class Settling(ABC):
             raise OutOfTime
 
 
-class Refiner(Settling):
+class Refiner(StateFinder):
     """The two linear programs of one problem, loaded once."""
 
     undecided: int
@@ -167,7 +167,7 @@ class Refiner(Settling):
         self._random_of_forces = problem.true_yield.T @ (self._random / problem.steep)
         self.undecided = 0
 
-    def under(self, problem: Problem, effort: Effort) -> Refiner:
+    def again_for(self, problem: Problem, effort: Effort) -> Refiner:
         """A refiner of a problem that differs in friction, cohesion and dilatancy alone. It shares the
         declared programs, unless dilatancy or steepness differs, or a friction is zero, which has no entry in
         the matrix."""
@@ -213,7 +213,7 @@ class Refiner(Settling):
             strength=strength,
         )
 
-    def settled(self, q: np.ndarray) -> ExactState | None:
+    def state_near(self, q: np.ndarray) -> ExactState | None:
         """The exact state that forces (3c,) lead to: on the mechanism that goes with them, then on others,
         until λ falls no more, or would fall below zero.
 

@@ -13,7 +13,7 @@ import numpy as np
 from masonry_opt.answer.answer import Answer
 from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.thresholds import ZERO, is_lower, same
-from masonry_opt.methods.exact.refiner import ExactState, Settling
+from masonry_opt.methods.exact.refiner import ExactState, StateFinder
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 
@@ -82,8 +82,8 @@ class Met:
 class Search:
     """Candidates of one problem: ``other_pass`` starts those of other loads and frictions."""
 
-    def __init__(self, settling: Settling, other_pass: OtherPass, met: Met) -> None:
-        self._settling, self.problem, self.met = settling, settling.problem, met
+    def __init__(self, finder: StateFinder, other_pass: OtherPass, met: Met) -> None:
+        self._finder, self.problem, self.met = finder, finder.problem, met
         self._other_pass = other_pass
 
     def start(self, q: np.ndarray) -> Candidate:
@@ -122,11 +122,11 @@ class Search:
             yield self.met.seen(kind, state)
 
     def _settled(self, q: np.ndarray | None) -> ExactState | None:
-        return None if q is None else self._settling.settled(q)
+        return None if q is None else self._finder.state_near(q)
 
     def _of_pass(self, problem: Problem) -> np.ndarray | None:
-        with self._settling.effort.measure("solve"):
-            state = self._other_pass(problem, lambda _: self._settling.check_time())
+        with self._finder.effort.measure("solve"):
+            state = self._other_pass(problem, lambda _: self._finder.check_time())
         return None if state is None else state.q
 
     def with_other_friction(self, rng: np.random.Generator) -> np.ndarray | None:
@@ -152,7 +152,7 @@ class Search:
         closing = problem.friction - problem.dilatancy
         cost = closing * rng.exponential(1.0, len(closing))
         for _ in range(_FIXED_POINT):
-            found = self._settling.at_cost(cost)
+            found = self._finder.at_cost(cost)
             if found is None:
                 return None
             q, p = found
@@ -168,7 +168,7 @@ class Search:
         drawn = rng.random(self.problem.faces)[state.holding]
         rates = state.rates.copy()
         rates[state.holding[drawn <= max(_LET_GO, drawn.min())]] = 0.0
-        relaxed = self._settling.least(rates, state.d)
+        relaxed = self._finder.least(rates, state.d)
         if relaxed is None:
             return None
         weight = rng.uniform()

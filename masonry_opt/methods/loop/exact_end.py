@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -47,12 +48,13 @@ def rough_end(problem: Problem, state: State, solver: Solver, effort: Effort) ->
     First the forces of low λ that leave little energy z·p for its rates; then the mechanism of the true flow
     rule that leaves least for those forces (the sub-problem's own if the solver finds none).
     """
-    scaled, solver = in_units_of_load(problem), taking_cones(solver, problem.layout.round)
-    forces = forces_for(scaled, state.p, solver, effort, _PURPOSE)
+    scaled, solver = in_units_of_load(problem.by_cone), taking_cones(solver, problem.layout.round)
+    solves = partial(has_optimum, solver=solver, effort=effort, purpose=_PURPOSE)
+    forces = forces_for(scaled, state.p, solves)
     if forces is None:
         return None
     load_factor, q = forces
-    d = motion_for(scaled, q, solver, effort, _PURPOSE)
+    d = motion_for(scaled, q, solves)
     whole = scaled.state(replace(state, load_factor=load_factor, q=q))
     return _belonging(problem, whole.load_factor, whole.q, state.d if d is None else d)
 
@@ -65,5 +67,5 @@ def belong_together(answer: Answer) -> bool:
 
 
 def _belonging(problem: Problem, load_factor: float, q: np.ndarray, d: np.ndarray) -> Answer | None:
-    answer = certified(problem, load_factor, q, d, curved=problem.layout.round)
+    answer = certified(problem.by_cone, load_factor, q, d)
     return answer if belong_together(answer) else None

@@ -13,27 +13,15 @@ from masonry_opt.answer.reasons import Code, Reason, reason
 from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.methods.loop.exact_end import belong_together
-from masonry_opt.methods.loop.options import LoopOptions, LoopParameters
+from masonry_opt.methods.loop.options import Attempt, LoopOptions
 from masonry_opt.methods.loop.run import Iteration, run
-from masonry_opt.methods.loop.steps import LimitUpdate, first_limits
+from masonry_opt.methods.loop.steps import LimitUpdate
 from masonry_opt.methods.task import Task
 from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.driver import Driver
 from masonry_opt.solvers.registry import Solver, find_solver, rougher
 from masonry_opt.standing.diagnosis import no_optimum
-
-#: Tolerance that a solver reaches where its own is too tight for a scene.
-_LOOSER = 1e-7
-
-
-@dataclass(frozen=True)
-class Attempt:
-    """What a run of the loop works with, and the option that was changed for it, such as "beta=0.3"."""
-
-    parameters: LoopParameters
-    solver: Solver
-    remedy: str = ""
 
 
 class Shortfall(StrEnum):
@@ -71,13 +59,6 @@ def _cohesive_start(last: Attempt) -> Attempt | None:
     return None if last.parameters.start == "cohesive" else _with(last, start="cohesive")
 
 
-def _looser_solver(last: Attempt) -> Attempt | None:
-    solver = rougher(last.solver, _LOOSER)
-    if solver == last.solver or last.parameters.tolerance is not None:
-        return None
-    return replace(last, solver=solver, remedy=f"tolerance={_LOOSER:.0e}")
-
-
 def _another_solver(last: Attempt) -> Attempt | None:
     name = "clarabel" if last.solver.name != "clarabel" else "highs-ipm"
     return replace(last, solver=find_solver("cvxpy", name), remedy=f"solver={name}")
@@ -94,10 +75,10 @@ def _with(last: Attempt, **changed: Any) -> Attempt:
 REMEDIES: dict[Status | Shortfall, tuple[Remedy, ...]] = {
     Status.LOCKED: (_cohesive_start,),
     Status.NO_STATE: (*(less_slope,) * 5, _accurately),
-    Status.CYCLING: (_accurately, _more_damping, _another_solver),
+    Status.CYCLING: (_accurately, _more_damping, _more_damping, _another_solver),
     Status.ITERATION_LIMIT: (_accurately,),
     Shortfall.INEXACT: (_accurately, _another_solver),
-    Status.SOLVER_FAILED: (_accurately, _looser_solver, _another_solver),
+    Status.SOLVER_FAILED: (_accurately, _another_solver),
     Shortfall.ROUGH: (_accurately,),
 }
 
@@ -120,8 +101,8 @@ def nonassociative(task: Task) -> Solution:
     Where a run of the loop fails, others follow with what ``REMEDIES`` lists for its failure, each recorded
     in the history and the reasons.
     """
-    problem, options = task.problem, task.options or LoopOptions()
-    attempt = Attempt(options.parameters(problem.joints, task.solver), task.solver)
+    given, options = task.problem, task.options or LoopOptions()
+    attempt = Attempt(options.parameters(given.joints, task.solver), task.solver)
     runs: list[_Ran] = []
     left = {failure: list(remedies) for failure, remedies in REMEDIES.items()}
     least: float | None = None
@@ -136,12 +117,13 @@ def nonassociative(task: Task) -> Solution:
     while True:
         before = runs[-1].attempt if runs else None
         if before is None or _sub_problems_of(attempt) != _sub_problems_of(before):
-            driver = _declare(task, attempt)
+            problem = given.by_cone if attempt.solver.entry.conic else given
+            driver = _declare(task, problem, attempt)
         revise = options.revise or LimitUpdate.limits
-        solution = run(problem, driver, attempt.parameters, attempt.solver, follow, revise)
+        solution = run(problem, driver, attempt, follow, revise)
         if not solution.history:
             word = solution.reasons[0].values["word"]
-            status, why = no_optimum(problem, word, attempt.solver, task.effort)
+            status, why = no_optimum(given, word, attempt.solver, task.effort)
             solution = replace(solution, status=status, reasons=(why,))
         runs.append(_Ran(attempt, solution, _failure(attempt, solution)))
         following = _next(runs, left, options)
@@ -154,23 +136,21 @@ def nonassociative(task: Task) -> Solution:
 
 def _borne_out(problem: Problem, state: State) -> bool:
     """Whether a sub-problem's state bears its load factor out under the joints' own flow rule."""
-    answer = certified(problem, state.load_factor, state.q, state.d, curved=state.curved)
+    answer = certified(problem, state.load_factor, state.q, state.d)
     return max(answer.residuals.values()) <= BORNE_OUT
 
 
-def _declare(task: Task, attempt: Attempt) -> Driver:
+def _declare(task: Task, problem: Problem, attempt: Attempt) -> Driver:
     rough = attempt.parameters.tolerance
     solver = attempt.solver if rough is None else rougher(attempt.solver, rough)
-    limits = first_limits(task.problem, attempt.parameters)
     # What is solved roughly is equally rough at every size in units of the load.
     of_load = rough is not None
 
     def declared() -> Driver:
-        curved = solver.entry.conic and task.problem.layout.round
         effort, purpose = task.effort, "sub-problems"
-        return Driver(task.problem, "static", solver, effort, limits, of_load, purpose, True, curved)
+        return Driver(problem, "static", solver, effort, of_load, purpose, repeats=True)
 
-    return task.kept.of(("sub-problems", solver.key, of_load), task.problem, task.effort, declared)
+    return task.kept.of(("sub-problems", solver.key, of_load), problem, task.effort, declared)
 
 
 def _sub_problems_of(attempt: Attempt) -> tuple[Solver, float | None]:

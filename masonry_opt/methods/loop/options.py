@@ -59,6 +59,15 @@ class LoopParameters:
     early: bool
 
 
+@dataclass(frozen=True)
+class Attempt:
+    """What a run of the loop works with, and the option that was changed for it, such as "beta=0.3"."""
+
+    parameters: LoopParameters
+    solver: Solver
+    remedy: str = ""
+
+
 class LoopOptions(Options):
     """Parameters of the loop.
 

@@ -16,12 +16,11 @@ from masonry_opt.answer.solution import Solution
 from masonry_opt.answer.status import Status
 from masonry_opt.answer.thresholds import SAME
 from masonry_opt.methods.loop.exact_end import accurate_end, rough_end
-from masonry_opt.methods.loop.options import LoopParameters
+from masonry_opt.methods.loop.options import Attempt
 from masonry_opt.methods.loop.steps import LimitUpdate, Revise, SubProblem, corrected, sub_problems
 from masonry_opt.problem.problem import Problem, ShearLimits
 from masonry_opt.problem.state import State
 from masonry_opt.solvers.driver import Driver
-from masonry_opt.solvers.registry import Solver
 
 #: Energy by which sliding joints are off the true law, over λ, from which on an early end is tried (on
 #: façades exact forces leave 3e-4 to 7e-4 of λ from there on, and 1e-3 takes two to three times the
@@ -78,7 +77,7 @@ class Iteration:
 def recorded(problem: Problem, last: SubProblem, before: State | None) -> Iteration:
     """The record of a sub-problem, given the state before it."""
     state, limits = last.optimum, last.limits
-    n, slip = problem.normal_forces(state.q), problem.slip(state.p, state.curved)
+    n, slip = problem.normal_forces(state.q), problem.slip(state.p)
     coulomb = ShearLimits.true(problem).at(n[problem.sliding])
     limit = limits.at(n[problem.sliding]) - last.small_cohesion
     change = np.nan if before is None else np.abs(n - problem.normal_forces(before.q)).max()
@@ -88,7 +87,7 @@ def recorded(problem: Problem, last: SubProblem, before: State | None) -> Iterat
         load_factor=state.load_factor,
         alpha=last.alpha,
         change=float(change),
-        violation=max(-float(problem.slacks(state.q, state.curved).min()), 0.0),
+        violation=max(-float(problem.slacks(state.q).min()), 0.0),
         raising=float(-problem.dead @ state.d) / unit,
         sliding=float(limits.cohesion @ slip) / unit,
         coulomb_sliding=float(coulomb @ slip) / unit,
@@ -101,8 +100,7 @@ def recorded(problem: Problem, last: SubProblem, before: State | None) -> Iterat
 def run(
     problem: Problem,
     driver: Driver,
-    parameters: LoopParameters,
-    solver: Solver,
+    attempt: Attempt,
     progress: Callable[[Iteration], None] = lambda _: None,
     revise: Revise = LimitUpdate.limits,
 ) -> Solution:
@@ -111,15 +109,16 @@ def run(
     Parameters
     ----------
     driver: of a static model; its shear limits alone are changed.
-    solver: of the exact end.
+    attempt: its parameters, and the solver of the exact end.
     """
-    return _Run(problem, driver, parameters, solver).follow(progress, revise)
+    return _Run(problem, driver, attempt).follow(progress, revise)
 
 
 class _Run:
-    def __init__(self, problem: Problem, driver: Driver, parameters: LoopParameters, solver: Solver) -> None:
-        self.problem, self.driver, self.parameters, self.solver = problem, driver, parameters, solver
-        kind = Kind.LOOP if parameters.finish else Kind.BARE_LOOP
+    def __init__(self, problem: Problem, driver: Driver, attempt: Attempt) -> None:
+        self.problem, self.driver = problem, driver
+        self.parameters, self.solver = attempt.parameters, attempt.solver
+        kind = Kind.LOOP if self.parameters.finish else Kind.BARE_LOOP
         self.ending = Solution(Status.ITERATION_LIMIT, kind)
         self.history: list[Iteration] = []
         self.load_factors: list[float] = []
@@ -141,8 +140,8 @@ class _Run:
             entry = recorded(self.problem, last, self.states[-1] if self.states else None)
             self.states.append(last.state)
             self.load_factors.append(last.state.load_factor)
-            q, d, curved = last.state.q, last.state.d, last.state.curved
-            found = Found(q=q, d=d, slope=self.problem.dilatancy, curved=curved)
+            q, d, forms = last.state.q, last.state.d, self.problem.forms
+            found = Found(q=q, d=d, slope=self.problem.dilatancy, forms=forms)
             self.ending = replace(self.ending, found=found)
             self.history.append(replace(entry, solved=None))
             progress(entry)
@@ -163,7 +162,7 @@ class _Run:
         parameters, state = self.parameters, last.optimum
         if parameters.start != "associative" or parameters.always or not obeys_own_flow(self.problem, state):
             return None
-        found = certified(self.problem, state.load_factor, state.q, state.d, curved=state.curved)
+        found = certified(self.problem, state.load_factor, state.q, state.d)
         ended = self.ending.ended(Status.CONVERGED, Code.FLOW_RULE_IDLE)
         return replace(ended, found=found, flow_rule_matters=False)
 
@@ -220,7 +219,7 @@ class _Run:
         if known and load_factor > self.load_factors[0]:
             ended = ended.telling(reason(Code.ABOVE_ASSOCIATIVE, by=load_factor - self.load_factors[0]))
             load_factor = self.load_factors[0]
-        found = certified(self.problem, load_factor, state.q, state.d, curved=state.curved)
+        found = certified(self.problem, load_factor, state.q, state.d)
         return replace(ended, found=found)
 
 
@@ -229,7 +228,7 @@ def obeys_own_flow(problem: Problem, state: State) -> bool:
     flow rule, too."""
     n = problem.normal_forces(state.q)
     spared = ShearLimits(problem.friction - problem.dilatancy_at(n), problem.cohesion).at(n[problem.sliding])
-    energy = float(spared @ problem.slip(state.p, state.curved))
+    energy = float(spared @ problem.slip(state.p))
     # Where nothing weighs or coheres λ is zero by any flow, and both energies are rounding.
     weighs = problem.dead.any() or problem.face_cohesion.any()
     return not weighs or energy <= SAME * abs(state.load_factor) * problem.live_norm

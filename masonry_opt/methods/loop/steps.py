@@ -148,7 +148,7 @@ def corrected(problem: Problem, last: SubProblem) -> float:
     """Step 6: λ less what the small cohesion dissipates."""
     state = last.optimum
     turns = problem.dilatancy_at(problem.normal_forces(state.q)) < problem.friction
-    dissipated = np.where(turns, last.small_cohesion, 0.0) @ problem.slip(state.p, state.curved)
+    dissipated = np.where(turns, last.small_cohesion, 0.0) @ problem.slip(state.p)
     return state.load_factor - float(dissipated) / problem.live_norm
 
 

@@ -12,7 +12,8 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import lsqr
 
 from masonry_opt.problem.faces import selection
-from masonry_opt.problem.problem import Law, Problem
+from masonry_opt.problem.laws import Law
+from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 
 
@@ -130,7 +131,7 @@ class EdgeForm:
         least = lsqr(self.A, -problem.dead, atol=1e-8, btol=1e-8, iter_lim=300)[0]
         self.least_forces = problem.by_kind(least)
 
-    def under(self, law: Law) -> EdgeForm:
+    def with_law(self, law: Law) -> EdgeForm:
         """The same, of joints under another law."""
         other = copy(self)
         other.problem = replace(self.problem, law=law)

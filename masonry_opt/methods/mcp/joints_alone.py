@@ -8,8 +8,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from masonry_opt.problem.faces import KINDS
+from masonry_opt.problem.laws import Law
 from masonry_opt.problem.matrices import Matrices
-from masonry_opt.problem.problem import Law, Problem
+from masonry_opt.problem.problem import Problem
 from masonry_opt.problem.state import State
 
 #: Largest size of a force without limits, over all loads: where it acts, no state has it.

@@ -60,11 +60,13 @@ class Passes:
         self._alone = JointsAlone.of(replace(problem, live=self._unit * problem.live))
         self._elimination = Elimination(EdgeForm(self._alone.problem, self._alone.most))
 
-    def under(self, problem: Problem, effort: Effort | None = None) -> Passes:
+    def again_for(self, problem: Problem, effort: Effort | None = None) -> Passes:
         """Passes over a problem that differs in friction, cohesion and dilatancy alone."""
         other = copy(self)
         other.problem = problem
-        other._elimination = self._elimination.of(self._elimination.form.under(self._alone.law(problem.law)))
+        other._elimination = self._elimination.of(
+            self._elimination.form.with_law(self._alone.law(problem.law))
+        )
         return other
 
     def giving(self, give: float, settled: np.ndarray | None = None) -> Passes:
@@ -165,7 +167,7 @@ class Passes:
         """The state that a pass over a problem of other loads or law ends in, with contacts that give."""
         same = problem.same_program(self.problem)
         give = _OTHERS_GIVE_IN_SPACE if problem.layout.round else _OTHERS_GIVE
-        return (self.under(problem) if same else Passes(problem)).giving(give).run(follow)
+        return (self.again_for(problem) if same else Passes(problem)).giving(give).run(follow)
 
 
 def unit_compliance(problem: Problem, least_forces: np.ndarray) -> np.ndarray:

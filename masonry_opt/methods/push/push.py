@@ -93,7 +93,9 @@ def push(problem: Problem, events: int = EVENTS, seconds: float = inf, seed: int
 def _pushed(problem: Problem, law: Law, noise: np.ndarray, most: int, until: float) -> Pushed:
     loose = law.loosened(noise)
     told: dict[str, Any] = {"settled": np.zeros(problem.B.shape[1])}
-    if problem.dead.any():
+    if problem.settled is not None:
+        told["settled"] = problem.settled
+    elif problem.dead.any():
         path = settling(problem, loose)
         end = path.follow(-1, most, until)
         told["settling"] = tuple(path.events)

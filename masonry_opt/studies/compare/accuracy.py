@@ -163,26 +163,26 @@ def certified_bounds(problem: Problem) -> CertifiedBounds:
     that one which is not, by these, is by no law.
     """
     scaled = in_units_of_load(problem)
-    problem, curved = scaled.problem, problem.layout.round
-    by_sides = _statics(problem)
+    problem = scaled.problem.by_cone
+    conic, by_sides = problem.by_friction.conic, _statics(problem)
     small = problem.joints < _SMALL
     if falling_mechanism(problem, find_solver("cvxpy", None), Effort()) is not None:
         return CertifiedBounds(-np.inf, -np.inf)
-    if curved:
+    if conic:
         statics, kinematics = _statics_by_cones(problem), _kinematics_by_cones(problem)
     else:
         statics, kinematics = by_sides, _kinematics(problem)
     within, opening = statics.interior(), kinematics.interior()
     bounds = CertifiedBounds(-np.inf, np.inf)
     for language, name, tolerance in _SOURCES:
-        if name == "highs" and (curved or not small):
+        if name == "highs" and (conic or not small):
             continue
         solver = find_solver(language, name, tolerance)
-        driver = Driver(problem, "static", solver, Effort(), of_load=True, curved=curved)
-        state = driver.solve(nearly=curved).state
+        driver = Driver(problem, "static", solver, Effort(), of_load=True)
+        state = driver.solve(nearly=conic).state
         if state is None:
             continue
-        p = _speeds(problem, state.d) if curved else state.p
+        p = _speeds(problem, state.d) if conic else state.p
         lower = scaled.load_factor * statics.inside(np.append(state.q, state.load_factor), within)
         upper = scaled.load_factor * kinematics.inside(np.concatenate([state.d, p]), opening)
         bounds = CertifiedBounds(float(np.fmax(bounds.lower, lower)), float(np.fmin(bounds.upper, upper)))
@@ -258,5 +258,5 @@ def _speeds(problem: Problem, d: np.ndarray) -> np.ndarray:
     slips = [slip[problem.sliding] for slip in slips]
     speed = np.hypot(*slips)
     opening[problem.sliding] -= problem.friction * speed
-    limits = problem.rates(d, problem.friction, curved=True)[problem.table.limits]
+    limits = problem.rates(d, problem.friction)[problem.table.limits]
     return np.concatenate([np.maximum(opening, 0.0), limits, speed, *slips])

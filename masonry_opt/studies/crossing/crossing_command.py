@@ -22,7 +22,6 @@ from masonry_opt.command_options import (
 from masonry_opt.errors import InterruptedByUserError, OutputError, counted
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.studies.crossing.crossing import crossing as cross
-from masonry_opt.studies.writing import refuse_saving
 from masonry_opt.words.sentences import numeral
 from masonry_opt.words.terminal import frame_text, print_text
 
@@ -61,7 +60,9 @@ def crossing(
     130: interrupted, with what was found by then.
     """
     if plot is not None:
-        refuse_saving(plot, force)
+        from masonry_opt.drawing.figure import refuse_file
+
+        refuse_file(plot, force)
     with Console(stderr=True).status("crossing") as status:
 
         def progress(position: float, load_factor: float) -> None:

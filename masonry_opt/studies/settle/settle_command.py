@@ -25,7 +25,6 @@ from masonry_opt.errors import InterruptedByUserError, OptionError, OutputError
 from masonry_opt.methods.registry import DEFAULT, METHODS
 from masonry_opt.scene.case_file import load
 from masonry_opt.studies.settle.settle import settle as find
-from masonry_opt.studies.writing import refuse_saving
 from masonry_opt.words.terminal import print_text
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
@@ -69,7 +68,9 @@ def settle(
     """
     seen_from = angles(view)
     if plot is not None:
-        refuse_saving(plot, force)
+        from masonry_opt.drawing.figure import refuse_file
+
+        refuse_file(plot, force)
         refuse_view(load(case), seen_from)
     elif greatest or force or view is not None:
         raise OptionError("--greatest, --view and --force say how to draw: give --plot FILE too")

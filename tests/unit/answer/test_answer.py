@@ -20,9 +20,9 @@ def certificates(monkeypatch):
     counts = Counter()
     certify = answer.certify
 
-    def counted(problem, load_factor, q, d, slope, parabola=False):
+    def counted(problem, load_factor, q, d, slope):
         counts[load_factor, q.tobytes(), d.tobytes(), slope.tobytes()] += 1
-        return certify(problem, load_factor, q, d, slope, parabola)
+        return certify(problem, load_factor, q, d, slope)
 
     monkeypatch.setattr(answer, "certify", counted)
     return counts
@@ -49,8 +49,8 @@ def test_an_associative_answer_is_judged_under_both_flow_rules():
     result = mo.solve(block_on_floor(4, 2, 0.5), "static")
     found, problem = result.solution.answer, result.assembly.problem
     assert not found.failing(Kind.ASSOCIATIVE)
-    assert found.under(problem, problem.friction) is found
-    left = found.under(problem, problem.dilatancy).failing(Kind.EXACT)
+    assert found.certified_by(problem, problem.friction) is found
+    left = found.certified_by(problem, problem.dilatancy).failing(Kind.EXACT)
     assert left == {"complementarity": pytest.approx(1.0)}
     assert not result.exact
 
@@ -61,8 +61,8 @@ def test_an_answer_of_contacts_that_give_is_judged_with_them_and_with_rigid_ones
     found, problem = result.solution.answer, result.assembly.problem
     soft = replace(problem, compliance=found.compliance)
     assert not found.failing(Kind.EXACT)
-    assert found.under(soft, problem.dilatancy) is found
-    left = found.under(problem, problem.dilatancy)
+    assert found.certified_by(soft, problem.dilatancy) is found
+    left = found.certified_by(problem, problem.dilatancy)
     assert left.compliance is None
     assert left.failing(Kind.EXACT).keys() == {"flow", "complementarity"}
     assert 1e-3 < left.certificate.flow < 1e-1

@@ -13,10 +13,10 @@ import masonry_opt as mo
 from masonry_opt.answer.certificate import certify
 from masonry_opt.answer.reasons import Code
 from masonry_opt.effort import Effort
-from masonry_opt.methods.exact import energy
+from masonry_opt.methods.loop import exact_end
 from masonry_opt.methods.loop import run as loop_run
 from masonry_opt.methods.loop.exact_end import MOST_ENERGY, accurate_end, rough_end
-from masonry_opt.methods.loop.options import LoopOptions
+from masonry_opt.methods.loop.options import Attempt, LoopOptions
 from masonry_opt.models.cvxpy_exact import CvxpyForces, energy_costs
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.state import State
@@ -84,7 +84,7 @@ def test_without_a_mechanism_of_its_own_flow_the_sub_problem_s_is_kept(monkeypat
         solved.append(has_optimum(*arguments, **options))
         return len(solved) == 1 and solved[0]
 
-    monkeypatch.setattr(energy, "has_optimum", only_the_first)
+    monkeypatch.setattr(exact_end, "has_optimum", only_the_first)
     found = rough_end(problem, state, CLARABEL, Effort())
     assert solved == [True, True]
     np.testing.assert_array_equal(found.d, state.d)
@@ -127,7 +127,7 @@ def test_an_early_end_that_fails_is_tried_again_after_a_pause(monkeypatch):
     parameters = LoopOptions(sub_problems="rough", tol=0.5, max_iterations=14).parameters(1, CLARABEL)
     seen, tried_after = [], []
     monkeypatch.setattr(loop_run, "rough_end", lambda *_: tried_after.append(len(seen)))
-    solution = loop_run.run(problem, declared(problem), parameters, CLARABEL, seen.append)
+    solution = loop_run.run(problem, declared(problem), Attempt(parameters, CLARABEL), seen.append)
     assert solution.status is mo.Status.ITERATION_LIMIT
     assert [reason.code for reason in solution.reasons] == [Code.STILL_CHANGES]
     assert len(tried_after) > 2

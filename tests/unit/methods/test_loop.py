@@ -9,7 +9,7 @@ from scenes import WALLS, block_on_floor, declared, small_wall, two_blocks
 
 import masonry_opt as mo
 from masonry_opt.answer.reasons import Code
-from masonry_opt.methods.loop.options import PAPER, ROUGH_FROM, LoopOptions
+from masonry_opt.methods.loop.options import PAPER, ROUGH_FROM, Attempt, LoopOptions
 from masonry_opt.methods.loop.run import diverges, obeys_own_flow, period, run
 from masonry_opt.methods.loop.steps import LimitUpdate, SubProblem, corrected
 from masonry_opt.problem.assembly import assemble
@@ -24,7 +24,7 @@ def followed(problem, driver, **options):
     """A run of the loop with those options, and its steps."""
     said = []
     parameters = LoopOptions(**options).parameters(problem.joints, CLARABEL)
-    return run(problem, driver, parameters, CLARABEL, said.append), said
+    return run(problem, driver, Attempt(parameters, CLARABEL), said.append), said
 
 
 # What it changes ---------------------------------------------------------------------------------------

@@ -15,8 +15,9 @@ from masonry_opt.effort import Effort
 from masonry_opt.methods.exact.refiner import Refiner
 from masonry_opt.problem.assembly import assemble
 from masonry_opt.problem.faces import space
+from masonry_opt.problem.laws import Law
 from masonry_opt.problem.matrices import Matrices
-from masonry_opt.problem.problem import Law, Problem
+from masonry_opt.problem.problem import Problem
 
 #: Four senses of sliding at a contact point.
 SPACE = space(4)
@@ -103,10 +104,10 @@ def test_static_and_kinematic_programs_agree(language, formulation, of_load):
 
 def test_the_exact_programs_find_the_box_s_state():
     problem = box()
-    settled = Refiner(problem, Effort()).settled(declared(problem).solve().state.q)
-    left = certify(problem, settled.load_factor, settled.q, settled.d, problem.dilatancy)
+    found = Refiner(problem, Effort()).state_near(declared(problem).solve().state.q)
+    left = certify(problem, found.load_factor, found.q, found.d, problem.dilatancy)
     assert left.worst < 1e-8
-    assert problem.slip_speed(settled.d).min() > 0.1
+    assert problem.slip_speed(found.d).min() > 0.1
 
 
 @pytest.mark.parametrize("name", KINDS_OF_JOINTS)

@@ -1,0 +1,175 @@
+"""Laws of joints: friction by senses of sliding or by the cone, strength by chords or by the parabola.
+
+Each has rows of its own among the faces (see :class:`~.faces.Faces`): of the cone and the parabola those of
+their sides and chords, while slacks and energy of a state are by the curve.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from masonry_opt.problem.chords import CHORDS, chord_rates, crushing_energy
+from masonry_opt.problem.faces import Layout
+
+
+class _Limited:
+    """A law of joints.
+
+    Attributes
+    ----------
+    conic: whether it is a curve, for solvers of conic programs.
+    """
+
+    conic = False
+
+    def __init__(self, layout: Layout, law: Law) -> None:
+        self.layout, self.law = layout, law
+
+
+class Sides(_Limited):
+    """Coulomb friction with cohesion by senses of sliding: the two of the plane, in space those of a polygon
+    inside the cone.
+
+        factor (c + μ n) − e·s ≥ 0    for each sense e
+    """
+
+    @property
+    def word(self) -> str:
+        """What a result calls it; nothing in the plane, where there is no other."""
+        return f"polygon of {len(self.layout.senses)} sides" if self.layout.round else ""
+
+    def slacks(self, z: np.ndarray, n: np.ndarray, shears: np.ndarray) -> np.ndarray:
+        """Slacks of the senses, shape (senses, k), given those of their rows, and normal forces (k,) and
+        shears (shears, k)."""
+        return z
+
+    def energy(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> float:
+        """Energy of sliding at rates (senses, k) without being at yield."""
+        return float(np.abs(z * slides).sum())
+
+    def speed(self, slides: np.ndarray) -> np.ndarray:
+        """What the shear limit dissipates at rates of the senses (senses, k), over it, shape (k,)."""
+        speed: np.ndarray = self.layout.factor * slides.sum(axis=0)
+        return speed
+
+
+class Cone(Sides):
+    """The cone of friction in space, c + μ n ≥ |(s, t)|, in each of its senses."""
+
+    conic = True
+    word = "cone"
+
+    def slacks(self, z: np.ndarray, n: np.ndarray, shears: np.ndarray) -> np.ndarray:
+        """As of the sides: c + μ n − |(s, t)| in all senses."""
+        return np.broadcast_to(self._limit(n) - np.hypot(*shears), z.shape)
+
+    def energy(self, z: np.ndarray, slides: np.ndarray, n: np.ndarray, shears: np.ndarray) -> float:
+        """As of the sides."""
+        work = (shears * (self.layout.senses.T @ slides)).sum(axis=0)
+        return float(np.abs(self._limit(n) * self.speed(slides) - work).sum())
+
+    def speed(self, slides: np.ndarray) -> np.ndarray:
+        """As of the sides: that of the slip."""
+        return np.hypot(*(self.layout.senses.T @ slides))
+
+    def _limit(self, n: np.ndarray) -> np.ndarray:
+        return self.law.cohesion + self.law.friction * n
+
+
+class Chords(_Limited):
+    """Limited strength by chords of the parabola at both points (see :mod:`~.chords`)."""
+
+    word = "chords"
+
+    @staticmethod
+    def rates(opening: np.ndarray) -> np.ndarray:
+        """Rates p ≥ 0 of the chords, shape (2, l, chords), of joints that open so at their points, shape
+        (2, l): a joint that can crush follows every motion."""
+        first, second = opening
+        return chord_rates((first + second) / 2, (second - first) / 2)
+
+    def slacks(self, z: np.ndarray, at_points: np.ndarray) -> np.ndarray:
+        """Slacks of the chords, shape (2, l, chords), given those of their rows, and normal forces at the
+        points (2, l)."""
+        return z
+
+    def energy(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> float:
+        """Energy of crushing at rates (2, l, chords) without being at yield."""
+        return float(np.abs(z * p).sum())
+
+
+class Parabola(Chords):
+    """The parabola itself, 2 n₁, 2 n₂ ≥ n² / (f_c L): the paper's |m| ≤ L/2 (n − n² / (f_c L))."""
+
+    conic = True
+    word = "parabola"
+
+    def slacks(self, z: np.ndarray, at_points: np.ndarray) -> np.ndarray:
+        """As of the chords: the same of all."""
+        lost = at_points.sum(axis=0) ** 2 / self.law.crushing_force
+        return np.broadcast_to((self.layout.points * at_points - lost)[..., None], z.shape)
+
+    def energy(self, z: np.ndarray, p: np.ndarray, at_points: np.ndarray) -> float:
+        """As of the chords."""
+        first, second = at_points
+        opening, turning = (p.sum(axis=0) * CHORDS.slope).sum(axis=1), (p[1] - p[0]).sum(axis=1)
+        given = crushing_energy(opening, turning) * self.law.crushing_force
+        taken = -(first + second) * opening - (second - first) * turning
+        return float(np.abs(given - taken).sum())
+
+
+class Forms(NamedTuple):
+    """By which laws joints are held: friction, and strength."""
+
+    friction: type[Sides] = Sides
+    strength: type[Chords] = Chords
+
+
+#: As linear programs take them.
+BY_FACES = Forms()
+
+
+@dataclass(frozen=True)
+class Law:
+    """Friction and strength of the joints that have any limit, and limits of forces.
+
+    Attributes
+    ----------
+    sliding: indices of the joints that can slide (friction is limited), shape (k,).
+    friction, dilatancy: μ and tan φ₀ of the joints that can slide, shape (k,).
+    cohesion: of the joints that can slide, as a force (per unit length × L), shape (k,).
+    dilatancy_force: normal forces up to which the dilatancy is whole and from which there is none (``inf``
+        where it does not depend on them), shape (k, 2).
+    crushing: indices of the joints of limited strength, shape (l,).
+    crushing_force: f_c L, the normal force that crushes all of such a joint, shape (l,).
+    lowest, highest: limits of the limited forces, ±``inf`` where there is none, shape (t,).
+    forms: by which laws friction and strength are measured.
+    """
+
+    sliding: np.ndarray
+    friction: np.ndarray
+    cohesion: np.ndarray
+    dilatancy: np.ndarray
+    dilatancy_force: np.ndarray
+    crushing: np.ndarray
+    crushing_force: np.ndarray
+    lowest: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    highest: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    forms: Forms = BY_FACES
+
+    @property
+    def dilatancy_depends_on_stress(self) -> bool:
+        """Whether the dilatancy of any joint falls with its normal force."""
+        return bool((np.isfinite(self.dilatancy_force[:, 1]) & (self.dilatancy != 0)).any())
+
+    def dilatancy_at(self, n: np.ndarray) -> np.ndarray:
+        """tan φ₀ of the joints that can slide, shape (k,), under normal forces n of all joints, shape (c,)
+        (section 6.5)."""
+        depends = np.isfinite(self.dilatancy_force[:, 1])
+        full, none = self.dilatancy_force[depends].T
+        share = np.ones(len(self.sliding))
+        share[depends] = np.clip((none - n[self.sliding][depends]) / (none - full), 0.0, 1.0)
+        return self.dilatancy * share
