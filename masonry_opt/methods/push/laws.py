@@ -20,13 +20,17 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.sparse.linalg import lsqr
+import scipy.sparse as sp
+from scipy.sparse.linalg import spsolve
 
 from masonry_opt.problem.chords import CHORDS
 from masonry_opt.problem.problem import Problem
 
 #: Friction below which bonds are a slider's cohesion.
 _SMOOTH = 1e-3
+
+#: Added to the diagonal of B Bᵀ, for blocks that some motion finds no force against.
+_REGULARISATION = 1e-12
 
 #: Rows of a table that are forces; what follows is left to boundaries.
 FORCES = slice(3)
@@ -51,7 +55,8 @@ def compliance(problem: Problem) -> np.ndarray:
     joint of mean length moves by one along its normal. Stiffness grows with length, and is half as large in
     shear as along the normal, as of stone."""
     c, t = problem.joints, problem.matrices.limited
-    least = lsqr(problem.B, -problem.dead, atol=1e-8, btol=1e-8, iter_lim=300)[0]
+    of_blocks = problem.B @ problem.B.T + _REGULARISATION * sp.eye_array(problem.dead.size)
+    least = problem.B.T @ spsolve(of_blocks.tocsc(), -problem.dead)
     extent = np.append(problem.matrices.extent, np.ones(t))
     of_point = extent.mean() / extent / (np.abs(least[: 2 * c]).mean() or 1.0)
     return np.concatenate([*3 * [of_point[:c]], of_point[c:] / 2])
