@@ -218,4 +218,5 @@ def test_events_tell_what_joints_do():
 def test_what_the_push_does_not_take():
     assert takes(problem_of(irregular()))
     assert not takes(problem_of("space/corner_wall"))
+    assert not takes(problem_of(small_wall(friction=1e5)))
     assert not takes(problem_of(small_wall(dilatancy=0.2, dilatancy_stress=(0.1, 1.0))))

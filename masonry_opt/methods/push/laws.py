@@ -26,8 +26,8 @@ from scipy.sparse.linalg import spsolve
 from masonry_opt.problem.chords import CHORDS
 from masonry_opt.problem.problem import Problem
 
-#: Friction below which bonds are a slider's cohesion.
-_SMOOTH = 1e-3
+#: Friction below which bonds are a slider's cohesion; and above which paths turn in circles.
+_SMOOTH, _STEEP = 1e-3, 1e3
 
 #: Added to the diagonal of B Bᵀ, for blocks that some motion finds no force against.
 _REGULARISATION = 1e-12
@@ -43,11 +43,11 @@ _SENSES = np.stack([_ONE[2], -_ONE[2]])
 
 
 def takes(problem: Problem) -> bool:
-    """Whether this is the law of the problem's joints: in the plane, of constant dilatancy, and without
-    forces that have no limit (which stand for supports)."""
+    """Whether this is the law of the problem's joints: in the plane, of constant dilatancy, of no friction
+    so large that numbers are lost, and without forces that have no limit (which stand for supports)."""
     free = np.isinf(problem.lowest) & np.isinf(problem.highest)
-    contracts = problem.friction * problem.dilatancy <= -1
-    return not (problem.layout.round or problem.dilatancy_depends_on_stress or free.any() or contracts.any())
+    beyond = (problem.friction > _STEEP) | (problem.friction * problem.dilatancy <= -1)
+    return not (problem.layout.round or problem.dilatancy_depends_on_stress or free.any() or beyond.any())
 
 
 def compliance(problem: Problem) -> np.ndarray:
