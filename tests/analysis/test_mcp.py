@@ -320,6 +320,7 @@ def test_a_state_above_its_limits_is_no_answer(monkeypatch, no_simplex):
     """A pass that claims to have ended is not believed where the certificate fails."""
     never = dict.fromkeys(vars(LIMITS[Kind.ONE_PASS]), -1.0)
     monkeypatch.setitem(LIMITS, Kind.ONE_PASS, type(LIMITS[Kind.ONE_PASS])(**never))
+    monkeypatch.setattr(compliant, "by_push", lambda _: None)
     result = mo.solve(two_blocks(), expected=False, descent=False)
     assert (result.status, result.load_factor) == (mo.Status.SOLVER_FAILED, None)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 from masonry_opt.answer.acceptance import Kind
@@ -31,7 +32,7 @@ def by_push(task: Task) -> Solution | None:
     with effort.measure("solve"):
         found = push(problem, EVENTS_A_JOINT * problem.joints)
     events = tuple(
-        event._replace(load_factor=event.load_factor / problem.live_norm)
+        replace(event, load_factor=event.load_factor / problem.live_norm)
         for event in (*found.settling, *found.events)
     )
     ending = Solution(Status.SOLVER_FAILED, Kind.COMPLIANT, history=events, solver=task.solver)

@@ -15,7 +15,6 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from math import inf
 from time import perf_counter
-from typing import NamedTuple
 
 import numpy as np
 
@@ -38,7 +37,8 @@ class End(StrEnum):
     BUDGET = "budget"
 
 
-class Event(NamedTuple):
+@dataclass(frozen=True)
+class Event:
     """A boundary met at u, or t, and λ; the joint, or limited force (c and on), and what it does."""
 
     at: float
