@@ -1,0 +1,88 @@
+"""The command `masonry-opt capacity`."""
+
+from __future__ import annotations
+
+import csv
+import json as json_module
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from masonry_opt.analysis import solve
+from masonry_opt.cli.options import Case, Json, Plot, Table, numbers
+from masonry_opt.cli.running import writing
+from masonry_opt.cli.signatures import Given, command
+from masonry_opt.drawing.figure import refuse_picture
+from masonry_opt.errors import OptionError
+from masonry_opt.finite_motion.capacity import Capacity
+from masonry_opt.finite_motion.capacity import capacity as follow
+from masonry_opt.words.terminal import frame_text, print_text
+
+
+@command(
+    solve,
+    follow,
+    Capacity.check,
+    Capacity.save,
+    labels=("", "", "With --spectrum", ""),
+    leave="model solver tolerance expected ultimate secant row",
+    point=typer.Option(
+        metavar="X,Y",
+        help="With --block: a point of it. Default: its centroid.",
+        parser=numbers("--point {}: write it as X,Y, such as 0.5,2", 2),
+    ),
+)
+def capacity(
+    given: Given,
+    case: Case,
+    spectrum: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Check against a spectrum: lines of period (s), acceleration (g)."),
+    ] = None,
+    plot: Plot = None,
+    table: Table = False,
+    json: Json = False,
+) -> None:
+    """Exit code 0: the curve comes down to λ = 0; 1: it stops before, or there is no load factor; 2: wrong case
+    file or option.
+    """
+    drawing, checking, following = map(given.take, (Capacity.save, Capacity.check, follow))
+    if plot is not None:
+        refuse_picture(plot, **drawing)
+    periods = None if spectrum is None else _spectrum(spectrum)
+    found = follow(solve(case, expected=False, **given.rest()), **following)
+    check = None if periods is None else found.check(periods, **checking)
+    if plot is not None:
+        with writing(plot):
+            found.save(plot, **drawing)
+    if json:
+        told = found.as_dict() | {"check": check.as_dict() if check else None}
+        print_text(json_module.dumps(told, allow_nan=False, ensure_ascii=False))
+    else:
+        print_text(str(found) + (f"\n{check}" if check else ""))
+        if table:
+            print_text(frame_text(found.table.drop(columns="pairs"), "states"))
+    if not found.reaches_zero:
+        raise typer.Exit(1)
+
+
+def _spectrum(path: Path) -> list[tuple[float, float]]:
+    pairs: list[tuple[float, float]] = []
+    try:
+        with path.open(newline="", encoding="utf-8") as stream:
+            lines = csv.reader(stream)
+            for line in lines:
+                if line and not line[0].startswith("#"):
+                    period, acceleration = map(float, line)
+                    pairs.append((period, acceleration))
+    except OSError as error:
+        raise OptionError(f"{path}: cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise OptionError(f"{path}: is no text") from None
+    except (ValueError, csv.Error):
+        raise OptionError(
+            f"{path}: line {lines.line_num}: a spectrum has a period (s) and an acceleration (g) on each "
+            "line, as in 0.15,0.45; begin other lines with #"
+        ) from None
+    return pairs
