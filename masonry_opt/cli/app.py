@@ -16,7 +16,10 @@ from typer.core import TyperCommand, TyperGroup
 from masonry_opt.errors import InterruptedByUserError, MasonryError, OutputError, ReaderGoneError
 from masonry_opt.words.terminal import print_text, results_alone
 
-#: What each command does. It is in the module of its name, which is loaded when it is called.
+#: Modules of commands, which are loaded when these are called: others have that of their name.
+_MODULES = {"check": "solve"} | dict.fromkeys(("crossing", "directions", "least", "settle"), "studies")
+
+#: What each command does.
 COMMANDS = {
     "solve": "Find the load factor at which CASE collapses, of all its load cases unless one is named.",
     "check": "Hold static against kinematic and CVXPY against Pyomo on CASE.",
@@ -30,8 +33,8 @@ COMMANDS = {
     "crossing": "Move the axles of CASE over its road: the load factor by position, and the worst.",
     "least": "Find the least value of a number of CASE at which it stands, or carries a load.",
     "reproduce": "Rebuild results of the paper from the case files (cases/ here, or else the package's own).",
-    "settle": "Find the least and the greatest reaction of a support of CASE, in one direction, with which it "
-    "stands.",
+    "settle": "Find the least and the greatest reaction of a support of CASE, in one direction, with which "
+    "it stands.",
     "sweep": "Solve CASE for every combination of values of its numbers, or for values drawn from "
     "distributions.",
 }
@@ -54,7 +57,7 @@ class _Commands(TyperGroup):
 def load(name: str) -> Any:
     """A command, with all its options."""
     try:
-        module = import_module(f"masonry_opt.cli.{name}")
+        module = import_module(f"masonry_opt.cli.{_MODULES.get(name, name)}")
     except KeyboardInterrupt:
         raise InterruptedByUserError("interrupted") from None
     command: Any = typer.main.get_command(getattr(module, name))

@@ -9,62 +9,56 @@ from typing import Annotated
 
 import typer
 
-from masonry_opt.analysis import solve
+import masonry_opt as mo
 from masonry_opt.cli.options import Case, Json, Plot, Table, numbers
-from masonry_opt.cli.running import writing
+from masonry_opt.cli.running import tell
 from masonry_opt.cli.signatures import Given, command
 from masonry_opt.drawing.figure import refuse_picture
 from masonry_opt.errors import OptionError
-from masonry_opt.finite_motion.capacity import Capacity
-from masonry_opt.finite_motion.capacity import capacity as follow
-from masonry_opt.words.terminal import frame_text, print_text
+from masonry_opt.words.terminal import frame_text
+
+_POINT = typer.Option(
+    metavar="X,Y",
+    help="With --block: a point of it. Default: its centroid.",
+    parser=numbers("--point {}: write it as X,Y, such as 0.5,2", 2),
+)
+_SPECTRUM = "Check against a spectrum: lines of period (s), acceleration (g)."
 
 
 @command(
-    solve,
-    follow,
-    Capacity.check,
-    Capacity.save,
+    mo.solve,
+    mo.capacity,
+    mo.Capacity.check,
+    mo.Capacity.save,
     labels=("", "", "With --spectrum", ""),
     leave="model solver tolerance expected ultimate secant row",
-    point=typer.Option(
-        metavar="X,Y",
-        help="With --block: a point of it. Default: its centroid.",
-        parser=numbers("--point {}: write it as X,Y, such as 0.5,2", 2),
-    ),
+    point=_POINT,
 )
 def capacity(
     given: Given,
     case: Case,
-    spectrum: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Check against a spectrum: lines of period (s), acceleration (g)."),
-    ] = None,
+    spectrum: Annotated[Path | None, typer.Option(metavar="FILE", help=_SPECTRUM)] = None,
     plot: Plot = None,
     table: Table = False,
     json: Json = False,
 ) -> None:
-    """Exit code 0: the curve comes down to λ = 0; 1: it stops before, or there is no load factor; 2: wrong case
-    file or option.
+    """Exit code 0: the curve comes down to λ = 0; 1: it stops before, or there is no load factor; 2: wrong
+    case file or option.
     """
-    drawing, checking, following = map(given.take, (Capacity.save, Capacity.check, follow))
+    drawing, checking = given.take(mo.Capacity.save), given.take(mo.Capacity.check)
+    following = given.take(mo.capacity)
     if plot is not None:
         refuse_picture(plot, **drawing)
     periods = None if spectrum is None else _spectrum(spectrum)
-    found = follow(solve(case, expected=False, **given.rest()), **following)
+    found = mo.capacity(mo.solve(case, expected=False, **given.rest()), **following)
     check = None if periods is None else found.check(periods, **checking)
-    if plot is not None:
-        with writing(plot):
-            found.save(plot, **drawing)
     if json:
         told = found.as_dict() | {"check": check.as_dict() if check else None}
-        print_text(json_module.dumps(told, allow_nan=False, ensure_ascii=False))
+        text = json_module.dumps(told, allow_nan=False, ensure_ascii=False)
     else:
-        print_text(str(found) + (f"\n{check}" if check else ""))
-        if table:
-            print_text(frame_text(found.table.drop(columns="pairs"), "states"))
-    if not found.reaches_zero:
-        raise typer.Exit(1)
+        states = [frame_text(found.table.drop(columns="pairs"), "states")] if table else []
+        text = "\n".join([str(found), *([str(check)] if check else []), *states])
+    tell(text, found, found.reaches_zero, plot, drawing)
 
 
 def _spectrum(path: Path) -> list[tuple[float, float]]:

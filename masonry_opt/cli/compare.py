@@ -8,15 +8,16 @@ import typer
 from rich.console import Console
 from rich.markup import escape
 
+import masonry_opt as mo
 from masonry_opt.cli.signatures import Given, command
 from masonry_opt.errors import InterruptedByUserError, OptionError
 from masonry_opt.studies.cases import CASES_HELP
 from masonry_opt.studies.compare.comparison import OUT
-from masonry_opt.studies.compare.comparison import compare as compare_scenes
 from masonry_opt.studies.process import ended_by_kill
 from masonry_opt.studies.writing import NEEDED
 from masonry_opt.words.terminal import print_text
 
+_SCENES = typer.Argument(metavar="CASE...", help="Case files, or names of those in --cases.")
 _SOLVERS = "Also: highs-hipo, piqp (in the extra 'solvers'), and what CVXPY finds: osqp, scs, ..."
 
 
@@ -33,7 +34,7 @@ def _numbers(text: str) -> list[float]:
 
 
 @command(
-    compare_scenes,
+    mo.compare,
     methods=typer.Option(help="Separated by commas; also: global.", parser=_names),
     solvers=typer.Option(help=_SOLVERS, parser=_names),
     models=typer.Option(help="Modelling languages.", parser=_names),
@@ -45,16 +46,14 @@ def _numbers(text: str) -> list[float]:
 )
 def compare(
     given: Given,
-    scenes: Annotated[
-        list[str] | None, typer.Argument(metavar="CASE...", help="Case files, or names of those in --cases.")
-    ] = None,
+    scenes: Annotated[list[str] | None, _SCENES] = None,
 ) -> None:
     """An interrupted comparison continues where it stopped. Exit code 0: done; 1: every run crashed or died;
     130: interrupted; 2: wrong case file or option.
     """
     errors = Console(stderr=True)
     with errors.status("comparing") as status, ended_by_kill():
-        comparison = compare_scenes(scenes or [], progress=lambda line: status.update(escape(line)), **given)
+        comparison = mo.compare(scenes or [], progress=lambda line: status.update(escape(line)), **given)
     print_text(str(comparison))
     folder = given.get("out", OUT)
     page = folder / "report.html"

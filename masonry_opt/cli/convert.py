@@ -4,30 +4,30 @@ from __future__ import annotations
 
 import inspect
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+import masonry_opt as mo
 from masonry_opt.cli.options import Force, numbers
 from masonry_opt.cli.signatures import Given, command
 from masonry_opt.errors import OptionError, OutputError, counted
 from masonry_opt.scene.blocks import Block
-from masonry_opt.scene.case_file import CaseFile, MeshTable, load, save
+from masonry_opt.scene.case_file import CaseFile, MeshTable, save
 from masonry_opt.scene.contacts.find import find_joints
-from masonry_opt.scene.drawings.compas import read_compas
-from masonry_opt.scene.drawings.dxf import read_dxf, write_dxf
-from masonry_opt.scene.drawings.mesh_files import MESHES, read_mesh
+from masonry_opt.scene.drawings.mesh_files import MESHES
 from masonry_opt.scene.geometry import geometry
-from masonry_opt.scene.scene import Scene
 from masonry_opt.scene.space.shapes import shapes
 from masonry_opt.scene.tables import parse_file
 from masonry_opt.words.terminal import print_text
 
 #: By the end of its name, what a drawing is, and what reads it.
-_READERS = {".dxf": ("a DXF drawing", read_dxf), ".json": ("COMPAS data", read_compas)} | {
-    end: ("a mesh", read_mesh) for end in MESHES
+_READERS: dict[str, tuple[str, Callable[..., mo.Scene]]] = {
+    ".dxf": ("a DXF drawing", mo.read_dxf),
+    ".json": ("COMPAS data", mo.read_compas),
+    **dict.fromkeys(MESHES, ("a mesh", mo.read_mesh)),
 }
 
 #: Corners of a mesh above which the case file names its file instead of writing them out, some 1 MB.
@@ -53,9 +53,9 @@ def _direction(text: str) -> str | tuple[float, ...]:
 
 
 @command(
-    read_dxf,
-    read_compas,
-    read_mesh,
+    mo.read_dxf,
+    mo.read_compas,
+    mo.read_mesh,
     labels=("DXF", "COMPAS", "meshes"),
     live=typer.Option(metavar="X,Y[,Z]", parser=_forces("--live")),
     live_layers=typer.Option(metavar="LAYER=X,Y[,Z]", parser=_of_layer),
@@ -74,8 +74,8 @@ def convert(
     """
     if out.suffix.lower() == ".dxf":
         _refuse(given, f"{out}: a drawing is written of a case file as it stands")
-        scene = load(drawing)
-        write_dxf(scene, out, force)
+        scene = mo.load(drawing)
+        mo.write_dxf(scene, out, force)
         _tell(scene, out)
         return
     if out.suffix.lower() not in (".toml", ".json"):
@@ -96,12 +96,12 @@ def convert(
     # What is written can be solved as far as its geometry goes.
     joints = len(find_joints(scene, geometry(scene) if scene.dimension == 2 else shapes(scene)).first)
     large = sum(len(block.corners()) for block in scene.blocks) > _MOST_CORNERS
-    beside = large and read is read_mesh
+    beside = large and read is mo.read_mesh
     save(_beside(drawing, out, scene, options) if beside else scene, out, force)
     _tell(scene, out, f", {counted(joints, 'joint')}" + (f", in {drawing}" if beside else ""))
 
 
-def _beside(drawing: Path, out: Path, scene: Scene, options: dict[str, Any]) -> CaseFile:
+def _beside(drawing: Path, out: Path, scene: mo.Scene, options: dict[str, Any]) -> CaseFile:
     """The case file that names the mesh it was made of."""
     keys = {key: options[key] for key in MeshTable.model_fields if key in options}
     mesh = {"file": os.path.relpath(drawing, out.parent), "live_per_weight": options.get("live", (0.0,) * 3)}
@@ -125,7 +125,7 @@ def _refuse_case_file(path: Path) -> None:
         )
 
 
-def _tell(scene: Scene, out: Path, more: str = "") -> None:
+def _tell(scene: mo.Scene, out: Path, more: str = "") -> None:
     holes = sum(len(block.holes) for block in scene.blocks if isinstance(block, Block))
     supports = sum(block.fixed for block in scene.blocks)
     blocks = counted(len(scene.blocks), "block")

@@ -7,12 +7,12 @@ from typing import Annotated
 
 import typer
 
+import masonry_opt as mo
 from masonry_opt.cli.options import Case, LoadCaseName
 from masonry_opt.cli.running import writing
 from masonry_opt.cli.signatures import Given, command
 from masonry_opt.drawing.figure import refuse_picture
 from masonry_opt.drawing.found import counts, doubts
-from masonry_opt.drawing.pictures import draw as draw_scene
 from masonry_opt.drawing.pictures import scene_picture
 from masonry_opt.drawing.view import refuse_view
 from masonry_opt.errors import printable
@@ -21,11 +21,11 @@ from masonry_opt.scene.case_file import as_scene
 from masonry_opt.words.terminal import print_text
 
 
-@command(draw_scene)
+@command(mo.draw)
 def draw(
     given: Given,
     case: Case,
-    file: Annotated[Path, typer.Argument(help="File to write (.png, .svg, .pdf).", show_default=False)],
+    file: Annotated[Path, typer.Argument(help="File to write (.png, .svg, .pdf).")],
     load_case: LoadCaseName = None,
 ) -> None:
     """Prints how many there are, and what looks unintended. Without --load-case loads are drawn as given."""

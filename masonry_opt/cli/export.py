@@ -7,31 +7,25 @@ from typing import Annotated
 
 import typer
 
-from masonry_opt.analysis import solve
+import masonry_opt as mo
 from masonry_opt.cli.options import Case, LoadCaseName
 from masonry_opt.cli.signatures import Given, command
 from masonry_opt.errors import printable
-from masonry_opt.exports.export import export as write
 from masonry_opt.exports.solid_files import SOLID_ENDS
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.words.terminal import print_text
 
-_FILE = "File to write (.lp, .mps, .nl; of solids .obj, .glb, .gltf, .json)."
-_METHOD = (
-    "Of programs static (default), kinematic or global (any file), mpec or mcp (.nl); of solids the one whose "
-    "mechanism and forces to write (default: blocks at rest)."
+_FILE = typer.Argument(help="File to write (.lp, .mps, .nl; of solids .obj, .glb, .gltf, .json).")
+_METHOD = typer.Option(
+    help="Of programs static (default), kinematic or global (any file), mpec or mcp (.nl); of solids the one "
+    "whose mechanism and forces to write (default: blocks at rest)."
 )
 
 
-@command(write, leave="moved", method=typer.Option(help=_METHOD))
-def export(
-    given: Given,
-    case: Case,
-    file: Annotated[Path, typer.Argument(help=_FILE, show_default=False)],
-    load_case: LoadCaseName = None,
-) -> None:
+@command(mo.export, leave="moved", method=_METHOD)
+def export(given: Given, case: Case, file: Annotated[Path, _FILE], load_case: LoadCaseName = None) -> None:
     """Beside a .nl file stand the names of its rows and columns (.row, .col). Prints the files written."""
-    what = as_scene(case, load_case)
+    what: mo.Scene | mo.Result = as_scene(case, load_case)
     if file.suffix.lower() in SOLID_ENDS and (method := given.pop("method", None)):
-        what = solve(what, method, expected=False)
-    print_text("\n".join(printable(str(path)) for path in write(what, file, **given)))
+        what = mo.solve(case, method, expected=False, load_case=load_case)
+    print_text("\n".join(printable(str(path)) for path in mo.export(what, file, **given)))

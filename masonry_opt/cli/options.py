@@ -44,6 +44,7 @@ SHARED = {
     "method": typer.Option(help=f"One of: {', '.join(METHODS)}."),
     "load_case": typer.Option(metavar="NAME", help="The load case of CASE, where it has any."),
     "options": typer.Option("--option", "-o", help="The method's own, as NAME=VALUE; may be repeated."),
+    "names": typer.Option("--names", help="Write the blocks' names into the picture."),
     "force": typer.Option("--force", help=f"Replace also what {WRITER} did not write."),
     "view": typer.Option(
         metavar="AZIMUTH,ELEVATION",

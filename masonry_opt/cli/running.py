@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
+import typer
 from rich.console import Console
 
 from masonry_opt.errors import InterruptedByUserError, OutputError
+from masonry_opt.words.terminal import print_text
 
 
 @contextlib.contextmanager
@@ -29,6 +32,18 @@ def writing(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {error.strerror}") from None
+
+
+def tell(
+    text: str, found: Any, usable: bool, plot: Path | None, drawing: Mapping[str, Any], say: Any = print_text
+) -> None:
+    """Print what was found, draw it where a file is given, and end with 1 if it is no usable answer."""
+    say(text)
+    if plot is not None:
+        with writing(plot):
+            found.save(plot, **drawing)
+    if not usable:
+        raise typer.Exit(1)
 
 
 @contextlib.contextmanager

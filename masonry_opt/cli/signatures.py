@@ -42,7 +42,9 @@ class Given(dict[str, Any]):
         return self | method_options(self.options, function or self.function)
 
 
-def command(*functions: Function, labels: Sequence[str] = (), leave: str = "", **asked: Any) -> Any:
+def command(
+    *functions: Function, labels: Sequence[str] = (), leave: str = "", **asked: Any
+) -> Callable[[Function], typer.Typer]:
     """Make a typer app of a function that is called with what was typed of other functions' parameters
     (:class:`Given`), and with options of its own, which take the place of those of the same name.
 
@@ -63,7 +65,7 @@ def command(*functions: Function, labels: Sequence[str] = (), leave: str = "", *
                 if one.name not in options and one.name not in leave.split():
                     info: OptionInfo = copy(asked.get(one.name) or SHARED.get(one.name) or typer.Option())
                     parsers[one.name], info.parser = info.parser, None
-                    info.help = info.help or escape(_label(one.name, functions, labels) + _help(one.name, function))
+                    info.help = info.help or escape(_help(one, functions, labels))
                     options[one.name] = _option(one, info, parsers[one.name] is not None, not labels)
 
         def run(ctx: typer.Context, **typed: Any) -> None:
@@ -96,7 +98,7 @@ def _as_typed(value: Any) -> Any:
 
 
 def _option(one: Parameter, info: OptionInfo, read: bool, required: bool) -> Parameter:
-    """A parameter as typer has it. What takes several is repeated, in the singular, unless one text is read."""
+    """A parameter as typer has it. What takes several is repeated, in the singular, or read of one text."""
     said, default = str(one.annotation), one.default
     mapping = one.kind is one.VAR_KEYWORD or "Mapping" in said
     repeated = mapping or (not read and bool(re.search("Sequence|Iterable", said)))
@@ -109,23 +111,25 @@ def _option(one: Parameter, info: OptionInfo, read: bool, required: bool) -> Par
     elif isinstance(default, tuple):
         default = ",".join(map(str, default))
     kind = list[kind] if repeated else kind
-    annotation = Annotated[kind | None if default is None else kind, info]
+    annotation = Annotated[kind | None if default is None else kind, info]  # type: ignore[valid-type]
     return one.replace(annotation=annotation, default=default, kind=one.KEYWORD_ONLY)
 
 
-def _label(name: str, functions: Sequence[Function], labels: Sequence[str]) -> str:
-    takes = [name in inspect.signature(function).parameters for function in functions]
-    of = ", ".join(label for label, taken in zip(labels, takes, strict=False) if taken and label)
-    return f"{of}: " if of and not all(takes) else ""
+def _help(one: Parameter, functions: Sequence[Function], labels: Sequence[str]) -> str:
+    """What begins and ends an option's help, and between the first sentence that a docstring says of it."""
+    taking = [one.name in inspect.signature(function).parameters for function in functions]
+    of = [label for label, takes in zip(labels, taking, strict=False) if takes and label]
+    said = next(filter(None, (_said(one.name, function) for function in (*functions, solve))), "")
+    if of and not all(taking):
+        return f"{', '.join(of)}: {said}"
+    return said[:1].upper() + said[1:] + (" Needed." if labels and one.default is one.empty else "")
 
 
-def _help(name: str, function: Function) -> str:
-    """First sentence that a function's docstring, or that of solve, says of a parameter."""
-    for one in (function, solve):
-        told = (inspect.getdoc(one) or "").partition("\nParameters\n----------\n")[2].partition("\n\n")[0]
-        for names, said in re.findall(r"^(\S[^:\n]*):\s+(.*(?:\n .*)*)", told, re.MULTILINE):
-            if name in re.split(r"[,\s*]+", names) and not re.match(r"(as )?of :func:", said, re.IGNORECASE):
-                plain = re.sub(r":\w+:`[~.]*(?:\w+\.)*(\w+)`", r"\1", " ".join(said.split())).replace("``", "")
-                sentence = re.split(r"(?<=\.) ", plain)[0]
-                return sentence[0].upper() + sentence[1:]
+def _said(name: str, function: Function) -> str:
+    """First sentence that a function's docstring says of a parameter; of what is as elsewhere nothing."""
+    told = (inspect.getdoc(function) or "").partition("\nParameters\n----------\n")[2].partition("\n\n")[0]
+    for names, said in re.findall(r"^(\S[^:\n]*):\s+(.*(?:\n .*)*)", told, re.MULTILINE):
+        if name in re.split(r"[,\s*]+", names) and not re.match("(as )?(of|in) [:`]", said, re.IGNORECASE):
+            plain = re.sub(r":\w+:`[~.]*(?:\w+\.)*(\w+)`", r"\1", " ".join(said.split())).replace("``", "")
+            return re.split(r"(?<=\.) ", plain)[0]
     return ""

@@ -1,4 +1,4 @@
-"""The command `masonry-opt solve`."""
+"""The commands `masonry-opt solve` and `check`."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import Annotated, Any
 import typer
 from rich.console import Console
 
+import masonry_opt as mo
 from masonry_opt.analysis import solve as solve_scene
 from masonry_opt.cli.options import Case, Json, LoadCaseName, PlotOrPage
 from masonry_opt.cli.running import interrupts, writing
 from masonry_opt.cli.signatures import Given, command
 from masonry_opt.errors import InterruptedByUserError, OptionError, printable
 from masonry_opt.methods.registry import DEFAULT, METHODS
-from masonry_opt.result import Result
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.words.sentences import numeral
 from masonry_opt.words.terminal import changing_line, left_by, print_result, print_text
@@ -23,39 +23,31 @@ from masonry_opt.words.terminal import changing_line, left_by, print_result, pri
 #: Load factors whose mechanism can be drawn.
 _DRAWN = "least", "expected"
 
-_KIND = "What a picture shows: mechanism (default), thrust, utilisation, curve."
-_WHOSE = f"Whose mechanism --plot draws: {', '.join(_DRAWN)}. Default: {_DRAWN[0]}."
-
-
-@command(
-    solve_scene,
-    Result.save,
-    labels=("", "With --plot"),
-    kind=typer.Option("--plot-kind", metavar="KIND", help=_KIND),
+_KIND = typer.Option(
+    "--plot-kind", metavar="KIND", help="What a picture shows: mechanism, thrust, utilisation, curve."
 )
+_WHOSE = typer.Option(metavar="WHICH", help=f"Whose mechanism --plot draws: {' (default), '.join(_DRAWN)}.")
+_VERBOSE = typer.Option("--verbose", "-v", help="Also print how it was found: residuals, solvers, seconds.")
+_QUIET = typer.Option("--quiet", "-q", help="Print the load factor alone; without one, an error.")
+
+
+@command(solve_scene, mo.Result.save, kind=_KIND)
 def solve(
     given: Given,
     case: Case,
     load_case: LoadCaseName = None,
     json: Json = False,
-    verbose: Annotated[
-        bool,
-        typer.Option(
-            "--verbose", "-v", help="Also print how it was found: residuals, programs, solvers, seconds."
-        ),
-    ] = False,
-    quiet: Annotated[
-        bool, typer.Option("--quiet", "-q", help="Print the load factor alone; without one, an error.")
-    ] = False,
+    verbose: Annotated[bool, _VERBOSE] = False,
+    quiet: Annotated[bool, _QUIET] = False,
     plot: PlotOrPage = None,
-    mechanism: Annotated[str | None, typer.Option(metavar="WHICH", help=_WHOSE)] = None,
+    mechanism: Annotated[str | None, _WHOSE] = None,
 ) -> None:
     """Exit code 0: there is one (of every load case); 1: there is none, the status says why; 2: wrong case
     file or option.
     """
     if json + verbose + quiet > 1:
         raise OptionError("--json, --verbose and --quiet say each what is printed: give one of them")
-    drawing = given.take(Result.save)
+    drawing = given.take(mo.Result.save)
     if plot is None and (drawing or mechanism is not None):
         raise OptionError(
             "--plot-kind, --mechanism, --names, --view and --force say how to draw: give --plot FILE too"
@@ -92,13 +84,11 @@ def solve(
 
         try:
             if scene.load_cases and load_case is None:
-                from masonry_opt.studies.load_cases.cases import solve_cases
-
-                answer: Any = solve_cases(scene, progress=progress, phases=begun, **options)
+                answer: Any = mo.solve_cases(scene, progress=progress, phases=begun, **options)
             else:
                 answer = solve_scene(scene, progress=progress, phases=begun, **options)
             # Of load cases the governing one is drawn.
-            result = answer if isinstance(answer, Result) else answer.to_draw
+            result = answer if isinstance(answer, mo.Result) else answer.to_draw
             if not result.solution.interrupted:  # else it is the lowest state of a search
                 check_interrupt()
         except KeyboardInterrupt:
@@ -117,4 +107,13 @@ def solve(
     if quiet:
         result.required()
     if not answer.usable:
+        raise typer.Exit(1)
+
+
+@command()
+def check(case: Case, load_case: LoadCaseName = None) -> None:
+    """Exit code 0: they agree; 1: they do not, or there is no load factor; 2: wrong case file."""
+    report = mo.check(as_scene(case, load_case))
+    print_result(str(report))
+    if not report.passed:
         raise typer.Exit(1)

@@ -11,14 +11,14 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+import masonry_opt as mo
 from masonry_opt.cli.options import Case, LoadCaseName
 from masonry_opt.cli.signatures import Given, command
 from masonry_opt.errors import InterruptedByUserError, OptionError, counted
 from masonry_opt.scene.case_file import as_scene
 from masonry_opt.studies.many.distributions import parse
-from masonry_opt.studies.many.sample import sample as sample_scene
+from masonry_opt.studies.many.draws import BY
 from masonry_opt.studies.many.sweep import said
-from masonry_opt.studies.many.sweep import sweep as sweep_scene
 from masonry_opt.studies.process import ended_by_kill
 from masonry_opt.studies.writing import NEEDED
 from masonry_opt.words.terminal import print_text
@@ -27,8 +27,8 @@ from masonry_opt.words.terminal import print_text
 _MOST_VALUES = 100_000
 
 _VARY = (
-    "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,... of a number of the case, such as joints.friction=0.3:0.8:11 or "
-    "arch.thickness=0.3,0.4; may be repeated."
+    "NAME=FROM:TO:COUNT or NAME=VALUE,VALUE,... of a number of the case, such as joints.friction=0.3:0.8:11 "
+    "or arch.thickness=0.3,0.4; may be repeated."
 )
 _SAMPLE = (
     "In place of --vary, NAME=lognormal:MEAN:DEVIATION (of the number itself; or 15% of the mean), "
@@ -59,13 +59,14 @@ def _values(text: str) -> tuple[str, list[float]]:
 
 
 @command(
-    sweep_scene,
-    sample_scene,
+    mo.sweep,
+    mo.sample,
     labels=("", "With --sample"),
     vary=typer.Option("--vary", help=_VARY, parser=_values),
     distributions=typer.Option("--sample", help=_SAMPLE, parser=parse),
     n=typer.Option("-n", "--runs", min=1),
     seed=typer.Option(min=0),
+    by=typer.Option(help=f"With --sample: of properties of joints, {', '.join(BY)}."),
     workers=typer.Option(min=1),
     force=typer.Option("--force", help="Replace a table that has other runs."),
 )
@@ -83,13 +84,13 @@ def sweep(
     vary, drawn = given.pop("vary", None), given.pop("distributions", None)
     if bool(vary) == bool(drawn):
         raise OptionError("give --vary NAME=FROM:TO:COUNT or --sample NAME=lognormal:MEAN:DEVIATION")
-    if vary and (others := given.keys() - inspect.signature(sweep_scene).parameters.keys()):
+    if vary and (others := given.keys() - inspect.signature(mo.sweep).parameters.keys()):
         named = ", ".join("--runs" if name == "n" else f"--{name}" for name in given if name in others)
         raise OptionError(f"{named}: goes with --sample, not with --vary, whose values are given")
     values = dict(vary or drawn)
     if len(values) < len(vary or drawn):
         raise OptionError(f"{'--vary' if vary else '--sample'}: a number is named twice")
-    options = given.rest(sweep_scene if vary else sample_scene)
+    options = given.rest(mo.sweep if vary else mo.sample)
     scene = as_scene(case, load_case)
     errors, done = Console(stderr=True), 0
     columns = (TextColumn("sweep"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
@@ -104,9 +105,9 @@ def sweep(
         try:
             with ended_by_kill():
                 if drawn:
-                    told = str(sample_scene(scene, values, out=out, progress=progress, **options))
+                    told = str(mo.sample(scene, values, out=out, progress=progress, **options))
                 else:
-                    told = said(sweep_scene(scene, values, out=out, progress=progress, **options), list(values))
+                    told = said(mo.sweep(scene, values, out=out, progress=progress, **options), list(values))
         except KeyboardInterrupt:
             raise InterruptedByUserError(
                 f"interrupted: {counted(done, 'run')} kept, and the same command goes on from there"

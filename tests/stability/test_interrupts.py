@@ -58,7 +58,7 @@ def test_ctrl_c_ends_with_what_is_known(monkeypatch, capsys, steps, words, swall
 
 
 def test_ctrl_c_in_other_commands(monkeypatch, capsys):
-    monkeypatch.setattr("masonry_opt.cli.check.check_duality", lambda _: press_ctrl_c())
+    monkeypatch.setattr("masonry_opt.check", lambda _: press_ctrl_c())
     ended = run_command(monkeypatch, capsys, "check", WALL_1)
     assert ended == (130, "", "error: interrupted: files already written are whole\n")
 

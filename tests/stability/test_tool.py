@@ -133,7 +133,9 @@ def test_picture_that_cannot_be_written(monkeypatch, capsys, tmp_path):
 
 def test_unwritable_folder_is_told_before_long_work(monkeypatch, capsys, tmp_path):
     monkeypatch.setattr("os.access", lambda path, mode: mode != os.W_OK)
-    monkeypatch.setattr("masonry_opt.cli.solve.solve_scene", lambda *_, **__: pytest.fail("solved all the same"))
+    monkeypatch.setattr(
+        "masonry_opt.cli.solve.solve_scene", lambda *_, **__: pytest.fail("solved all the same")
+    )
     code, _, told = run_command(monkeypatch, capsys, "solve", WALL_1, "--plot", tmp_path / "wall.png")
     assert code == 2
     assert "does not let files be written" in told

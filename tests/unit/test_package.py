@@ -86,7 +86,7 @@ FETCHED = {"result.py": ("masonry_opt.words", "masonry_opt.drawing")}
     ids=lambda path: str(path.relative_to(PACKAGE)),
 )
 def test_no_module_knows_what_comes_after_it(path):
-    """Studies use the package as a user does: none of it imports them but the command line, which comes last."""
+    """Studies use the package as a user does: the command line alone, which comes last, imports them."""
     room = path.relative_to(PACKAGE).parts[0]
     later = LATER.get(room, ())
     if path.parent != PACKAGE and room in LATER:
